@@ -45,7 +45,7 @@ impl Controller {
     pub fn new(design: ControllerDesign) -> Result<Self, DesignError> {
         let autopilot = Autopilot::new(&design)?;
         let speed = autopilot.trim().forward_speed(design.scheduling.centre);
-        let measured = autopilot.trim().signals(speed);
+        let measured = autopilot.trim().signals(speed, design.depth);
         let mut references = [0.0; TRACKED];
         references.copy_from_slice(&measured[..TRACKED]);
         let inputs = Inputs { measured, references };

@@ -12,7 +12,7 @@ impl Controller {
         to.reals(&inputs.references);
         let snapshot = self.autopilot.snapshot();
         to.reals(&snapshot.state);
-        to.real(snapshot.filtered_speed);
+        to.reals(&[snapshot.filtered_speed, snapshot.depth]);
         to.reals(&snapshot.outputs.commands);
         to.reals(&[snapshot.outputs.scheduling_parameter, snapshot.outputs.trim_pitch]);
         to.boolean(snapshot.outputs.out_of_range);
@@ -31,6 +31,7 @@ impl Controller {
         let mut snapshot = self.autopilot.snapshot();
         from.reals(&mut snapshot.state)?;
         snapshot.filtered_speed = from.finite()?;
+        snapshot.depth = from.finite()?;
         from.reals(&mut snapshot.outputs.commands)?;
         snapshot.outputs.scheduling_parameter = from.finite()?;
         snapshot.outputs.trim_pitch = from.finite()?;

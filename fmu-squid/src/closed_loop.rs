@@ -5,8 +5,9 @@ use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
+use auv::State;
 use scheduled::{Manoeuvre, ManoeuvreError};
-use signals::{Curve, PITCH, SPEED, measured};
+use signals::{Curve, DEPTH, PITCH, SPEED, measured};
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,18 +16,37 @@ pub struct Override {
     pub manual: bool,
     /// Pitch angle \[rad\], absolute.
     pub pitch_reference: f64,
+    /// Depth \[m\].
+    pub depth_reference: f64,
     /// Forward speed through the water, along the body axis \[m/s\].
     pub speed_reference: f64,
     /// The rate of the pitch reference \[rad/s\]; [`ClosedLoop::advance`] advances the reference.
     pub pitch_slope: f64,
+    /// The rate of the depth reference \[m/s\].
+    pub depth_slope: f64,
     /// The rate of the speed reference \[m/s2\].
     pub speed_slope: f64,
+}
+
+impl Override {
+    /// Every number of it.
+    pub(crate) fn numbers(&mut self) -> [&mut f64; 6] {
+        [
+            &mut self.pitch_reference,
+            &mut self.depth_reference,
+            &mut self.speed_reference,
+            &mut self.pitch_slope,
+            &mut self.depth_slope,
+            &mut self.speed_slope,
+        ]
+    }
 }
 
 /// The references of the autopilot at one instant.
 #[derive(Debug, Clone, Copy)]
 struct References {
     pitch: f64,
+    depth: f64,
     /// Along the body axis.
     forward_speed: f64,
     /// Along the path.
@@ -83,9 +103,15 @@ impl ClosedLoop {
         }
         let trim = controller.autopilot().trim();
         let speed_reference = trim.forward_speed(manoeuvre.speed_from);
-        let pitch_reference = trim.pitch(speed_reference);
-        let (pitch_slope, speed_slope) = (0.0, 0.0);
-        let outside = Override { manual: false, pitch_reference, speed_reference, pitch_slope, speed_slope };
+        let outside = Override {
+            manual: false,
+            pitch_reference: trim.pitch(speed_reference),
+            depth_reference: plant.settings.initial_depth,
+            speed_reference,
+            pitch_slope: 0.0,
+            depth_slope: 0.0,
+            speed_slope: 0.0,
+        };
         Ok(Self { plant, controller, manoeuvre, outside })
     }
 
@@ -137,6 +163,7 @@ impl ClosedLoop {
             self.plant.step(now, to, log)?;
             let outside = &mut self.outside;
             outside.pitch_reference += outside.pitch_slope * (to - now);
+            outside.depth_reference += outside.depth_slope * (to - now);
             outside.speed_reference += outside.speed_slope * (to - now);
         }
         Ok(())
@@ -145,10 +172,12 @@ impl ClosedLoop {
     /// Passes measurements and references to the autopilot, and the operating speed to the LPV model.
     fn measure(&mut self, time: f64) {
         let references = self.references(time);
-        let motion = self.plant.state().motion;
+        let State { motion, depth, .. } = self.plant.state();
         let inputs = &mut self.controller.inputs;
-        inputs.measured = measured([motion.u, motion.w, motion.q, motion.theta]);
-        (inputs.references[PITCH], inputs.references[SPEED]) = (references.pitch, references.forward_speed);
+        inputs.measured = measured([motion.u, motion.w, motion.q, motion.theta, depth]);
+        let wanted = &mut inputs.references;
+        (wanted[PITCH], wanted[DEPTH]) = (references.pitch, references.depth);
+        wanted[SPEED] = references.forward_speed;
 
         self.plant.inputs.operating_speed = references.path_speed;
         self.plant.inputs.given_speed = references.forward_speed;
@@ -161,20 +190,35 @@ impl ClosedLoop {
         }
     }
 
+    /// Whether there are steps and references of an output at a place in [`signals::SIGNALS`]: of the depth where the
+    /// design follows it, of the pitch unless it follows the depth alone.
+    pub(crate) fn steps(&self, place: usize) -> bool {
+        let design = self.controller.design();
+        design.follows(place) || (place == PITCH && !design.follows(DEPTH))
+    }
+
+    /// The output whose error is put out: the pitch if there are steps of it, the depth otherwise.
+    pub(crate) fn stepped(&self) -> usize {
+        if self.steps(PITCH) { PITCH } else { DEPTH }
+    }
+
     /// The trim table of the design turns speed along the path into forward speed and gives the pitch of level flight.
     fn references(&self, time: f64) -> References {
         let trim = self.controller.autopilot().trim();
         if self.outside.manual {
-            let Override { pitch_reference, speed_reference, .. } = self.outside;
+            let Override { pitch_reference, depth_reference, speed_reference, .. } = self.outside;
             return References {
                 pitch: pitch_reference,
+                depth: depth_reference,
                 forward_speed: speed_reference,
                 path_speed: trim.speed(speed_reference),
             };
         }
         let path_speed = self.manoeuvre.speed_reference(time);
         let forward_speed = trim.forward_speed(path_speed);
-        let pitch = trim.pitch(forward_speed) + self.manoeuvre.pitch_above_trim(time);
-        References { pitch, forward_speed, path_speed }
+        let steps = self.manoeuvre.above_trim(time);
+        let pitch = trim.pitch(forward_speed) + steps[PITCH];
+        let depth = self.plant.settings.initial_depth + steps[DEPTH];
+        References { pitch, depth, forward_speed, path_speed }
     }
 }

@@ -2,7 +2,7 @@
 
 use fmi2::{Model, StateError, StateReader, StateWriter};
 
-use crate::{ClosedLoop, Override};
+use crate::ClosedLoop;
 
 impl ClosedLoop {
     /// Writes manoeuvre, external references, plant and controller.
@@ -10,8 +10,8 @@ impl ClosedLoop {
         let mut manoeuvre = self.manoeuvre.clone();
         manoeuvre.numbers().into_iter().for_each(|number| to.real(*number));
         to.boolean(self.outside.manual);
-        let Override { pitch_reference, speed_reference, pitch_slope, speed_slope, .. } = self.outside;
-        to.reals(&[pitch_reference, speed_reference, pitch_slope, speed_slope]);
+        let mut outside = self.outside;
+        outside.numbers().into_iter().for_each(|number| to.real(*number));
         self.plant.save(to);
         self.controller.save(to);
     }
@@ -22,10 +22,9 @@ impl ClosedLoop {
             *number = from.finite()?;
         }
         self.outside.manual = from.boolean()?;
-        self.outside.pitch_reference = from.finite()?;
-        self.outside.speed_reference = from.finite()?;
-        self.outside.pitch_slope = from.finite()?;
-        self.outside.speed_slope = from.finite()?;
+        for number in self.outside.numbers() {
+            *number = from.finite()?;
+        }
         self.plant.restore(from)?;
         self.controller.restore(from)
     }

@@ -3,7 +3,7 @@
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
-use signals::{PITCH, SIGNALS, SPEED, TRACKED};
+use signals::{DEPTH, PITCH, SIGNALS, SPEED, TRACKED};
 
 use crate::{ClosedLoop, ClosedLoopError};
 
@@ -11,8 +11,10 @@ use crate::{ClosedLoop, ClosedLoopError};
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Own {
     PitchReference,
+    DepthReference,
     SpeedReference,
     PitchReferenceUsed,
+    DepthReferenceUsed,
     SpeedReferenceUsed,
     TrackingError,
     SchedulingParameter,
@@ -21,7 +23,7 @@ pub(crate) enum Own {
 }
 
 /// Own quantities that are not commands.
-const FIXED: usize = 7;
+const FIXED: usize = 9;
 
 impl Own {
     /// Number of quantities of a loop with a number of actuators, including those of the plant.
@@ -33,12 +35,14 @@ impl Own {
     pub(crate) fn number(self, actuators: usize) -> usize {
         let position = match self {
             Self::PitchReference => 0,
-            Self::SpeedReference => 1,
-            Self::PitchReferenceUsed => 2,
-            Self::SpeedReferenceUsed => 3,
-            Self::TrackingError => 4,
-            Self::SchedulingParameter => 5,
-            Self::TrimPitch => 6,
+            Self::DepthReference => 1,
+            Self::SpeedReference => 2,
+            Self::PitchReferenceUsed => 3,
+            Self::DepthReferenceUsed => 4,
+            Self::SpeedReferenceUsed => 5,
+            Self::TrackingError => 6,
+            Self::SchedulingParameter => 7,
+            Self::TrimPitch => 8,
             Self::Command(index) => FIXED + index,
         };
         Quantity::count(actuators) + position
@@ -52,14 +56,17 @@ impl ClosedLoop {
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
-        let (pitch, speed) = (tangents[own(Own::PitchReference)], tangents[own(Own::SpeedReference)]);
+        let [pitch, depth, speed] = [Own::PitchReference, Own::DepthReference, Own::SpeedReference]
+            .map(|reference| tangents[own(reference)]);
         tangents[own(Own::PitchReferenceUsed)..].fill(0.0);
         if moment.initial && self.outside.manual {
             let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
-            (direction.references[PITCH], direction.references[SPEED]) = (pitch, speed);
+            (direction.references[PITCH], direction.references[DEPTH]) = (pitch, depth);
+            direction.references[SPEED] = speed;
             let autopilot = self.controller.autopilot();
             let moved = self.controller.tangents(moment.initial, &direction)?;
             tangents[own(Own::PitchReferenceUsed)] = pitch;
+            tangents[own(Own::DepthReferenceUsed)] = depth;
             tangents[own(Own::SpeedReferenceUsed)] = speed;
             tangents[own(Own::TrimPitch)] = moved.trim_pitch;
             for (index, command) in moved.commands.into_iter().enumerate() {
@@ -72,8 +79,11 @@ impl ClosedLoop {
                 trim.speed_slope(self.outside.speed_reference) * speed;
         }
         self.plant.carry(moment.initial, tangents);
-        tangents[own(Own::TrackingError)] =
-            tangents[own(Own::PitchReferenceUsed)] - tangents[Quantity::Pitch.number()];
+        let (wanted, measured) = match self.stepped() {
+            DEPTH => (Own::DepthReferenceUsed, Quantity::Depth),
+            _ => (Own::PitchReferenceUsed, Quantity::Pitch),
+        };
+        tangents[own(Own::TrackingError)] = tangents[own(wanted)] - tangents[measured.number()];
         Ok(())
     }
 }

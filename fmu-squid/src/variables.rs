@@ -3,7 +3,7 @@
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
 use fmu_plant::WAVES;
-use signals::{PITCH, SPEED};
+use signals::{DEPTH, PITCH, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
 use crate::ClosedLoop;
@@ -17,7 +17,7 @@ const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_
 
 /// The table for one loop.
 pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
-    let mut table = Vec::from(manoeuvre(model));
+    let mut table = manoeuvre(model);
     table.extend(plant_parameters(model));
     table.extend(overrides(model));
     table.extend(current(model));
@@ -41,7 +41,7 @@ macro_rules! parameter {
     };
 }
 
-fn manoeuvre(model: &ClosedLoop) -> [Variable; 7] {
+fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     let ahead = model.plant.only_ahead();
     let sign = if ahead { "above zero" } else { "negative astern" };
     let speed = |one: Variable| if ahead { one.at_least(0.0) } else { one };
@@ -50,17 +50,24 @@ fn manoeuvre(model: &ClosedLoop) -> [Variable; 7] {
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
-    [
-        parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1),
-        parameter!(step_time, "s", "time at which the pitch step comes").nominal(10.0),
-        parameter!(step_end, "s", "time at which the pitch step ends").nominal(10.0),
+    let what = if model.steps(PITCH) { "pitch" } else { "depth" };
+    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let deeper = "height of the depth step, above zero downwards, from the depth of the start";
+    let steps = [
+        of(PITCH, parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1)),
+        of(DEPTH, parameter!(depth_step, "m", deeper).nominal(1.0)),
+    ];
+    let others = [
+        parameter!(step_time, "s", format!("time at which the {what} step comes")).nominal(10.0),
+        parameter!(step_end, "s", format!("time at which the {what} step ends")).nominal(10.0),
         speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
         speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
         parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
         parameter!(ramp_duration, "s", "duration of the ramp of speed, above zero")
             .at_least(0.0)
             .nominal(10.0),
-    ]
+    ];
+    steps.into_iter().flatten().chain(others).collect()
 }
 
 /// All but the initial speed, which is that of the manoeuvre.
@@ -73,40 +80,57 @@ fn of_plant(one: fmi2::Variable<fmu_plant::PlantModel>) -> Variable {
     one.embedded(|m: &ClosedLoop| &m.plant, |m| &mut m.plant)
 }
 
-fn overrides(model: &ClosedLoop) -> [Variable; 3] {
+fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let speeds = &model.controller.design().trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let own = |quantity: Own| quantity.number(actuators(model));
-    [
-        Variable::boolean(
-            "manual",
-            "follow the inputs pitch_reference and speed_reference instead of the manoeuvre",
-            |m| m.outside.manual,
-            Role::input(|m, v| m.outside.manual = v),
-        ),
-        Variable::real(
-            "pitch_reference",
-            "wanted pitch angle while manual is true",
-            |m| m.outside.pitch_reference,
-            Role::input(|m, v| m.outside.pitch_reference = v),
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2)
-        .nominal(0.1)
-        .quantity(own(Own::PitchReference))
-        .slope(|m, v| m.outside.pitch_slope = v),
-        Variable::real(
-            "speed_reference",
-            "wanted forward speed through the water, along the body axis, while manual is true",
-            |m| m.outside.speed_reference,
-            Role::input(|m, v| m.outside.speed_reference = v),
-        )
-        .unit("m/s")
-        .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
-        .nominal(1.0)
-        .quantity(own(Own::SpeedReference))
-        .slope(|m, v| m.outside.speed_slope = v),
-    ]
+    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let names: Vec<&str> = inputs(model).collect();
+    let manual = Variable::boolean(
+        "manual",
+        format!("follow the inputs {} instead of the manoeuvre", names.join(" and ")),
+        |m| m.outside.manual,
+        Role::input(|m, v| m.outside.manual = v),
+    );
+    let pitch = Variable::real(
+        "pitch_reference",
+        "wanted pitch angle while manual is true",
+        |m| m.outside.pitch_reference,
+        Role::input(|m, v| m.outside.pitch_reference = v),
+    )
+    .unit("rad")
+    .range(-FRAC_PI_2, FRAC_PI_2)
+    .nominal(0.1)
+    .quantity(own(Own::PitchReference))
+    .slope(|m, v| m.outside.pitch_slope = v);
+    let depth = Variable::real(
+        "depth_reference",
+        "wanted depth while manual is true",
+        |m| m.outside.depth_reference,
+        Role::input(|m, v| m.outside.depth_reference = v),
+    )
+    .unit("m")
+    .nominal(10.0)
+    .quantity(own(Own::DepthReference))
+    .slope(|m, v| m.outside.depth_slope = v);
+    let speed = Variable::real(
+        "speed_reference",
+        "wanted forward speed through the water, along the body axis, while manual is true",
+        |m| m.outside.speed_reference,
+        Role::input(|m, v| m.outside.speed_reference = v),
+    )
+    .unit("m/s")
+    .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
+    .nominal(1.0)
+    .quantity(own(Own::SpeedReference))
+    .slope(|m, v| m.outside.speed_slope = v);
+    [Some(manual), of(PITCH, pitch), of(DEPTH, depth), Some(speed)].into_iter().flatten()
+}
+
+/// The names of the external references.
+fn inputs(model: &ClosedLoop) -> impl Iterator<Item = &'static str> {
+    let wanted = [(PITCH, "pitch_reference"), (DEPTH, "depth_reference"), (SPEED, "speed_reference")];
+    wanted.into_iter().filter(|(place, _)| *place == SPEED || model.steps(*place)).map(|(_, name)| name)
 }
 
 /// The current, the only input of the plant that the loop does not set.
@@ -193,13 +217,15 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 }
 
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
-    let mut knowns =
-        vec!["pitch_step", "step_time", "step_end", "manual", "pitch_reference", "speed_reference"];
+    let steps = [(PITCH, "pitch_step"), (DEPTH, "depth_step")];
+    let steps = steps.into_iter().filter(|(place, _)| model.steps(*place)).map(|(_, name)| name);
+    let mut knowns: Vec<&str> = steps.chain(["step_time", "step_end", "manual"]).collect();
+    knowns.extend(inputs(model));
     knowns.extend(knowns_of_start(model));
     knowns
 }
 
-fn references(model: &ClosedLoop) -> [Variable; 3] {
+fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let own = |quantity: Own| quantity.number(actuators(model));
     let output = |name, description, get: fn(&ClosedLoop) -> f64, unit, knowns: &[&str]| {
         Variable::real(name, description, get, Role::output())
@@ -208,28 +234,48 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
             .initially_depends_on(knowns)
     };
     let knowns = knowns_of_first_tick(model);
-    [
-        output(
-            "pitch_reference_used",
-            "wanted pitch angle at the last tick, of the manoeuvre or the input",
-            |m| m.controller.inputs.references[PITCH],
-            "rad",
+    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let pitch = output(
+        "pitch_reference_used",
+        "wanted pitch angle at the last tick, of the manoeuvre or the input",
+        |m| m.controller.inputs.references[PITCH],
+        "rad",
+        &knowns,
+    )
+    .discrete()
+    .nominal(0.1)
+    .quantity(own(Own::PitchReferenceUsed));
+    let depth = output(
+        "depth_reference_used",
+        "wanted depth at the last tick, of the manoeuvre or the input",
+        |m| m.controller.inputs.references[DEPTH],
+        "m",
+        &knowns,
+    )
+    .discrete()
+    .nominal(10.0)
+    .quantity(own(Own::DepthReferenceUsed));
+    let speed = output(
+        "speed_reference_used",
+        "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
+        |m| m.controller.inputs.references[SPEED],
+        "m/s",
+        &knowns,
+    )
+    .discrete()
+    .nominal(1.0)
+    .quantity(own(Own::SpeedReferenceUsed));
+    let error = match model.stepped() {
+        DEPTH => output(
+            "tracking_error",
+            "depth_reference_used less depth",
+            |m| m.controller.inputs.references[DEPTH] - m.plant.state().depth,
+            "m",
             &knowns,
         )
-        .discrete()
-        .nominal(0.1)
-        .quantity(own(Own::PitchReferenceUsed)),
-        output(
-            "speed_reference_used",
-            "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
-            |m| m.controller.inputs.references[SPEED],
-            "m/s",
-            &knowns,
-        )
-        .discrete()
         .nominal(1.0)
-        .quantity(own(Own::SpeedReferenceUsed)),
-        output(
+        .depends_on(&["depth"]),
+        _ => output(
             "tracking_error",
             "pitch_reference_used less pitch",
             |m| m.controller.inputs.references[PITCH] - m.plant.state().motion.theta,
@@ -237,7 +283,8 @@ fn references(model: &ClosedLoop) -> [Variable; 3] {
             &knowns,
         )
         .nominal(0.1)
-        .depends_on(&["pitch"])
-        .quantity(own(Own::TrackingError)),
-    ]
+        .depends_on(&["pitch"]),
+    };
+    let error = error.quantity(own(Own::TrackingError));
+    [of(PITCH, pitch), of(DEPTH, depth), Some(speed), Some(error)].into_iter().flatten()
 }

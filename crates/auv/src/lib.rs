@@ -44,7 +44,7 @@ pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
 pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force};
 pub use motion::level::{Branch, Pitch, Speed};
-pub use motion::linearise::{Linearisation, linearise};
+pub use motion::linearise::{Linearisation, linearise, linearise_with};
 pub use motion::parameter::{Parameter, UnknownParameter};
 pub use motion::trim::{Trim, trim, trim_with};
 pub use motion::trim_error::TrimError;

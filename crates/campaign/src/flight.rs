@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::plan::{Drawn, Plan};
 use auv::{Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
-use signals::{PITCH, SPEED};
+use signals::{DEPTH, PITCH, SIGNALS, SPEED};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::error::Error as FlightError;
@@ -45,7 +45,8 @@ impl Outcome {
 }
 
 /// Names and units of the figures of a row, in their order; NaN where one is not known, infinity where it never comes.
-pub const FIGURES: [(&str, &str); 10] = [
+/// See [`Plan::figures`].
+const FIGURES: [(&str, &str); FIGURES_OF_A_ROW] = [
     ("time", "s"),
     ("overshoot", "1"),
     ("rise_time", "s"),
@@ -58,11 +59,17 @@ pub const FIGURES: [(&str, &str); 10] = [
     ("saturated", "1"),
 ];
 
-/// The figures of a flight without any.
-const UNKNOWN: [f64; FIGURES.len()] = [f64::NAN; FIGURES.len()];
+/// How many figures a row has.
+pub const FIGURES_OF_A_ROW: usize = 10;
 
-/// What is drawn beside the uncertain numbers and the starts off the trim, with units.
-pub const DRAWN: [(&str, &str); 3] = [("speed_from", "m/s"), ("speed_to", "m/s"), ("pitch_step", "rad")];
+/// The place of the error of the output that steps.
+pub const ERROR: usize = 7;
+
+/// The figures of a flight without any.
+const UNKNOWN: [f64; FIGURES_OF_A_ROW] = [f64::NAN; FIGURES_OF_A_ROW];
+
+/// What is drawn of the speed, with units.
+const SPEEDS: [(&str, &str); 2] = [("speed_from", "m/s"), ("speed_to", "m/s")];
 
 /// A row of the results.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,11 +78,11 @@ pub struct Row {
     pub flight: u64,
     /// How it ended.
     pub outcome: Outcome,
-    /// As [`DRAWN`], then how far off its trim the flight began in each signal that was, then each uncertain number in
+    /// The two speeds, the step, then how far off its trim the flight began in each signal that was, then each uncertain number in
     /// its unit.
     pub drawn: Vec<f64>,
-    /// As [`FIGURES`].
-    pub figures: [f64; FIGURES.len()],
+    /// As [`Plan::figures`].
+    pub figures: [f64; FIGURES_OF_A_ROW],
 }
 
 impl Row {
@@ -141,9 +148,25 @@ impl Plan<'_> {
         sea.is_some_and(|sea| trim_with(vehicle, speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
+    /// The place in [`SIGNALS`] of the output that steps.
+    pub fn stepped(&self) -> usize {
+        self.inputs.design.stepped()
+    }
+
+    /// Names and units of the figures of a row: the error is that of the output that steps.
+    pub fn figures(&self) -> [(&'static str, &'static str); FIGURES_OF_A_ROW] {
+        let mut figures = FIGURES;
+        if self.stepped() == DEPTH {
+            figures[ERROR] = ("depth_error_rms", "m");
+        }
+        figures
+    }
+
     /// Names and units of what is drawn for a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
-        let beside = DRAWN.iter().map(|(name, unit)| ((*name).to_owned(), *unit));
+        let stepped = &SIGNALS[self.stepped()];
+        let step = (format!("{}_step", stepped.name), stepped.unit);
+        let beside = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain([step]);
         let starts = self.identity.starts.off();
         let starts = starts.map(|(_, signal)| (format!("{}_off_trim", signal.name), signal.unit));
         beside
@@ -171,11 +194,12 @@ impl Plan<'_> {
         Ok((self.row_of(number, &drawn, outcome, figures), flight))
     }
 
-    fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES.len()]) -> Row {
-        let Manoeuvre { speed_from, speed_to, pitch_step, .. } = drawn.manoeuvre;
+    fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES_OF_A_ROW]) -> Row {
+        let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
+        let step = drawn.manoeuvre.steps()[self.stepped()];
         let values = self.values(drawn).map(|(_, value)| value);
         let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
-        let drawn = [speed_from, speed_to, pitch_step].into_iter().chain(starts).chain(values).collect();
+        let drawn = [speed_from, speed_to, step].into_iter().chain(starts).chain(values).collect();
         Row { flight, outcome, drawn, figures }
     }
 
@@ -212,11 +236,12 @@ impl Plan<'_> {
         fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &varied)
     }
 
-    fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES.len()]) {
+    fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES_OF_A_ROW]) {
         let rows = &flight.rows;
         let limits: Vec<(f64, f64)> = self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.pitch_step);
-        let mut figures = StepFigures::of(rows, step.0, step.1, &limits);
+        let stepped = self.stepped();
+        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.steps()[stepped]);
+        let mut figures = StepFigures::of(rows, stepped, step, &limits);
         if flight.surfacing.is_some() {
             figures = figures.cut_short();
         }
@@ -241,7 +266,7 @@ impl Plan<'_> {
             steady_error,
             speed_deviation,
             actuator_use,
-            rms(PITCH),
+            rms(stepped),
             rms(SPEED),
             saturated,
         ];

@@ -208,8 +208,9 @@ impl<'a> Plan<'a> {
         let mut speed =
             || default.speed_from + uniform(&mut numbers) * (default.speed_to - default.speed_from);
         let (speed_from, speed_to) = (speed(), speed());
-        let pitch_step = if uniform(&mut numbers) < 0.5 { -default.pitch_step } else { default.pitch_step };
-        let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, ..default.clone() };
+        let sign = if uniform(&mut numbers) < 0.5 { -1.0 } else { 1.0 };
+        let (pitch_step, depth_step) = (sign * default.pitch_step, sign * default.depth_step);
+        let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, depth_step, ..default.clone() };
         let sea_seed = numbers.next_u64() >> 33;
         // Last, so that all else is drawn alike with starts and without.
         let mut off_trim = self.identity.starts.0;

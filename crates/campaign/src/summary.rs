@@ -1,6 +1,7 @@
 //! What the rows of a campaign say.
 
-use crate::flight::{FIGURES, Outcome, Row};
+use crate::flight::{ERROR, Outcome, Row};
+use crate::plan::Plan;
 use serde::Serialize;
 
 /// The normal distribution's 97.5 % point: an interval of 95 %.
@@ -26,7 +27,7 @@ pub struct Share {
 /// A figure over all flights that have it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
-    /// As in [`FIGURES`].
+    /// As in [`Plan::figures`].
     pub figure: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -61,8 +62,9 @@ fn wilson(found: usize, of: usize) -> [f64; 2] {
     [-1.0, 1.0].map(|side| ((middle + side * half) / (1.0 + z2 / n)).clamp(0.0, 1.0))
 }
 
-/// Each figure over the flights that have it, `names` those of what was drawn.
-pub fn spreads(rows: &[Row], names: &[String]) -> Vec<Spread> {
+/// Each figure of a plan over the flights that have it.
+pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
+    let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
     let of = |(place, (figure, unit)): (usize, (&'static str, &'static str))| {
         let mut known: Vec<(f64, &Row)> =
             rows.iter().map(|row| (row.figures[place], row)).filter(|(value, _)| !value.is_nan()).collect();
@@ -78,17 +80,16 @@ pub fn spreads(rows: &[Row], names: &[String]) -> Vec<Spread> {
         pushed_by.sort_by(|(_, a), (_, b)| b.abs().total_cmp(&a.abs()));
         Some(Spread { figure, unit, quantiles: QUANTILES.map(at), largest, flight: row.flight, pushed_by })
     };
-    FIGURES.into_iter().enumerate().filter_map(of).collect()
+    plan.figures().into_iter().enumerate().filter_map(of).collect()
 }
 
 /// The flights that came out worst, at most so many, the worst first: lost ones before those at the surface before all
-/// others, the larger rms of the pitch error first. Those that have no figures, and nothing to show, are left out.
+/// others, the larger rms of the error of what steps first. Those that have no figures, and nothing to show, are left out.
 pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     const ORDER: [Outcome; 3] = [Outcome::Lost, Outcome::Surfaced, Outcome::Flown];
-    let error = FIGURES.iter().position(|(name, _)| *name == "pitch_error_rms").unwrap_or(0);
     let place = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);
-    let mut known: Vec<&Row> = rows.iter().filter(|row| !row.figures[error].is_nan()).collect();
-    known.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| b.figures[error].total_cmp(&a.figures[error])));
+    let mut known: Vec<&Row> = rows.iter().filter(|row| !row.figures[ERROR].is_nan()).collect();
+    known.sort_by(|a, b| place(a).cmp(&place(b)).then_with(|| b.figures[ERROR].total_cmp(&a.figures[ERROR])));
     known.truncate(count);
     known
 }
@@ -118,6 +119,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::FIGURES_OF_A_ROW;
 
     /// Ten of a hundred: 0.1148 -+ 0.0596.
     #[test]
@@ -130,8 +132,8 @@ mod tests {
     #[test]
     fn the_worst_come_first() {
         let row = |flight, outcome, error| {
-            let mut figures = [0.0; FIGURES.len()];
-            figures[7] = error;
+            let mut figures = [0.0; FIGURES_OF_A_ROW];
+            figures[ERROR] = error;
             Row { flight, outcome, drawn: vec![], figures }
         };
         let rows = [
@@ -142,10 +144,7 @@ mod tests {
             row(4, Outcome::Flown, 0.2),
         ];
         let flights = |count| worst(&rows, count).iter().map(|row| row.flight).collect::<Vec<_>>();
-        assert_eq!(
-            (FIGURES[7].0, flights(10), flights(2)),
-            ("pitch_error_rms", vec![2, 1, 4, 0], vec![2, 1])
-        );
+        assert_eq!((flights(10), flights(2)), (vec![2, 1, 4, 0], vec![2, 1]));
     }
 
     #[test]

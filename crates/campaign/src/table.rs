@@ -2,7 +2,7 @@
 //! and other columns of flights. The metadata of a file has the identity of the campaign and the unit of each column.
 
 use crate::error::Error;
-use crate::flight::{FIGURES, Outcome, Row};
+use crate::flight::{FIGURES_OF_A_ROW, Outcome, Row};
 use crate::plan::{Identity, Plan};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::get_typed_column_reader;
@@ -56,7 +56,7 @@ pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
     let words = rows.iter().map(|row| row.outcome.word()).collect();
     let first = [("flight", Values::Whole(whole)), ("outcome", Values::Words(words))];
     let first = first.map(|(name, values)| Column { name: name.into(), unit: String::new(), values });
-    let names = plan.drawn().into_iter().chain(FIGURES.map(|(name, unit)| (name.to_owned(), unit)));
+    let names = plan.drawn().into_iter().chain(plan.figures().map(|(name, unit)| (name.to_owned(), unit)));
     let numbers = names.enumerate().map(|(place, (name, unit))| {
         let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
         Column { name, unit: unit.into(), values: Values::Numbers(rows.iter().map(number).collect()) }
@@ -136,7 +136,7 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
     let text = text.ok_or_else(|| format!("its metadata has no '{IDENTITY}'"))?;
     let identity = serde_json::from_str(text).map_err(|why| format!("'{IDENTITY}': {why}"))?;
     let columns = metadata.schema_descr().num_columns();
-    let drawn = columns.checked_sub(FIRST + FIGURES.len()).ok_or("it has too few columns")?;
+    let drawn = columns.checked_sub(FIRST + FIGURES_OF_A_ROW).ok_or("it has too few columns")?;
     let mut found = Vec::new();
     for place in 0..reader.num_row_groups() {
         let group = reader.get_row_group(place).map_err(words)?;
@@ -162,7 +162,7 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
             let word = word.as_utf8().map_err(words)?;
             let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.word() == word);
             let values: Vec<f64> = numbers.iter().map(|values| values[k]).collect();
-            let mut figures = [f64::NAN; FIGURES.len()];
+            let mut figures = [f64::NAN; FIGURES_OF_A_ROW];
             figures.copy_from_slice(&values[drawn..]);
             found.push(Row {
                 flight: u64::try_from(*flight).map_err(|why| why.to_string())?,

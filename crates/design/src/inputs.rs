@@ -111,7 +111,7 @@ impl Inputs {
         actuator_names::check(&vehicle.0, files[0])?;
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
         let (vehicle, mut design) = (vehicle.0, design.0);
-        design.states = vehicle.coefficients.surge.states();
+        design.states = vehicle.coefficients.surge.states(design.has_depth());
         check_states(&design, files[1])?;
         if design.sea.is_some() && vehicle.geometry.is_none() {
             return Err(InputError::NoGeometry { file: files[1].into() });

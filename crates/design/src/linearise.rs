@@ -2,7 +2,7 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, Vehicle, linearise, trim_with, trims};
+use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
 
@@ -18,7 +18,7 @@ pub const TRIM_ROWS: usize = 101;
 pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
     let (depth, pitch) = file.level();
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
-    let still = linearise(vehicle, &level)?;
+    let still = linearise_with(vehicle, &level, file.has_depth())?;
     match file.sea.as_ref().zip(vehicle.geometry) {
         None => Ok(still),
         Some((sea, geometry)) => {

@@ -189,7 +189,7 @@ fn limits_stage(
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
-    let running = progress.begin("limits", "how large a pitch step the loop survives at its limits");
+    let running = progress.begin("limits", "how large a step the loop survives at its limits");
     let found = with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
     let seconds = running.seconds();
     drop(running);
@@ -199,7 +199,7 @@ fn limits_stage(
             claims::limits(&frozen.controller, &found.theorem).map(|claim| proved(&claim, seconds))
         }
         Err(reason) => {
-            Some(format!("no pitch step is shown to be survived at the limits, none is claimed: {reason}"))
+            Some(format!("no step is shown to be survived at the limits, none is claimed: {reason}"))
         }
     };
     words.iter().for_each(|words| progress.done("limits", words));

@@ -42,13 +42,13 @@ pub fn over_range(declared: Declared<'_>, order: usize, model: &Model) -> Result
     let vehicle = declared.vehicle;
     let mut ranges = Vec::new();
     for (_, nominal) in &model.grid {
-        ranges.push(trim_range(declared, &nominal.trim)?);
+        ranges.push(trim_range(declared, nominal)?);
     }
     let moved = TrimRange::all_that_move(&ranges);
     let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
         let all = blocks(declared, &nominal.trim, &range.of(&moved))?;
-        gradients.push(Gradients::at(vehicle, &nominal.trim, &all)?);
+        gradients.push(Gradients::at(vehicle, nominal, &all)?);
         rhos.push(*rho);
         if i == model.grid.len() / 2 {
             middle = all;

@@ -3,8 +3,8 @@
 use crate::error::ExportError;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
-use scheduled::{Actuator, ControllerDesign};
-use signals::{SIGNALS, Signal, Values, tracked};
+use scheduled::{Actuator, ControllerDesign, Kind};
+use signals::{DEPTH, SIGNALS, Signal, Values, place, tracked};
 
 /// What is proved of a controller, in words for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -119,6 +119,12 @@ fn output(actuator: &Actuator) -> String {
     format!("    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
 }
 
+/// Whether depths count from one that the state keeps.
+pub(crate) fn has_depth(design: &ControllerDesign) -> bool {
+    let taken = design.controller_inputs.iter().filter(|input| input.kind != Kind::Error);
+    taken.filter_map(|input| place(&input.signal)).any(|place| place == DEPTH)
+}
+
 /// The name of the bit of a measurement.
 pub(crate) fn stuck_bit(input: &Input) -> String {
     format!("@PREFIX@_STUCK_{}", input.name.to_ascii_uppercase())
@@ -134,6 +140,10 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
         format!("    @prefix@_real x[{}]; /* state of the controller */\n", tables.sizes().states);
     if design.reference_filter.is_some() {
         members += "    @prefix@_real filtered_speed; /* m/s: V_r, the filtered reference of the speed */\n";
+    }
+    if has_depth(design) {
+        members +=
+            "    @prefix@_real depth_zero; /* m: depths count from here, the reference at the reset */\n";
     }
     if design.delay_ticks > 0 {
         let (late, m) = (design.delay_ticks, design.actuators.len());

@@ -1,6 +1,6 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::header::{Input, inputs, stuck_bit};
+use crate::header::{Input, has_depth, inputs, stuck_bit};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::fill;
@@ -52,6 +52,13 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("close_loop", close_loop(tables)),
         ("put_out", put_out(design, tables.real)),
         ("level", level(design, tables)),
+        (
+            "depth_zero",
+            match has_depth(design) {
+                true => "\n    fresh.depth_zero = in->depth_reference;".to_owned(),
+                false => String::new(),
+            },
+        ),
         ("wanted", if design.speed_given { "speed" } else { "speed_reference" }.to_owned()),
         ("reset", reset(design)),
         (
@@ -178,6 +185,7 @@ fn y(design: &ControllerDesign, real: Real) -> String {
             "theta" => format!("({taken} - t->trim_pitch)"),
             "u" => format!("({taken} - filtered_speed)"),
             "w" => format!("({taken} - filtered_speed * tan@f@(t->trim_pitch))"),
+            "z" => format!("({taken} - state->depth_zero)"),
             _ => taken,
         };
         format!("    y[{index}] = {level} / {};\n", real.literal(input.scale))
@@ -220,7 +228,7 @@ fn put_out(design: &ControllerDesign, real: Real) -> String {
 /// The inputs in level flight at the middle of the speeds, in the order of the struct.
 fn level(design: &ControllerDesign, tables: &Tables) -> String {
     let trim = tables.autopilot.trim();
-    let signals = trim.signals(trim.forward_speed(design.scheduling.centre));
+    let signals = trim.signals(trim.forward_speed(design.scheduling.centre), design.depth);
     tables.real.list(inputs(design).iter().map(|input| signals[input.signal]))
 }
 

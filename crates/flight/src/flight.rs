@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::sea::{Conditions, Sea};
 use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
-use signals::{Each, PITCH, SIGNALS, SPEED, TRACKED, measured};
+use signals::{Each, EachTracked, SIGNALS, measured};
+use std::array::from_fn;
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,8 +189,8 @@ pub fn fly_under(
 pub struct Demand {
     /// Speed V along the path through the water, m/s.
     pub speed: f64,
-    /// Pitch above that of the trim, rad.
-    pub pitch_above_trim: f64,
+    /// Each reference above that of the trim, and the depth above that of the start, SI; the speed apart.
+    pub above_trim: EachTracked<f64>,
     /// The current. Where it steps, the velocity through the water does.
     pub current: Current,
 }
@@ -199,7 +200,7 @@ impl Demand {
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            pitch_above_trim: manoeuvre.pitch_above_trim(time),
+            above_trim: manoeuvre.above_trim(time),
             current: Current::default(),
         }
     }
@@ -243,9 +244,10 @@ fn fly_in(
         Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
     for k in 0..=steps {
         let time = k as f64 * sample_time;
-        let Demand { speed, pitch_above_trim, current } = course(time);
+        let Demand { speed, above_trim, current } = course(time);
         let demanded = table.forward_speed(speed);
-        let reference = table.pitch(demanded) + pitch_above_trim;
+        let level = table.signals(demanded, level.0);
+        let references = from_fn(|place| level[place] + above_trim[place]);
         plant.set_current(current + conditions.as_ref().map(Conditions::wandering).unwrap_or_default())?;
         plant.set_given_speed(demanded)?;
         let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
@@ -255,8 +257,7 @@ fn fly_in(
             flight.surfacing = Some(Surfacing { time, speed: u });
             break;
         }
-        let mut signals = Measured { measured: measured([u, w, q, theta]), references: [0.0; TRACKED] };
-        (signals.references[PITCH], signals.references[SPEED]) = (reference, demanded);
+        let signals = Measured { measured: measured([u, w, q, theta, depth]), references };
         let mut read = signals;
         if let Some(sea) = &mut conditions {
             read.measured = sea.read(&signals.measured);
@@ -279,13 +280,13 @@ fn fly_in(
 
 /// A state with another motion, by what is added to each signal; the same to the bit where that is 0.
 fn displaced(state: State, by: Each<f64>) -> State {
-    let Motion { u, w, q, theta } = state.motion;
-    let mut motion = [u, w, q, theta];
+    let State { motion: Motion { u, w, q, theta }, depth, .. } = state;
+    let mut motion = [u, w, q, theta, depth];
     for (signal, by) in SIGNALS.iter().zip(by).filter(|(_, by)| *by != 0.0) {
         motion[signal.state] += by;
     }
-    let [u, w, q, theta] = motion;
-    State { motion: Motion { u, w, q, theta }, ..state }
+    let [u, w, q, theta, depth] = motion;
+    State { motion: Motion { u, w, q, theta }, depth, ..state }
 }
 
 /// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch

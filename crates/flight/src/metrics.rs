@@ -1,7 +1,7 @@
 //! Figures of a flight: what a control engineer reads off the plot.
 
 use crate::flight::Row;
-use signals::{PITCH, SPEED};
+use signals::{DEPTH, SPEED};
 
 /// The band around the new reference, relative to the step, within which a response counts as settled.
 pub const SETTLED: f64 = 0.02;
@@ -13,14 +13,17 @@ pub const GRACE: f64 = 10.0;
 /// slower.
 const JUMP: f64 = std::f64::consts::PI / 180.0;
 
-/// What a pitch step response amounts to.
+/// The same of a depth reference \[m\]: one that a vehicle can follow moves by less.
+const JUMP_OF_DEPTH: f64 = 0.2;
+
+/// What a step response amounts to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepFigures {
     /// Largest excursion beyond the new reference, relative to the step.
     pub overshoot: f64,
     /// From 10 % to 90 % of the step, s.
     pub rise_time: f64,
-    /// From the step until the pitch stays within [`SETTLED`], s; infinity if it does not.
+    /// From the step until the output stays within [`SETTLED`], s; infinity if it does not.
     pub settling_time: f64,
     /// Mean error over the last tenth of the record, relative to the step.
     pub steady_error: f64,
@@ -39,12 +42,12 @@ impl StepFigures {
     }
 }
 
-/// A step of the pitch reference in a flight, and the response to it.
+/// A step of a reference in a flight, and the response to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PitchStep {
+pub struct Step {
     /// When it came, s.
     pub time: f64,
-    /// Its height, rad, signed.
+    /// Its height, rad or m, signed.
     pub height: f64,
     /// Of the response, up to the next step.
     pub figures: StepFigures,
@@ -53,11 +56,11 @@ pub struct PitchStep {
 /// What a whole flight amounts to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlightFigures {
-    /// The steps of the pitch reference, in order.
-    pub steps: Vec<PitchStep>,
-    /// Largest pitch error \[rad\] from the first step on, without the [`GRACE`] after each; that of the whole flight
+    /// The steps of the reference, in order.
+    pub steps: Vec<Step>,
+    /// Largest error \[rad or m\] from the first step on, without the [`GRACE`] after each; that of the whole flight
     /// where there is no step. None when the flight ends before any such time.
-    pub pitch_error: Option<f64>,
+    pub error: Option<f64>,
     /// Largest deviation of the speed from its reference, m/s.
     pub speed_deviation: f64,
     /// Largest use of an actuator, relative to its limits: 1 is at a limit.
@@ -65,20 +68,22 @@ pub struct FlightFigures {
 }
 
 impl FlightFigures {
-    /// Reads the figures off a record. `limits` are the least and the largest command of each actuator, in the order of
+    /// Reads the figures of an output, by its place in [`signals::SIGNALS`], off a record. `limits` are the least and the largest command of each actuator, in the order of
     /// the commands.
     #[must_use]
-    pub fn of(rows: &[Row], limits: &[(f64, f64)]) -> Self {
-        let jump = |i: usize| rows[i].reference(PITCH) - rows[i - 1].reference(PITCH);
-        let begins: Vec<usize> = (1..rows.len()).filter(|i| jump(*i).abs() > JUMP).collect();
+    pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
+        let jump = |i: usize| rows[i].reference(place) - rows[i - 1].reference(place);
+        let least = if place == DEPTH { JUMP_OF_DEPTH } else { JUMP };
+        let begins: Vec<usize> = (1..rows.len()).filter(|i| jump(*i).abs() > least).collect();
         let ends = begins.iter().skip(1).copied().chain([rows.len()]);
         let step = |(begin, end): (&usize, usize)| {
             let (time, height) = (rows[*begin].time, jump(*begin));
-            PitchStep { time, height, figures: StepFigures::of(&rows[*begin..end], time, height, limits) }
+            let figures = StepFigures::of(&rows[*begin..end], place, (time, height), limits);
+            Step { time, height, figures }
         };
-        let steps: Vec<PitchStep> = begins.iter().zip(ends).map(step).collect();
+        let steps: Vec<Step> = begins.iter().zip(ends).map(step).collect();
         Self {
-            pitch_error: pitch_error(rows, &steps),
+            error: error(rows, place, &steps),
             steps,
             speed_deviation: speed_deviation(rows),
             actuator_use: actuator_use(rows, limits),
@@ -86,10 +91,10 @@ impl FlightFigures {
     }
 }
 
-fn pitch_error(rows: &[Row], steps: &[PitchStep]) -> Option<f64> {
+fn error(rows: &[Row], place: usize, steps: &[Step]) -> Option<f64> {
     let first = steps.first().map_or(f64::NEG_INFINITY, |step| step.time);
     let counts = |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
-    let errors = rows.iter().filter(|r| counts(r.time)).map(|r| r.error(PITCH).abs());
+    let errors = rows.iter().filter(|r| counts(r.time)).map(|r| r.error(place).abs());
     errors.reduce(f64::max)
 }
 
@@ -121,18 +126,9 @@ impl StepFigures {
         actuator_use: f64::NAN,
     };
 
-    /// Reads the figures off a record with one step of the pitch of `height` (rad) at `step_time` (s).
-    pub fn of(rows: &[Row], step_time: f64, height: f64, limits: &[(f64, f64)]) -> Self {
-        Self::of_signal(rows, PITCH, (step_time, height), limits)
-    }
-
-    /// The same of a step of the signal at a place in [`signals::SIGNALS`].
-    pub fn of_signal(
-        rows: &[Row],
-        place: usize,
-        (step_time, height): (f64, f64),
-        limits: &[(f64, f64)],
-    ) -> Self {
+    /// Reads the figures off a record with one step at `step_time` (s), of the signal at a place in
+    /// [`signals::SIGNALS`] and by `height` in its unit.
+    pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
             return Self::NONE;
@@ -162,13 +158,15 @@ impl StepFigures {
 mod tests {
     use super::*;
     use scheduled::Inputs;
+    use signals::PITCH;
 
     /// A flight at constant speed, by pitch and reference (rad) over time (s).
     fn flown(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {
         let row = |i: u32| {
             let time = step * f64::from(i);
             let (pitch, reference) = at(time);
-            let signals = Inputs { measured: [pitch, 1.0, 0.0, 0.0], references: [reference, 1.25] };
+            let signals =
+                Inputs { measured: [pitch, 1.0, 0.0, 0.0, 0.0], references: [reference, 1.25, 0.0] };
             Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![3.0] }
         };
         (0..(duration / step) as u32).map(row).collect()
@@ -188,10 +186,10 @@ mod tests {
                     if time >= 5.0 { (0.2 * (1.0 - wave(time - 5.0)), 0.2) } else { (0.0, 0.0) }
                 },
             );
-        let found = FlightFigures::of(&rows, &[]);
-        let [PitchStep { time, height, figures }] = found.steps[..] else { panic!("{found:?}") };
+        let found = FlightFigures::of(&rows, PITCH, &[]);
+        let [Step { time, height, figures }] = found.steps[..] else { panic!("{found:?}") };
         assert_eq!((time, height), (5.0, 0.2));
-        assert_eq!(figures, StepFigures::of(&rows, 5.0, 0.2, &[]));
+        assert_eq!(figures, StepFigures::of(&rows, PITCH, (5.0, 0.2), &[]));
         assert!((figures.overshoot - (-std::f64::consts::PI / 3f64.sqrt()).exp()).abs() < 1e-4);
         assert!((figures.settling_time - 8.08).abs() < 0.01, "{}", figures.settling_time);
         assert!((figures.rise_time - 1.64).abs() < 0.02, "{}", figures.rise_time);
@@ -201,15 +199,18 @@ mod tests {
     #[test]
     fn figures_of_a_response_that_does_not_settle() {
         let rows = flown(10.0, 0.01, |time| (0.0, if time >= 5.0 { 0.2 } else { 0.0 }));
-        let [PitchStep { figures, .. }] = FlightFigures::of(&rows, &[]).steps[..] else { panic!() };
+        let [Step { figures, .. }] = FlightFigures::of(&rows, PITCH, &[]).steps[..] else { panic!() };
         assert_eq!((figures.settling_time, figures.steady_error), (f64::INFINITY, 1.0));
     }
 
     #[test]
     fn each_step_ends_with_the_next() {
         let reference = |time: f64| if (4.0..8.0).contains(&time) { 0.1 } else { 0.0 };
-        let found =
-            FlightFigures::of(&flown(12.0, 0.5, |time| (reference(time), reference(time))), &[(2.0, 4.0)]);
+        let found = FlightFigures::of(
+            &flown(12.0, 0.5, |time| (reference(time), reference(time))),
+            PITCH,
+            &[(2.0, 4.0)],
+        );
         assert_eq!(
             found.steps.iter().map(|s| (s.time, s.height)).collect::<Vec<_>>(),
             [(4.0, 0.1), (8.0, -0.1)]
@@ -223,7 +224,7 @@ mod tests {
     fn pitch_error_leaves_out_what_follows_a_step() {
         let error = |events: &'static [f64], at: fn(f64) -> f64| {
             let reference = move |time| 0.1 * events.iter().filter(|e| time >= **e).count() as f64;
-            FlightFigures::of(&flown(30.0, 0.5, |t| (reference(t) - at(t), reference(t))), &[]).pitch_error
+            FlightFigures::of(&flown(30.0, 0.5, |t| (reference(t) - at(t), reference(t))), PITCH, &[]).error
         };
         let near = |found: Option<f64>, expected: f64| {
             assert!((found.unwrap() - expected).abs() < 1e-12, "{found:?}")
@@ -250,9 +251,9 @@ mod tests {
     /// A flight that ended at the surface: no panic, and no number for what it does not tell.
     #[test]
     fn figures_of_a_flight_that_was_cut_short() {
-        assert!(StepFigures::of(&[], 5.0, 0.2, &[]).settling_time.is_nan());
+        assert!(StepFigures::of(&[], PITCH, (5.0, 0.2), &[]).settling_time.is_nan());
         let row = Row { time: 6.0, ..flown(1.0, 1.0, |_| (0.01, 0.2)).remove(0) };
-        let found = StepFigures::of(&[row], 5.0, 0.2, &[]);
+        let found = StepFigures::of(&[row], PITCH, (5.0, 0.2), &[]);
         assert_eq!((found.rise_time, found.settling_time), (f64::INFINITY, f64::INFINITY));
         let cut = found.cut_short();
         assert!(cut.rise_time.is_nan() && cut.settling_time.is_nan() && cut.steady_error.is_nan());

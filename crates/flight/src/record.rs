@@ -2,7 +2,8 @@
 
 use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
-use signals::{SIGNALS, tracked};
+use scheduled::ControllerDesign;
+use signals::{DEPTH, SIGNALS, tracked};
 
 /// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +36,7 @@ impl Record {
 
     /// The record of a flight in this process; at sea it also has the surface over the vehicle, the velocity of the
     /// water, and what the sensors read.
-    pub fn of(flight: &Flight, actuators: &[Actuator]) -> Self {
+    pub fn of(flight: &Flight, actuators: &[Actuator], design: &ControllerDesign) -> Self {
         let mut columns = Vec::new();
         let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
             let heading = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
@@ -44,9 +45,10 @@ impl Record {
         add("time", "s", &|r| r.time);
         for (place, (signal, wanted)) in tracked().enumerate() {
             add(signal.name, signal.unit, &|r| r.measured(place));
-            add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
+            if place != DEPTH || design.follows(DEPTH) {
+                add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
+            }
         }
-        add("depth", "m", &|r| r.depth);
         add("scheduling_parameter", "", &|r| r.rho);
         add("speed_out_of_range", "", &|r| f64::from(u8::from(r.out_of_range)));
         for (j, actuator) in actuators.iter().enumerate() {

@@ -21,7 +21,7 @@ use crate::ssp::units::{of_connectors, units};
 use crate::xml::{Xml, document, real};
 use auv::TrimPoint;
 use model_description::{Causality, ModelDescription, ScalarVariable};
-use signals::{PITCH, SIGNALS, measured, tracked};
+use signals::{SIGNALS, measured, tracked};
 use squid_design::store::Stored;
 use std::collections::BTreeMap;
 use std::io;
@@ -91,7 +91,7 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
     rows.iter().filter_map(|&row| trim.get(row)).collect()
 }
 
-/// What each component starts with: the plant in trim at the speed, the references a pitch step above that.
+/// What each component starts with: the plant in trim at the speed, the references a step above that.
 fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
     let values = match kind {
         Kind::Plant => vec![
@@ -100,9 +100,8 @@ fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) ->
             ("given_speed", at.forward_speed),
         ],
         _ => {
-            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch]);
-            let mut wanted = level;
-            wanted[PITCH] += stored.manoeuvre.pitch_step;
+            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch, stored.plant.depth]);
+            let wanted = level.into_iter().zip(stored.manoeuvre.steps()).map(|(level, step)| level + step);
             let references = tracked().map(|(_, reference)| reference.name).zip(wanted);
             SIGNALS.iter().map(|signal| signal.name).zip(level).chain(references).collect()
         }

@@ -11,7 +11,7 @@ use auv::LpvModel;
 use certificate::Theorem;
 use fmi2::Resources;
 use scheduled::ControllerDesign;
-use squid_design::certify::limits::{degrees, degrees_of, of_autopilot};
+use squid_design::certify::limits::{ClaimedStep, of_autopilot};
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
@@ -30,8 +30,8 @@ pub struct Verified {
     pub theorem: Theorem,
     /// Name of vehicle and design, when the file says so, and what was computed again.
     pub about: Vec<String>,
-    /// The largest pitch step that the claim with limits is of, deg; where it is known what the step is counted in.
-    pub pitch_step: Option<f64>,
+    /// The largest step that the claim with limits is of; where it is known what the step is counted in.
+    pub step: Option<ClaimedStep>,
 }
 
 /// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
@@ -74,7 +74,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     matches(&design, &certificate)?;
     let theorem = certificate.prove()?;
     of_autopilot(&design, &certificate)?;
-    let pitch_step = degrees(&design, &theorem);
+    let step = ClaimedStep::of(&design, &theorem);
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
     let mut about = vec![format!(
@@ -89,7 +89,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", c::CONTROLLER, named(inputs)));
     }
-    Ok(Verified { theorem, about, pitch_step })
+    Ok(Verified { theorem, about, step })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -104,9 +104,9 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
 fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let certificate = parse(&read(path)?, &path.display().to_string())?;
     let theorem = certificate.prove()?;
-    let (mut about, mut pitch_step) = (vec![], None);
+    let (mut about, mut step) = (vec![], None);
     if let Some(inputs) = inputs {
-        pitch_step = degrees_of(&inputs.design, &theorem);
+        step = ClaimedStep::of_file(&inputs.design, &theorem);
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
         of_inputs(&certificate, &inputs.vehicle, &inputs.design, &model)?;
         let what = match certificate.residual {
@@ -117,7 +117,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         };
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
-    Ok(Verified { theorem, about, pitch_step })
+    Ok(Verified { theorem, about, step })
 }
 
 fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
@@ -152,7 +152,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
         return Err(Error::WrongDescription { path: path.display().to_string() });
     }
     of_autopilot(&design, &certificate)?;
-    let pitch_step = degrees(&design, &theorem);
+    let step = ClaimedStep::of(&design, &theorem);
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
         made_of(design, certificate, &resources, inputs)
@@ -162,7 +162,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
             named(inputs)
         ));
     }
-    Ok(Verified { theorem, about, pitch_step })
+    Ok(Verified { theorem, about, step })
 }
 
 /// Vehicle and design, as what is compared with them is said.

@@ -107,7 +107,7 @@ impl Vehicle {
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
         let flight = flown.map_err(|error| NumericalError::new_err(error.to_string()))?;
-        let record = Record::of(&flight, &vehicle.actuators);
+        let record = Record::of(&flight, &vehicle.actuators, &stored.controller);
         let column =
             |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
         Ok((record.columns().map(column).collect(), flight.surfacing.map(|surfacing| surfacing.to_string())))

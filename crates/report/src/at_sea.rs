@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::page::plot::draw;
 use crate::record::panels;
 use crate::simulate::{early_end, heading, limits};
-use signals::{PITCH, SPEED};
+use crate::subject::Step;
+use signals::SPEED;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::store::Stored;
@@ -18,8 +19,8 @@ use std::path::Path;
 /// What a flight amounts to, as what is there, not as what sensors read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Root mean square of the pitch error, rad.
-    pub pitch_error: f64,
+    /// Root mean square of the error of the output that steps, rad or m.
+    pub error: f64,
     /// Root mean square of the speed error, m/s.
     pub speed_error: f64,
     /// Largest use of an actuator, relative to its limits.
@@ -50,7 +51,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let depth = sea.depth.unwrap_or(depth);
     let flown = fly_at_sea(vehicle, &stored.controller, (depth, pitch), manoeuvre, sea)?;
     let still = fly(vehicle, &stored.controller, (depth, pitch), manoeuvre)?;
-    let record = Record::of(&flown, &vehicle.actuators);
+    let record = Record::of(&flown, &vehicle.actuators, &stored.controller);
     let title = format!("{}, {}.toml: at sea", heading(inputs), inputs.design.name);
     let path = directory.join("sea.svg");
     let svg = draw(&path, &title, &panels(&record, &vehicle.actuators))?;
@@ -60,7 +61,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     files.save(directory)?;
 
     let as_long = flown.rows.len().min(still.rows.len());
-    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], &limits(inputs));
+    let step = Step::of(inputs, &stored.manoeuvre);
+    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], step.place, &limits(inputs));
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[as_long - 1].time;
     let mut words = early_end("the sea", flown.surfacing) + &early_end("still water", still.surfacing);
@@ -70,7 +72,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let line = |what: &str, of: &dyn Fn(&Figures) -> f64| {
         format!("  {what:<26}{:>11}  {:>11}\n", decimals(of(&calm), 3), decimals(of(&at_sea), 3))
     };
-    words += &line("pitch error, rms (deg)", &|f| f.pitch_error.to_degrees());
+    let what = format!("{} error, rms ({})", step.name, step.unit);
+    words += &line(&what, &|f| step.factor * f.error);
     words += &line("speed error, rms (m/s)", &|f| f.speed_error);
     words += &line("largest actuator use (%)", &|f| 100.0 * f.actuator_use);
     words += &format!("\nRecord and plot: {}\n", directory.join("{sea.csv,sea.svg}").display());
@@ -94,13 +97,13 @@ fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
 }
 
 impl Figures {
-    fn of(rows: &[Row], limits: &[(f64, f64)]) -> Self {
+    fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
         let rms =
             |place| (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
         Self {
-            pitch_error: rms(PITCH),
+            error: rms(place),
             speed_error: rms(SPEED),
-            actuator_use: FlightFigures::of(rows, limits).actuator_use,
+            actuator_use: FlightFigures::of(rows, place, limits).actuator_use,
         }
     }
 }

@@ -8,8 +8,9 @@ use crate::page::section::{Part, Section, Table};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
+use signals::SIGNALS;
 use squid_campaign::bound::Gains;
-use squid_campaign::flight::{FIGURES, Row};
+use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
 use squid_campaign::summary::{QUANTILES, Share, Spread};
 use squid_design::numbers::{above, decimals};
@@ -43,17 +44,18 @@ pub fn page(
     let introduction = vec![
         format!(
             "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre \
-             between two speeds drawn from its range, the pitch step up or down, {at_sea}{}.",
+             between two speeds drawn from its range, the {} step up or down, {at_sea}{}.",
             rows.len(),
             plan.identity.seed,
             plan.uncertain.len(),
+            SIGNALS[plan.stepped()].name,
             plan.identity.starts.words()
         ),
         "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and \
          plots it."
             .to_owned(),
     ];
-    let mut sections = vec![ended(shares), spread(rows, spreads), pushed(plan, rows, spreads)];
+    let mut sections = vec![ended(shares), spread(plan, rows, spreads), pushed(plan, rows, spreads)];
     sections.extend(gains.first().map(|first| guaranteed(first.drawn.len() + first.outside, gains)));
     let report = Report {
         heading: format!("{}: {} flights", heading(inputs), rows.len()),
@@ -137,13 +139,13 @@ fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
 }
 
 /// The known values of a figure, each with its row.
-fn known<'r>(rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
-    let place = FIGURES.iter().position(|(name, _)| *name == figure);
+fn known<'r>(plan: &Plan<'_>, rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
+    let place = plan.figures().iter().position(|(name, _)| *name == figure);
     let value = |row: &'r Row| place.map(|place| (row.figures[place], row));
     rows.iter().filter_map(value).filter(|(value, _)| value.is_finite()).collect()
 }
 
-fn spread(rows: &[Row], spreads: &[Spread]) -> Section {
+fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     let mut table = Table::new(["figure", "median", "95 %", "99 %", "largest", "in flight"]);
     let mut charts = Vec::new();
     for Spread { figure, unit, quantiles, largest, flight, .. } in spreads {
@@ -157,7 +159,8 @@ fn spread(rows: &[Row], spreads: &[Spread]) -> Section {
     }
     for Spread { figure, unit, .. } in varied(spreads) {
         let (name, unit, factor) = shown(figure, unit);
-        let mut values: Vec<f64> = known(rows, figure).iter().map(|(value, _)| factor * value).collect();
+        let mut values: Vec<f64> =
+            known(plan, rows, figure).iter().map(|(value, _)| factor * value).collect();
         values.sort_by(f64::total_cmp);
         let last = values.len().saturating_sub(1);
         let at = |k: usize| {
@@ -196,7 +199,7 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         if let Some(place) = by {
             let of = &names[place];
             let point = |(value, row): &(f64, &Row)| (row.drawn[place], factor * value);
-            let points = known(rows, figure).iter().take(DRAWN).map(point).collect();
+            let points = known(plan, rows, figure).iter().take(DRAWN).map(point).collect();
             charts.push(Chart {
                 title: name,
                 x: Axis::linear(if of.1 == "1" { of.0.clone() } else { format!("{} ({})", of.0, of.1) }),

@@ -19,9 +19,9 @@ pub enum Error {
     /// The verdict could not be reached.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },
-    /// A report's figure is of pitch.
-    #[error("the design tracks no pitch, so that there is no response of pitch to show")]
-    PitchNotTracked,
+    /// A report's figures are of pitch or depth.
+    #[error("the design tracks neither pitch nor depth, so that there is no response to show")]
+    NothingSteps,
 }
 
 squid_design::by_way_of_the_design!(

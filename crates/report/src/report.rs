@@ -13,6 +13,7 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
 use auv::Status;
+use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
@@ -25,9 +26,9 @@ type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Erro
 /// The sections, in the order in which they are read.
 const SECTIONS: [Maker; 17] = [
     ("verdict", "What is asked, and what is achieved", verdict::verdict),
-    ("steps", "Steps of pitch and speed, and every actuator", steps::steps),
+    ("steps", "Steps of what is tracked, and every actuator", steps::steps),
     ("flown", "Margins over speed", flown::flown),
-    ("manoeuvre", "A pitch step while the speed ramps", manoeuvre::manoeuvre),
+    ("manoeuvre", "A step while the speed ramps", manoeuvre::manoeuvre),
     ("structure", "The loop, its weights and its sizes", structure::structure),
     ("loops", "The loop over frequency, open and closed", loops::loops),
     ("disturbances", "In a current, and under noise", disturbances::disturbances),
@@ -54,9 +55,9 @@ const OF_THE_PAPER: [Maker; 4] = [
 /// The name of the paper's vehicle.
 const VEHICLE_OF_THE_PAPER: &str = "squid";
 
-/// Whether a vehicle is the paper's, so that its report has the paper's claims without being asked.
+/// Whether vehicle and what is tracked are the paper's, so that its report has the paper's claims without being asked.
 pub fn is_of_the_paper(inputs: &Inputs) -> bool {
-    inputs.vehicle.name == VEHICLE_OF_THE_PAPER
+    inputs.vehicle.name == VEHICLE_OF_THE_PAPER && inputs.design.stepped() == PITCH
 }
 
 /// The section that takes longest.

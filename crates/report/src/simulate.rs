@@ -1,12 +1,12 @@
-//! Flights in this process: the default manoeuvre, pitch steps over the range of speed, the vehicle alone.
+//! Flights in this process: the default manoeuvre, steps over the range of speed, the vehicle alone.
 
 use crate::error::Error;
 use crate::page::plot::{Kind, Line, Panel, draw};
-use crate::page::words::tidy;
+use crate::page::words::{capital, tidy};
 use crate::record::panels;
-use crate::subject::{FLOWN, shown};
+use crate::subject::{FLOWN, Step, shown};
 use scheduled::Manoeuvre;
-use signals::{PITCH, SPEED};
+use signals::SPEED;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
@@ -16,7 +16,7 @@ use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
 use std::path::Path;
 
-/// Speeds at which pitch steps are flown, as many as in the paper's Fig. 5.
+/// Speeds at which steps are flown, as many as in the paper's Fig. 5.
 const STEP_SPEEDS: usize = 6;
 
 /// What was flown.
@@ -24,11 +24,11 @@ const STEP_SPEEDS: usize = 6;
 pub struct Flown {
     /// The figures as text.
     pub words: String,
-    /// The speed of each pitch step, m/s, and its figures.
+    /// The speed of each step, m/s, and its figures.
     pub steps: Vec<(f64, StepFigures)>,
 }
 
-/// Simulates the manoeuvre, the pitch steps and the vehicle alone, writes records (CSV) and plots (SVG) to `directory`,
+/// Simulates the manoeuvre, the steps and the vehicle alone, writes records (CSV) and plots (SVG) to `directory`,
 /// and returns the figures.
 ///
 /// # Errors
@@ -42,10 +42,14 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), manoeuvre)?;
     let mut out = early_end("the default manoeuvre", flight.surfacing);
-    let record = Record::of(&flight, &inputs.vehicle.actuators);
+    let record = Record::of(&flight, &inputs.vehicle.actuators, &stored.controller);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
-    out += "Pitch step at constant speed, nonlinear vehicle and sampled autopilot\n";
+    let stepped = Step::of(inputs, manoeuvre);
+    out += &format!(
+        "{} step at constant speed, nonlinear vehicle and sampled autopilot\n",
+        capital(stepped.name)
+    );
     out += &format!(
         "  speed m/s   overshoot %   10-90 % s   settled ({:.0} %) s   steady error %   speed off \
             m/s   actuator use %\n",
@@ -63,7 +67,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
         let rows = flown.rows;
-        let mut figures = StepFigures::of(&rows, step.step_time, step.pitch_step, &limits(inputs));
+        let mut figures =
+            StepFigures::of(&rows, stepped.place, (step.step_time, stepped.height), &limits(inputs));
         if flown.surfacing.is_some() {
             figures = figures.cut_short();
         }
@@ -76,9 +81,10 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             "\n{ended}The figures of such a flight are those of its record until then; - is not known.\n"
         );
     }
-    let title = format!("{}, {}.toml: pitch steps at constant speed", heading(inputs), inputs.design.name);
+    let (heading, name) = (heading(inputs), &inputs.design.name);
+    let title = format!("{heading}, {name}.toml: {} steps at constant speed", stepped.name);
     let until = shown(steps.iter().map(|(_, figures)| figures.settling_time).fold(0.0, f64::max));
-    plot("steps.svg", &title, &step_panels(inputs, &responses, until))?;
+    plot("steps.svg", &title, &step_panels(inputs, &stepped, &responses, until))?;
     let (title, panel) = open_loop(inputs, stored)?;
     plot("open_loop.svg", &title, &[panel])?;
     files.add(directory.join("flight.csv"), record.csv());
@@ -162,7 +168,7 @@ fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
     Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }
 }
 
-fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)], until: f64) -> Vec<Panel> {
+fn step_panels(inputs: &Inputs, step: &Step, responses: &[(f64, Vec<Row>)], until: f64) -> Vec<Panel> {
     let drawn = |r: &&Row| r.time <= until;
     let each = |of: &dyn Fn(&Row, &Row) -> f64| -> Vec<Line> {
         let points = |rows: &[Row]| rows.iter().filter(drawn).map(|r| (r.time, of(r, &rows[0]))).collect();
@@ -170,8 +176,8 @@ fn step_panels(inputs: &Inputs, responses: &[(f64, Vec<Row>)], until: f64) -> Ve
     };
     let mut panels = vec![
         Panel {
-            label: "pitch from trim (deg)".into(),
-            lines: each(&|r, first| (r.measured(PITCH) - first.reference(PITCH)).to_degrees()),
+            label: step.from_trim(),
+            lines: each(&|r, first| step.factor * (r.measured(step.place) - first.reference(step.place))),
         },
         Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| -r.error(SPEED)) },
     ];

@@ -11,7 +11,7 @@ use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, synthesise};
 use scheduled::LftMatrices;
 use scheduled::Manoeuvre;
-use signals::PITCH;
+use signals::{DEPTH, SIGNALS};
 use squid_design::augment::augment;
 use squid_design::check::sampled::Sampling;
 use squid_design::error::ModelError;
@@ -19,6 +19,7 @@ use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
+use squid_design::numbers::readable;
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_design::synthesise::options;
@@ -69,6 +70,41 @@ pub struct Subject<'a> {
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
+}
+
+/// The step of a design's default flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// The place of the output in [`SIGNALS`].
+    pub place: usize,
+    /// Its name.
+    pub name: &'static str,
+    /// Its height, rad or m.
+    pub height: f64,
+    /// How many of `unit` 1 is.
+    pub factor: f64,
+    /// deg or m.
+    pub unit: &'static str,
+}
+
+impl Step {
+    /// That of a manoeuvre of a design.
+    pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
+        let place = inputs.design.stepped();
+        let (factor, unit) = readable(SIGNALS[place].unit);
+        Self { place, name: SIGNALS[place].name, height: manoeuvre.steps()[place], factor, unit }
+    }
+
+    /// Its height in words.
+    pub fn words(&self) -> String {
+        format!("{} {}", auv::rounded(self.factor * self.height), self.unit)
+    }
+
+    /// The label of an axis of the output, from its trim or, of the depth, from the start.
+    pub fn from_trim(&self) -> String {
+        let from = if self.place == DEPTH { "start" } else { "trim" };
+        format!("{} from {from} ({})", self.name, self.unit)
+    }
 }
 
 /// The name of a vehicle, with the word surrogate if it is one.
@@ -176,13 +212,18 @@ impl<'a> Subject<'a> {
         self.speeds.iter().map(|v| Key::along(0.5 * (self.rho(*v) + 1.0), Self::speed_name(*v))).collect()
     }
 
-    /// Which of the tracked outputs is pitch.
+    /// Which of the tracked outputs steps: pitch, or depth where the pitch is not tracked.
     ///
     /// # Errors
-    /// [`Error::PitchNotTracked`].
-    pub fn pitch(&self) -> Result<usize, Error> {
-        let tracked = &self.inputs.design.tracked;
-        tracked.iter().position(|t| t.place == PITCH).ok_or(Error::PitchNotTracked)
+    /// [`Error::NothingSteps`].
+    pub fn output(&self) -> Result<usize, Error> {
+        let (tracked, stepped) = (&self.inputs.design.tracked, self.inputs.design.stepped());
+        tracked.iter().position(|t| t.place == stepped).ok_or(Error::NothingSteps)
+    }
+
+    /// The step of the default flight.
+    pub fn step(&self) -> Step {
+        Step::of(self.inputs, &self.stored.manoeuvre)
     }
 
     /// The actuator of [`frequency::pitching_actuator`], with its index.
@@ -191,7 +232,7 @@ impl<'a> Subject<'a> {
         (most, &self.inputs.vehicle.actuators[most])
     }
 
-    /// Simulates the pitch step of the design file on the nonlinear vehicle at a constant speed (m/s), with the stored
+    /// Simulates the step of the design file on the nonlinear vehicle at a constant speed (m/s), with the stored
     /// or another controller; the step is at [`STEP_TIME`].
     ///
     /// # Errors
@@ -220,8 +261,8 @@ impl<'a> Subject<'a> {
 
     /// The figures of a step flown by [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
-        let figures =
-            StepFigures::of(&flight.rows, STEP_TIME, self.stored.manoeuvre.pitch_step, &self.limits());
+        let Step { place, height, .. } = self.step();
+        let figures = StepFigures::of(&flight.rows, place, (STEP_TIME, height), &self.limits());
         if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 

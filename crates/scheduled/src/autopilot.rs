@@ -8,7 +8,7 @@ use crate::trim::Level;
 use crate::{
     ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
-use signals::{SPEED, place};
+use signals::{DEPTH, SPEED, place};
 
 /// Result of [`Autopilot::advance`] or [`Autopilot::tick`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,7 +48,8 @@ pub(crate) struct Plan {
 /// ```text
 /// V_r'      = w_r (speed reference - V_r)                 without filter V_r is the speed reference
 /// y0(V_r)   = the signals in level flight at forward speed V_r: pitch theta0(V_r) of the trim table, speed V_r,
-///             pitch rate 0, heave V_r tan(theta0(V_r))
+///             pitch rate 0, heave V_r tan(theta0(V_r)); of the depth, for which every one is level flight, the
+///             reference at the initialisation
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
@@ -75,6 +76,8 @@ pub struct Autopilot {
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
+    /// The depth in m from which depths count: the reference at the initialisation.
+    depth: f64,
     /// What the limits cut off of u, phi.
     excess: Vec<f64>,
     outputs: Outputs,
@@ -128,6 +131,7 @@ impl Autopilot {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
+            depth: 0.0,
             excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
@@ -173,6 +177,11 @@ impl Autopilot {
         self.filtered_speed
     }
 
+    /// The depth in m from which depths count: the reference at the initialisation.
+    pub fn depth(&self) -> f64 {
+        self.depth
+    }
+
     /// What the controller took in at the last tick, or at the initialisation: y, in the order of the design's inputs.
     pub fn controller_inputs(&self) -> &[f64] {
         &self.y
@@ -188,6 +197,7 @@ impl Autopilot {
         Snapshot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
+            depth: self.depth,
             outputs: self.outputs.clone(),
             waiting: self.waiting.clone(),
             start: self.start,
@@ -204,6 +214,7 @@ impl Autopilot {
         snapshot.check(self.controller.state().len(), self.outputs.commands.len(), self.waiting.len())?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
+        self.depth = snapshot.depth;
         self.outputs.clone_from(&snapshot.outputs);
         self.waiting.copy_from_slice(&snapshot.waiting);
         self.start = snapshot.start;
@@ -223,6 +234,7 @@ impl Autopilot {
         self.next_tick = 0;
         self.outside = false;
         self.filtered_speed = self.plan.wanted_speed(inputs);
+        self.depth = inputs.references[DEPTH];
         self.compute_outputs(inputs)?;
         let Self { waiting, outputs, .. } = self;
         waiting
@@ -308,8 +320,8 @@ impl Autopilot {
         if plan.filter.is_none() {
             self.filtered_speed = plan.wanted_speed(inputs);
         }
-        let level = plan.trim.level(self.filtered_speed);
-        let y0 = LazyCell::new(|| level.signals());
+        let (level, depth) = (plan.trim.level(self.filtered_speed), self.depth);
+        let y0 = LazyCell::new(|| level.signals(depth));
         plan.y(inputs, |signal| y0[signal]).zip(&mut self.y).for_each(|(found, y)| *y = found);
         let rho = plan.rho(inputs.measured[SPEED]);
         let clamped = rho.clamp(-1.0, 1.0);

@@ -38,6 +38,8 @@ pub struct ControllerDesign {
     pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
+    /// Depth of the trims in m, with which a reference of the depth begins; 0 where there is none.
+    pub depth: f64,
     /// The performance level achieved.
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.

@@ -7,7 +7,7 @@
 //! | `squid-controller/3` | the same, and `anti_windup`, rows of a matrix |
 //!
 //! A design is written in the first that can say it. All else is the same in each; `delay_ticks` is left out where it
-//! is 0, `speed_given` where it is false, the `curve` of an actuator where there is none.
+//! is 0, `depth` likewise, `speed_given` where it is false, the `curve` of an actuator where there is none.
 
 use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Rows, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};
@@ -42,8 +42,15 @@ struct File {
     #[serde(skip_serializing_if = "Option::is_none")]
     anti_windup: Option<Rows>,
     trim: TrimTable,
+    #[serde(default, skip_serializing_if = "no_depth")]
+    depth: f64,
     gamma: Gamma,
     inputs: InputHashes,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn no_depth(depth: &f64) -> bool {
+    *depth == 0.0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
@@ -112,7 +119,7 @@ impl ControllerDesign {
         };
         let listed = |here: bool| here.then(|| controller_inputs.iter().cloned().map(input).collect());
         let Self { vehicle, design, sample_time, delay_ticks, scheduling, .. } = self.clone();
-        let Self { actuators, lft, anti_windup, trim, gamma, inputs, .. } = self.clone();
+        let Self { actuators, lft, anti_windup, trim, depth, gamma, inputs, .. } = self.clone();
         let format = match (first, &anti_windup) {
             (true, _) => FIRST,
             (false, None) => SECOND,
@@ -133,6 +140,7 @@ impl ControllerDesign {
             lft,
             anti_windup,
             trim,
+            depth,
             gamma,
             inputs,
         }
@@ -182,7 +190,7 @@ impl File {
         };
         let controller_inputs = read.into_iter().map(input).collect::<Result<_, _>>()?;
         let Self { vehicle, design, sample_time, delay_ticks, scheduling, speed_given, .. } = self;
-        let Self { actuators, lft, anti_windup, trim, gamma, inputs, .. } = self;
+        let Self { actuators, lft, anti_windup, trim, depth, gamma, inputs, .. } = self;
         Ok(ControllerDesign {
             vehicle,
             design,
@@ -196,6 +204,7 @@ impl File {
             lft,
             anti_windup,
             trim,
+            depth,
             gamma,
             inputs,
         })

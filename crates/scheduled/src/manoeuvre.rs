@@ -1,8 +1,9 @@
-//! The default manoeuvre: a pitch step during a ramp of speed.
+//! The default manoeuvre: a step of pitch or depth during a ramp of speed.
 
 use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
+use signals::{DEPTH, EachTracked, PITCH, only};
 
 /// The manoeuvre in `resources/`.
 pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
@@ -13,7 +14,7 @@ pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
 /// A step takes effect this much earlier \[s\], so that a rounded `k Ts` is not before it.
 const ROUNDING_OF_TIME: f64 = 1e-9;
 
-/// A pitch step during a ramp of speed.
+/// A step of pitch or depth, or of both, during a ramp of speed.
 ///
 /// ```text
 /// V(t)     = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
@@ -21,13 +22,15 @@ const ROUNDING_OF_TIME: f64 = 1e-9;
 ///            theta_trim(V(t))                otherwise
 /// ```
 ///
+/// The depth likewise, above that of the start.
+///
 /// ```
 /// use scheduled::Manoeuvre;
 /// let manoeuvre = Manoeuvre::from_json(
 ///     r#"{"format": "squid-manoeuvre/1", "pitch_step": 0.17, "step_time": 5.0, "step_end": 100.0,
 ///         "speed_from": 0.5, "speed_to": 3.0, "ramp_start": 10.0, "ramp_duration": 20.0, "duration": 60.0}"#,
 /// )?;
-/// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.pitch_above_trim(20.0)), (1.75, 0.17));
+/// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.above_trim(20.0)), (1.75, [0.17, 0.0, 0.0]));
 /// # Ok::<(), scheduled::ManoeuvreError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +40,9 @@ pub struct Manoeuvre {
     pub format: String,
     /// Height of the step above the trim pitch \[rad\].
     pub pitch_step: f64,
+    /// How much deeper the step goes \[m\].
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub depth_step: f64,
     /// When the step begins \[s\].
     pub step_time: f64,
     /// When the step ends \[s\]; beyond the end of the flight for a step that stays.
@@ -51,6 +57,12 @@ pub struct Manoeuvre {
     pub ramp_duration: f64,
     /// How long the flight lasts unless the user says otherwise \[s\].
     pub duration: f64,
+}
+
+/// Whether there is no step.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_none(step: &f64) -> bool {
+    *step == 0.0
 }
 
 /// Why a manoeuvre cannot be flown; `key` is the key in the JSON file and the name of the FMU's parameter.
@@ -117,6 +129,7 @@ impl Manoeuvre {
         let level = self.pitch_step.abs() < FRAC_PI_2;
         number("pitch_step", self.pitch_step, level, "above -pi/2 and below pi/2")?;
         for (key, value) in [
+            ("depth_step", self.depth_step),
             ("step_time", self.step_time),
             ("step_end", self.step_end),
             ("speed_from", self.speed_from),
@@ -148,9 +161,10 @@ impl Manoeuvre {
     }
 
     /// Every number of the manoeuvre.
-    pub fn numbers(&mut self) -> [&mut f64; 8] {
+    pub fn numbers(&mut self) -> [&mut f64; 9] {
         [
             &mut self.pitch_step,
+            &mut self.depth_step,
             &mut self.step_time,
             &mut self.step_end,
             &mut self.speed_from,
@@ -168,9 +182,23 @@ impl Manoeuvre {
         (1.0 - progress) * self.speed_from + progress * self.speed_to
     }
 
-    /// Reference of the pitch angle less that of the trim \[rad\] at a time \[s\].
-    pub fn pitch_above_trim(&self, time: f64) -> f64 {
+    /// The step of each reference \[SI\]; that of the speed is its ramp.
+    pub fn steps(&self) -> EachTracked<f64> {
+        let mut steps = EachTracked::default();
+        (steps[PITCH], steps[DEPTH]) = (self.pitch_step, self.depth_step);
+        steps
+    }
+
+    /// The same with another step of the reference at a place in [`signals::SIGNALS`], and none of the others.
+    #[must_use]
+    pub fn with_step(&self, place: usize, step: f64) -> Self {
+        let steps = only(place, step);
+        Self { pitch_step: steps[PITCH], depth_step: steps[DEPTH], ..self.clone() }
+    }
+
+    /// References less those of the trim, and of the depth less that of the start \[SI\], at a time \[s\].
+    pub fn above_trim(&self, time: f64) -> EachTracked<f64> {
         let time = time + ROUNDING_OF_TIME;
-        if time >= self.step_time && time < self.step_end { self.pitch_step } else { 0.0 }
+        if time >= self.step_time && time < self.step_end { self.steps() } else { EachTracked::default() }
     }
 }

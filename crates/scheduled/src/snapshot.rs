@@ -9,6 +9,8 @@ pub struct Snapshot {
     pub state: Vec<f64>,
     /// The filtered speed reference V_r in m/s.
     pub filtered_speed: f64,
+    /// The depth in m from which depths count.
+    pub depth: f64,
     /// Outputs of the last tick.
     pub outputs: Outputs,
     /// Commands that were computed and wait; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
@@ -44,8 +46,8 @@ impl Snapshot {
                 return Err(SnapshotError::Length { what, found, expected });
             }
         }
-        let others =
-            [self.filtered_speed, self.start, self.outputs.scheduling_parameter, self.outputs.trim_pitch];
+        let Self { filtered_speed, depth, start, ref outputs, .. } = *self;
+        let others = [filtered_speed, depth, start, outputs.scheduling_parameter, outputs.trim_pitch];
         let commands = self.outputs.commands.iter().chain(&self.waiting);
         let mut all = self.state.iter().chain(commands).chain(&others);
         match all.find(|value| !value.is_finite()) {

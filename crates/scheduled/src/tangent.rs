@@ -1,7 +1,7 @@
 //! Exact derivatives of a tick by its inputs.
 
 use crate::{Autopilot, Inputs, TickError};
-use signals::SPEED;
+use signals::{DEPTH, SPEED};
 
 /// The derivatives of the outputs of a tick in one direction of its inputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +38,15 @@ impl Autopilot {
             true => (self.filtered_speed(), 0.0),
             false => (plan.wanted_speed(inputs), plan.wanted_speed(direction)),
         };
-        let (y0, slopes) = (plan.trim.signals(speed), plan.trim.signal_slopes(speed));
+        // The initialisation takes the depth reference for the depth from which depths count.
+        let (depth, ddepth) = match initial {
+            true => (inputs.references[DEPTH], direction.references[DEPTH]),
+            false => (self.depth(), 0.0),
+        };
+        let (y0, slopes) = (plan.trim.signals(speed, depth), plan.trim.signal_slopes(speed));
         let y: Vec<f64> = plan.y(inputs, |signal| y0[signal]).collect();
-        let dy: Vec<f64> = plan.y(direction, |signal| slopes[signal] * dspeed).collect();
+        let moved = |signal: usize| slopes[signal] * dspeed + if signal == DEPTH { ddepth } else { 0.0 };
+        let dy: Vec<f64> = plan.y(direction, moved).collect();
         let rho = plan.rho(inputs.measured[SPEED]);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.measured[SPEED]) / plan.half_range;

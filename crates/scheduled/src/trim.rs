@@ -1,7 +1,7 @@
 //! Level trim over speed, interpolated linearly.
 
 use crate::TrimTable;
-use signals::{Each, STATES, measured};
+use signals::{Each, measured};
 
 /// The trim table.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,9 +59,10 @@ impl Trim {
         self.level(forward_speed).command(actuator)
     }
 
-    /// Each signal in level flight at forward speed u in m/s; the pitch angle is held beyond the table.
-    pub fn signals(&self, forward_speed: f64) -> Each<f64> {
-        self.level(forward_speed).signals()
+    /// Each signal in level flight at forward speed u in m/s and at a depth in m; the pitch angle is held beyond the
+    /// table.
+    pub fn signals(&self, forward_speed: f64, depth: f64) -> Each<f64> {
+        self.level(forward_speed).signals(depth)
     }
 
     /// Level flight at forward speed u in m/s, looked up once; held beyond the table.
@@ -89,7 +90,7 @@ impl Trim {
     pub fn signal_slopes(&self, forward_speed: f64) -> Each<f64> {
         let (pitch, slope) = (self.pitch(forward_speed), self.pitch_slope(forward_speed));
         let heave = pitch.tan() + forward_speed * slope / pitch.cos().powi(2);
-        measured([1.0, heave, 0.0, slope])
+        measured([1.0, heave, 0.0, slope, 0.0])
     }
 
     /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
@@ -120,11 +121,10 @@ pub(crate) struct Level<'a> {
 }
 
 impl Level<'_> {
-    /// Each signal: y0 = C x0 with x0 = [u, u tan(theta), 0, theta], the path being level.
-    pub(crate) fn signals(&self) -> Each<f64> {
+    /// Each signal at a depth in m: y0 = C x0 with x0 = [u, u tan(theta), 0, theta, depth], the path being level.
+    pub(crate) fn signals(&self, depth: f64) -> Each<f64> {
         let pitch = self.pitch();
-        let x0: [f64; STATES.len()] = [self.forward_speed, self.forward_speed * pitch.tan(), 0.0, pitch];
-        measured(x0)
+        measured([self.forward_speed, self.forward_speed * pitch.tan(), 0.0, pitch, depth])
     }
 
     /// Pitch angle in rad.
@@ -197,13 +197,13 @@ mod tests {
         assert_eq!((trim().command_slope(9.0, 0), trim().pitch_slope(0.1)), (0.0, 0.0));
     }
 
-    /// [pitch, speed, pitch rate, heave], with the path level; the slopes against central differences.
+    /// [pitch, speed, depth, pitch rate, heave], with the path level; the slopes against central differences.
     #[test]
     fn level_flight_gives_every_signal() {
-        assert_eq!(trim().signals(0.4), [-0.1, 0.4, 0.0, 0.4 * (-0.1f64).tan()]);
-        assert_eq!(trim().signals(9.0), [-0.01, 9.0, 0.0, 9.0 * (-0.01f64).tan()]);
+        assert_eq!(trim().signals(0.4, 7.0), [-0.1, 0.4, 7.0, 0.0, 0.4 * (-0.1f64).tan()]);
+        assert_eq!(trim().signals(9.0, 7.0), [-0.01, 9.0, 7.0, 0.0, 9.0 * (-0.01f64).tan()]);
         for speed in [0.1, 0.6, 1.9, 9.0] {
-            let (high, low) = (trim().signals(speed + 1e-6), trim().signals(speed - 1e-6));
+            let (high, low) = (trim().signals(speed + 1e-6, 7.0), trim().signals(speed - 1e-6, 7.0));
             for (place, slope) in trim().signal_slopes(speed).into_iter().enumerate() {
                 assert!((slope - (high[place] - low[place]) / 2e-6).abs() < 1e-8, "{speed}, {place}");
             }

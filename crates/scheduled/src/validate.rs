@@ -36,6 +36,7 @@ impl ControllerDesign {
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
         self.validate_trim()?;
+        finite(format_args!("depth"), self.depth)?;
         for (key, value) in [
             ("gamma.optimum", self.gamma.optimum),
             ("gamma.bound", self.gamma.bound),

@@ -23,19 +23,23 @@ pub struct State {
     pub unit: &'static str,
 }
 
-/// The states of the linear model, x = \[u w q theta\], in their order.
-pub const STATES: [State; 4] = [
+/// The states of the linear model, x = \[u w q theta z\], in their order.
+pub const STATES: [State; 5] = [
     State { symbol: "u", unit: "m/s" },
     State { symbol: "w", unit: "m/s" },
     State { symbol: "q", unit: "rad/s" },
     State { symbol: "theta", unit: "rad" },
+    State { symbol: "z", unit: "m" },
 ];
 
 /// The states of a linear model: some of [`STATES`], in their order.
 pub type States = &'static [State];
 
-/// The states of a vehicle whose speed is given from outside, \[w q theta\].
-pub const WITHOUT_SURGE: States = STATES.split_at(1).1;
+/// The states of the linear model of a vehicle: \[w q theta\], with u unless its speed is given from outside, and with
+/// the depth z for a design that has to do with it.
+pub fn states(speed_given: bool, depth: bool) -> States {
+    &STATES[usize::from(speed_given)..STATES.len() - usize::from(!depth)]
+}
 
 /// The values that a signal can take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,8 +109,11 @@ pub const PITCH: usize = 0;
 /// The index of speed in [`SIGNALS`].
 pub const SPEED: usize = 1;
 
+/// The index of depth in [`SIGNALS`].
+pub const DEPTH: usize = 2;
+
 /// Every signal that an autopilot can measure; first those that it can track.
-pub static SIGNALS: [Signal; 4] = [
+pub static SIGNALS: [Signal; 5] = [
     Signal {
         name: "pitch",
         unit: "rad",
@@ -131,6 +138,16 @@ pub static SIGNALS: [Signal; 4] = [
         nominal: 1.0,
     },
     Signal {
+        name: "depth",
+        unit: "m",
+        units: &[Unit { name: "m", factor: 1.0 }],
+        measured: "depth below the surface, downwards",
+        reference: Some(Reference { name: "depth_reference", wanted: "wanted depth" }),
+        state: 4,
+        values: Values::Any,
+        nominal: 10.0,
+    },
+    Signal {
         name: "pitch_rate",
         unit: "rad/s",
         units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
@@ -153,19 +170,24 @@ pub static SIGNALS: [Signal; 4] = [
 ];
 
 /// The names, for messages.
-pub const NAMES: &str = "'pitch', 'speed', 'pitch_rate' or 'heave'";
+pub const NAMES: &str = "'pitch', 'speed', 'depth', 'pitch_rate' or 'heave'";
 
 /// The names of those that can be tracked, for messages.
-pub const TRACKED_NAMES: &str = "'pitch' or 'speed'";
+pub const TRACKED_NAMES: &str = "'pitch', 'speed' or 'depth'";
 
 /// How many signals can be tracked; they are the first of [`SIGNALS`].
-pub const TRACKED: usize = 2;
+pub const TRACKED: usize = 3;
 
 /// A value for each row of [`SIGNALS`].
 pub type Each<T> = [T; SIGNALS.len()];
 
 /// A value for each row of [`SIGNALS`] that can be tracked.
 pub type EachTracked<T> = [T; TRACKED];
+
+/// A value for the signal at a place in [`SIGNALS`], and 0 for the others that can be tracked.
+pub fn only(place: usize, value: f64) -> EachTracked<f64> {
+    std::array::from_fn(|one| if one == place { value } else { 0.0 })
+}
 
 /// The index of a signal in [`SIGNALS`].
 pub fn place(name: &str) -> Option<usize> {
@@ -193,7 +215,10 @@ mod tests {
 
     #[test]
     fn the_table_fits_together() {
-        assert_eq!((place("pitch"), place("speed"), place("depth")), (Some(PITCH), Some(SPEED), None));
+        assert_eq!(
+            ["pitch", "speed", "depth", "yaw"].map(place),
+            [Some(PITCH), Some(SPEED), Some(DEPTH), None]
+        );
         assert_eq!(NAMES, listed(&SIGNALS.each_ref().map(|signal| signal.name)));
         assert_eq!(TRACKED_NAMES, listed(&tracked().map(|(signal, _)| signal.name).collect::<Vec<_>>()));
         for (place, signal) in SIGNALS.iter().enumerate() {
@@ -208,11 +233,12 @@ mod tests {
 
     #[test]
     fn a_signal_is_the_row_of_its_state() {
-        let x = [1.0, 2.0, 3.0, 4.0];
+        let x = [1.0, 2.0, 3.0, 4.0, 5.0];
         for (signal, value) in SIGNALS.iter().zip(measured(x)) {
             let row: f64 = STATES.iter().zip(x).map(|(state, x)| signal.output(state) * x).sum();
             assert_eq!(value, row, "{}", signal.name);
-            assert_eq!(signal.is_among(WITHOUT_SURGE), signal.name != "speed", "{}", signal.name);
+            assert_eq!(signal.is_among(states(true, true)), signal.name != "speed", "{}", signal.name);
+            assert_eq!(signal.is_among(states(false, false)), signal.name != "depth", "{}", signal.name);
         }
     }
 }

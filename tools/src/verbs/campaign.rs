@@ -127,8 +127,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     }
     let rows: Vec<Row> =
         results(&plan, &to)?.into_iter().filter(|row| flights.contains(&row.flight)).collect();
-    let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
-    let (shares, spreads) = (shares(&rows), spreads(&rows, &names));
+    let (shares, spreads) = (shares(&rows), spreads(&plan, &rows));
     let worst = worst(&rows, WORST);
     let all = if asked.trajectories { rows.iter().collect() } else { worst.clone() };
     all.par_iter().try_for_each(|row| trajectory(&plan, &to, row.flight))?;
@@ -189,7 +188,7 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
         return Ok(());
     }
     let Some(flown) = plan.fly(flight)?.1 else { return Ok(()) };
-    let record = Record::of(&flown, &plan.inputs.vehicle.actuators);
+    let record = Record::of(&flown, &plan.inputs.vehicle.actuators, &plan.stored.controller);
     let number = |(name, unit, values): (&str, &str, &[f64])| {
         let values = Values::Numbers(values.to_vec());
         Column { name: name.into(), unit: unit.into(), values }
@@ -264,7 +263,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let mut written = Vec::new();
     if let Some(flown) = flown {
         let actuators = &inputs.vehicle.actuators;
-        let record = Record::of(&flown, actuators);
+        let record = Record::of(&flown, actuators, &plan.stored.controller);
         let to = |kind: &str| directory.join(format!("flight-{flight}.{kind}"));
         let title = format!("{}, flight {flight} of the campaign: {outcome}", inputs.vehicle.name);
         let svg = draw(&to("svg"), &title, &panels(&record, actuators))?;

@@ -7,10 +7,10 @@ use auv::toml_file::cited;
 use auv::{Actuator, Vehicle};
 use scheduled::Inputs;
 use serde_json::{Value, json};
-use signals::{SIGNALS, tracked};
+use signals::{DEPTH, PITCH, SIGNALS, tracked};
 use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
-use squid_flight::metrics::{FlightFigures, GRACE, PitchStep, SETTLED};
+use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
 use squid_report::page::plot::draw;
 use squid_report::record::panels;
@@ -53,14 +53,20 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, 
     let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
     every(tracked().map(|(signal, _)| signal.name.to_owned()).collect())?;
     let measured = SIGNALS.each_ref().map(|signal| record.get(signal.name));
-    let references = every(tracked().map(|(_, wanted)| format!("{}_used", wanted.name)).collect())?;
+    let references: Vec<Option<&[f64]>> =
+        tracked().map(|(_, wanted)| record.get(&format!("{}_used", wanted.name))).collect();
+    let wanted = tracked().map(|(_, wanted)| format!("'{}_used'", wanted.name)).collect::<Vec<_>>();
+    if references[PITCH].or(references[DEPTH]).is_none() {
+        return Err(format!("there is no column {} and none {}", wanted[PITCH], wanted[DEPTH]));
+    }
+    column("speed_reference_used")?;
     let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
     let (time, depth) = (column("time")?, column("depth")?);
     let row = |k: usize| Row {
         time: time[k],
         signals: Inputs {
             measured: measured.map(|column| column.map_or(f64::NAN, |column| column[k])),
-            references: from_fn(|place| references[place][k]),
+            references: from_fn(|place| references[place].map_or(f64::NAN, |column| column[k])),
         },
         depth: depth[k],
         rho: f64::NAN,
@@ -73,8 +79,7 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, 
 /// The figures of a flight in SI units and fractions, by the names in `squid plot --help`; what is not known is null.
 fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, plot: &Path) -> Value {
     let limits: Vec<(f64, f64)> = actuators.iter().map(|a| (a.min, a.max)).collect();
-    let flight = FlightFigures::of(rows, &limits);
-    let step = |PitchStep { time, height, figures: f }: &PitchStep| {
+    let step = |Step { time, height, figures: f }: &Step| {
         json!({
             "time": time,
             "height": height,
@@ -84,16 +89,24 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
             "steady_error": f.steady_error,
         })
     };
-    json!({
+    let of = |place: usize| FlightFigures::of(rows, place, &limits);
+    let flight = of(PITCH);
+    let mut figures = json!({
         "plot": plot.display().to_string(),
         "surface": surfacing.map(|s| json!({ "time": s.time, "speed": s.speed })),
         "pitch_steps": flight.steps.iter().map(step).collect::<Vec<_>>(),
         "settled": SETTLED,
-        "pitch_error": flight.pitch_error,
+        "pitch_error": flight.error,
         "grace": GRACE,
         "speed_error": flight.speed_deviation,
         "actuator_use": (!actuators.is_empty()).then_some(flight.actuator_use),
-    })
+    });
+    if rows.first().is_some_and(|row| !row.reference(DEPTH).is_nan()) {
+        let depth = of(DEPTH);
+        figures["depth_steps"] = depth.steps.iter().map(step).collect();
+        figures["depth_error"] = json!(depth.error);
+    }
+    figures
 }
 
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.

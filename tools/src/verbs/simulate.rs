@@ -6,6 +6,8 @@ use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use serde_json::{Value, json};
+use signals::SIGNALS;
+use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_flight::metrics::StepFigures;
 use squid_report::at_sea::{self, Figures};
@@ -26,7 +28,7 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
         let flown = at_sea::run(&inputs, &stored, sea, &directory)?;
         drop(running);
         say(flown.words.trim_end());
-        let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(&figures));
+        let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(&inputs, &figures));
         let surfacing = flown.surfacing;
         json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing })
     } else {
@@ -39,16 +41,17 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
     Ok(answer(&found)?)
 }
 
-/// The figures of a flight, in rad, m/s and fractions.
-fn errors(figures: &Figures) -> Value {
+/// The figures of a flight, in rad or m, m/s and fractions.
+fn errors(inputs: &Inputs, figures: &Figures) -> Value {
+    let error = format!("{}_error", SIGNALS[inputs.design.stepped()].name);
     json!({
-        "pitch_error": figures.pitch_error,
+        error: figures.error,
         "speed_error": figures.speed_error,
         "actuator_use": figures.actuator_use,
     })
 }
 
-/// The figures of a pitch step, in m/s, s and fractions; what is not known, or never settles, is null.
+/// The figures of a step, in m/s, s and fractions; what is not known, or never settles, is null.
 fn step(speed: f64, figures: &StepFigures) -> Value {
     json!({
         "speed": speed,

@@ -6,6 +6,7 @@ use crate::output::{answer, say};
 use certificate::ConstantCertificate;
 use serde_json::json;
 use squid_design::certify::constant::of_inputs;
+use squid_design::certify::limits::ClaimedStep;
 use squid_design::error::{Error as DesignError, ProofError};
 use squid_package::verify::{named, verify, verify_source};
 use std::path::Path;
@@ -51,17 +52,20 @@ pub fn run(
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
     say(&format!("PROVED: {theorem}"));
-    if let Some(step) = verified.pitch_step {
+    if let Some(ClaimedStep { output, size, unit }) = verified.step {
         say(&format!(
-            "That step at the limits is one of the pitch reference, of up to {step} deg from trim."
+            "That step at the limits is one of the {} reference, of up to {size} {unit} from trim.",
+            output.name
         ));
     }
+    let step = |name: &str| verified.step.filter(|step| step.output.name == name).map(|step| step.size);
     Ok(answer(&json!({
         "status": "proved",
         "theorem": theorem.to_string(),
         "gamma": theorem.gamma,
         "gamma_with_model_error": theorem.gamma_with_model_error,
-        "pitch_step_deg": verified.pitch_step,
+        "pitch_step_deg": step("pitch"),
+        "depth_step_m": step("depth"),
         "about": verified.about,
     }))?)
 }

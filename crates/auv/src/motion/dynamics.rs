@@ -26,6 +26,14 @@ pub struct Motion<D = f64> {
     pub theta: D,
 }
 
+impl<D: Scalar> Motion<D> {
+    /// Returns how fast the depth grows in still water \[m/s\]: `z' = w cos(theta) - u sin(theta)`.
+    pub fn sinking(&self) -> D {
+        let (sin, cos) = self.theta.sin_cos();
+        self.w * cos - self.u * sin
+    }
+}
+
 /// The equations of motion of one vehicle, its mass matrix inverted once.
 #[derive(Clone, Debug)]
 pub struct Dynamics<D = f64> {

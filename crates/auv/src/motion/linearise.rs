@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
-use signals::States;
+use signals::{STATES, States};
 
 use crate::motion::balance::reaches_all;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
@@ -14,8 +14,9 @@ use crate::vehicle::coefficients::CoefficientError;
 
 /// The linear motion about a trim: `x' = A (x - x0) + B (T - T0)`.
 ///
-/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad), or \[w q theta\] at a speed that is given; the inputs T are
-/// the outputs of the actuators (N or rad), without their lag. Shapes for n states: A n x n, B n x m.
+/// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad), or \[w q theta\] at a speed that is given, and behind them
+/// the depth z (m) where it is asked for, `z' = w cos(theta) - u sin(theta)`; the inputs T are the outputs of the
+/// actuators (N or rad), without their lag. Shapes for n states: A n x n, B n x m.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// State matrix, n x n.
@@ -44,10 +45,15 @@ impl Linearisation {
         values
     }
 
-    /// Returns the places of w, q and theta among the states: every vehicle has these, and has them last.
+    /// Returns the places of w, q and theta among the states: every vehicle has these, one after the other.
     pub fn pitching(&self) -> [usize; 3] {
-        let n = self.a.nrows();
-        [n - 3, n - 2, n - 1]
+        let heave = self.states.iter().position(|state| state.symbol == "w").unwrap_or(0);
+        [heave, heave + 1, heave + 2]
+    }
+
+    /// Returns whether the depth is a state.
+    pub fn has_depth(&self) -> bool {
+        self.states.contains(&STATES[4])
     }
 
     /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, n + m, per m/s.
@@ -64,9 +70,10 @@ impl Linearisation {
         let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
         // x0' = ahead + turned alpha'.
         let n = self.a.nrows();
-        let own = |x: [f64; 4]| DVector::from_column_slice(&x[x.len() - n..]);
-        let ahead = own([1.0, tan, 0.0, 0.0]);
-        let turned = own([0.0, u * (1.0 + tan * tan), 0.0, 1.0]);
+        let first = 1 - self.pitching()[0];
+        let own = |x: [f64; STATES.len()]| DVector::from_column_slice(&x[first..first + n]);
+        let ahead = own([1.0, tan, 0.0, 0.0, 0.0]);
+        let turned = own([0.0, u * (1.0 + tan * tan), 0.0, 1.0, 0.0]);
         let reach = DMatrix::from_diagonal(&DVector::from_iterator(
             actuators.len(),
             actuators.iter().map(Actuator::reach),
@@ -105,13 +112,13 @@ const WIDENED: f64 = 2.0;
 /// free.
 fn is_redundant(vehicle: &Vehicle, trim: &Trim, b: &DMatrix<f64>) -> bool {
     let reach = vehicle.actuators.iter().map(Actuator::reach);
-    let equations = b.nrows() - 1;
+    let equations = 3 - vehicle.coefficients.surge.first();
     let scaled = b.rows(0, equations) * DMatrix::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
     !matches!(trim.rule, Pitch::Held(_)) && reaches_all(&scaled, equations)
 }
 
 /// The slope of the trim from its neighbours on the same branch, `[x0'; u0']` per m/s of forward speed.
-fn difference(vehicle: &Vehicle, trim: &Trim) -> Option<DVector<f64>> {
+fn difference(vehicle: &Vehicle, trim: &Trim, states: usize) -> Option<DVector<f64>> {
     let mut free = vehicle.clone();
     for actuator in &mut free.actuators {
         (actuator.min, actuator.max) = (WIDENED * actuator.min, WIDENED * actuator.max);
@@ -119,45 +126,51 @@ fn difference(vehicle: &Vehicle, trim: &Trim) -> Option<DVector<f64>> {
     let here = Pitch::Followed([(trim.speed, trim.pitch)].into_iter().collect());
     let beside = |step: f64| trim_with(&free, Speed::Path(trim.speed + step), trim.depth, &here).ok();
     let values = |t: &Trim| {
-        let states = [t.forward_speed, t.heave, 0.0, t.pitch];
-        let own = &states[vehicle.coefficients.surge.first()..];
-        DVector::from_iterator(own.len() + t.actuators.len(), own.iter().chain(&t.actuators).copied())
+        let all = [t.forward_speed, t.heave, 0.0, t.pitch, t.depth];
+        let own = all.iter().skip(vehicle.coefficients.surge.first()).take(states);
+        DVector::from_iterator(states + t.actuators.len(), own.chain(&t.actuators).copied())
     };
     let (before, after) = (beside(-STEP)?, beside(STEP)?);
     Some((values(&after) - values(&before)) / (after.forward_speed - before.forward_speed))
 }
 
-/// Linearises the equations of motion about a trim, at the trim's depth.
+/// Linearises the equations of motion about a trim, at the trim's depth, without the depth as a state.
+///
+/// # Errors
+/// As [`linearise_with`].
+pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, CoefficientError> {
+    linearise_with(vehicle, trim, false)
+}
+
+/// The same, with the depth as the last state if it is to be one.
 ///
 /// # Errors
 /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
-pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, CoefficientError> {
+pub fn linearise_with(
+    vehicle: &Vehicle,
+    trim: &Trim,
+    depth: bool,
+) -> Result<Linearisation, CoefficientError> {
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
     let inputs = vehicle.actuators.len();
-    let mut jacobian = DMatrix::zeros(4, 4 + inputs);
-    for seed in 0..4 + inputs {
+    let all = STATES.len();
+    let mut jacobian = DMatrix::zeros(all, all + inputs);
+    for seed in 0..all + inputs {
         let part = |i: usize, value: f64| Dual64::new(value, if i == seed { 1.0 } else { 0.0 });
         let Motion { u, w, q, theta } = trim.motion();
         let motion = Motion { u: part(0, u), w: part(1, w), q: part(2, q), theta: part(3, theta) };
-        let outputs = trim.actuators.iter().enumerate().map(|(i, &output)| part(4 + i, output));
+        let outputs = trim.actuators.iter().enumerate().map(|(i, &output)| part(all + i, output));
         let force = actuator_force(&vehicle.actuators, motion.u, outputs);
-        let [du, dw, dq] = dynamics.acceleration(&motion, Dual64::from(trim.depth), force);
-        let column = [du.eps, dw.eps, dq.eps, motion.q.eps];
-        (0..4).for_each(|i| jacobian[(i, seed)] = column[i]);
+        let [du, dw, dq] = dynamics.acceleration(&motion, part(4, trim.depth), force);
+        let column = [du.eps, dw.eps, dq.eps, motion.q.eps, motion.sinking().eps];
+        (0..all).for_each(|i| jacobian[(i, seed)] = column[i]);
     }
     let surge = vehicle.coefficients.surge;
-    let (first, n) = (surge.first(), surge.states().len());
+    let (first, states) = (surge.first(), surge.states(depth));
+    let n = states.len();
     let a = jacobian.view((first, first), (n, n)).into_owned();
-    let b = jacobian.view((first, 4), (n, inputs)).into_owned();
+    let b = jacobian.view((first, all), (n, inputs)).into_owned();
     let by_given = surge.is_given().then(|| jacobian.column(0).rows(first, n).into_owned());
-    let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim)).flatten();
-    Ok(Linearisation {
-        a,
-        b,
-        states: surge.states(),
-        trim: trim.clone(),
-        by_waves: None,
-        chosen_slope,
-        by_given,
-    })
+    let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim, n)).flatten();
+    Ok(Linearisation { a, b, states, trim: trim.clone(), by_waves: None, chosen_slope, by_given })
 }

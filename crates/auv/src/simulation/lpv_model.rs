@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use signals::STATES;
+use signals::states;
 use thiserror::Error;
 
 use crate::motion::level::Pitch;
@@ -108,7 +108,7 @@ pub enum LpvModelError {
 }
 
 impl LpvModel {
-    /// Builds a model from coefficient matrices, of four states or of \[w q theta\], and trims, and checks it.
+    /// Builds a model from coefficient matrices of the states of the vehicle, without the depth, and trims, and checks it.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`].
@@ -120,7 +120,8 @@ impl LpvModel {
         b: &[DMatrix<f64>],
         trims: &[Trim],
     ) -> Result<Self, LpvModelError> {
-        let missing = |m: &DMatrix<f64>| STATES.len() - m.nrows().min(STATES.len());
+        let whole = states(false, false).len();
+        let missing = |m: &DMatrix<f64>| whole - m.nrows().min(whole);
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
         let square = |m: &DMatrix<f64>| {
             let zeros = missing(m);

@@ -49,7 +49,8 @@ impl Linearisation {
             let met = water.at(0.0, 0.0, depth, trim.pitch);
             let [du, dw, dq] = dynamics.pushed(met.load);
             let (along, across) = met.along([trim.speed, 0.0, 0.0]).along_body(trim.pitch);
-            columns.extend(&[du - along, dw - across, dq, 0.0][coefficients.surge.first()..]);
+            let all = [du - along, dw - across, dq, 0.0, met.velocity.vertical];
+            columns.extend(all.iter().skip(coefficients.surge.first()).take(self.states.len()));
         }
         self.by_waves = Some(DMatrix::from_vec(self.a.nrows(), 2, columns));
         Ok(self)

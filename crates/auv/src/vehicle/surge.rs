@@ -1,7 +1,7 @@
 //! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
 
 use crate::scalar::Scalar;
-use signals::{STATES, States, WITHOUT_SURGE};
+use signals::{States, states};
 
 /// Where the surge velocity comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,9 +43,9 @@ impl Surge {
         }
     }
 
-    /// Returns the states of the linear model.
-    pub fn states(self) -> States {
-        if self.is_given() { WITHOUT_SURGE } else { &STATES }
+    /// Returns the states of the linear model, without or with the depth.
+    pub fn states(self, depth: bool) -> States {
+        states(self.is_given(), depth)
     }
 
     /// Returns whether a number of a vehicle acts on its motion, by its key in the vehicle file: forces along the hull
@@ -56,6 +56,6 @@ impl Surge {
 
     /// The first of the equations of surge, heave and pitch that belongs to the linear model.
     pub(crate) fn first(self) -> usize {
-        STATES.len() - self.states().len()
+        usize::from(self.is_given())
     }
 }

@@ -20,7 +20,7 @@ fn close(found: &DMatrix<f64>, wanted: &DMatrix<f64>, scale: f64, what: &str) {
 #[test]
 fn the_linearisation_follows() {
     for (vehicle, level) in trimmed() {
-        let found = Descriptor::at(&vehicle, &level);
+        let found = Descriptor::at(&vehicle, &level, false);
         let linear = linearise(&vehicle, &level).unwrap();
         let inverse = found.mass.clone().try_inverse().unwrap();
         close(&(&inverse * &found.state), &linear.a, linear.a.amax(), "A");
@@ -32,14 +32,14 @@ fn the_linearisation_follows() {
 #[test]
 fn affine_in_all_but_length_viscosity_and_direction() {
     for (vehicle, level) in trimmed() {
-        let here = Descriptor::at(&vehicle, &level).stacked();
+        let here = Descriptor::at(&vehicle, &level, false).stacked();
         for parameter in Parameter::all(&vehicle) {
-            let derivative = Descriptor::derivative(&vehicle, &level, parameter).stacked();
+            let derivative = Descriptor::derivative(&vehicle, &level, false, parameter).stacked();
             let value = parameter.coefficient(&vehicle).unwrap();
             let mut off: f64 = 0.0;
             for step in [-0.7 * value, 0.3 * value + 0.01, 2.0 * value - 0.05] {
                 let there = parameter.with_value(&vehicle, value + step);
-                let change = Descriptor::at(&there, &level).stacked() - &here;
+                let change = Descriptor::at(&there, &level, false).stacked() - &here;
                 off = off.max((change - &derivative * step).amax() / here.amax());
             }
             let name = parameter.name(&vehicle);
@@ -54,17 +54,18 @@ fn affine_in_all_but_length_viscosity_and_direction() {
 #[test]
 fn second_derivatives_hold_what_two_coefficients_do_together() {
     for (vehicle, level) in trimmed() {
-        let here = Descriptor::at(&vehicle, &level).stacked();
+        let here = Descriptor::at(&vehicle, &level, false).stacked();
         let mut pairs = 0;
         let all = Parameter::all(&vehicle);
         for (i, p) in all.iter().enumerate() {
             for q in &all[i + 1..] {
                 let [dp, dq] = [p, q].map(|r| 0.3 * r.coefficient(&vehicle).unwrap() + 0.01);
-                let both = Descriptor::second_derivative(&vehicle, &level, [*p, *q]).stacked();
+                let both = Descriptor::second_derivative(&vehicle, &level, false, [*p, *q]).stacked();
                 let there = p.with_value(&vehicle, p.coefficient(&vehicle).unwrap() + dp);
                 let there = q.with_value(&there, q.coefficient(&vehicle).unwrap() + dq);
-                let first = |r: &Parameter| Descriptor::derivative(&vehicle, &level, *r).stacked();
-                let change = Descriptor::at(&there, &level).stacked() - &here - first(p) * dp - first(q) * dq;
+                let first = |r: &Parameter| Descriptor::derivative(&vehicle, &level, false, *r).stacked();
+                let change =
+                    Descriptor::at(&there, &level, false).stacked() - &here - first(p) * dp - first(q) * dq;
                 let bent = |r: &Parameter| {
                     ["length", "kinematic_viscosity", "direction"]
                         .iter()
@@ -91,10 +92,10 @@ fn derivatives_by_the_trim_are_limits_of_differences() {
                 Parameter::Output(i) => there.actuators[i] += step,
                 _ => there.incidence += step,
             }
-            Descriptor::at(&vehicle, &there).stacked()
+            Descriptor::at(&vehicle, &there, false).stacked()
         };
         for parameter in [Parameter::Incidence, Parameter::Output(0), Parameter::Output(1)] {
-            let exact = Descriptor::derivative(&vehicle, &level, parameter).stacked();
+            let exact = Descriptor::derivative(&vehicle, &level, false, parameter).stacked();
             let step = 1e-5;
             let difference = (moved(step, parameter) - moved(-step, parameter)) / (2.0 * step);
             assert!((&difference - &exact).amax() < 1e-6 * (1.0 + exact.amax()), "{difference} {exact}");

@@ -62,7 +62,7 @@ fn the_linear_model_is_that_of_the_dive_plane() {
             }
         }
         assert_eq!(linear.a.row(2).iter().copied().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
-        let Descriptor { mass, state, input } = Descriptor::at(&vehicle, &level);
+        let Descriptor { mass, state, input } = Descriptor::at(&vehicle, &level, false);
         let inverse = mass.try_inverse().unwrap();
         assert!(
             (&inverse * state - &linear.a).amax() < 1e-12 && (inverse * input - &linear.b).amax() < 1e-12

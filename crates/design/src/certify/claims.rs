@@ -1,7 +1,7 @@
 //! What is proved, in the words of the vehicle.
 
 use crate::certify::ball::SAMPLES;
-use crate::certify::limits::degrees;
+use crate::certify::limits::ClaimedStep;
 use crate::numbers::above;
 use certificate::{LimitTheorem, Theorem};
 use scheduled::ControllerDesign;
@@ -35,7 +35,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
 
 /// The claim about commands at their limits, if there is one.
 pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
-    let degrees = degrees(design, theorem)?;
+    let step = ClaimedStep::of(design, theorem)?;
     let (from, kept) = match theorem.limits {
         Some(LimitTheorem { everywhere: true, .. }) => ("every state of the model", "leaves a loop that"),
         _ => ("trim", "keeps the loop in a region from which it"),
@@ -45,7 +45,7 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
         _ => "commands and rates of actuators cut off at their limits",
     };
     Some(format!(
-        "a pitch step of up to {degrees} deg from {from}, held for any time and taken back,\n\
+        "{step} from {from}, held for any time and taken back,\n\
          {kept} returns to trim, {cut},\n\
          for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum

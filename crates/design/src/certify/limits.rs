@@ -1,10 +1,11 @@
-//! The section `limits` of the certificate: how large a step of the pitch reference may be for the loop, with its
+//! The section `limits` of the certificate: how large a step of the reference of pitch or depth may be for the loop, with its
 //! commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits on the
 //! rates of the actuators are such limits on the rates of states of the plant, which has the lags.
 
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
 use crate::inputs::design_file::DesignFile;
+use crate::numbers::readable;
 use auv::Actuator;
 use certificate::{Certificate, Limits, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
@@ -13,11 +14,12 @@ use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use scheduled::{ControllerDesign, Kind};
-use signals::{PITCH, place};
+use signals::{DEPTH, PITCH, SIGNALS, Signal, place};
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 
-/// The largest step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the
-/// actuators.
+/// The largest pitch step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the
+/// actuators. Of the depth it is one up to the surface.
 const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Bound on a gain that is sought \[1/s\]: that of the quick one.
@@ -29,7 +31,7 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// model's states. The gain of the frozen design is that of the quickest recovery; where the pitch step of the
 /// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
 /// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
-/// there is nothing to claim: without anti-windup, or without a reference of pitch. The rates of the actuators are cut
+/// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators are cut
 /// off at their limits, too.
 ///
 /// # Errors
@@ -42,8 +44,8 @@ pub fn with_limits(
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
     let certificate = &proof.certificate;
-    let (Some(gain), Some(input), Some(ball)) =
-        (&frozen.anti_windup, pitch(frozen), certificate.residual.as_ref())
+    let (Some(gain), Some(Stepped { input, signal, scale }), Some(ball)) =
+        (&frozen.anti_windup, Stepped::of(frozen), certificate.residual.as_ref())
     else {
         return Ok(None);
     };
@@ -65,7 +67,7 @@ pub fn with_limits(
         fu: matrix(&ball.fu, m)?,
     };
     let quick: Mat = matrix(gain, m)?;
-    let largest = MOST / scale(frozen, input).unwrap_or(1.0);
+    let largest = if signal == PITCH { MOST } else { design.depth.max(scale) } / scale;
     let units = matrix(&ball.s, ball.s.len())?;
     let of = |gain| Limited {
         plant,
@@ -79,7 +81,7 @@ pub fn with_limits(
         input,
         largest,
     };
-    let wanted = design.manoeuvre.pitch_step.abs() / scale(frozen, input).unwrap_or(1.0);
+    let wanted = design.manoeuvre.steps()[signal].abs() / scale;
     let mut found = largest_step(of(Gain::Given(&quick)));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
         && let Ok(other) = largest_step(of(Gain::Sought(FASTEST)))
@@ -129,7 +131,7 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
     {
         return differs("a limit");
     }
-    if pitch(design) != Some(limits.input) {
+    if Stepped::of(design).map(|stepped| stepped.input) != Some(limits.input) {
         return differs("the reference");
     }
     Ok(())
@@ -170,33 +172,63 @@ fn rates(
     Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
 }
 
-/// The place of the pitch reference among the references, with which w begins.
-fn pitch(design: &ControllerDesign) -> Option<usize> {
-    let mut references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
-    references.position(|input| place(&input.signal) == Some(PITCH))
+/// The reference of which the claim is: pitch, or depth without one of pitch.
+struct Stepped {
+    /// Its place among the references, with which w begins.
+    input: usize,
+    /// Its place in [`SIGNALS`].
+    signal: usize,
+    /// What counts as 1, SI.
+    scale: f64,
 }
 
-/// The largest pitch step of a proved claim \[deg\], rounded down to a tenth.
-pub fn degrees(design: &ControllerDesign, theorem: &Theorem) -> Option<f64> {
-    let limits = theorem.limits?;
-    Some(in_degrees(limits.size, scale(design, limits.input)?))
+impl Stepped {
+    fn of(design: &ControllerDesign) -> Option<Self> {
+        let references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
+        let each: Vec<(usize, f64)> =
+            references.filter_map(|input| Some((place(&input.signal)?, input.scale))).collect();
+        [PITCH, DEPTH].into_iter().find_map(|wanted| {
+            let input = each.iter().position(|(signal, _)| *signal == wanted)?;
+            Some(Self { input, signal: wanted, scale: each[input].1 })
+        })
+    }
 }
 
-/// The same by the design file that the claim is of; `None` where what steps is not the pitch.
-pub fn degrees_of(file: &DesignFile, theorem: &Theorem) -> Option<f64> {
-    let limits = theorem.limits?;
-    let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == PITCH)?;
-    Some(in_degrees(limits.size, stepped.scale))
+/// The largest step of a proved claim.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClaimedStep {
+    /// The row of the output.
+    pub output: &'static Signal,
+    /// Its size in `unit`, rounded down to a tenth.
+    pub size: f64,
+    /// deg or m.
+    pub unit: &'static str,
 }
 
-fn in_degrees(size: f64, scale: f64) -> f64 {
-    (10.0 * (size * scale).to_degrees()).floor() / 10.0
+impl ClaimedStep {
+    /// By the frozen design that the claim is of.
+    pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
+        let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
+        (limits.input == stepped.input).then(|| Self::new(stepped.signal, limits.size * stepped.scale))
+    }
+
+    /// By the design file that the claim is of; `None` where what steps is neither pitch nor depth.
+    pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
+        let limits = theorem.limits?;
+        let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == file.stepped())?;
+        Some(Self::new(stepped.place, limits.size * stepped.scale))
+    }
+
+    fn new(place: usize, size: f64) -> Self {
+        let (factor, unit) = readable(SIGNALS[place].unit);
+        Self { output: &SIGNALS[place], size: (10.0 * factor * size).floor() / 10.0, unit }
+    }
 }
 
-/// The scale of a reference, by its place among them.
-fn scale(design: &ControllerDesign, reference: usize) -> Option<f64> {
-    let mut references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
-    references.nth(reference).map(|input| input.scale)
+impl Display for ClaimedStep {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "a {} step of up to {} {}", self.output.name, self.size, self.unit)
+    }
 }
 
 /// How far each command can go either way from the trim of any speed, in units of its scale: the trim table is

@@ -52,6 +52,7 @@ const WORDS: [Words; STATES.len()] = [
             a centre of gravity farther below that of buoyancy (z_G)",
         shows: "measure 'pitch'",
     },
+    Words { symbol: "z", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
 ];
 
 /// Checks every linearisation of a model.

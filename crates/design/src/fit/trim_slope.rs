@@ -47,9 +47,12 @@ pub fn trim_slope(
     };
     let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, in_units(l))).collect();
     let (centre, half_range) = design.scheduling();
-    let checked = trims
-        .iter()
-        .map(|trim| Ok(((trim.speed - centre) / half_range, in_units(&auv::linearise(vehicle, trim)?))));
+    let checked = trims.iter().map(|trim| {
+        Ok((
+            (trim.speed - centre) / half_range,
+            in_units(&auv::linearise_with(vehicle, trim, design.has_depth())?),
+        ))
+    });
     let checked = checked.collect::<Result<Vec<(f64, Mat)>, ModelError>>()?;
     let error = |lft: &Lft| {
         let missed = |(rho, m): &(f64, Mat)| Ok(largest_singular_value(&(lft.evaluate(&[*rho])? - m)));

@@ -21,7 +21,7 @@ use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 pub use sea::WorkingSea;
-use signals::{SIGNALS, SPEED, Signal, States};
+use signals::{DEPTH, PITCH, SIGNALS, SPEED, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, with its text for messages.
@@ -213,6 +213,19 @@ impl DesignFile {
     pub fn spread(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.speed_min, self.speed_max);
         (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
+    }
+
+    /// The place in [`SIGNALS`] of the output of which a step is judged first: the pitch, or the depth where that is
+    /// tracked and the pitch is not.
+    pub fn stepped(&self) -> usize {
+        let is_tracked = |place: usize| self.tracked.iter().any(|t| t.place == place);
+        if is_tracked(DEPTH) && !is_tracked(PITCH) { DEPTH } else { PITCH }
+    }
+
+    /// Whether the depth is tracked or measured, and so a state of the linear models.
+    pub fn has_depth(&self) -> bool {
+        let places = self.tracked.iter().map(|t| t.place).chain(self.measured.iter().map(|m| m.place));
+        places.into_iter().any(|place| place == DEPTH)
     }
 
     /// Depth \[m\], and what becomes of the pitch in level trim.

@@ -57,7 +57,11 @@ pub fn frozen(
     gamma: Gamma,
 ) -> Result<Frozen, Error> {
     let trims = trim_table(vehicle, file)?;
-    let (a, b) = model.coefficients();
+    // The depth follows from the other states; the plant has it by itself.
+    let others = vehicle.coefficients.surge.states(false).len();
+    let (mut a, mut b) = model.coefficients();
+    a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
+    b.iter_mut().for_each(|b| *b = b.rows(0, others).into_owned());
     let plant = LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?;
     Ok(Frozen { controller: controller(vehicle, file, hashes, lft, gamma, &trims), plant })
 }
@@ -107,6 +111,7 @@ fn controller(
             pitch: column(|t| t.pitch),
             actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
         },
+        depth: if file.has_depth() { file.depth } else { 0.0 },
         gamma,
         inputs: hashes.clone(),
     }

@@ -13,7 +13,7 @@ use lpv::anti_windup::{Aim, AntiWindup, LimitedLoop, anti_windup as least_gain};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, block, solve};
-use signals::PITCH;
+use signals::{DEPTH, PITCH};
 
 /// The number of speeds, evenly spread over the range: both ends, where the limits differ most.
 pub const SPEEDS: usize = 2;
@@ -70,10 +70,14 @@ pub fn anti_windup(
 }
 
 /// The step of a tracked output that the gain is made for, in its scale: in pitch [`PITCH_STEP`], in speed the whole
-/// range.
+/// range, in depth up to the surface, and the scale at least.
 fn step(design: &DesignFile, tracked: usize) -> f64 {
     let one = &design.tracked[tracked];
-    let size = if one.place == PITCH { PITCH_STEP } else { design.speed_max - design.speed_min };
+    let size = match one.place {
+        PITCH => PITCH_STEP,
+        DEPTH => design.depth.max(one.scale),
+        _ => design.speed_max - design.speed_min,
+    };
     size / one.scale
 }
 

@@ -5,7 +5,7 @@ use crate::linearise::{scaled, stacked};
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::trim::{random_corners, retrim};
-use auv::{Vehicle, linearise};
+use auv::{Vehicle, linearise_with};
 use lpv::matrix::Mat;
 
 /// Corners of the box at which the models are compared.
@@ -54,7 +54,7 @@ fn compare(
     rho: f64,
     corner: &[f64],
 ) -> Result<Compared, Error> {
-    let trim = &frozen.nominal.trim;
+    let (trim, depth) = (&frozen.nominal.trim, frozen.nominal.has_depth());
     let all = &frozen.parameters;
     let (changed, moved) = retrim(vehicle, trim, all, corner)?;
     // Where the corner and its trim lie in the ranges; parameters that the model has none of have no place.
@@ -73,8 +73,8 @@ fn compare(
         model.evaluate(rho, &delta)
     };
     Ok(Compared {
-        held: with_gains(stacked(&linearise(&changed, trim)?), all, corner),
-        retrimmed: with_gains(stacked(&linearise(&changed, &moved)?), all, corner),
+        held: with_gains(stacked(&linearise_with(&changed, trim, depth)?), all, corner),
+        retrimmed: with_gains(stacked(&linearise_with(&changed, &moved, depth)?), all, corner),
         model_held: value(false)?,
         model_retrimmed: value(true)?,
     })
@@ -133,7 +133,8 @@ pub fn missing(
         }
     };
     let delta: Vec<f64> = model.blocks.iter().map(place).collect();
-    let truth = with_gains(stacked(&linearise(&changed, &moved)?), all, point);
+    let depth = frozen.nominal.has_depth();
+    let truth = with_gains(stacked(&linearise_with(&changed, &moved, depth)?), all, point);
     Ok(truth - model.evaluate(rho, &delta)?)
 }
 
@@ -149,7 +150,7 @@ pub struct Remainder {
 /// The ball around a model at one speed that contains the vehicle trimmed again at corners of the box, widened by half.
 ///
 /// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i`
-/// on its diagonal, because three rows may be off at once (theta' = q is exact), and F takes states and inputs to
+/// on its diagonal, because three rows may be off at once (theta' = q is exact), or four with the depth, and F takes states and inputs to
 /// those units.
 ///
 /// # Errors
@@ -163,10 +164,11 @@ pub fn remainder(vehicle: &Vehicle, frozen: &FrozenUncertain) -> Result<Remainde
         let off = scaled(&vehicle.actuators, c.model_retrimmed - c.retrimmed);
         rows.iter_mut().zip(off.row_iter()).for_each(|(most, row)| *most = most.max(row.norm()));
     }
+    let at_once = if frozen.nominal.has_depth() { 4f64 } else { 3f64 };
     let reach = vehicle.actuators.iter().map(auv::Actuator::reach);
     let units: Vec<f64> = std::iter::repeat_n(1.0, states).chain(reach.map(|r| 1.0 / r)).collect();
     Ok(Remainder {
-        left: Mat::from_fn(states, size, |i, j| if i == j { WIDER * 3f64.sqrt() * rows[i] } else { 0.0 }),
+        left: Mat::from_fn(states, size, |i, j| if i == j { WIDER * at_once.sqrt() * rows[i] } else { 0.0 }),
         right: Mat::from_diagonal(&nalgebra::DVector::from_vec(units)),
     })
 }

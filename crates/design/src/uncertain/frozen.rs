@@ -33,9 +33,9 @@ pub struct FrozenUncertain {
 pub fn at_speed(declared: Declared<'_>, file: &DesignFile, speed: f64) -> Result<FrozenUncertain, Error> {
     let vehicle = declared.vehicle;
     let nominal = linearise_at(vehicle, file, speed)?;
-    let trim_range = trim_range(declared, &nominal.trim)?;
+    let trim_range = trim_range(declared, &nominal)?;
     let parameters = blocks(declared, &nominal.trim, &trim_range.deviations)?;
-    let mut gradients = [Gradients::at(vehicle, &nominal.trim, &parameters)?];
+    let mut gradients = [Gradients::at(vehicle, &nominal, &parameters)?];
     coarsen(vehicle, &parameters, DETAIL, &mut gradients);
     let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
     let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &parameters);

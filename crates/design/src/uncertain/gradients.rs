@@ -2,7 +2,7 @@
 
 use crate::error::UncertainError;
 use crate::uncertain::model::{Block, Uncertain};
-use auv::{Descriptor, Parameter, Trim, Vehicle};
+use auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
 use lpv::matrix::{Mat, block};
 
 /// What is smaller than this beside the equations of motion is rounding.
@@ -23,12 +23,13 @@ pub struct Gradients {
 }
 
 impl Gradients {
-    /// Differentiates at a trim, and checks that this is all there is.
+    /// Differentiates at the trim of a linear model, with its states, and checks that this is all there is.
     ///
     /// # Errors
     /// [`UncertainError`]: a coefficient that does not enter affinely, three that multiply, no vehicle at a corner.
-    pub fn at(vehicle: &Vehicle, trim: &Trim, blocks: &[Block]) -> Result<Self, UncertainError> {
-        let nominal = Descriptor::at(vehicle, trim).stacked();
+    pub fn at(vehicle: &Vehicle, linear: &Linearisation, blocks: &[Block]) -> Result<Self, UncertainError> {
+        let (trim, depth) = (&linear.trim, linear.has_depth());
+        let nominal = Descriptor::at(vehicle, trim, depth).stacked();
         let scaled_input = |m: &Mat, actuator: usize, factor: f64| {
             let mut only = Mat::zeros(m.nrows(), m.ncols());
             let column = 2 * m.nrows() + actuator;
@@ -38,7 +39,9 @@ impl Gradients {
         let first: Vec<Mat> = blocks
             .iter()
             .map(|b| match b.uncertain {
-                Uncertain::Parameter(p) => Descriptor::derivative(vehicle, trim, p).stacked() * b.half_range,
+                Uncertain::Parameter(p) => {
+                    Descriptor::derivative(vehicle, trim, depth, p).stacked() * b.half_range
+                }
                 Uncertain::Gain(actuator) => scaled_input(&nominal, actuator, b.half_range),
             })
             .collect();
@@ -48,7 +51,7 @@ impl Gradients {
                 let both = match (p.uncertain, q.uncertain) {
                     (Uncertain::Parameter(a), Uncertain::Parameter(b)) => {
                         let by = [a, b];
-                        Descriptor::second_derivative(vehicle, trim, by).stacked()
+                        Descriptor::second_derivative(vehicle, trim, depth, by).stacked()
                             * (p.half_range * q.half_range)
                     }
                     (_, Uncertain::Gain(actuator)) => scaled_input(&first[i], actuator, q.half_range),
@@ -60,7 +63,7 @@ impl Gradients {
             }
         }
         let gradients = Self { nominal, first, second };
-        gradients.check(vehicle, trim, blocks)?;
+        gradients.check(vehicle, (trim, depth), blocks)?;
         Ok(gradients)
     }
 
@@ -77,10 +80,15 @@ impl Gradients {
         scaled.columns(mass, columns - mass).norm()
     }
 
-    fn check(&self, vehicle: &Vehicle, trim: &Trim, blocks: &[Block]) -> Result<(), UncertainError> {
+    fn check(
+        &self,
+        vehicle: &Vehicle,
+        (trim, depth): (&Trim, bool),
+        blocks: &[Block],
+    ) -> Result<(), UncertainError> {
         let off = |delta: &[f64]| {
             let changed = perturbed(vehicle, blocks, delta);
-            let truth = Descriptor::at(&changed, trim).stacked();
+            let truth = Descriptor::at(&changed, trim, depth).stacked();
             (self.evaluate(delta) - &truth).amax() / truth.amax()
         };
         let coefficient =
@@ -134,9 +142,8 @@ pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle 
 }
 
 /// Columns of `[M C D]` in units in which they compare: inputs in units of their reach.
-pub(crate) fn units(vehicle: &Vehicle) -> Mat {
+pub(crate) fn units(vehicle: &Vehicle, states: usize) -> Mat {
     let inputs = vehicle.actuators.iter().map(auv::Actuator::reach);
-    let states = vehicle.coefficients.surge.states().len();
     let all: Vec<f64> = std::iter::repeat_n(1.0, 2 * states).chain(inputs).collect();
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
@@ -144,7 +151,7 @@ pub(crate) fn units(vehicle: &Vehicle) -> Mat {
 /// Leaves out of what the trim does the directions that are smaller than `detail` of `[C D]`, at all of the trims;
 /// the motion is of first order in the trim anyway.
 pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [Gradients]) {
-    let units = units(vehicle);
+    let units = units(vehicle, samples.first().map_or(0, |g| g.nominal.nrows()));
     let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
     let sizes: Vec<f64> = samples.iter().map(|g| g.size(&units)).collect();
     for place in (0..blocks.len()).filter(|i| blocks[*i].uncertain.is_of_trim()) {

@@ -50,7 +50,7 @@ impl Pencil {
         order: usize,
     ) -> Result<Self, Error> {
         let Some((_, any)) = samples.first() else { return Err(lpv::error::FitError::NoSamples.into()) };
-        let units = units(vehicle);
+        let units = units(vehicle, any.nominal.nrows());
         let fit = |of: &dyn Fn(&Gradients) -> Mat| {
             let values: Vec<(f64, Mat, f64)> =
                 samples.iter().map(|(rho, g)| (*rho, of(g), DETAIL_OVER_RANGE * g.size(&units))).collect();

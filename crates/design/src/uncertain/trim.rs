@@ -10,7 +10,7 @@ use crate::error::UncertainError;
 use crate::inputs::Declared;
 use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
-use auv::{Descriptor, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
+use auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
 
 /// Corners of the box at which the vehicle is trimmed, beside those to which each coefficient alone points.
 const RANDOM_CORNERS: usize = 48;
@@ -118,12 +118,14 @@ pub fn retrim(
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`], [`UncertainError::NoTrim`], [`UncertainError::Corner`].
-pub fn trim_range(declared: Declared<'_>, nominal: &Trim) -> Result<TrimRange, Error> {
-    let vehicle = declared.vehicle;
+pub fn trim_range(declared: Declared<'_>, linear: &Linearisation) -> Result<TrimRange, Error> {
+    let (vehicle, nominal) = (declared.vehicle, &linear.trim);
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
     let all = blocks(declared, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
-    let matters = |p: &Parameter| Descriptor::derivative(vehicle, nominal, *p).stacked().amax() > 0.0;
+    let matters = |p: &Parameter| {
+        Descriptor::derivative(vehicle, nominal, linear.has_depth(), *p).stacked().amax() > 0.0
+    };
     let quantities: Vec<Parameter> =
         std::iter::once(Parameter::Incidence).chain(outputs).filter(matters).collect();
     let mut farthest = vec![0.0_f64; quantities.len()];

@@ -12,7 +12,7 @@ use crate::inputs::design_file::DesignFile;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::Uncertain;
 use crate::uncertain::trim::retrim;
-use auv::{Actuator, Linearisation, Vehicle, linearise};
+use auv::{Actuator, Linearisation, Vehicle, linearise_with};
 use lpv::controller::Controller;
 use lpv::mu::CMat;
 
@@ -36,7 +36,7 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     if !outputs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output)) {
         return None;
     }
-    let mut linearisation = linearise(&changed, &trim).ok()?;
+    let mut linearisation = linearise_with(&changed, &trim, frozen.nominal.has_depth()).ok()?;
     linearisation.by_waves.clone_from(&frozen.nominal.by_waves);
     for (b, d) in blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {

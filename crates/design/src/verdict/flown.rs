@@ -6,7 +6,7 @@ use crate::inputs::design_file::DesignFile;
 use auv::Actuator;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
-use signals::{PITCH, SIGNALS, SPEED};
+use signals::{SIGNALS, SPEED};
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, fly};
 use squid_flight::metrics::{StepFigures, used_fraction};
@@ -29,7 +29,7 @@ pub struct StepAtSpeed {
     pub output: &'static str,
     /// Speed along the path before the step, m/s.
     pub speed: f64,
-    /// The height of the step, rad or m/s.
+    /// The height of the step, rad, m or m/s.
     pub height: f64,
     /// Beyond the reference, relative to the step.
     pub overshoot: f64,
@@ -42,32 +42,31 @@ pub struct StepAtSpeed {
 }
 
 impl StepAtSpeed {
-    /// A step of each tracked output: of pitch, that of the default flight; of the speed, its scale at most.
+    /// A step of each tracked output: of pitch and depth, that of the default flight; of the speed, its scale at most.
     pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
         let level = Manoeuvre {
             speed_from: speed,
             speed_to: speed,
-            pitch_step: 0.0,
             step_time: STEP_TIME,
             step_end: f64::MAX,
             ramp_start: STEP_TIME - 2.0 * AT_ONCE,
             ramp_duration: AT_ONCE,
             duration: STEP_TIME + FOLLOWED,
-            ..inputs.design.manoeuvre.clone()
+            ..inputs.design.manoeuvre.with_step(SPEED, 0.0)
         };
         let (middle, half_range) = inputs.design.scheduling();
         let step = |tracked: &crate::inputs::design_file::Tracked| {
             let manoeuvre = match tracked.place {
-                PITCH => Manoeuvre { pitch_step: inputs.design.manoeuvre.pitch_step, ..level.clone() },
-                _ => {
+                SPEED => {
                     let size = (SPEED_STEP * half_range).min(tracked.scale);
                     let step = if speed <= middle { size } else { -size };
                     Manoeuvre { speed_to: speed + step, ..level.clone() }
                 }
+                place => level.with_step(place, inputs.design.manoeuvre.steps()[place]),
             };
             Ok(Self::flown(tracked.place, speed, flight(inputs, controller, &manoeuvre)?.as_ref(), inputs))
         };
-        inputs.design.tracked.iter().filter(|t| [PITCH, SPEED].contains(&t.place)).map(step).collect()
+        inputs.design.tracked.iter().map(step).collect()
     }
 
     /// The figures of a flight with one step of a signal; `None` for one that was lost.
@@ -78,7 +77,7 @@ impl StepAtSpeed {
             _ => f64::NAN,
         };
         let limits: Vec<(f64, f64)> = inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-        let whole = StepFigures::of_signal(rows, place, (STEP_TIME, height), &limits);
+        let whole = StepFigures::of(rows, place, (STEP_TIME, height), &limits);
         let figures = if flight.is_some_and(|f| f.surfacing.is_none()) { whole } else { whole.cut_short() };
         Self {
             output: SIGNALS[place].name,

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
 use auv::{Current, Vehicle};
-use signals::{PITCH, SPEED};
+use signals::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
 use squid_flight::flight::{Demand, Row};
 
@@ -82,7 +82,7 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<Flew, Erro
         let time = time + 1e-9;
         Demand {
             speed: if time < SPEED_AT { speed } else { speed + speed_step },
-            pitch_above_trim: if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 },
+            above_trim: only(PITCH, if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 }),
             current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
         }
     };
@@ -151,8 +151,8 @@ mod tests {
         let row = |i: u32| {
             let time = 1e-3 * f64::from(i);
             let signals = scheduled::Inputs {
-                measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0],
-                references: [0.2, 1.0],
+                measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0, 0.0],
+                references: [0.2, 1.0, 0.0],
             };
             Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![] }
         };

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
 use auv::{Current, Vehicle};
-use signals::PITCH;
+use signals::{PITCH, only};
 use squid_design::error::UncertainError;
 use squid_design::linearise::linearise_at;
 use squid_design::uncertain::model::Uncertain;
@@ -79,7 +79,7 @@ pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> 
     let step = subject.stored.manoeuvre.pitch_step;
     let demand = |time: f64| Demand {
         speed,
-        pitch_above_trim: if time + 1e-9 < STEP_TIME { 0.0 } else { step },
+        above_trim: only(PITCH, if time + 1e-9 < STEP_TIME { 0.0 } else { step }),
         current: Current::default(),
     };
     let overshoot_of_survivor = |(vehicle, gains): &(Vehicle, Vec<f64>)| -> Option<f64> {

@@ -16,7 +16,7 @@ use auv::{Current, Linearisation};
 use lpv::matrix::complex_singular_values;
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::Signal;
+use signals::{EachTracked, Signal};
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::{cannot, trapezoidal};
 use squid_design::numbers::readable;
@@ -53,7 +53,7 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let moves = |time: f64, from: f64| if time + 1e-9 < from { 0.0 } else { GUST };
     let demand = |time: f64| Demand {
         speed,
-        pitch_above_trim: 0.0,
+        above_trim: EachTracked::default(),
         current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME) },
     };
     let vehicle = &subject.inputs.vehicle;

@@ -21,10 +21,11 @@ use squid_design::numbers::readable;
 const ORDERS: [usize; 2] = [1, 2];
 /// Units of the derivatives of [`STATES`] over those of the columns.
 const UNITS: [[&str; STATES.len()]; STATES.len()] = [
-    ["1/s", "1/s", "m/s", "m/s^2"],
-    ["1/s", "1/s", "m/s", "m/s^2"],
-    ["1/(m s)", "1/(m s)", "1/s", "1/s^2"],
-    ["1/m", "1/m", "1", "1/s"],
+    ["1/s", "1/s", "m/s", "m/s^2", "1/s^2"],
+    ["1/s", "1/s", "m/s", "m/s^2", "1/s^2"],
+    ["1/(m s)", "1/(m s)", "1/s", "1/s^2", "1/(m s^2)"],
+    ["1/m", "1/m", "1", "1/s", "1/(m s)"],
+    ["1", "1", "m", "m/s", "1/s"],
 ];
 /// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
 const VARIES: f64 = 1e-4;
@@ -100,7 +101,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     let exact = subject.model.grid.iter().map(|(rho, l)| (centre + half_range * rho, l.a[(i, j)])).collect();
     let mut curves = vec![Curve { key: 0, points: exact }];
     let states = subject.inputs.design.states;
-    let first = STATES.len() - states.len();
+    let first = STATES.iter().position(|state| *state == states[0]).unwrap_or(0);
     let [rate, state] = [i, j].map(|place| states[place].symbol);
     for (k, fit) in fits.iter().enumerate() {
         let fine = (0..=60).map(|n| f64::from(n) / 30.0 - 1.0);

@@ -1,4 +1,4 @@
-//! The default manoeuvre: a pitch step while the speed ramps.
+//! The default manoeuvre: a step while the speed ramps.
 
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
@@ -7,7 +7,7 @@ use crate::page::key::Key;
 use crate::page::section::Part;
 use crate::page::words::capital;
 use crate::subject::Subject;
-use signals::{PITCH, SPEED};
+use signals::{DEPTH, PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
 /// The section on the design's manoeuvre: pitch, speed and commands over time.
@@ -23,13 +23,19 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         key,
         points: rows.iter().map(|r| (r.time, of(r))).collect(),
     };
-    let wanted = series(0, &|r| r.reference(PITCH).to_degrees());
-    let pitch = vec![wanted, series(1, &|r| r.measured(PITCH).to_degrees())];
+    let step = subject.step();
+    let both = |place: usize, factor: f64| {
+        vec![series(0, &|r| factor * r.reference(place)), series(1, &|r| factor * r.measured(place))]
+    };
+    let depth = match stored.controller.follows(DEPTH) {
+        true => both(DEPTH, 1.0),
+        false => vec![series(1, &|r| r.depth)],
+    };
     let speed = vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))];
     let mut charts = vec![
-        Chart::over_time("", "pitch (deg)", pitch),
+        Chart::over_time("", "pitch (deg)", both(PITCH, 1f64.to_degrees())),
         Chart::over_time("", "forward speed (m/s)", speed),
-        Chart::over_time("", "depth (m)", vec![series(1, &|r| r.depth)]),
+        Chart::over_time("", "depth (m)", depth),
     ];
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
         let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
@@ -44,24 +50,27 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let m = &stored.manoeuvre;
-    let last = rows.last().map_or(f64::NAN, |r| r.error(PITCH).to_degrees());
+    let last = rows.last().map_or(f64::NAN, |r| step.factor * r.error(step.place));
     let off = rows.iter().map(|r| r.error(SPEED).abs()).fold(0.0, f64::max);
     let outside = rows.iter().filter(|r| r.out_of_range).count() as f64 / rows.len() as f64;
     let words = format!(
-        "A pitch step of {} deg at {} s while the speed goes from {} to {} m/s in {} s. At the end pitch is \
-            {:.3} deg off, the speed was never more than {off:.3} m/s off, and outside the range of the design \
+        "A {} step of {} at {} s while the speed goes from {} to {} m/s in {} s. At the end the {} is \
+            {:.3} {} off, the speed was never more than {off:.3} m/s off, and outside the range of the design \
             during {:.1} % of the flight.",
-        auv::rounded(m.pitch_step.to_degrees()),
+        step.name,
+        step.words(),
         m.step_time,
         m.speed_from,
         m.speed_to,
         m.ramp_duration,
+        step.name,
         last.abs(),
+        step.unit,
         100.0 * outside
     );
     let early = flight.surfacing.map(|s| format!("{words} The flight ends early: {s}."));
     let words = early.unwrap_or(words);
     let caption = format!("{}: nonlinear, with the sampled autopilot.", capital(&subject.name()));
-    let figure = Figure { name: "pitch-step-on-a-ramp".into(), caption, keys, charts };
+    let figure = Figure { name: format!("{}-step-on-a-ramp", step.name), caption, keys, charts };
     Ok(vec![Part::Words(words), Part::Figure(figure)])
 }

@@ -70,15 +70,16 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys,
         charts,
     };
-    let pitch = subject.pitch()?;
-    let weight = subject.inputs.design.tracked[pitch].weight;
-    let peaks = Both::of(&loops, &ideal, |l| l.peak(pitch));
-    let steady = Both::of(&loops, &ideal, |l| l.error(pitch, 0.0));
+    let output = subject.output()?;
+    let weight = subject.inputs.design.tracked[output].weight;
+    let peaks = Both::of(&loops, &ideal, |l| l.peak(output));
+    let steady = Both::of(&loops, &ideal, |l| l.error(output, 0.0));
+    let name = subject.step().name;
     Ok(vec![
         Part::Figure(figure),
         Part::Table(table(subject, &peaks, &steady)),
-        Part::Claim(peak_claim(&peaks, weight.peak)),
-        Part::Claim(steady_claim(&steady, weight.steady_error)),
+        Part::Claim(peak_claim(name, &peaks, weight.peak)),
+        Part::Claim(steady_claim(name, &steady, weight.steady_error)),
     ])
 }
 
@@ -97,7 +98,7 @@ impl Both {
 fn table(subject: &Subject, peaks: &Both, steady: &Both) -> Table {
     let mut table = Table::new([
         "speed (m/s)",
-        "peak of |S| of pitch, as it flies",
+        &format!("peak of |S| of {}, as it flies", subject.step().name),
         "in continuous time",
         "error at zero frequency, %, as it flies",
         "in continuous time",
@@ -134,11 +135,11 @@ fn chart(
     Chart { title, x: Axis::logarithmic("frequency (rad/s)"), y: Axis::logarithmic("magnitude (-)"), curves }
 }
 
-fn peak_claim(peaks: &Both, limit: f64) -> Claim {
+fn peak_claim(name: &str, peaks: &Both, limit: f64) -> Claim {
     Claim {
         claim: "M_s = 2 in the weight gives a good robustness margin (section 3B).",
         criterion: format!(
-            "the peak of |S| of pitch below M_s = {limit} at each of the six speeds, of the loop as it flies: \
+            "the peak of |S| of {name} below M_s = {limit} at each of the six speeds, of the loop as it flies: \
                 sampled, with the lags of the actuators."
         ),
         finding: all_below(&peaks.flying, limit),
@@ -150,12 +151,12 @@ fn peak_claim(peaks: &Both, limit: f64) -> Claim {
     }
 }
 
-fn steady_claim(steady: &Both, limit: f64) -> Claim {
+fn steady_claim(name: &str, steady: &Both, limit: f64) -> Claim {
     let percent = |v: &[f64]| 100.0 * largest(0.0, v.iter().copied());
     Claim {
         claim: "epsilon = 0.01 in the weight keeps the tracking error below 1 % (section 3B).",
         criterion: format!(
-            "the error of pitch at zero frequency below {} %, which is epsilon of this design, at each of the six \
+            "the error of {name} at zero frequency below {} %, which is epsilon of this design, at each of the six \
                 speeds, of the loop as it flies.",
             100.0 * limit
         ),

@@ -1,4 +1,4 @@
-//! Steps of pitch and of speed at six speeds, flown: what is tracked, and every actuator.
+//! Steps of pitch or depth and of speed at six speeds, flown: what is tracked, and every actuator.
 
 use crate::error::Error;
 use crate::page::axis::Axis;
@@ -10,34 +10,38 @@ use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
-use signals::{PITCH, SPEED};
+use signals::{EachTracked, SPEED};
 use squid_design::numbers::readable;
 use squid_flight::flight::{Demand, Flight, Row};
 
 /// The section on steps of each reference.
 ///
 /// # Errors
-/// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::PitchNotTracked`].
+/// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::NothingSteps`].
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
-    subject.pitch()?;
+    subject.output()?;
     let lft = &subject.stored.controller.lft;
     let pitched =
         subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
     let faster =
         subject.speeds.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
-    let degrees = auv::rounded(subject.stored.manoeuvre.pitch_step.to_degrees());
+    let step = subject.step();
     let name = subject.name();
     let steps = &subject.verdict()?.found.steps;
     let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
     Ok(vec![
         Part::Words(format!(
             "The nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from trim.{}{}",
-            ends(subject, &pitched, "pitch"),
+            ends(subject, &pitched, step.name),
             ends(subject, &faster, "speed")
         )),
         Part::Figure(Figure {
-            name: "pitch-steps".into(),
-            caption: format!("Steps of the pitch reference of {name} by {degrees} deg at six speeds."),
+            name: format!("{}-steps", step.name),
+            caption: format!(
+                "Steps of the {} reference of {name} by {} at six speeds.",
+                step.name,
+                step.words()
+            ),
             ..figure(subject, &pitched, until)
         }),
         Part::Figure(Figure {
@@ -64,7 +68,7 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let step = speed_step(subject, speed);
     let demand = |time: f64| Demand {
         speed: if time + 1e-9 < STEP_TIME { speed } else { speed + step },
-        pitch_above_trim: 0.0,
+        above_trim: EachTracked::default(),
         current: Current::default(),
     };
     let vehicle = &subject.inputs.vehicle;
@@ -72,14 +76,14 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     fly(subject, &Scheduled(subject), (vehicle, &gains), (FLOWN, demand))
 }
 
-/// The least that the axes of pitch (deg) and speed (m/s) span: what is less is no motion.
+/// The least that the axes of pitch (deg) or depth (m), and of speed (m/s) span: what is less is no motion.
 const LEAST: [f64; 2] = [0.1, 0.002];
 
 /// A limit is drawn where its axis is no more than so many times as long as the commands need: it must not flatten
 /// them.
 const FLATTER: f64 = 8.0;
 
-/// Pitch, speed, and the command of each actuator with its limits over time (s), of a flight at each of the six speeds.
+/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of a flight at each of the six speeds.
 pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
     let mut keys = subject.speed_keys();
     let (references, limits) = (keys.len(), keys.len() + 1);
@@ -97,8 +101,9 @@ pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
         drawn.extend(different(curves(&|r, start| from_trim(r.reference(place), start)), references));
         Chart { y: Axis::linear(label).at_least(least), ..Chart::over_time("", "", drawn) }
     };
+    let step = subject.step();
     let mut charts = vec![
-        followed(PITCH, "pitch from trim (deg)", 1f64.to_degrees(), LEAST[0]),
+        followed(step.place, &step.from_trim(), step.factor, LEAST[0]),
         followed(SPEED, "forward speed from trim (m/s)", 1.0, LEAST[1]),
     ];
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::page::section::Part;
 use crate::subject::Subject;
 use certificate::Theorem;
-use squid_design::certify::limits::degrees;
+use squid_design::certify::limits::ClaimedStep;
 
 /// How far the theorem goes, and where else it is proved.
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
@@ -45,10 +45,12 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         Err(reason) => vec![format!("NOT PROVED: {reason}")],
     };
     let design = &subject.stored.controller;
-    let step = subject.proof().as_ref().ok().and_then(|theorem| degrees(design, theorem)).map(|size| {
+    let step = subject.proof().as_ref().ok().and_then(|theorem| ClaimedStep::of(design, theorem)).map(|step| {
+        let ClaimedStep { output, size, unit } = step;
         format!(
-            "The step with commands cut off is one of the pitch reference from trim, of up to {size} deg either \
-                way, with the reference of the speed held."
+            "The step with commands cut off is one of the {} reference from trim, of up to {size} {unit} either \
+                way, with the reference of the speed held.",
+            output.name
         )
     });
     let lags = if subject.inputs.design.lags { "" } else { "the lags of the actuators, " };

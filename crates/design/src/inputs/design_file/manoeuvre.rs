@@ -13,8 +13,10 @@ const NEVER: f64 = 1e6;
 pub(super) struct Limits {
     /// The range of speed, m/s.
     pub speeds: Option<(f64, f64)>,
-    /// The largest pitch reference that the design is made for, rad.
+    /// The largest pitch reference that the design is made for, rad; `None` where pitch is not tracked.
     pub pitch: Option<f64>,
+    /// The same of the depth, m.
+    pub depth: Option<f64>,
     /// Of the flight, s.
     pub duration: Option<f64>,
 }
@@ -22,18 +24,16 @@ pub(super) struct Limits {
 impl Limits {
     /// The default manoeuvre: a step that counts as 1 at most, at speeds for which there is a controller.
     pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
-        table.allow_only(&[
-            "pitch_step",
-            "unit",
-            "step_time",
-            "speed_from",
-            "speed_to",
-            "ramp_start",
-            "ramp_duration",
-            "duration",
-        ]);
-        let factor = angle(table);
-        let pitch_step = factor.and_then(|factor| self.pitch_step(table, factor));
+        let has_pitch = self.pitch.is_some() || self.depth.is_none();
+        let mut keys = vec!["step_time", "speed_from", "speed_to", "ramp_start", "ramp_duration", "duration"];
+        keys.extend(has_pitch.then_some(["pitch_step", "unit"]).into_iter().flatten());
+        keys.extend(self.depth.map(|_| "depth_step"));
+        table.allow_only(&keys);
+        let pitch_step = match has_pitch {
+            true => angle(table).and_then(|factor| self.pitch_step(table, factor)),
+            false => Some(0.0),
+        };
+        let depth_step = self.depth.map_or(Some(0.0), |scale| depth_step(table, scale));
         let most = self.duration.unwrap_or(f64::INFINITY);
         let words = format!("above 0 and at most {} (s), a million sample times", number(most));
         let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
@@ -46,6 +46,7 @@ impl Limits {
         Some(Manoeuvre {
             format: MANOEUVRE_FORMAT.into(),
             pitch_step: pitch_step?,
+            depth_step: depth_step?,
             step_time: step_time?,
             step_end: duration? + NEVER,
             speed_from: speed_from?,
@@ -80,4 +81,14 @@ impl Limits {
         };
         table.number(key, |v| (low..=high).contains(&v), &words)
     }
+}
+
+/// The step of the depth \[m\], of a size that counts as 1 at most.
+fn depth_step(table: &Table<'_>, scale: f64) -> Option<f64> {
+    let words = format!(
+        "other than 0 and at most {} (m) in size, the 'scale' of depth: the largest reference that the design is made \
+         for",
+        rounded(scale)
+    );
+    table.number("depth_step", |v| v != 0.0 && v.abs() <= scale * (1.0 + ROUNDING), &words)
 }

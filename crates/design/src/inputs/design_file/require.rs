@@ -36,12 +36,14 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 17] = [
+pub const REQUIREMENTS: [Requirement; 19] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
     below("pitch_rise", "s", None),
     below("pitch_settling", "s", None),
+    below("depth_rise", "s", None),
+    below("depth_settling", "s", None),
     below("speed_rise", "s", None),
     below("speed_settling", "s", None),
     below("steady_error", "%", None),

@@ -10,7 +10,7 @@ use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
 use scheduled::MOST_DELAY_TICKS;
-use signals::{PITCH, STATES};
+use signals::{DEPTH, PITCH, states};
 use squid_flight::sea::Swell;
 
 /// Ticks of a flight: its record is kept in memory, some 200 bytes each.
@@ -73,9 +73,11 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let autopilot = section(&root, "autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
+    let scale = |place: usize| tracked.iter().flatten().find(|t| t.place == place).map(|t| t.scale);
     let limits = Limits {
         speeds,
-        pitch: tracked.iter().flatten().find(|t| t.place == PITCH).map(|t| t.scale),
+        pitch: scale(PITCH),
+        depth: scale(DEPTH),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
     let manoeuvre = section(&root, "manoeuvre", "what the FMU of the whole loop flies");
@@ -92,7 +94,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: model.depth?,
         pitch: pitch.clone()?.unwrap_or_default(),
         pitch_asked: pitch?,
-        states: &STATES,
+        states: states(false, false),
         order: model.order?,
         drop: model.drop?,
         tracked: tracked?,

@@ -9,7 +9,7 @@ use crate::page::words::capital;
 use crate::subject::Subject;
 use crate::threads::side_by_side;
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::{PITCH, SPEED, place};
+use signals::{SPEED, place};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
@@ -102,15 +102,14 @@ pub(super) fn fly(
     let level = Manoeuvre {
         speed_from: speed,
         speed_to: speed,
-        pitch_step: 0.0,
         duration: FLOWN,
-        ..stored.manoeuvre.clone()
+        ..stored.manoeuvre.with_step(SPEED, 0.0)
     };
     let sea = Sea { seed: sea.seed.wrapping_add(k), ..sea.clone() };
     Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }
 
-/// Of the errors of pitch and speed, and of heave and each command about their means, by the names of their roots.
+/// Of the errors of pitch or depth and speed, and of heave and each command about their means, by the names of their roots.
 pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
         rows.iter().map(of).sum::<f64>() / rows.len() as f64
@@ -125,8 +124,9 @@ pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
         Box::new(move |rows| mean(rows, |row| (factor * row.error(place)).powi(2)))
     };
     let heave = place("heave").unwrap_or_default();
+    let step = subject.step();
     let mut all = vec![
-        ("pitch error (deg)".to_owned(), error(PITCH, 1f64.to_degrees())),
+        (format!("{} error ({})", step.name, step.unit), error(step.place, step.factor)),
         ("speed error (m/s)".to_owned(), error(SPEED, 1.0)),
         ("heave (m/s)".to_owned(), about_mean(move |row| row.measured(heave))),
     ];

@@ -66,7 +66,12 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         let begin = [format!("{speed:.2}"), ["yes", "no"][*which].into()];
         table.rows.push(begin.into_iter().chain((0..squares.len()).map(root)).collect());
     }
-    Ok(vec![Part::Words(about(sea)), Part::Table(table), Part::Figure(climb(subject, sea, both)?)])
+    let mut parts = vec![Part::Words(about(sea)), Part::Table(table)];
+    // It climbs by a pitch.
+    if subject.inputs.design.stepped() == PITCH {
+        parts.push(Part::Figure(climb(subject, sea, both)?));
+    }
+    Ok(parts)
 }
 
 /// A controller of the same weights, for still water.
