@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use rayon::ThreadPoolBuilder;
+use signals::SIGNALS;
 use squid_campaign::bound::gains;
 use squid_campaign::flight::Outcome;
 use squid_campaign::plan::{Drawn, Plan, Points};
@@ -118,7 +119,7 @@ fn starts_off_the_trim() {
         if starts.is_empty() { plan } else { plan.starting(starts.parse::<Starts>().unwrap()) }
     };
     let list = "pitch=10deg,heave=0.1m/s";
-    let most = [10f64.to_radians(), 0.0, 0.0, 0.1];
+    let most = [10f64.to_radians(), 0.0, 0.0, 0.0, 0.1];
     for points in [Points::Uniform, Points::Sobol, Points::Corners] {
         let (off, in_trim) = (plan(points, list), plan(points, ""));
         let mut cells = Vec::new();
@@ -126,8 +127,8 @@ fn starts_off_the_trim() {
             let (drawn, plain) = (off.draw(flight), in_trim.draw(flight));
             assert!(drawn.off_trim.iter().zip(most).all(|(off, most)| off.abs() <= most));
             assert_eq!(Drawn { off_trim: plain.off_trim, ..drawn.clone() }, plain);
-            assert_eq!(plain.off_trim, [0.0; 4]);
-            cells.push((32.0 * (drawn.off_trim[3] / most[3] + 1.0)) as usize);
+            assert_eq!(plain.off_trim, [0.0; SIGNALS.len()]);
+            cells.push((32.0 * (drawn.off_trim[4] / most[4] + 1.0)) as usize);
         }
         cells.sort_unstable();
         cells.dedup();
@@ -139,7 +140,7 @@ fn starts_off_the_trim() {
     assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
     let began = |flight: &Option<Flight>| flight.as_ref().unwrap().rows[0].signals.measured;
     let trim = began(&in_trim.fly(5).unwrap().1);
-    let [pitch, speed, pitch_rate, heave] = began(&flight);
+    let [pitch, speed, _, pitch_rate, heave] = began(&flight);
     assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);
     assert!((heave - trim[3] - row.drawn[4]).abs() < 1e-15 && row.drawn[4].abs() > 1e-3);
     assert_eq!([speed, pitch_rate], [trim[1], trim[2]]);

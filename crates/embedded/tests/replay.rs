@@ -7,6 +7,7 @@ use design::{Random, random};
 use scheduled::{Autopilot, ControllerDesign, Inputs};
 use signals::{SIGNALS, SPEED, TRACKED};
 use squid_embedded::{Real, Standing, compare as compare_sources, export};
+use std::array::from_fn;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -90,8 +91,9 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
 
 fn at_rest(design: &ControllerDesign) -> Inputs {
     let autopilot = Autopilot::new(design).unwrap();
-    let measured = autopilot.trim().signals(autopilot.trim().forward_speed(design.scheduling.centre));
-    Inputs { measured, references: [measured[0], measured[1]] }
+    let measured =
+        autopilot.trim().signals(autopilot.trim().forward_speed(design.scheduling.centre), design.depth);
+    Inputs { measured, references: from_fn(|place| measured[place]) }
 }
 
 /// Runs the autopilot on the same rows, and compares. Returns how often each code came.

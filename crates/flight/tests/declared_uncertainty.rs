@@ -5,6 +5,7 @@
 use auv::{Actuator, Trim, Vehicle, linearise};
 use nalgebra::DMatrix;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
+use signals::PITCH;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
 use squid_design::run::run;
@@ -110,7 +111,7 @@ fn fly_over_the_box(
                 continue;
             };
             let limits: Vec<(f64, f64)> = vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-            let figures = StepFigures::of(&flight.rows, STEP_TIME, manoeuvre.pitch_step, &limits);
+            let figures = StepFigures::of(&flight.rows, PITCH, (STEP_TIME, manoeuvre.pitch_step), &limits);
             if figures.steady_error.is_nan() || figures.steady_error > 0.1 {
                 worst.lost += 1;
             }

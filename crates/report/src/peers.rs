@@ -315,7 +315,7 @@ pub(crate) mod tests {
             let fly = |law: &dyn Law| {
                 let demand = |time: f64| squid_flight::flight::Demand {
                     speed: subject.speeds[2],
-                    above_trim: only(PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
+                    above_trim: signals::only(signals::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
                     current: auv::Current::default(),
                 };
                 law::fly(&subject, law, (&inputs.vehicle, &[1.0; 3]), (6.0, demand)).unwrap().rows

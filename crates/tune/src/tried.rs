@@ -16,7 +16,7 @@ pub struct Tried {
     pub(crate) gamma: f64,
     /// The least room of each key with a limit.
     pub(crate) rooms: Vec<f64>,
-    /// The slowest rise, of pitch where that is tracked, s.
+    /// The slowest rise of what steps, s.
     pub rise: f64,
     /// The least disk margin, as a phase, deg.
     pub disk: f64,

@@ -19,6 +19,7 @@ pub use plant::{DEPTH, Remember};
 pub fn manoeuvre() -> Manoeuvre {
     Manoeuvre {
         format: MANOEUVRE_FORMAT.to_owned(),
+        depth_step: 0.0,
         pitch_step: 10f64.to_radians(),
         step_time: 2.0,
         step_end: 1e9,
@@ -140,6 +141,7 @@ fn by_hand() -> ControllerDesign {
         },
         anti_windup: None,
         trim: trim_table(&vehicle),
+        depth: 0.0,
         gamma: Gamma { optimum: 0.8, bound: 0.9, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }

@@ -3,6 +3,7 @@
 use crate::example::manoeuvre;
 use scheduled::{Manoeuvre, ManoeuvreError};
 use serde_json::{Value, json};
+use signals::{DEPTH, PITCH};
 
 #[test]
 fn speed_ramps_between_its_ends() {
@@ -21,16 +22,20 @@ fn speed_ramps_between_its_ends() {
 fn the_step_comes_and_ends_on_time_in_spite_of_rounding() {
     let manoeuvre = Manoeuvre { step_time: 0.3, step_end: 0.6, ..manoeuvre() };
     let height = manoeuvre.pitch_step;
-    let at = |tick: f64| manoeuvre.pitch_above_trim(tick * 0.02);
+    let at = |tick: f64| manoeuvre.above_trim(tick * 0.02)[PITCH];
     assert_eq!([14.0, 15.0, 29.0, 30.0].map(at), [0.0, height, height, 0.0]);
-    assert_eq!(manoeuvre.pitch_above_trim(0.3f64.next_down()), height);
-    assert_eq!(manoeuvre.pitch_above_trim(0.6f64.next_down()), 0.0);
+    assert_eq!(manoeuvre.above_trim(0.3f64.next_down())[PITCH], height);
+    assert_eq!(manoeuvre.above_trim(0.6f64.next_down())[PITCH], 0.0);
 }
 
 #[test]
 fn files_read_back_to_the_same_numbers() {
     let manoeuvre = Manoeuvre { pitch_step: 0.1 + 0.2, ..manoeuvre() };
     assert_eq!(Manoeuvre::from_json(&manoeuvre.to_json().unwrap()).unwrap(), manoeuvre);
+    assert!(!manoeuvre.to_json().unwrap().contains("depth_step"), "files without one are as they were");
+    let deeper = manoeuvre.with_step(DEPTH, -1.5);
+    assert_eq!((deeper.steps(), deeper.pitch_step), ([0.0, 0.0, -1.5], 0.0));
+    assert_eq!(Manoeuvre::from_json(&deeper.to_json().unwrap()).unwrap(), deeper);
 }
 
 #[test]

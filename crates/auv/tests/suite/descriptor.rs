@@ -1,7 +1,7 @@
 //! M, C and D against the linearisation, and their derivatives against their values elsewhere.
 
 use crate::common::{remus100, squid};
-use auv::{Descriptor, Parameter, Speed, Trim, Vehicle, linearise, trim};
+use auv::{Descriptor, Parameter, Speed, Trim, Vehicle, linearise_with, trim};
 use nalgebra::DMatrix;
 
 fn trimmed() -> Vec<(Vehicle, Trim)> {
@@ -19,9 +19,11 @@ fn close(found: &DMatrix<f64>, wanted: &DMatrix<f64>, scale: f64, what: &str) {
 
 #[test]
 fn the_linearisation_follows() {
-    for (vehicle, level) in trimmed() {
-        let found = Descriptor::at(&vehicle, &level, false);
-        let linear = linearise(&vehicle, &level).unwrap();
+    for ((vehicle, level), depth) in trimmed().into_iter().flat_map(|one| [(one.clone(), false), (one, true)])
+    {
+        let found = Descriptor::at(&vehicle, &level, depth);
+        let linear = linearise_with(&vehicle, &level, depth).unwrap();
+        assert_eq!((linear.has_depth(), linear.a.nrows()), (depth, 4 + usize::from(depth)));
         let inverse = found.mass.clone().try_inverse().unwrap();
         close(&(&inverse * &found.state), &linear.a, linear.a.amax(), "A");
         close(&(&inverse * &found.input), &linear.b, linear.b.amax(), "B");
@@ -92,10 +94,10 @@ fn derivatives_by_the_trim_are_limits_of_differences() {
                 Parameter::Output(i) => there.actuators[i] += step,
                 _ => there.incidence += step,
             }
-            Descriptor::at(&vehicle, &there, false).stacked()
+            Descriptor::at(&vehicle, &there, true).stacked()
         };
         for parameter in [Parameter::Incidence, Parameter::Output(0), Parameter::Output(1)] {
-            let exact = Descriptor::derivative(&vehicle, &level, false, parameter).stacked();
+            let exact = Descriptor::derivative(&vehicle, &level, true, parameter).stacked();
             let step = 1e-5;
             let difference = (moved(step, parameter) - moved(-step, parameter)) / (2.0 * step);
             assert!((&difference - &exact).amax() < 1e-6 * (1.0 + exact.amax()), "{difference} {exact}");

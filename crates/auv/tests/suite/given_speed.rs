@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::remus100;
 use auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
-    Vehicle, linearise, trim, trims,
+    Vehicle, linearise, linearise_with, trim, trims,
 };
 use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
 
@@ -87,6 +87,32 @@ fn heave_and_pitch_trim_as_with_a_propeller() {
         let own: Matrix2<f64> = mass.fixed_view::<2, 2>(1, 1).into_owned();
         let expected = own.try_inverse().unwrap() * force.view((1, 1), (2, 3));
         assert!((linear.a.rows(0, 2) - expected).amax() < 1e-9);
+    }
+}
+
+/// `z' = w cos(theta) - u sin(theta)`: in level flight at a speed V and a pitch theta its row is \[-sin(theta)
+/// cos(theta) 0 -V 0\], nothing depends on z, and the trim moves z by nothing.
+#[test]
+fn the_depth_is_the_last_state_where_it_is_one() {
+    for (vehicle, all) in
+        [(remus100(), &["u", "w", "q", "theta", "z"][..]), (remus(), &["w", "q", "theta", "z"])]
+    {
+        let level = trim(&vehicle, Speed::Path(1.7), 20.0).unwrap();
+        let (deep, plain) =
+            (linearise_with(&vehicle, &level, true).unwrap(), linearise(&vehicle, &level).unwrap());
+        let n = all.len();
+        assert_eq!(deep.states.iter().map(|state| state.symbol).collect::<Vec<_>>(), all);
+        assert_eq!(deep.a.view((0, 0), (n - 1, n - 1)), plain.a);
+        assert_eq!((deep.b.rows(0, n - 1), deep.pitching()), (plain.b.rows(0, n - 1), plain.pitching()));
+        assert!(deep.b.row(n - 1).iter().chain(deep.a.column(n - 1).iter()).all(|entry| *entry == 0.0));
+        let (sin, cos) = level.pitch.sin_cos();
+        let row = [-sin, cos, 0.0, -1.7, 0.0];
+        for (found, expected) in deep.a.row(n - 1).iter().zip(&row[5 - n..]) {
+            close(*found, *expected, 1e-12);
+        }
+        let (slope, without) = (deep.trim_slope(&vehicle.actuators), plain.trim_slope(&vehicle.actuators));
+        assert!(slope[n - 1].abs() < 1e-12);
+        assert!((slope.remove_row(n - 1) - without).amax() < 1e-9);
     }
 }
 

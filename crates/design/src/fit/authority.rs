@@ -7,9 +7,10 @@
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::numbers::{readable, rounded_down};
-use auv::{Actuator, Linearisation, rounded};
+use auv::{Actuator, Linearisation, Pitch, rounded};
 use lpv::matrix::Mat;
-use signals::PITCH;
+use lpv::weights::ReferenceModel;
+use signals::{DEPTH, PITCH};
 
 /// Singular values below this part of the largest one count as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
@@ -23,14 +24,16 @@ struct Short {
     ratio: f64,
 }
 
-/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and for each tracked output that they
-/// cannot accelerate as its model does: of that step, and of the scale of the speed.
+/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and where they cannot accelerate pitch or
+/// speed as its model does: of that step, and of the scale of the speed. Of the depth, where its model takes a path
+/// steeper than [`STEEP`].
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
-    let of_output = |tracked: &Tracked| {
-        let hold = if tracked.place == PITCH { too_far(actuators, file, model) } else { None };
-        hold.into_iter().chain(too_fast(actuators, file, tracked, model))
+    let of_output = |tracked: &Tracked| match tracked.place {
+        DEPTH => [too_steep(file, tracked, model), None],
+        PITCH => [too_far(actuators, file, model), too_fast(actuators, file, tracked, model)],
+        _ => [too_fast(actuators, file, tracked, model), None],
     };
-    file.tracked.iter().flat_map(of_output).collect()
+    file.tracked.iter().flat_map(of_output).flatten().collect()
 }
 
 /// Where more than all is asked for.
@@ -56,6 +59,40 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
              raise model.speed_min, or add an actuator with a pitching moment"
         ),
     })
+}
+
+/// How steep a path \[rad\] (30 deg) the linear models, which are of level flight, are taken for.
+const STEEP: f64 = std::f64::consts::PI / 6.0;
+
+/// The largest rate of the response of a reference model to a step of 1 \[1/s\]: `w exp(-zeta t)` at the time `t =
+/// acos(zeta)/sqrt(1 - zeta^2)`, in units of 1/w, at which the response turns; w itself for one of first order.
+fn steepest(model: &ReferenceModel) -> f64 {
+    let turns = |zeta: f64| match 1.0 - zeta * zeta {
+        left if left > LEFT => zeta.acos() / left.sqrt(),
+        left if left < -LEFT => zeta.acosh() / (-left).sqrt(),
+        _ => 1.0,
+    };
+    model.frequency * model.damping.map_or(1.0, |zeta| (-zeta * turns(zeta)).exp())
+}
+
+/// Where the heave is held by thrusters, depth needs no steep path.
+fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
+    if matches!(file.pitch, Pitch::Held(_)) {
+        return None;
+    }
+    let rate = file.manoeuvre.depth_step.abs() * steepest(tracked.model.as_ref()?);
+    let Short { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
+    Some(format!(
+        "WARNING: for a step of {} m the model of the depth, {} rad/s, sinks or climbs at {} m/s: at {} m/s a path \
+         steeper than {} deg,\nfar from the level flight of the linear models; lower its 'frequency' to {} rad/s or \
+         less, or manoeuvre.depth_step",
+        rounded(file.manoeuvre.depth_step),
+        rounded(tracked.model?.frequency),
+        rounded(rate),
+        rounded(speed),
+        rounded(STEEP.to_degrees()),
+        rounded_down(tracked.model?.frequency / ratio)
+    ))
 }
 
 fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {

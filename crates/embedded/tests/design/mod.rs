@@ -57,6 +57,11 @@ fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<Controlle
             ("heave", Measurement),
         ],
     };
+    let mut all = all;
+    if !errors && random.one_of(2) {
+        all.insert(0, ("depth", Reference));
+        all.insert(3, ("depth", Measurement));
+    }
     let fits =
         |(signal, kind): &(&str, Kind)| !speed_given || *signal != "speed" || *kind == Kind::Measurement;
     let mut kept: Vec<ControllerInput> = all
@@ -145,6 +150,7 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
         },
         anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
         trim: trim(random, m),
+        depth: 12.5,
         actuators,
         gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },

@@ -184,10 +184,10 @@ mod tests {
     #[test]
     fn claims_follow_the_numbers() {
         let both = |flying: &[f64], ideal: &[f64]| Both { flying: flying.into(), ideal: ideal.into() };
-        assert_eq!(peak_claim(&both(&[1.2, 1.9], &[1.1, 1.8]), 2.0).finding, Finding::Confirmed);
-        assert_eq!(steady_claim(&both(&[0.02], &[0.001]), 0.01).finding, Finding::NotConfirmed);
+        assert_eq!(peak_claim("pitch", &both(&[1.2, 1.9], &[1.1, 1.8]), 2.0).finding, Finding::Confirmed);
+        assert_eq!(steady_claim("pitch", &both(&[0.02], &[0.001]), 0.01).finding, Finding::NotConfirmed);
         // What flies counts, and both are reported.
-        let found = peak_claim(&both(&[2.5, 1.9], &[1.7, 1.2]), 2.0);
+        let found = peak_claim("pitch", &both(&[2.5, 1.9], &[1.7, 1.2]), 2.0);
         assert_eq!(found.finding, Finding::Partly);
         assert!(found.because.contains("2.50 as it flies, and 1.70 in continuous time"), "{}", found.because);
     }

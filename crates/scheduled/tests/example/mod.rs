@@ -54,6 +54,7 @@ pub fn design() -> ControllerDesign {
             pitch: vec![-0.11, -0.01, -0.003],
             actuators: vec![vec![1.5, 1.0, 1.0], vec![9.0, 8.0, 8.0], vec![24.0, 23.0, 23.0]],
         },
+        depth: 0.0,
         gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }

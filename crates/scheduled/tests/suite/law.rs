@@ -3,9 +3,9 @@
 use crate::example;
 use proptest::prelude::*;
 use scheduled::*;
-use signals::{PITCH, SPEED, place};
+use signals::{DEPTH, PITCH, SPEED, place};
 
-const CRUISE: Inputs = Inputs { measured: [-0.01, 1.749, 0.0, 0.0], references: [-0.01, 1.749] };
+const CRUISE: Inputs = Inputs { measured: [-0.01, 1.749, 0.0, 0.0, 0.0], references: [-0.01, 1.749, 0.0] };
 
 fn started(design: &ControllerDesign) -> Autopilot {
     let mut autopilot = Autopilot::new(design).unwrap();
@@ -18,8 +18,9 @@ fn filtered(bandwidth: f64) -> ControllerDesign {
 }
 
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let measured = [-0.5..0.5, 0.3..3.2, -0.3..0.3, -0.3..0.3];
-    (measured, [-0.5..0.5, 0.3..3.2]).prop_map(|(measured, references)| Inputs { measured, references })
+    let measured = [-0.5..0.5, 0.3..3.2, 0.0..9.0, -0.3..0.3, -0.3..0.3];
+    (measured, [-0.5..0.5, 0.3..3.2, 0.0..9.0])
+        .prop_map(|(measured, references)| Inputs { measured, references })
 }
 
 fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -68,7 +69,7 @@ proptest! {
     ) {
         let mut autopilot = started(&filtered(bandwidth));
         prop_assert_eq!(autopilot.filtered_speed(), 1.749, "the initialisation sets it to the reference");
-        let held = Inputs { references: [-0.01, reference], ..CRUISE };
+        let held = Inputs { references: [-0.01, reference, 0.0], ..CRUISE };
         let mut ticks = 0;
         for cut in cuts {
             ticks += cut;
@@ -104,10 +105,12 @@ proptest! {
         let near = |speed: f64| [0.49, 1.749, 3.0].iter().any(|corner| (speed - corner).abs() < 1e-3);
         prop_assume!(!near(at.measured[SPEED]) && !near(at.references[SPEED]));
         let mut design = ControllerDesign { delay_ticks, ..filtered(0.7) };
+        design.controller_inputs[0] = example::input("depth", Kind::Reference, 2.0);
         design.controller_inputs[1] = example::input("heave", Kind::Measurement, 0.2);
+        design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
         design.actuators.iter_mut().for_each(|one| (one.minimum, one.maximum) = (-1e9, 1e9));
         let mut autopilot = started(&design);
-        autopilot.tick(&Inputs { references: [0.1, 2.5], ..CRUISE }).unwrap();
+        autopilot.tick(&Inputs { references: [0.1, 2.5, 4.0], ..CRUISE }).unwrap();
         if initial {
             autopilot.initialise(0.0, &at).unwrap();
         }
@@ -153,7 +156,7 @@ fn inputs_are_taken_from_the_level_trim_at_the_filtered_reference() {
     inputs.measured[place("pitch_rate").unwrap()] = 0.05;
     inputs.measured[place("heave").unwrap()] = -0.1;
     (inputs.measured[PITCH], inputs.measured[SPEED]) = (0.03, 1.9);
-    inputs.references = [0.15, 3.0];
+    inputs.references = [0.15, 3.0, 0.0];
     autopilot.tick(&inputs).unwrap();
     let speed = 3.0 - (3.0 - 1.749) * (-10.0 * 0.02f64).exp();
     assert!((autopilot.filtered_speed() - speed).abs() < 1e-15);
@@ -177,13 +180,53 @@ fn inputs_are_taken_from_the_level_trim_at_the_filtered_reference() {
 fn level_flight_leaves_the_trim() {
     let mut autopilot = started(&filtered(0.5));
     for speed in [0.5, 1.749, 2.8] {
-        let signals = autopilot.trim().signals(speed);
-        let level = Inputs { measured: signals, references: [signals[PITCH], signals[SPEED]] };
+        let signals = autopilot.trim().signals(speed, 7.0);
+        let level =
+            Inputs { measured: signals, references: [signals[PITCH], signals[SPEED], signals[DEPTH]] };
         autopilot.initialise(0.0, &level).unwrap();
         let trim: Vec<f64> = (0..3).map(|index| autopilot.trim().command(speed, index)).collect();
         autopilot.advance(10.0, &level).unwrap();
         assert_eq!((autopilot.outputs().commands.as_slice(), autopilot.filtered_speed()), (&trim[..], speed));
     }
+}
+
+/// Depths count from the reference at the initialisation: a flight does the same to the bit wherever it begins.
+#[test]
+fn a_flight_does_not_depend_on_the_depth_where_it_begins() {
+    let mut design = filtered(0.5);
+    design.controller_inputs[0] = example::input("depth", Kind::Reference, 2.0);
+    design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
+    design.depth = 20.0;
+    assert_eq!((design.follows(DEPTH), design.measures(DEPTH), design.follows(PITCH)), (true, true, false));
+    let flown = |start: f64| {
+        let at = |k: f64| {
+            let mut inputs = CRUISE;
+            inputs.references[DEPTH] = start + if k < 50.0 { 0.0 } else { 1.5 };
+            inputs.measured[DEPTH] = start + 0.25 * (k / 64.0).floor();
+            inputs
+        };
+        let mut autopilot = started(&design);
+        autopilot.initialise(0.0, &at(0.0)).unwrap();
+        assert_eq!(autopilot.depth(), start);
+        let mut commands = vec![];
+        for k in 0..200 {
+            if k == 100 {
+                let half = autopilot.snapshot();
+                autopilot = started(&design);
+                autopilot.restore(&half).unwrap();
+            }
+            autopilot.tick(&at(f64::from(k))).unwrap();
+            commands.push(autopilot.outputs().commands.clone());
+        }
+        commands
+    };
+    let deep = flown(64.0);
+    assert_eq!(deep, flown(0.0));
+    assert!(deep[0] != deep[60] && deep[60] != deep[199]);
+    let json = design.to_json().unwrap();
+    assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
+    let wrong = ControllerDesign { depth: f64::NAN, ..design };
+    assert_eq!(wrong.to_json().unwrap_err().to_string(), "depth is NaN, but must be finite");
 }
 
 #[test]
@@ -216,14 +259,18 @@ fn a_given_speed_takes_the_place_of_the_reference() {
     assert_eq!((given().follows(SPEED), given().measures(SPEED), free.follows(SPEED)), (false, true, true));
     let (mut one, mut other) = (started(&given()), started(&free));
     for (measured, wanted) in [(1.1, 2.0), (2.4, 0.7), (0.6, 0.6)] {
-        let at = |reference| Inputs { measured: [0.02, measured, 0.01, 0.0], references: [0.05, reference] };
+        let at = |reference| Inputs {
+            measured: [0.02, measured, 0.0, 0.01, 0.0],
+            references: [0.05, reference, 0.0],
+        };
         one.tick(&at(wanted)).unwrap();
         other.tick(&at(measured)).unwrap();
         assert_eq!(one.outputs(), other.outputs());
-        let direction = Inputs { measured: [0.0, 1.0, 0.0, 0.0], references: [0.0, 5.0] };
+        let direction = Inputs { measured: [0.0, 1.0, 0.0, 0.0, 0.0], references: [0.0, 5.0, 0.0] };
         let tangents = one.tangents(false, &at(wanted), &direction).unwrap();
         let by = 1e-6;
-        let moved = Inputs { measured: [0.02, measured + by, 0.01, 0.0], references: [0.05, wanted] };
+        let moved =
+            Inputs { measured: [0.02, measured + by, 0.0, 0.01, 0.0], references: [0.05, wanted, 0.0] };
         let there = one.tangents(false, &moved, &direction).unwrap();
         for ((slope, before), after) in tangents.commands.iter().zip(&tangents.computed).zip(there.computed) {
             assert!(((after - before) / by - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{slope}");

@@ -325,7 +325,7 @@ mod tests {
             flying: linear(1.2, 0.1, 0.2),
             ideal: linear(0.9, 0.8, 0.7),
             rows: vec![],
-            figures: StepFigures::of(&[row(0.0, 0.0)], 0.0, 0.2, &[]),
+            figures: StepFigures::of(&[row(0.0, 0.0)], PITCH, (0.0, 0.2), &[]),
             cost: 0.0,
         };
         let all = [Tuned { weight: 0.46, letter: "a", gamma: 1.0, responses: vec![response] }];
@@ -340,7 +340,10 @@ mod tests {
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
-            signals: scheduled::Inputs { measured: [-error, 1.0, 0.0, 0.0], references: [0.0, 1.0] },
+            signals: scheduled::Inputs {
+                measured: [-error, 1.0, 0.0, 0.0, 0.0],
+                references: [0.0, 1.0, 0.0],
+            },
             depth: 0.0,
             rho: 0.0,
             out_of_range: false,
