@@ -120,6 +120,37 @@ def test_the_limits_of_a_design_are_those_that_are_read(
     assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
 
 
+STEP = {"pitch_step": 5.0, "unit": "deg"}
+
+
+@pytest.mark.parametrize(
+    ("outputs", "steps", "allowed"),
+    [
+        (["pitch"], STEP, True),
+        (["pitch"], STEP | {"depth_step": 1.0}, False),
+        (["pitch"], {}, False),
+        (["depth"], {"depth_step": -1.0}, True),
+        (["depth"], {}, False),
+        (["depth"], {"depth_step": 0.5} | STEP, False),
+        (["depth"], {"depth_step": 0.5, "unit": "deg"}, False),
+        (["pitch", "depth"], {"depth_step": 0.5} | STEP, True),
+        (["pitch", "depth"], {"depth_step": 0.5}, False),
+        (["pitch", "depth"], STEP, False),
+    ],
+)
+def test_steps_are_of_what_is_tracked(
+    run_squid: Run, tmp_path: Path, outputs: list[str], steps: dict, allowed: bool
+) -> None:
+    design = example("design")
+    depth = design["track"][0] | {"output": "depth", "scale": 1.0, "unit": "m"}
+    own = {"pitch": design["track"][0], "depth": depth}
+    design["track"] = [own[output] for output in outputs] + design["track"][1:]
+    others = {key: value for key, value in design["manoeuvre"].items() if key not in STEP}
+    design["manoeuvre"] = others | steps
+    assert bool(complaints(run_squid, tmp_path, "design", design)) != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
 CURVE = {"unit": "%", "source": "a test", "value": [[-100.0, -80.0], [100.0, 120.0]]}
 SQUARE = {"value": 1e-4, "unit": "N/rpm2", "source": "a test"}
 

@@ -18,10 +18,10 @@ pub const FOLLOWED: f64 = 60.0;
 /// The band around its end, relative to a step, in which a response has settled.
 const SETTLED: f64 = 0.02;
 
-/// The rms of the noise of a sensor at each sample, white: 0.05 deg, 0.05 deg/s, 0.01 m/s.
+/// The rms of the noise of a sensor at each sample, white: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
 pub fn noise(place: usize) -> f64 {
     match SIGNALS[place].unit {
-        "m/s" => 0.01,
+        "m/s" | "m" => 0.01,
         _ => 0.05f64.to_radians(),
     }
 }

@@ -24,16 +24,26 @@ pub(super) struct Limits {
 impl Limits {
     /// The default manoeuvre: a step that counts as 1 at most, at speeds for which there is a controller.
     pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
-        let has_pitch = self.pitch.is_some() || self.depth.is_none();
-        let mut keys = vec!["step_time", "speed_from", "speed_to", "ramp_start", "ramp_duration", "duration"];
-        keys.extend(has_pitch.then_some(["pitch_step", "unit"]).into_iter().flatten());
-        keys.extend(self.depth.map(|_| "depth_step"));
-        table.allow_only(&keys);
-        let pitch_step = match has_pitch {
+        table.allow_only(&[
+            "pitch_step",
+            "unit",
+            "depth_step",
+            "step_time",
+            "speed_from",
+            "speed_to",
+            "ramp_start",
+            "ramp_duration",
+            "duration",
+        ]);
+        // A design of neither has a pitch step, for which its FMU has a parameter.
+        let pitch_step = match self.pitch.is_some() || self.depth.is_none() {
             true => angle(table).and_then(|factor| self.pitch_step(table, factor)),
-            false => Some(0.0),
+            false => no_step(table, &["pitch_step", "unit"], "pitch"),
         };
-        let depth_step = self.depth.map_or(Some(0.0), |scale| depth_step(table, scale));
+        let depth_step = match self.depth {
+            Some(scale) => depth_step(table, scale),
+            None => no_step(table, &["depth_step"], "depth"),
+        };
         let most = self.duration.unwrap_or(f64::INFINITY);
         let words = format!("above 0 and at most {} (s), a million sample times", number(most));
         let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
@@ -81,6 +91,15 @@ impl Limits {
         };
         table.number(key, |v| (low..=high).contains(&v), &words)
     }
+}
+
+/// No step of an output that is not tracked: its keys must not be there.
+fn no_step(table: &Table<'_>, keys: &[&str], output: &str) -> Option<f64> {
+    let given = keys.iter().find(|key| table.has(key));
+    given.iter().for_each(|key| {
+        table.not_allowed(key, "given", &format!("left out, since no [[track]] has the output '{output}'"));
+    });
+    given.is_none().then_some(0.0)
 }
 
 /// The step of the depth \[m\], of a size that counts as 1 at most.
