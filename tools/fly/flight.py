@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 from pathlib import Path
@@ -86,15 +87,11 @@ def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
 def report(packages: Packages, figures: dict, agreement: float) -> None:
     """Print the results; figures and plot end at the surface, because the equations hold in deep water."""
     achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
-    steps, off = figures["pitch_steps"], figures["pitch_error"]
-    tracking = "not flown" if off is None else f"error at most {np.rad2deg(off):.3f} deg"
-    when = f"later than {figures['grace']:.0f} s after a step" if steps else "with no step"
     print(f"\nResults, {packages.vehicle}")
     lines = [
         *gamma_lines(achieved),
-        ("pitch tracking", f"{tracking}, {when}"),
+        *(line for output in OUTPUTS for line in tracking_lines(figures, *output)),
         ("speed tracking", f"error at most {figures['speed_error']:.3f} m/s"),
-        *((f"step at {step['time']:g} s", describe(step, figures["settled"])) for step in steps),
         *surface_lines(figures["surface"]),
         ("actuators", f"{100 * figures['actuator_use']:.0f} % of their limits at most"),
         ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
@@ -102,6 +99,23 @@ def report(packages: Packages, figures: dict, agreement: float) -> None:
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")
+
+
+OUTPUTS = (("pitch", 180.0 / math.pi, "deg"), ("depth", 1.0, "m"))
+"""Outputs that step, each with how many of a unit one of SI is; the depth is there where it is tracked."""
+
+
+def tracking_lines(figures: dict, name: str, factor: float, unit: str) -> list[tuple[str, str]]:
+    """Return the lines on the error of an output and on its steps."""
+    if f"{name}_steps" not in figures:
+        return []
+    steps, off = figures[f"{name}_steps"], figures[f"{name}_error"]
+    tracking = "not flown" if off is None else f"error at most {factor * off:.3f} {unit}"
+    when = f"later than {figures['grace']:.0f} s after a step" if steps else "with no step"
+    told = [
+        (f"step at {step['time']:g} s", describe(step, figures["settled"], factor, unit)) for step in steps
+    ]
+    return [(f"{name} tracking", f"{tracking}, {when}"), *told]
 
 
 def surface_lines(surface: dict | None) -> list[tuple[str, str]]:
@@ -130,11 +144,11 @@ def rounded_up(bound: float) -> float:
     return np.ceil(1e4 * bound) / 1e4
 
 
-def describe(step: dict, settled: float) -> str:
+def describe(step: dict, settled: float, factor: float, unit: str) -> str:
     """Return overshoot and settling time of one step response."""
     band, time = f"within {100 * settled:.0f} %", step["settling_time"]
     when = f"never {band}" if time is None else f"{band} after {time:.1f} s"
-    return f"{np.rad2deg(step['height']):+.1f} deg: overshoot {100 * step['overshoot']:.1f} %, {when}"
+    return f"{factor * step['height']:+.1f} {unit}: overshoot {100 * step['overshoot']:.1f} %, {when}"
 
 
 def main() -> int:

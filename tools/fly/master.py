@@ -19,8 +19,8 @@ from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
 Signals = dict[str, NDArray[np.float64]]
-References = Callable[[int, float], tuple[float, float]]
-"""Number of the sample and time (s) to pitch reference (rad) and speed reference (m/s)."""
+References = Callable[[int, float], Mapping[str, float]]
+"""Number of the sample and time (s) to the references (SI) by the names of the controller's inputs."""
 
 
 class Slave:
@@ -158,7 +158,7 @@ def couple(
     Both are in initialization mode (`Slave.begin`). `references` is called at each sample and acts from that sample.
     """
     loop = Loop(plant, controller)
-    loop.inform(*references(0, 0.0))
+    loop.inform(references(0, 0.0))
     # An actuator without lag follows the first command from the start.
     loop.command()
     plant.ready()
@@ -166,7 +166,7 @@ def couple(
     recorder = Recorder(controller, plant)
     recorder.sample(0.0)
     for k in range(round(duration / sample_time)):
-        loop.inform(*references(k, k * sample_time))
+        loop.inform(references(k, k * sample_time))
         end = (k + 1) * sample_time
         controller.step_to(end)
         loop.command()
@@ -205,20 +205,19 @@ class Loop:
         measured = shared(plant, controller)
         self.measured = plant.references(measured)
         self.given = "given_speed" in plant.variables
-        wanted = ["pitch_reference"] if self.given else ["pitch_reference", "speed_reference"]
-        self.heard = controller.references([*measured, *wanted])
+        self.wanted = [name for name in controller.names("input") if name.endswith("_reference")]
+        self.heard = controller.references([*measured, *self.wanted])
         self.commands = controller.references(actuators)
         speeds = ["operating_speed", "given_speed"] if self.given else ["operating_speed"]
         self.commanded = plant.references([*actuators, *speeds])
         self.path_speed = path_speed_of(controller)
         self.speed_reference = 0.0
 
-    def inform(self, pitch_reference: float, speed_reference: float) -> None:
+    def inform(self, references: Mapping[str, float]) -> None:
         """Pass the plant's outputs and the references to the controller; a speed that is given is none of its own."""
         measured = self.plant.fmu.getReal(self.measured)
-        wanted = [pitch_reference] if self.given else [pitch_reference, speed_reference]
-        self.controller.fmu.setReal(self.heard, [*measured, *wanted])
-        self.speed_reference = speed_reference
+        self.controller.fmu.setReal(self.heard, [*measured, *(references[name] for name in self.wanted)])
+        self.speed_reference = references["speed_reference"]
 
     def command(self) -> list[float]:
         """Pass the commands to the plant, and return them.

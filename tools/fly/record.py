@@ -23,8 +23,12 @@ def read(path: Path) -> Signals:
 
 def references_in(loop: Signals) -> References:
     """Return the references of a flight in one loop; those used at a sample are in the row after it."""
-    pitch, speed = loop["pitch_reference_used"], loop["speed_reference_used"]
-    return lambda k, _: (float(pitch[k + 1]), float(speed[k + 1]))
+    used = {
+        name.removesuffix("_used"): values
+        for name, values in loop.items()
+        if name.endswith("_reference_used")
+    }
+    return lambda k, _: {name: float(values[k + 1]) for name, values in used.items()}
 
 
 def differences(one: Signals, other: Signals) -> dict[str, float]:

@@ -95,12 +95,13 @@ def record(folder: Path, drawn: dict) -> str:
             Slave(folder / CONTROLLER, "controller", quiet=True) as controller,
         ):
             actuators = shared(controller, plant)
+            followed = [f"{name}_used" for name in wanted_by(controller)]
             fly(plant, controller, drawn, rows)
     except FMICallException as error:
         # A number that is refused on the way has grown beyond all bounds.
         if not rows and error.function.startswith("fmi2Set"):
             raise
-    head = ["time", *WATCHED, "pitch_reference_used", "speed_reference_used", *actuators]
+    head = ["time", *WATCHED, *followed, *actuators]
     return "\n".join(",".join(map(str, row)) for row in [head, *rows]) + "\n"
 
 
@@ -109,21 +110,23 @@ def fly(plant: Slave, controller: Slave, drawn: dict, rows: list[list[float]]) -
     manoeuvre = drawn["manoeuvre"]
     sample_time = float(controller.variables["sample_time"].start)
     ticks = [k * sample_time for k in range(round(manoeuvre["duration"] / sample_time) + 1)]
-    wanted = references(controller, manoeuvre, np.array(ticks))
     speed = float(path_speeds(manoeuvre, np.zeros(1))[0])
     plant.begin({"initial_speed": speed, **drawn["start"]})
     controller.begin()
+    wanted = references(controller, manoeuvre, np.array(ticks), plant.get("initial_depth"))
     loop = Loop(plant, controller, drawn["gains"])
-    loop.inform(*wanted[0])
+    loop.inform(wanted[0])
     # An actuator without lag follows the first command from the start.
     loop.command()
     plant.ready()
     controller.ready()
     watched = plant.references(WATCHED)
+    names = wanted_by(controller)
     for k, time in enumerate(ticks):
-        loop.inform(*wanted[k])
+        loop.inform(wanted[k])
         controller.step_to((k + 1) * sample_time)
-        rows.append([time, *plant.fmu.getReal(watched), *wanted[k], *loop.command()])
+        followed = [wanted[k][name] for name in names]
+        rows.append([time, *plant.fmu.getReal(watched), *followed, *loop.command()])
         plant.step_to((k + 1) * sample_time)
 
 
@@ -133,8 +136,16 @@ def path_speeds(manoeuvre: dict, times: NDArray[np.float64]) -> NDArray[np.float
     return (1.0 - part) * manoeuvre["speed_from"] + part * manoeuvre["speed_to"]
 
 
-def references(controller: Slave, manoeuvre: dict, times: NDArray[np.float64]) -> list[tuple[float, float]]:
-    """Return the references of pitch (rad) and forward speed (m/s) at each time, by the controller's trims."""
+def wanted_by(controller: Slave) -> list[str]:
+    """Return the references of the record: pitch and speed in any case, and the depth that a controller follows."""
+    depth = ["depth_reference"] if "depth_reference" in controller.variables else []
+    return ["pitch_reference", *depth, "speed_reference"]
+
+
+def references(
+    controller: Slave, manoeuvre: dict, times: NDArray[np.float64], depth: float
+) -> list[dict[str, float]]:
+    """Return the references at each time, by the controller's trims and the depth (m) of the start."""
     design = controller.folder / "resources" / "controller.json"
     trim = json.loads(design.read_text(encoding="utf-8"))["trim"]
     speeds = np.interp(path_speeds(manoeuvre, times), trim["speed"], trim["forward_speed"])
@@ -142,4 +153,8 @@ def references(controller: Slave, manoeuvre: dict, times: NDArray[np.float64]) -
     # A rounded k T is not before the step.
     stepped = (times + 1e-9 >= manoeuvre["step_time"]) & (times + 1e-9 < manoeuvre["step_end"])
     pitches = pitches + manoeuvre["pitch_step"] * stepped
-    return list(zip(pitches.tolist(), speeds.tolist(), strict=True))
+    depths = depth + manoeuvre.get("depth_step", 0.0) * stepped
+    rows = zip(pitches.tolist(), depths.tolist(), speeds.tolist(), strict=True)
+    return [
+        dict(zip(("pitch_reference", "depth_reference", "speed_reference"), row, strict=True)) for row in rows
+    ]

@@ -105,9 +105,10 @@ def stuck(packages: Packages, share: float, height: float) -> tuple[Signals, flo
 
         plant.fmu.setReal = give_what_is_left
 
-        def references(_: int, time: float) -> tuple[float, float]:
+        def references(_: int, time: float) -> dict[str, float]:
             step = height * DEGREE if STEP_TIME + 5.0 <= time < STEP_END else 0.0
-            return level + step, fast if STEP_TIME <= time < STEP_END else slow
+            speed = fast if STEP_TIME <= time < STEP_END else slow
+            return {"pitch_reference": level + step, "speed_reference": speed}
 
         flown = couple(plant, controller, references, END, sample_time(packages))
     at = [(flown[name] <= low) | (flown[name] >= high) for name, (low, high) in left.items()]
@@ -152,10 +153,11 @@ def test_outside_the_range_of_speed_the_nearest_law_flies_and_says_so(
         level = plant.get("trim_pitch")
         flag = controller.variables["speed_out_of_range"].valueReference
 
-        def references(_: int, time: float) -> tuple[float, float]:
+        def references(_: int, time: float) -> dict[str, float]:
             plant.set("current_horizontal", current if time >= STEP_TIME else 0.0)
             given.append((controller.fmu.getBoolean([flag])[0], controller.get("scheduling_parameter")))
-            return level + (5.0 * DEGREE if time >= 20.0 else 0.0), wanted
+            step = 5.0 * DEGREE if time >= 20.0 else 0.0
+            return {"pitch_reference": level + step, "speed_reference": wanted}
 
         flown = couple(plant, controller, references, 60.0, sample_time(squid))
     outside = [rho for out, rho in given if out]

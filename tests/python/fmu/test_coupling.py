@@ -154,8 +154,7 @@ def test_inputs_override_the_manoeuvre(packages: Packages) -> None:
     references = references_in(loop)
 
     def inputs(time: float) -> dict[str, float]:
-        pitch, speed = references(round(time / tick), time)
-        return {"manual": True, "pitch_reference": pitch, "speed_reference": speed}
+        return {"manual": True, **references(round(time / tick), time)}
 
     manual = fly_alone(packages.loop, 40.0, tick, {"pitch_step": 0.0}, inputs)
     assert max(differences(loop, manual).values()) <= AGREEMENT

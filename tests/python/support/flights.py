@@ -69,12 +69,12 @@ def _step(
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         plant.begin({"initial_speed": speed, **values})
         controller.begin()
-        start = {"pitch": plant.get("trim_pitch"), "speed": plant.get("speed")}
+        start = {"pitch": plant.get("trim_pitch"), "speed": plant.get("speed"), "depth": plant.get("depth")}
         end = {name: value + heights.get(name, 0.0) for name, value in start.items()}
 
-        def references(_: int, time: float) -> tuple[float, float]:
+        def references(_: int, time: float) -> dict[str, float]:
             now = end if time >= STEP_TIME else start
-            return now["pitch"], now["speed"]
+            return {f"{name}_reference": value for name, value in now.items()}
 
         return couple(plant, controller, references, duration, sample_time(packages)), start
 
