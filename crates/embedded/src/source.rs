@@ -55,7 +55,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         (
             "depth_zero",
             match has_depth(design) {
-                true => "\n    fresh.depth_zero = in->depth_reference;".to_owned(),
+                true => "    fresh.depth_zero = in->depth_reference;".to_owned(),
                 false => String::new(),
             },
         ),

@@ -14,7 +14,8 @@ use proptest::prelude::*;
 fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: impl Fn(f64) -> Vec<f64>) {
     let steps = [step, 0.1 * step, 0.01 * step].map(|step| (step, value(step), value(-step)));
     for (position, name) in names.iter().enumerate() {
-        let slopes = steps.each_ref().map(|(h, above, below)| (above[position] - below[position]) / (2.0 * h));
+        let slopes =
+            steps.each_ref().map(|(h, above, below)| (above[position] - below[position]) / (2.0 * h));
         let tolerance = 1e-5 * (exact[position].abs() + size[position]);
         let agrees = slopes.iter().any(|slope| (slope - exact[position]).abs() < tolerance);
         assert!(agrees, "{name}: {} and {slopes:?}", exact[position]);

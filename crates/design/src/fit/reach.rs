@@ -128,7 +128,7 @@ mod tests {
         let squid = squid();
         assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
         let speed = squid.1.grid[3].1.trim.speed;
-        for (state, words) in WORDS.iter().enumerate() {
+        for (state, words) in WORDS.iter().take(squid.0.design.states.len()).enumerate() {
             let found = refusal(&squid, |l| {
                 l.a.row_mut(state).fill(0.0);
                 l.b.row_mut(state).fill(0.0);

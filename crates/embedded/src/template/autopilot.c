@@ -149,7 +149,8 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 {
     @prefix@_state fresh;
     tick t;
-    for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;@depth_zero@
+    for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;
+@depth_zero@
     const int code = compute(&fresh, in, in->@wanted@, &t);
     if (code != @PREFIX@_OK) return code;
 @reset@

@@ -139,7 +139,7 @@ fn refuses_designs_that_make_no_sense() {
     assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
     assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
     assert_refused(|d| d.controller_inputs.clear(), "tracked is empty");
-    assert_refused(|d| d.controller_inputs[1].signal = "depth".to_owned(), "tracked[1].name is 'depth'");
+    assert_refused(|d| d.controller_inputs[1].signal = "yaw".to_owned(), "tracked[1].name is 'yaw'");
     assert_refused(|d| d.controller_inputs[0].unit = "deg".to_owned(), "tracked[0].unit is 'deg'");
     assert_refused(|d| d.controller_inputs[0].scale = -1.0, "tracked[0].scale is -1");
     assert_refused(
@@ -173,8 +173,8 @@ fn refuses_inputs_that_make_no_sense() {
     let of =
         |change: fn(&mut ControllerDesign), expected: &str| refused(example::two_degrees(), change, expected);
     of(
-        |d| d.controller_inputs[1].signal = "depth".to_owned(),
-        "controller_inputs[1].signal is 'depth', but must be 'pitch', 'speed', 'pitch_rate' or 'heave'",
+        |d| d.controller_inputs[1].signal = "yaw".to_owned(),
+        "controller_inputs[1].signal is 'yaw', but must be 'pitch', 'speed', 'depth', 'pitch_rate' or 'heave'",
     );
     for kind in [Kind::Reference, Kind::Error] {
         let change =

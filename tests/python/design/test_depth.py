@@ -1,0 +1,160 @@
+"""REMUS 100 with an autopilot that holds a depth, from the design file to flights of its FMUs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import polars
+import pytest
+from conftest import REMUS100, Run, kept, once
+from flights import figures_of, fly_alone, sample_time
+from fly import build
+from fly.flight import AGREEMENT
+from fly.master import Signals, Slave, couple
+from fly.package import Packages
+from fly.record import differences, references_in
+from fmpy import read_model_description
+from fmpy.validation import validate_fmu
+
+DESIGN = ["--design", "depth"]
+
+
+@pytest.fixture(scope="module")
+def deep(run_squid: Run) -> Packages:
+    return kept(run_squid, REMUS100, *DESIGN)
+
+
+@pytest.fixture(scope="module")
+def flown(deep: Packages) -> Signals:
+    return fly_alone(
+        deep.loop, json.loads((deep.folder / "manoeuvre.json").read_text())["duration"], sample_time(deep)
+    )
+
+
+def inputs_of(fmu: Path) -> set[str]:
+    variables = read_model_description(fmu).modelVariables
+    return {
+        v.name
+        for v in variables
+        if v.causality in ("input", "parameter") and "depth" in v.name + v.description
+    }
+
+
+def test_what_is_asked_is_met_and_proved(deep: Packages) -> None:
+    design = json.loads((deep.folder / "design.json").read_text(encoding="utf-8"))
+    rows = {row["what"]: row for row in design["verdict"]["rows"]}
+    assert design["certified"] is True
+    assert [row["what"] for row in rows.values() if row["outcome"] == "missed"] == []
+    assert {"depth step: overshoot", "depth step: rise, 10 to 90 %", "depth: steady error"} <= rows.keys()
+    assert not [what for what in rows if what.startswith("pitch")]
+
+
+def test_the_step_at_the_limits_is_one_of_the_depth(deep: Packages, run_squid: Run) -> None:
+    for words in ([deep.controller], [deep.controller, "--vehicle", REMUS100, *DESIGN]):
+        done = run_squid("verify", *words, "--json")
+        assert done.returncode == 0, done.stderr
+        found = json.loads(done.stdout)
+        assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
+    said = run_squid("verify", deep.controller).stdout
+    assert f"one of the depth reference, of up to {found['depth_step_m']} m from trim." in " ".join(
+        said.split()
+    )
+
+
+def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
+    for fmu in deep.fmus:
+        assert validate_fmu(str(fmu)) == []
+    assert inputs_of(deep.controller) == {"depth", "depth_reference"}
+    assert inputs_of(deep.loop) == {
+        "depth_step",
+        "depth_reference",
+        "initial_depth",
+        "step_time",
+        "step_end",
+        "manual",
+    }
+    names = {v.name for v in read_model_description(deep.loop).modelVariables}
+    assert "depth_reference_used" in names and not {name for name in names if name.startswith("pitch_")} - {
+        "pitch_rate"
+    }
+
+
+def test_the_depth_is_held_and_followed(
+    deep: Packages, flown: Signals, run_squid: Run, tmp_path: Path
+) -> None:
+    """A step while the speed ramps through the range, read off by `squid plot`; the master flies the same."""
+    figures = figures_of(run_squid, flown, tmp_path)
+    (step,) = figures["depth_steps"]
+    assert step["height"] == pytest.approx(1.0) and step["overshoot"] < 0.02 and step["steady_error"] < 1e-3
+    assert figures["speed_error"] < 0.1
+    with Slave(deep.plant, "plant") as plant, Slave(deep.controller, "controller") as controller:
+        plant.begin({"initial_speed": 1.5})
+        controller.begin()
+        end = float(flown["time"][-1])
+        coupled = couple(plant, controller, references_in(flown), end, sample_time(deep))
+    assert max(differences(flown, coupled).values()) <= AGREEMENT
+
+
+def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, flown: Signals) -> None:
+    """Within the rounding of depths, which are larger than the way that is made of them."""
+    lower = fly_alone(deep.loop, 40.0, sample_time(deep), {"initial_depth": 300.0})
+    count = len(lower["time"])
+    for name in ("pitch", "stern_planes", "propeller"):
+        assert lower[name] == pytest.approx(flown[name][:count], abs=1e-9)
+    assert lower["depth"] - 300.0 == pytest.approx(flown["depth"][:count] - 20.0, abs=1e-9)
+
+
+def test_a_ramp_is_followed_by_hand(deep: Packages) -> None:
+    """Down by 6 m at 0.1 m/s while `manual` is true: 5 s behind at most, and at the end where it is wanted."""
+    tick = sample_time(deep)
+
+    def inputs(time: float) -> dict[str, float]:
+        wanted = 20.0 + 0.1 * min(max(time - 5.0, 0.0), 60.0)
+        return {"manual": True, "depth_reference": wanted, "speed_reference": 1.8}
+
+    flown = fly_alone(deep.loop, 110.0, tick, {"speed_from": 1.8}, inputs)
+    error = flown["depth_reference_used"] - flown["depth"]
+    assert flown["tracking_error"] == pytest.approx(error, abs=0.1 * tick + 1e-9)
+    assert np.max(np.abs(error)) < 0.1 * 7.0 and abs(error[-1]) < 5e-3
+    assert np.max(np.abs(flown["pitch"] - flown["trim_pitch"])) < np.deg2rad(8.0)
+
+
+def test_campaigns_draw_steps_of_the_depth(deep: Packages, run_squid: Run) -> None:
+    words = ["campaign", REMUS100, *DESIGN, "--flights", "8", "--no-bound", "--out", deep.folder]
+
+    def fly(folder: Path) -> None:
+        for place, more in (("native", []), ("fmus", ["--fmu"])):
+            done = run_squid(*words, *more, "--to", folder / place, timeout=900.0)
+            assert done.returncode == 0, done.stderr
+
+    folder = once(
+        [build.squid(), *build.binaries(), *REMUS100.glob("*.toml")], ["depth", *map(str, words[4:6])], fly
+    )
+    native, fmus = (polars.read_parquet(folder / place / "*.parquet") for place in ("native", "fmus"))
+    assert (
+        set(native["depth_step"].abs().to_list()) == {1.0} and len(set(native["depth_step"].to_list())) == 2
+    )
+    assert native["outcome"].to_list() == ["flown"] * 8
+    assert max(native["depth_error_rms"].to_list()) < 1.0
+    for name in native.columns[2:]:
+        assert fmus[name].to_list() == pytest.approx(native[name].to_list(), rel=AGREEMENT, abs=AGREEMENT), (
+            name
+        )
+
+
+def test_a_step_that_is_too_steep_is_warned_of(run_squid: Run, tmp_path: Path) -> None:
+    vehicle = tmp_path / "vehicle"
+    vehicle.mkdir()
+    for name in ("vehicle", "depth"):
+        text = (REMUS100 / f"{name}.toml").read_text(encoding="utf-8")
+        if name == "depth":
+            for key, value in (("scale", 20.0), ("depth_step", 10.0)):
+                line = next(line for line in text.splitlines() if line.startswith(f"{key} = "))
+                text = text.replace(line, f"{key} = {value}", 1)
+        (vehicle / f"{name}.toml").write_text(text, encoding="utf-8")
+    done = run_squid("design", vehicle, *DESIGN, "--no-advise", "--out", tmp_path / "out")
+    said = " ".join(done.stdout.split())
+    assert "WARNING: for a step of 10 m the model of the depth" in said
+    assert "a path steeper than 30 deg, far from the level flight of the linear models" in said
