@@ -16,7 +16,7 @@ use squid_flight::sea::Sea;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// From the coefficients of an underwater vehicle to a scheduled pitch controller and to FMUs for any simulation
+/// From the coefficients of an underwater vehicle to a scheduled controller of pitch or depth and to FMUs for any simulation
 /// tool.
 ///
 /// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (the requirements on the controller).
@@ -140,7 +140,7 @@ pub enum Verb {
         #[arg(long)]
         allow_uncertified: bool,
     },
-    /// Fly a design in this process: its manoeuvre, pitch steps over the range of speed, the vehicle alone
+    /// Fly a design in this process: its manoeuvre, steps over the range of speed, the vehicle alone
     ///
     /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
     Simulate {
@@ -260,7 +260,8 @@ pub enum Verb {
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     ///
     /// --json prints the figures of the flight, in s, rad, m/s and fractions: pitch_steps with overshoot, rise_time,
-    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface.
+    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface; and
+    /// depth_steps and depth_error of a flight with a reference of the depth.
     Plot {
         /// The record: a column `time`, then one for each variable
         record: PathBuf,
@@ -289,7 +290,7 @@ pub struct Campaign {
     #[arg(long, value_enum, default_value_t = Where::Uniform)]
     pub points: Where,
     /// Begin each flight off the trim of its vehicle, by up to so much, such as pitch=10deg,heave=0.1m/s; of pitch,
-    /// speed, pitch_rate and heave. Without it flights begin in trim
+    /// speed, depth, pitch_rate and heave. Without it flights begin in trim
     #[arg(long, value_name = "LIST")]
     pub starts: Option<Starts>,
     /// The directory of the results; by default `campaign` in that of the design
@@ -328,7 +329,7 @@ pub const MOST_FLIGHTS: u64 = 100_000_000;
 pub enum Where {
     /// All over it, at random
     Uniform,
-    /// All over it, more evenly: on a scrambled Sobol sequence, from which speeds and pitch steps are drawn, too
+    /// All over it, more evenly: on a scrambled Sobol sequence, from which speeds and steps are drawn, too
     Sobol,
     /// At its corners alone
     Corners,

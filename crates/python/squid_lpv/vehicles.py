@@ -198,8 +198,8 @@ class Design:
         """Fly the nonlinear vehicle under the sampled autopilot.
 
         Args:
-            manoeuvre: keys of `manoeuvre.json` that differ from the default: pitch_step (rad), step_time, speed_from,
-                speed_to, duration and so on.
+            manoeuvre: keys of `manoeuvre.json` that differ from the default: pitch_step (rad), depth_step
+                (m, where the depth is tracked), step_time, speed_from, speed_to, duration and so on.
             sea: the text of a sea file.
 
         Raises:
