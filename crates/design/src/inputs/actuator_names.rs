@@ -52,6 +52,9 @@ const OWN: [&str; 40] = [
 /// A variable of the plants of vehicles that are given their speed.
 const GIVEN: &str = "given_speed";
 
+/// Variables of the FMUs of designs that track the depth.
+const OF_DEPTH: [&str; 3] = ["depth_reference", "depth_reference_used", "depth_step"];
+
 /// The variables that an actuator brings along.
 fn brought(name: &str) -> [String; 3] {
     [name.to_owned(), format!("{name}_output"), format!("trim_{name}")]
@@ -63,7 +66,7 @@ fn brought(name: &str) -> [String; 3] {
 /// [`InputError::ActuatorName`].
 pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
-    let own = OWN.into_iter().chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
+    let own = OWN.into_iter().chain(OF_DEPTH).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
     let mut taken: BTreeSet<String> = own.map(str::to_owned).collect();
     for actuator in &vehicle.actuators {
         for name in brought(&actuator.name) {
@@ -112,6 +115,7 @@ mod tests {
         for (name, taken) in [
             ("pitch", "pitch"),
             ("time", "time"),
+            ("depth_step", "depth_step"),
             ("mass", "mass"),
             ("upper_port_output", "upper_port_output"),
             ("trim_upper_port", "trim_upper_port"),

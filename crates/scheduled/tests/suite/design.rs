@@ -182,7 +182,7 @@ fn refuses_inputs_that_make_no_sense() {
         refused(
             example::two_degrees(),
             change,
-            "controller_inputs[1].signal is 'pitch_rate', but must be 'pitch' or 'speed'",
+            "controller_inputs[1].signal is 'pitch_rate', but must be 'pitch', 'speed' or 'depth'",
         );
     }
     of(

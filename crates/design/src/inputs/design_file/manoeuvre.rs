@@ -97,7 +97,7 @@ impl Limits {
 fn no_step(table: &Table<'_>, keys: &[&str], output: &str) -> Option<f64> {
     let given = keys.iter().find(|key| table.has(key));
     given.iter().for_each(|key| {
-        table.not_allowed(key, "given", &format!("left out, since no [[track]] has the output '{output}'"));
+        table.not_allowed(key, "given", format!("left out, since no [[track]] has the output '{output}'"));
     });
     given.is_none().then_some(0.0)
 }
