@@ -26,7 +26,7 @@ struct Short {
 
 /// A warning where the actuators cannot hold the pitch step of the manoeuvre, and where they cannot accelerate pitch or
 /// speed as its model does: of that step, and of the scale of the speed. Of the depth, where its model takes a path
-/// steeper than [`STEEP`].
+/// steeper than 30 deg.
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
     let of_output = |tracked: &Tracked| match tracked.place {
         DEPTH => [too_steep(file, tracked, model), None],
