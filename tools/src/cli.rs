@@ -16,8 +16,8 @@ use squid_flight::sea::Sea;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// From the coefficients of an underwater vehicle to a scheduled controller of pitch or depth and to FMUs for any simulation
-/// tool.
+/// From the coefficients of an underwater vehicle to a scheduled controller of pitch or depth and to FMUs for any
+/// simulation tool.
 ///
 /// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (the requirements on the controller).
 #[derive(Debug, Parser)]

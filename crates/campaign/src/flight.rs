@@ -78,8 +78,8 @@ pub struct Row {
     pub flight: u64,
     /// How it ended.
     pub outcome: Outcome,
-    /// The two speeds, the step, then how far off its trim the flight began in each signal that was, then each uncertain number in
-    /// its unit.
+    /// The two speeds, the step, then how far off its trim the flight began in each signal that was, then each
+    /// uncertain number in its unit.
     pub drawn: Vec<f64>,
     /// As [`Plan::figures`].
     pub figures: [f64; FIGURES_OF_A_ROW],

@@ -84,7 +84,8 @@ pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
 }
 
 /// The flights that came out worst, at most so many, the worst first: lost ones before those at the surface before all
-/// others, the larger rms of the error of what steps first. Those that have no figures, and nothing to show, are left out.
+/// others, the larger rms of the error of what steps first. Those that have no figures, and nothing to show, are left
+/// out.
 pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     const ORDER: [Outcome; 3] = [Outcome::Lost, Outcome::Surfaced, Outcome::Flown];
     let place = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);

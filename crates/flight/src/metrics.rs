@@ -68,8 +68,8 @@ pub struct FlightFigures {
 }
 
 impl FlightFigures {
-    /// Reads the figures of an output, by its place in [`signals::SIGNALS`], off a record. `limits` are the least and the largest command of each actuator, in the order of
-    /// the commands.
+    /// Reads the figures of an output, by its place in [`signals::SIGNALS`], off a record. `limits` are the least and
+    /// the largest command of each actuator, in the order of the commands.
     #[must_use]
     pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
         let jump = |i: usize| rows[i].reference(place) - rows[i - 1].reference(place);

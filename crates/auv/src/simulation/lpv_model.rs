@@ -108,7 +108,8 @@ pub enum LpvModelError {
 }
 
 impl LpvModel {
-    /// Builds a model from coefficient matrices of the states of the vehicle, without the depth, and trims, and checks it.
+    /// Builds a model from coefficient matrices of the states of the vehicle, without the depth, and trims, and checks
+    /// it.
     ///
     /// # Errors
     /// [`LpvModelError`] as for [`LpvModel::check`].

@@ -1,6 +1,6 @@
-//! The section `limits` of the certificate: how large a step of the reference of pitch or depth may be for the loop, with its
-//! commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits on the
-//! rates of the actuators are such limits on the rates of states of the plant, which has the lags.
+//! The section `limits` of the certificate: how large a step of the reference of pitch or depth may be for the loop,
+//! with its commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits
+//! on the rates of the actuators are such limits on the rates of states of the plant, which has the lags.
 
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
@@ -31,8 +31,8 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// model's states. The gain of the frozen design is that of the quickest recovery; where the pitch step of the
 /// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
 /// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
-/// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators are cut
-/// off at their limits, too.
+/// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators
+/// are cut off at their limits, too.
 ///
 /// # Errors
 /// [`Error::Synthesis`] where no step is found; [`ProofError::RateWithoutLag`]; [`ProofError::Unproved`].

@@ -150,8 +150,8 @@ pub struct Remainder {
 /// The ball around a model at one speed that contains the vehicle trimmed again at corners of the box, widened by half.
 ///
 /// Row i of what the model misses is at most e_i, in units of states and of the actuators' reach; E has `sqrt(3) e_i`
-/// on its diagonal, because three rows may be off at once (theta' = q is exact), or four with the depth, and F takes states and inputs to
-/// those units.
+/// on its diagonal, because three rows may be off at once (theta' = q is exact), or four with the depth, and F takes
+/// states and inputs to those units.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].

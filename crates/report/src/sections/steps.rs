@@ -83,7 +83,8 @@ const LEAST: [f64; 2] = [0.1, 0.002];
 /// them.
 const FLATTER: f64 = 8.0;
 
-/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of a flight at each of the six speeds.
+/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of a flight at each of the
+/// six speeds.
 pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
     let mut keys = subject.speed_keys();
     let (references, limits) = (keys.len(), keys.len() + 1);

@@ -109,7 +109,8 @@ pub(super) fn fly(
     Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }
 
-/// Of the errors of pitch or depth and speed, and of heave and each command about their means, by the names of their roots.
+/// Of the errors of pitch or depth and speed, and of heave and each command about their means, by the names of their
+/// roots.
 pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
         rows.iter().map(of).sum::<f64>() / rows.len() as f64
