@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import polars
 import pytest
-from conftest import REMUS100, Run, kept, once
+from conftest import REMUS100, Run, kept
 from flights import figures_of, fly_alone, sample_time
-from fly import build
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
@@ -34,11 +33,11 @@ def flown(deep: Packages) -> Signals:
 
 
 def inputs_of(fmu: Path) -> set[str]:
+    """Return the inputs, and what the flight of the loop is made of."""
     variables = read_model_description(fmu).modelVariables
+    flown = ("step", "ramp", "speed_from", "speed_to")
     return {
-        v.name
-        for v in variables
-        if v.causality in ("input", "parameter") and "depth" in v.name + v.description
+        v.name for v in variables if v.causality == "input" or v.name.startswith(flown) or "_step" in v.name
     }
 
 
@@ -57,28 +56,21 @@ def test_the_step_at_the_limits_is_one_of_the_depth(deep: Packages, run_squid: R
         assert done.returncode == 0, done.stderr
         found = json.loads(done.stdout)
         assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
-    said = run_squid("verify", deep.controller).stdout
-    assert f"one of the depth reference, of up to {found['depth_step_m']} m from trim." in " ".join(
-        said.split()
-    )
+    said = " ".join(run_squid("verify", deep.controller).stdout.split())
+    assert f"one of the depth reference, of up to {found['depth_step_m']:g} m from trim." in said
 
 
 def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
     for fmu in deep.fmus:
         assert validate_fmu(str(fmu)) == []
-    assert inputs_of(deep.controller) == {"depth", "depth_reference"}
-    assert inputs_of(deep.loop) == {
-        "depth_step",
-        "depth_reference",
-        "initial_depth",
-        "step_time",
-        "step_end",
-        "manual",
-    }
+    references = {"depth_reference", "speed_reference"}
+    assert inputs_of(deep.controller) == {"depth", "pitch", "pitch_rate", "speed", *references}
+    course = {"depth_step", "step_time", "step_end", "speed_from", "speed_to", "ramp_start", "ramp_duration"}
+    currents = {"current_horizontal", "current_vertical"}
+    assert inputs_of(deep.loop) == {"manual", *references, *course, *currents}
     names = {v.name for v in read_model_description(deep.loop).modelVariables}
-    assert "depth_reference_used" in names and not {name for name in names if name.startswith("pitch_")} - {
-        "pitch_rate"
-    }
+    assert "depth_reference_used" in names
+    assert {name for name in names if name.startswith("pitch_")} == {"pitch_rate"}
 
 
 def test_the_depth_is_held_and_followed(
@@ -121,27 +113,27 @@ def test_a_ramp_is_followed_by_hand(deep: Packages) -> None:
     assert np.max(np.abs(flown["pitch"] - flown["trim_pitch"])) < np.deg2rad(8.0)
 
 
-def test_campaigns_draw_steps_of_the_depth(deep: Packages, run_squid: Run) -> None:
-    words = ["campaign", REMUS100, *DESIGN, "--flights", "8", "--no-bound", "--out", deep.folder]
-
-    def fly(folder: Path) -> None:
-        for place, more in (("native", []), ("fmus", ["--fmu"])):
-            done = run_squid(*words, *more, "--to", folder / place, timeout=900.0)
-            assert done.returncode == 0, done.stderr
-
-    folder = once(
-        [build.squid(), *build.binaries(), *REMUS100.glob("*.toml")], ["depth", *map(str, words[4:6])], fly
-    )
-    native, fmus = (polars.read_parquet(folder / place / "*.parquet") for place in ("native", "fmus"))
-    assert (
-        set(native["depth_step"].abs().to_list()) == {1.0} and len(set(native["depth_step"].to_list())) == 2
-    )
-    assert native["outcome"].to_list() == ["flown"] * 8
-    assert max(native["depth_error_rms"].to_list()) < 1.0
-    for name in native.columns[2:]:
-        assert fmus[name].to_list() == pytest.approx(native[name].to_list(), rel=AGREEMENT, abs=AGREEMENT), (
-            name
-        )
+def test_campaigns_draw_steps_of_the_depth(deep: Packages, run_squid: Run, tmp_path: Path) -> None:
+    words = [
+        "--flights",
+        "16",
+        "--starts",
+        "depth=0.2m",
+        "--no-bound",
+        "--out",
+        deep.folder,
+        "--to",
+        tmp_path,
+    ]
+    done = run_squid("campaign", REMUS100, *DESIGN, *words, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    flights = polars.read_parquet(tmp_path / "*.parquet")
+    assert {abs(step) for step in flights["depth_step"]} == {1.0} and len(set(flights["depth_step"])) == 2
+    assert 0.1 < flights["depth_off_trim"].abs().max() <= 0.2
+    assert flights["outcome"].to_list() == ["flown"] * 16
+    assert 0.0 < flights["depth_error_rms"].max() < 0.6
+    assert "pitch_error_rms" not in flights.columns
+    assert "the depth step up or down" in (tmp_path / "campaign.html").read_text(encoding="utf-8")
 
 
 def test_a_step_that_is_too_steep_is_warned_of(run_squid: Run, tmp_path: Path) -> None:
