@@ -17,7 +17,7 @@ from pathlib import Path
 
 import polars
 import pytest
-from conftest import REMUS100, SQUID, Run, kept
+from conftest import SQUID, Run
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -314,30 +314,17 @@ vertical = -0.03
 
 
 def test_fmus_on_workers_that_have_fmpy_alone(run_squid: Run, squid: Packages, tmp_path: Path) -> None:
-    """Flights by FMUs have the numbers of the native ones: of a depth, and at sea, where one breaks the surface."""
+    """Flights by FMUs have the numbers of the native ones, at sea, too, where one breaks the surface."""
     results, native, sea = tmp_path / "fmus", tmp_path / "native", tmp_path / "sea.toml"
     sea.write_text(USUAL_SEA, encoding="utf-8")
     words = [SQUID, "--out", squid.folder, "--no-bound"]
-    deep = ["--design", "depth"]
-    places = {
-        "still": [*words, "--flights", "4"],
-        "depth": [
-            REMUS100,
-            *deep,
-            "--out",
-            kept(run_squid, REMUS100, *deep).folder,
-            "--no-bound",
-            "--flights",
-            "2",
-        ],
-        "sea": [*words, "--flights", "2", "--sea", sea],
-    }
+    places = {"still": ["--flights", "4"], "sea": ["--flights", "2", "--sea", sea]}
     with cluster_in(tmp_path, 1) as address:
         for place, more in places.items():
-            assert run_squid("campaign", *more, "--to", native / place).returncode == 0
+            assert run_squid("campaign", *words, *more, "--to", native / place).returncode == 0
             # What happened in the worst is not flown again.
             shutil.copytree(native / place / "trajectories", results / place / "trajectories")
-            done = on_cluster(*more, "--to", results / place, "--fmu", "--scheduler", address)
+            done = on_cluster(*words, *more, "--to", results / place, "--fmu", "--scheduler", address)
             assert done.returncode == 0, done.stderr
     for place in places:
         found, expected = (polars.read_parquet(path / place / "*.parquet") for path in (results, native))

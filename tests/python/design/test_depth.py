@@ -16,6 +16,7 @@ from fly.package import Packages
 from fly.record import differences, references_in
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
+from squid_campaign import worker
 
 DESIGN = ["--design", "depth"]
 
@@ -87,6 +88,29 @@ def test_the_depth_is_held_and_followed(
         end = float(flown["time"][-1])
         coupled = couple(plant, controller, references_in(flown), end, sample_time(deep))
     assert max(differences(flown, coupled).values()) <= AGREEMENT
+
+
+def test_the_worker_of_a_campaign_flies_the_same(deep: Packages, flown: Signals) -> None:
+    """Its record has the depth that is wanted."""
+    drawn = {
+        "manoeuvre": json.loads((deep.folder / "manoeuvre.json").read_text()),
+        "start": {},
+        "gains": None,
+    }
+    rows: list[list[float]] = []
+    with Slave(deep.plant, "plant") as plant, Slave(deep.controller, "controller") as controller:
+        followed = worker.wanted_by(controller)
+        worker.fly(plant, controller, drawn, rows)
+    assert followed == ["pitch_reference", "depth_reference", "speed_reference"]
+    record = dict(
+        zip(["time", *worker.WATCHED, *(f"{name}_used" for name in followed)], np.array(rows).T, strict=False)
+    )
+    for name in ("time", "pitch", "speed", "depth", "distance"):
+        assert record[name] == pytest.approx(flown[name], abs=AGREEMENT), name
+    # What was wanted at a tick is in the row after it.
+    assert record["depth_reference_used"][:-1] == pytest.approx(
+        flown["depth_reference_used"][1:], abs=AGREEMENT
+    )
 
 
 def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, flown: Signals) -> None:
