@@ -190,16 +190,9 @@ impl ClosedLoop {
         }
     }
 
-    /// Whether there are steps and references of an output at a place in [`signals::SIGNALS`]: of the depth where the
-    /// design follows it, of the pitch unless it follows the depth alone.
-    pub(crate) fn steps(&self, place: usize) -> bool {
-        let design = self.controller.design();
-        design.follows(place) || (place == PITCH && !design.follows(DEPTH))
-    }
-
-    /// The output whose error is put out: the pitch if there are steps of it, the depth otherwise.
+    /// The output whose error is put out: the pitch if there is a reference of it, the depth otherwise.
     pub(crate) fn stepped(&self) -> usize {
-        if self.steps(PITCH) { PITCH } else { DEPTH }
+        if self.controller.design().has_reference(PITCH) { PITCH } else { DEPTH }
     }
 
     /// The trim table of the design turns speed along the path into forward speed and gives the pitch of level flight.

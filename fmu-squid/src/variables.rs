@@ -50,8 +50,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
-    let what = if model.steps(PITCH) { "pitch" } else { "depth" };
-    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let what = if model.stepped() == PITCH { "pitch" } else { "depth" };
+    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
     let deeper = "height of the depth step, above zero downwards, from the depth of the start";
     let steps = [
         of(PITCH, parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1)),
@@ -84,7 +84,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let speeds = &model.controller.design().trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let own = |quantity: Own| quantity.number(actuators(model));
-    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
     let names: Vec<&str> = inputs(model).collect();
     let manual = Variable::boolean(
         "manual",
@@ -130,7 +130,10 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 /// The names of the external references.
 fn inputs(model: &ClosedLoop) -> impl Iterator<Item = &'static str> {
     let wanted = [(PITCH, "pitch_reference"), (DEPTH, "depth_reference"), (SPEED, "speed_reference")];
-    wanted.into_iter().filter(|(place, _)| *place == SPEED || model.steps(*place)).map(|(_, name)| name)
+    wanted
+        .into_iter()
+        .filter(|(place, _)| model.controller.design().has_reference(*place))
+        .map(|(_, name)| name)
 }
 
 /// The current, the only input of the plant that the loop does not set.
@@ -218,7 +221,10 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
     let steps = [(PITCH, "pitch_step"), (DEPTH, "depth_step")];
-    let steps = steps.into_iter().filter(|(place, _)| model.steps(*place)).map(|(_, name)| name);
+    let steps = steps
+        .into_iter()
+        .filter(|(place, _)| model.controller.design().has_reference(*place))
+        .map(|(_, name)| name);
     let mut knowns: Vec<&str> = steps.chain(["step_time", "step_end", "manual"]).collect();
     knowns.extend(inputs(model));
     knowns.extend(knowns_of_start(model));
@@ -234,7 +240,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
             .initially_depends_on(knowns)
     };
     let knowns = knowns_of_first_tick(model);
-    let of = |place: usize, one: Variable| model.steps(place).then_some(one);
+    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
     let pitch = output(
         "pitch_reference_used",
         "wanted pitch angle at the last tick, of the manoeuvre or the input",

@@ -3,7 +3,7 @@
 use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
 use scheduled::ControllerDesign;
-use signals::{DEPTH, SIGNALS, tracked};
+use signals::{SIGNALS, tracked};
 
 /// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ impl Record {
         add("time", "s", &|r| r.time);
         for (place, (signal, wanted)) in tracked().enumerate() {
             add(signal.name, signal.unit, &|r| r.measured(place));
-            if place != DEPTH || design.follows(DEPTH) {
+            if design.has_reference(place) {
                 add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
             }
         }

@@ -1,7 +1,7 @@
 //! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{Curve, SPEED, place};
+use signals::{Curve, DEPTH, PITCH, SPEED, place};
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -136,6 +136,12 @@ impl ControllerDesign {
     /// Whether the autopilot measures the signal at a place in [`signals::SIGNALS`]: the speed always, for rho.
     pub fn measures(&self, signal: usize) -> bool {
         signal == SPEED || self.takes(signal, ControllerInput::is_measured)
+    }
+
+    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of what the autopilot follows, of
+    /// the speed always, and of the pitch unless the depth is followed in its place.
+    pub fn has_reference(&self, signal: usize) -> bool {
+        signal == SPEED || self.follows(signal) || (signal == PITCH && !self.follows(DEPTH))
     }
 
     /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is

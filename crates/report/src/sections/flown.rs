@@ -8,6 +8,7 @@ use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
+use signals::PITCH;
 use squid_design::check::flown::{FOLLOWED, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
@@ -150,7 +151,7 @@ fn words(subject: &Subject) -> String {
             the reference of each output, followed for {FOLLOWED:.0} s; settled: within 2 %; the steady error is |1 - \
             T| at z = 1. Gust: the water begins to move vertically by {GUST} m/s at once, and heave through the water \
             jumps by as much. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on \
-            speeds; the rms of a command follows from a Lyapunov equation."
+            speeds, 0.01 m on the depth; the rms of a command follows from a Lyapunov equation."
     )
 }
 
@@ -184,8 +185,10 @@ fn rows(subject: &Subject) -> Vec<Row> {
         let late = of(&format!("error after {FOLLOWED:.0} s (%)"));
         add(late, 3, false, Box::new(move |f| 100.0 * f.steps[i].late_error));
     }
-    let gust = format!("pitch after a gust of {GUST} m/s (deg)");
-    add(gust, 2, false, Box::new(|f| f.gust_pitch.to_degrees()));
+    if subject.inputs.design.tracked.iter().any(|t| t.place == PITCH) {
+        let gust = format!("pitch after a gust of {GUST} m/s (deg)");
+        add(gust, 2, false, Box::new(|f| f.gust_pitch.to_degrees()));
+    }
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
         let (factor, unit) = readable(actuator.unit());
         let name = format!("{} under noise, rms ({unit})", actuator.name);

@@ -27,15 +27,16 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
     let both = |place: usize, factor: f64| {
         vec![series(0, &|r| factor * r.reference(place)), series(1, &|r| factor * r.measured(place))]
     };
-    let depth = match stored.controller.follows(DEPTH) {
-        true => both(DEPTH, 1.0),
-        false => vec![series(1, &|r| r.depth)],
+    let drawn = |place: usize, factor: f64| {
+        let mut both = both(place, factor);
+        both.drain(..usize::from(!stored.controller.has_reference(place)));
+        both
     };
     let speed = vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))];
     let mut charts = vec![
-        Chart::over_time("", "pitch (deg)", both(PITCH, 1f64.to_degrees())),
+        Chart::over_time("", "pitch (deg)", drawn(PITCH, 1f64.to_degrees())),
         Chart::over_time("", "forward speed (m/s)", speed),
-        Chart::over_time("", "depth (m)", depth),
+        Chart::over_time("", "depth (m)", drawn(DEPTH, 1.0)),
     ];
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
         let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
