@@ -33,9 +33,12 @@ PLAIN = (
 )
 METHODS = ("hinfsyn", "HinfSynSlicot", "HinfSynLmi")
 SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
+PARTS = ("squid", "rate", "limits", "plain", "growth", "mu")
 ROUNDS = 3
 PAIRS = 15
-ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
+ACCURACY = (
+    1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
+)
 PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
 
 
@@ -152,6 +155,47 @@ def rate_rows() -> list[str]:
     return rows
 
 
+def limits_rows() -> list[str]:
+    """Return the table of loops whose commands are cut off, in CPU time: what limits add to a synthesis."""
+    import numpy as np
+    from limited_plants import TANKS, f8
+    from limits_cvxpy import Limited, energies, least_or_none
+
+    rows = [
+        "| plant | lpv, s | cvxpy + Clarabel, s | cvxpy / lpv | energies, lpv | cvxpy | gain for any w, lpv | cvxpy |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, data in {"F8": f8(), "tanks of IQClab": TANKS}.items():
+        pairs = []
+        with tempfile.TemporaryDirectory() as folder:
+            limited, plain = Path(folder, "limited.json"), Path(folder, "plain.json")
+            limited.write_text(json.dumps({"data": data}), encoding="utf-8")
+            without = {key: value for key, value in data.items() if key != "limits"}
+            plain.write_text(json.dumps({"data": without}), encoding="utf-8")
+            for _ in range(ROUNDS):
+                times = [child_time()]
+                for problem in (plain, limited):
+                    words = [COMMAND, "lpv", "synth", problem, "--out", folder, "--json"]
+                    done = subprocess.run(words, capture_output=True, text=True, check=True)
+                    times.append(child_time())
+                certificate = json.loads(Path(folder, "certificate.json").read_text(encoding="utf-8"))
+                claims, gain = json.loads(done.stdout)["with_limits"], np.array(certificate["energy"]["E"])
+                begin, loop = time.process_time(), Limited.of(certificate)
+                theirs = energies(loop, claims[1]["gamma"] / 2.0, gain)
+                pairs.append((times[2] - 2.0 * times[1] + times[0], time.process_time() - begin))
+        a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
+        any_w, other = (claims[3]["gamma"] if len(claims) > 3 else None), least_or_none(loop, gain)
+        gains = ["none" if found is None else f"{found:.4g}" for found in (any_w, other)]
+        lists = [
+            ", ".join(f"{v:.3f}" for v in found) for found in ([one["energy"] for one in claims[:3]], theirs)
+        ]
+        ratio = statistics.median(b / a for a, b in pairs)
+        rows.append(
+            f"| {name} | {a:.2f} | {b:.2f} | {ratio:.1f} | {lists[0]} | {lists[1]} | {gains[0]} | {gains[1]} |"
+        )
+    return rows
+
+
 def plain_row(name: str) -> str:
     """Return the row of one plain H-infinity plant; a gamma that the norm of its loop exceeds is set in bold."""
     path = ROOT / "tests" / "cases" / f"{name}.json"
@@ -244,7 +288,7 @@ def main() -> int:
     in_venv()
     words = ["cargo", "build", "--release", "--workspace", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
-    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or ["squid", "rate", "plain", "growth", "mu"]
+    wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or [*PARTS]
     if "plain" in wanted:  # First: it forks, which the threads of the others forbid.
         with_wheel()
         head = "| plant | published | squid-lpv | " + " | ".join(METHODS) + " |"
@@ -262,7 +306,11 @@ def main() -> int:
         squid = ROOT / "vehicles" / "squid"
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(
-                [*words, squid, squid / "frozen", folder], cwd=ROOT, capture_output=True, text=True, check=True
+                [*words, squid, squid / "frozen", folder],
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
+                check=True,
             )
             problems = [Path(line) for line in done.stdout.splitlines()]
             put("mu sweeps", mu_peers.sweep_rows(EXAMPLES / "mu_timed", problems))
@@ -270,6 +318,9 @@ def main() -> int:
         put("squid", squid_rows())
     if "rate" in wanted:
         put("rate", rate_rows())
+    if "limits" in wanted:
+        sys.path.append(str(ROOT / "tests" / "python" / "support"))
+        put("limits", limits_rows())
     return 0
 
 

@@ -259,7 +259,7 @@ def test_a_section_that_cannot_be_computed_says_why(
     done = run_squid("report", vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "could not be computed: the design tracks no pitch" in page
+    assert "could not be computed: the design tracks neither pitch nor depth" in page
     assert 'figure id="fig3-entries-of-A"' in page
 
 

@@ -130,8 +130,12 @@ def test_a_folder_without_design_is_told(tmp_path: Path, text: str | None) -> No
 
 def test_a_step_that_does_not_settle_is_described() -> None:
     step = {"height": np.deg2rad(10.0), "overshoot": 0.05, "settling_time": None}
-    assert flight.describe(step, 0.02) == "+10.0 deg: overshoot 5.0 %, never within 2 %"
-    assert flight.describe({**step, "settling_time": 8.08}, 0.02).endswith("5.0 %, within 2 % after 8.1 s")
+    assert (
+        flight.describe(step, 0.02, np.rad2deg(1.0), "deg") == "+10.0 deg: overshoot 5.0 %, never within 2 %"
+    )
+    assert flight.describe({**step, "height": -1.5, "settling_time": 8.08}, 0.02, 1.0, "m") == (
+        "-1.5 m: overshoot 5.0 %, within 2 % after 8.1 s"
+    )
 
 
 def test_a_flight_ends_at_the_surface(run_squid: Run, tmp_path: Path) -> None:

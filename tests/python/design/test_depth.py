@@ -158,19 +158,3 @@ def test_campaigns_draw_steps_of_the_depth(deep: Packages, run_squid: Run, tmp_p
     assert 0.0 < flights["depth_error_rms"].max() < 0.6
     assert "pitch_error_rms" not in flights.columns
     assert "the depth step up or down" in (tmp_path / "campaign.html").read_text(encoding="utf-8")
-
-
-def test_a_step_that_is_too_steep_is_warned_of(run_squid: Run, tmp_path: Path) -> None:
-    vehicle = tmp_path / "vehicle"
-    vehicle.mkdir()
-    for name in ("vehicle", "depth"):
-        text = (REMUS100 / f"{name}.toml").read_text(encoding="utf-8")
-        if name == "depth":
-            for key, value in (("scale", 20.0), ("depth_step", 10.0)):
-                line = next(line for line in text.splitlines() if line.startswith(f"{key} = "))
-                text = text.replace(line, f"{key} = {value}", 1)
-        (vehicle / f"{name}.toml").write_text(text, encoding="utf-8")
-    done = run_squid("design", vehicle, *DESIGN, "--no-advise", "--out", tmp_path / "out")
-    said = " ".join(done.stdout.split())
-    assert "WARNING: for a step of 10 m the model of the depth" in said
-    assert "a path steeper than 30 deg, far from the level flight of the linear models" in said

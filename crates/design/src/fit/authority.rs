@@ -164,6 +164,40 @@ mod tests {
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
+    /// The response of `w^2/(s^2 + 2 zeta w s + w^2)` to a step of 1, followed by its differential equation.
+    #[test]
+    fn a_model_is_steepest_as_its_response_is() {
+        for damping in [0.3, 0.97, 1.0, 1.0 + 1e-9, 3.0] {
+            let (frequency, tick) = (0.7, 1e-4);
+            let (mut at, mut rate, mut most) = (0.0, 0.0, 0.0_f64);
+            for _ in 0..200_000 {
+                rate += tick * (frequency * frequency * (1.0 - at) - 2.0 * damping * frequency * rate);
+                at += tick * rate;
+                most = most.max(rate);
+            }
+            let found = steepest(&ReferenceModel { frequency, damping: Some(damping) });
+            assert!((found - most).abs() < 1e-3 * most, "{damping}: {found} {most}");
+        }
+        assert_eq!(steepest(&ReferenceModel { frequency: 0.7, damping: None }), 0.7);
+    }
+
+    /// Of REMUS 100 holding a depth: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
+    #[test]
+    fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
+        let mut inputs = Inputs::read(&folder, "depth").unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let mut said = |step: f64| {
+            inputs.design.manoeuvre.depth_step = step;
+            remarks(&inputs.vehicle.actuators, &inputs.design, &model)
+        };
+        let most = 0.7 / (0.35 * (-1f64).exp());
+        assert_eq!((said(1.0), said(0.99 * most), said(-0.99 * most)), (vec![], vec![], vec![]));
+        let [steep] = &said(-1.05 * most)[..] else { panic!() };
+        assert!(steep.contains("a path steeper than 30 deg,\nfar from the level flight"), "{steep}");
+        assert!((number_before(steep, " rad/s or less") - 0.35 / 1.05).abs() < 0.01, "{steep}");
+    }
+
     /// The last number before a word.
     fn number_before(words: &str, unit: &str) -> f64 {
         words.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
