@@ -138,8 +138,8 @@ impl ControllerDesign {
         signal == SPEED || self.takes(signal, ControllerInput::is_measured)
     }
 
-    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of what the autopilot follows,
-    /// of the speed always, and of the pitch unless the depth is followed in its place.
+    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of what the autopilot
+    /// follows, of the speed always, and of the pitch unless the depth is followed in its place.
     pub fn has_reference(&self, signal: usize) -> bool {
         signal == SPEED || self.follows(signal) || (signal == PITCH && !self.follows(DEPTH))
     }
