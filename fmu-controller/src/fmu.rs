@@ -22,7 +22,8 @@ impl Model for Controller {
             identifier: format!("{}_controller", identifier(&vehicle.name)),
             name: format!("{} controller", vehicle.name),
             description: format!(
-                "LPV pitch controller of {} ({} coefficients), design '{design}', L2 gain below {}, {proof}",
+                "LPV {} controller of {} ({} coefficients), design '{design}', L2 gain below {}, {proof}",
+                self.design.steered(),
                 vehicle.name,
                 vehicle.status.word(),
                 gamma.bound

@@ -24,12 +24,13 @@ impl Model for ClosedLoop {
 
     fn about(&self) -> About {
         let (vehicle, design) = (self.plant.vehicle(), self.controller.design());
+        let steered = design.steered();
         About {
             identifier: identifier(&vehicle.name),
             name: vehicle.name.clone(),
             description: format!(
-                "{} ({} coefficients) with its LPV pitch controller '{}' in one loop, flying a pitch step on a ramp of \
-                 speed",
+                "{} ({} coefficients) with its LPV {steered} controller '{}' in one loop, flying a {steered} step on a \
+                 ramp of speed",
                 vehicle.name,
                 vehicle.status.word(),
                 design.design

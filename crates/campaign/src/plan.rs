@@ -21,7 +21,7 @@ use squid_flight::sea::Sea;
 pub enum Points {
     /// Anywhere, all places alike.
     Uniform,
-    /// Anywhere, more evenly: on a Sobol sequence, scrambled by the seed, which has speeds and pitch steps, too.
+    /// Anywhere, more evenly: on a Sobol sequence, scrambled by the seed, which has speeds and steps, too.
     Sobol,
     /// At its corners.
     Corners,
@@ -89,7 +89,7 @@ pub struct Plan<'a> {
 pub struct Drawn {
     /// Of each uncertain number, within \[-1, 1\] of its range.
     pub delta: Vec<f64>,
-    /// The default manoeuvre between two speeds of its range, the pitch step up or down.
+    /// The default manoeuvre between two speeds of its range, its step up or down.
     pub manoeuvre: Manoeuvre,
     /// How far off its trim the flight begins in each signal, SI.
     pub off_trim: Each<f64>,

@@ -6,7 +6,7 @@ use signals::{DEPTH, SPEED};
 /// The band around the new reference, relative to the step, within which a response counts as settled.
 pub const SETTLED: f64 = 0.02;
 
-/// The time \[s\] that a pitch step may take before its error counts as one of tracking.
+/// The time \[s\] that a step may take before its error counts as one of tracking.
 pub const GRACE: f64 = 10.0;
 
 /// A pitch reference that moves this far \[rad\] (1 deg) within a sample has stepped; ramps of the trim pitch are

@@ -191,11 +191,12 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 /// What the page that importers show says first: what is inside, and with what standing.
 fn about(kind: Kind, stored: &Stored) -> Vec<String> {
     let what = match kind {
-        Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.",
-        Kind::Controller => {
-            "This FMU is the autopilot: an LPV controller of pitch, scheduled on forward speed, sampled."
-        }
-        Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.",
+        Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),
+        Kind::Controller => format!(
+            "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
+            stored.controller.steered()
+        ),
+        Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
     };
     let gamma = &stored.controller.gamma;
     let scheduling = &stored.controller.scheduling;
@@ -215,7 +216,7 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
             gamma.bound, scheduling.minimum, scheduling.maximum
         )
     };
-    vec![what.to_owned(), standing]
+    vec![what, standing]
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! SystemStructure.ssd     the default variant, at a speed V in the middle of the range
 //! speed_V.ssd             a variant at each other speed V along the path
 //! resources/*.fmu         both FMUs
-//! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a pitch step above it
+//! resources/*_V.ssv       start values of each for that speed: trim, with a constant reference a step above it
 //! ```
 //!
 //! The parameter sets are bound to the components and not to the system, and the references are inputs of the
@@ -82,7 +82,7 @@ pub fn pack(
     Ok((path, packed))
 }
 
-/// Rows of the trim table, spread evenly and away from both ends, which a pitch step overshoots.
+/// Rows of the trim table, spread evenly and away from both ends, which a step overshoots.
 fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
     let last = trim.len().saturating_sub(1);
     let mut rows: Vec<usize> =

@@ -144,6 +144,15 @@ impl ControllerDesign {
         signal == SPEED || self.follows(signal) || (signal == PITCH && !self.follows(DEPTH))
     }
 
+    /// What it steers besides the speed, in words: pitch, depth, or both.
+    pub fn steered(&self) -> &'static str {
+        match (self.has_reference(PITCH), self.has_reference(DEPTH)) {
+            (true, true) => "pitch and depth",
+            (false, true) => "depth",
+            _ => "pitch",
+        }
+    }
+
     /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is
     /// not given always, for the trim.
     pub fn follows(&self, signal: usize) -> bool {

@@ -71,6 +71,11 @@ def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
     assert inputs_of(deep.loop) == {"manual", *references, *course, *currents}
     names = {v.name for v in read_model_description(deep.loop).modelVariables}
     assert "depth_reference_used" in names
+    for fmu, words in (
+        (deep.controller, "LPV depth controller of"),
+        (deep.loop, "flying a depth step on a ramp"),
+    ):
+        assert words in read_model_description(fmu).description
     assert {name for name in names if name.startswith("pitch_")} == {"pitch_rate"}
 
 

@@ -28,7 +28,7 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
 /// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
-/// model's states. The gain of the frozen design is that of the quickest recovery; where the pitch step of the
+/// model's states. The gain of the frozen design is that of the quickest recovery; where the step of the
 /// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
 /// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
 /// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators
