@@ -105,7 +105,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     .slope(|m, v| m.outside.pitch_slope = v);
     let depth = Variable::real(
         "depth_reference",
-        "wanted depth while manual is true",
+        "wanted depth while manual is true; until it is set, the depth at which the flight begins by default",
         |m| m.outside.depth_reference,
         Role::input(|m, v| m.outside.depth_reference = v),
     )

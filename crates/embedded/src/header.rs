@@ -121,8 +121,8 @@ fn output(actuator: &Actuator) -> String {
 
 /// Whether depths count from one that the state keeps.
 pub(crate) fn has_depth(design: &ControllerDesign) -> bool {
-    let taken = design.controller_inputs.iter().filter(|input| input.kind != Kind::Error);
-    taken.filter_map(|input| place(&input.signal)).any(|place| place == DEPTH)
+    let measured = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
+    measured.filter_map(|input| place(&input.signal)).any(|place| place == DEPTH)
 }
 
 /// The name of the bit of a measurement.
@@ -143,7 +143,7 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     }
     if has_depth(design) {
         members +=
-            "    @prefix@_real depth_zero; /* m: depths count from here, the reference at the reset */\n";
+            "    @prefix@_real depth_zero; /* m: depths count from here, the one measured at the reset */\n";
     }
     if design.delay_ticks > 0 {
         let (late, m) = (design.delay_ticks, design.actuators.len());

@@ -55,7 +55,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         (
             "depth_zero",
             match has_depth(design) {
-                true => "    fresh.depth_zero = in->depth_reference;".to_owned(),
+                true => "    fresh.depth_zero = in->depth;".to_owned(),
                 false => String::new(),
             },
         ),
@@ -185,7 +185,8 @@ fn y(design: &ControllerDesign, real: Real) -> String {
             "theta" => format!("({taken} - t->trim_pitch)"),
             "u" => format!("({taken} - filtered_speed)"),
             "w" => format!("({taken} - filtered_speed * tan@f@(t->trim_pitch))"),
-            "z" => format!("({taken} - state->depth_zero)"),
+            "z" if has_depth(design) => format!("({taken} - state->depth_zero)"),
+            "z" => format!("({taken} - {})", real.literal(design.depth)),
             _ => taken,
         };
         format!("    y[{index}] = {level} / {};\n", real.literal(input.scale))

@@ -13,8 +13,8 @@ pub const GRACE: f64 = 10.0;
 /// slower.
 const JUMP: f64 = std::f64::consts::PI / 180.0;
 
-/// The same of a depth reference \[m\]: one that a vehicle can follow moves by less.
-const JUMP_OF_DEPTH: f64 = 0.2;
+/// The same of a depth reference \[m\]: one that is followed moves by less, 2.5 m/s at 100 Hz.
+const JUMP_OF_DEPTH: f64 = 0.025;
 
 /// What a step response amounts to.
 #[derive(Debug, Clone, Copy, PartialEq)]

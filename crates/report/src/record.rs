@@ -32,7 +32,13 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
         panel("speed (m/s)", speed),
         panel("thrust (N)", commands("N", 1.0)),
         panel("deflection (deg)", commands("rad", deg)),
-        panel("depth (m)", vec![line("depth", "depth", 1.0, Kind::Own)]),
+        panel(
+            "depth (m)",
+            vec![
+                line("reference", "depth_reference_used", 1.0, Kind::Reference),
+                line("depth", "depth", 1.0, Kind::Own),
+            ],
+        ),
         panel("surface (m)", vec![line("elevation", "wave_elevation", 1.0, Kind::Own)]),
     ];
     panels.into_iter().filter(|panel| !panel.lines.is_empty()).collect()

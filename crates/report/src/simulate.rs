@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             speed_to: speed,
             step_time: 2.0,
             duration: 2.0 + FLOWN,
-            ..manoeuvre.clone()
+            ..manoeuvre.with_step(stepped.place, stepped.height)
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);

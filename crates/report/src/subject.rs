@@ -11,7 +11,7 @@ use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, synthesise};
 use scheduled::LftMatrices;
 use scheduled::Manoeuvre;
-use signals::{DEPTH, SIGNALS};
+use signals::{DEPTH, PITCH, SIGNALS};
 use squid_design::augment::augment;
 use squid_design::check::sampled::Sampling;
 use squid_design::error::ModelError;
@@ -221,6 +221,15 @@ impl<'a> Subject<'a> {
         tracked.iter().position(|t| t.place == stepped).ok_or(Error::NothingSteps)
     }
 
+    /// Which of the tracked outputs is pitch.
+    ///
+    /// # Errors
+    /// [`Error::PitchNotTracked`].
+    pub fn pitch(&self) -> Result<usize, Error> {
+        let tracked = &self.inputs.design.tracked;
+        tracked.iter().position(|t| t.place == PITCH).ok_or(Error::PitchNotTracked)
+    }
+
     /// The step of the default flight.
     pub fn step(&self) -> Step {
         Step::of(self.inputs, &self.stored.manoeuvre)
@@ -244,7 +253,7 @@ impl<'a> Subject<'a> {
             step_time: STEP_TIME,
             step_end: f64::MAX,
             duration: STEP_TIME + FLOWN,
-            ..self.stored.manoeuvre.clone()
+            ..self.stored.manoeuvre.with_step(self.step().place, self.step().height)
         };
         let stored = self.stored.controller.clone();
         let design = scheduled::ControllerDesign { lft: lft.clone(), anti_windup: None, ..stored };

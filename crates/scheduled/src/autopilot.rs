@@ -37,6 +37,8 @@ pub(crate) struct Plan {
     pub(crate) parameters: usize,
     /// By how much phi moves the controller's states in a tick, n x m.
     anti_windup: Option<Matrix>,
+    /// That of the trims in m, for a design that does not measure the depth.
+    pub(crate) depth: Option<f64>,
 }
 
 /// A controller that runs at multiples of its sample time.
@@ -49,7 +51,7 @@ pub(crate) struct Plan {
 /// V_r'      = w_r (speed reference - V_r)                 without filter V_r is the speed reference
 /// y0(V_r)   = the signals in level flight at forward speed V_r: pitch theta0(V_r) of the trim table, speed V_r,
 ///             pitch rate 0, heave V_r tan(theta0(V_r)); of the depth, for which every one is level flight, the
-///             reference at the initialisation
+///             one measured at the initialisation
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
@@ -76,7 +78,7 @@ pub struct Autopilot {
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
-    /// The depth in m from which depths count: the reference at the initialisation.
+    /// The depth in m from which depths count, see [`Plan::depth_at`].
     depth: f64,
     /// What the limits cut off of u, phi.
     excess: Vec<f64>,
@@ -122,6 +124,7 @@ impl Autopilot {
                 .collect(),
             trim: Trim::new(design.trim.clone()),
             parameters: design.lft.blocks.len(),
+            depth: (!design.measures(DEPTH)).then_some(design.depth),
             anti_windup: design
                 .anti_windup_gain()?
                 .map(|gain| lft.held_input(&gain, design.sample_time))
@@ -177,7 +180,7 @@ impl Autopilot {
         self.filtered_speed
     }
 
-    /// The depth in m from which depths count: the reference at the initialisation.
+    /// The depth in m from which depths count: that measured at the initialisation.
     pub fn depth(&self) -> f64 {
         self.depth
     }
@@ -234,7 +237,7 @@ impl Autopilot {
         self.next_tick = 0;
         self.outside = false;
         self.filtered_speed = self.plan.wanted_speed(inputs);
-        self.depth = inputs.references[DEPTH];
+        self.depth = self.plan.depth_at(inputs);
         self.compute_outputs(inputs)?;
         let Self { waiting, outputs, .. } = self;
         waiting
@@ -338,6 +341,11 @@ impl Plan {
     /// Where V_r goes: the speed reference, or a speed that is given, as it is measured.
     pub(crate) fn wanted_speed(&self, inputs: &Inputs) -> f64 {
         if self.speed_given { inputs.measured[SPEED] } else { inputs.references[SPEED] }
+    }
+
+    /// The depth from which depths count in a flight that begins with these inputs.
+    pub(crate) fn depth_at(&self, inputs: &Inputs) -> f64 {
+        self.depth.unwrap_or(inputs.measured[DEPTH])
     }
 
     /// The controller's input y, where `y0` gives a signal in level flight at V_r.

@@ -38,9 +38,9 @@ impl Autopilot {
             true => (self.filtered_speed(), 0.0),
             false => (plan.wanted_speed(inputs), plan.wanted_speed(direction)),
         };
-        // The initialisation takes the depth reference for the depth from which depths count.
+        // At the initialisation the depth from which depths count moves with the measured one.
         let (depth, ddepth) = match initial {
-            true => (inputs.references[DEPTH], direction.references[DEPTH]),
+            true => (plan.depth_at(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0)),
             false => (self.depth(), 0.0),
         };
         let (y0, slopes) = (plan.trim.signals(speed, depth), plan.trim.signal_slopes(speed));

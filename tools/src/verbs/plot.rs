@@ -90,21 +90,21 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
         })
     };
     let of = |place: usize| FlightFigures::of(rows, place, &limits);
-    let flight = of(PITCH);
+    let whole = of(PITCH);
     let mut figures = json!({
         "plot": plot.display().to_string(),
         "surface": surfacing.map(|s| json!({ "time": s.time, "speed": s.speed })),
-        "pitch_steps": flight.steps.iter().map(step).collect::<Vec<_>>(),
         "settled": SETTLED,
-        "pitch_error": flight.error,
         "grace": GRACE,
-        "speed_error": flight.speed_deviation,
-        "actuator_use": (!actuators.is_empty()).then_some(flight.actuator_use),
+        "speed_error": whole.speed_deviation,
+        "actuator_use": (!actuators.is_empty()).then_some(whole.actuator_use),
     });
-    if rows.first().is_some_and(|row| !row.reference(DEPTH).is_nan()) {
-        let depth = of(DEPTH);
-        figures["depth_steps"] = depth.steps.iter().map(step).collect();
-        figures["depth_error"] = json!(depth.error);
+    for place in [PITCH, DEPTH] {
+        if rows.first().is_some_and(|row| !row.reference(place).is_nan()) {
+            let (flight, name) = (of(place), SIGNALS[place].name);
+            figures[format!("{name}_steps")] = flight.steps.iter().map(step).collect();
+            figures[format!("{name}_error")] = json!(flight.error);
+        }
     }
     figures
 }

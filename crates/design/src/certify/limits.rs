@@ -199,7 +199,7 @@ impl Stepped {
 pub struct ClaimedStep {
     /// The row of the output.
     pub output: &'static Signal,
-    /// Its size in `unit`, rounded down to a tenth.
+    /// Its size in `unit`, rounded down to a tenth of a degree or a hundredth of a metre.
     pub size: f64,
     /// deg or m.
     pub unit: &'static str,
@@ -221,7 +221,8 @@ impl ClaimedStep {
 
     fn new(place: usize, size: f64) -> Self {
         let (factor, unit) = readable(SIGNALS[place].unit);
-        Self { output: &SIGNALS[place], size: (10.0 * factor * size).floor() / 10.0, unit }
+        let digits = if place == PITCH { 10.0 } else { 100.0 };
+        Self { output: &SIGNALS[place], size: (digits * factor * size).floor() / digits, unit }
     }
 }
 

@@ -17,9 +17,13 @@ pub fn axis() -> Vec<f64> {
 
 /// The system `[A B]` from the actuators to [`OUTPUTS`], in SI units.
 pub fn system(ab: &Mat, states: States) -> StateSpace {
+    to(ab, Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j])))
+}
+
+/// The system `[A B]` from the actuators to outputs C x.
+fn to(ab: &Mat, c: Mat) -> StateSpace {
     let (a, b) = split(ab);
-    let c = Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j]));
-    let d = Mat::zeros(OUTPUTS.len(), b.ncols());
+    let d = Mat::zeros(c.nrows(), b.ncols());
     StateSpace { a, b, c, d }
 }
 
@@ -71,19 +75,19 @@ fn errors_of(
     fit: &MatrixPolynomial,
 ) -> Errors {
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
-    let row = |place: usize| OUTPUTS.iter().position(|output| *output == place);
-    // The tracked outputs, in units of their scales.
-    let tracked: Vec<(usize, f64)> = tracked.iter().filter_map(|t| Some((row(t.place)?, t.scale))).collect();
-    let scaled = |g: &DMatrix<Complex<f64>>| {
-        DMatrix::from_fn(tracked.len(), reach.len(), |i, j| g[(tracked[i].0, j)] * (reach[j] / tracked[i].1))
-    };
+    let outputs = Tracked::scaled_outputs(tracked, states);
+    let scaled =
+        |g: &DMatrix<Complex<f64>>| DMatrix::from_fn(g.nrows(), reach.len(), |i, j| g[(i, j)] * reach[j]);
     let mut errors = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
     for (rho, truth) in samples {
-        let (exact, fitted) = (system(truth, states), system(&fit.evaluate(*rho), states));
+        let fitted = fit.evaluate(*rho);
+        let channels = (system(truth, states), system(&fitted, states));
+        let tracked = (to(truth, outputs.clone()), to(&fitted, outputs.clone()));
         for omega in axis() {
             let s = Complex::new(0.0, omega);
-            let (Some(g), Some(h)) = (exact.response(s), fitted.response(s)) else { continue };
+            let (Some(g), Some(h)) = (tracked.0.response(s), tracked.1.response(s)) else { continue };
             errors.scaled = errors.scaled.max(largest(&scaled(&(&h - &g))) / largest(&scaled(&g)));
+            let (Some(g), Some(h)) = (channels.0.response(s), channels.1.response(s)) else { continue };
             for (i, worst) in errors.channels.iter_mut().enumerate() {
                 let error = (h[i] - g[i]).norm() / g[i].norm();
                 *worst = if worst.is_nan() || error.is_nan() { f64::NAN } else { worst.max(error) };

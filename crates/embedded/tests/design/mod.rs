@@ -62,6 +62,12 @@ fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<Controlle
         all.insert(0, ("depth", Reference));
         all.insert(3, ("depth", Measurement));
     }
+    // One of both alone, too.
+    if !errors && random.one_of(4) {
+        all.retain(|(signal, kind)| *signal != "depth" || *kind == Reference);
+    } else if !errors && random.one_of(4) {
+        all.retain(|(signal, kind)| *signal != "depth" || *kind == Measurement);
+    }
     let fits =
         |(signal, kind): &(&str, Kind)| !speed_given || *signal != "speed" || *kind == Kind::Measurement;
     let mut kept: Vec<ControllerInput> = all

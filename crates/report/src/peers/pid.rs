@@ -56,6 +56,10 @@ impl Inputs {
         let design = &subject.inputs.design;
         let p = design.tracked.len();
         let reference = design.tracked.iter().position(|t| t.place == PITCH)?;
+        // It would leave a depth to itself.
+        if design.has_depth() {
+            return None;
+        }
         let measured = |place: usize| {
             let row = design.measured.iter().position(|m| m.place == place)?;
             Some((p + row, design.measured[row].scale))

@@ -69,8 +69,8 @@ struct Tried {
 }
 
 /// What the design must be like for a PID.
-const UNFIT: &str = "it takes a design that tracks pitch and measures pitch, pitch rate and, where it is not given, \
-    speed apart from the references";
+const UNFIT: &str = "it takes a design that tracks pitch and no depth, and measures pitch, pitch rate and, where it is \
+    not given, speed apart from the references";
 
 /// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; or, in words, why there is
 /// none.

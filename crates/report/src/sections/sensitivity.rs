@@ -31,7 +31,7 @@ fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
 /// The section on |S| and control effort over frequency against the weights, ideal and as flown.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`], [`ModelError::Lft`](squid_design::error::ModelError::Lft).
+/// [`Error::NothingSteps`], [`ModelError::Lft`](squid_design::error::ModelError::Lft).
 pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = |make: fn(&Subject, &Controller, &Linearisation) -> Result<FrozenLoop, Error>| {
         let each = subject.truth.iter().map(|l| make(subject, &subject.controller, l));

@@ -190,7 +190,7 @@ fn level_flight_leaves_the_trim() {
     }
 }
 
-/// Depths count from the reference at the initialisation: a flight does the same to the bit wherever it begins.
+/// Depths count from the one measured at the initialisation: a flight does the same to the bit wherever it begins.
 #[test]
 fn a_flight_does_not_depend_on_the_depth_where_it_begins() {
     let mut design = filtered(0.5);
@@ -201,7 +201,7 @@ fn a_flight_does_not_depend_on_the_depth_where_it_begins() {
     let flown = |start: f64| {
         let at = |k: f64| {
             let mut inputs = CRUISE;
-            inputs.references[DEPTH] = start + if k < 50.0 { 0.0 } else { 1.5 };
+            inputs.references[DEPTH] = start + if k < 50.0 { 0.5 } else { 1.5 };
             inputs.measured[DEPTH] = start + 0.25 * (k / 64.0).floor();
             inputs
         };

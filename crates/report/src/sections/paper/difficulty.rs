@@ -18,7 +18,7 @@ pub fn difficulty(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
     let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
-    let pitch = subject.output()?;
+    let pitch = subject.pitch()?;
     let peak = |l| Ok(FrozenLoop::flying(subject, &subject.controller, l)?.peak(pitch));
     let peaks = subject.truth.iter().map(peak).collect::<Result<Vec<f64>, Error>>()?;
     let difficulty = measures(subject, &figures, &peaks);

@@ -29,8 +29,9 @@ const MEMORIES: [(Handover, &str); 3] = [
 /// The section on the scheduled controller against six switched ones.
 ///
 /// # Errors
-/// [`Error::Synthesis`] when a speed alone has no controller; as [`fly`].
+/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a speed alone has no controller; as [`fly`].
 pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
+    subject.pitch()?;
     let (inputs, stored) = (subject.inputs, subject.stored);
     let bank = bank(subject)?;
     let mut flights = vec![(

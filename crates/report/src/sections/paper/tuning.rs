@@ -97,7 +97,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let design = synthesise(&plant, options)?;
     let k = &design.controller;
     let lft = lft_matrices(k.blocks.clone(), controller_rows(k));
-    let pitch = subject.output()?;
+    let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];
         let flight = subject.fly_step(subject.speeds[i], &lft)?;
