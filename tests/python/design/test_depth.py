@@ -84,6 +84,7 @@ def test_the_depth_is_held_and_followed(
 ) -> None:
     """A step while the speed ramps through the range, read off by `squid plot`; the master flies the same."""
     figures = figures_of(run_squid, flown, tmp_path)
+    assert "pitch_steps" not in figures
     (step,) = figures["depth_steps"]
     assert step["height"] == pytest.approx(1.0) and step["overshoot"] < 0.02 and step["steady_error"] < 1e-3
     assert figures["speed_error"] < 0.1
@@ -125,6 +126,19 @@ def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, f
     for name in ("pitch", "stern_planes", "propeller"):
         assert lower[name] == pytest.approx(flown[name][:count], abs=1e-9)
     assert lower["depth"] - 300.0 == pytest.approx(flown["depth"][:count] - 20.0, abs=1e-9)
+
+
+def test_another_reference_at_the_start_is_a_step(deep: Packages, flown: Signals) -> None:
+    """As in the SSP: the same response as that of the step that comes later, at the same speed."""
+    values = {"speed_to": 1.5, "step_time": 0.0}
+    early = fly_alone(deep.loop, 40.0, sample_time(deep), values)
+    late = fly_alone(deep.loop, 50.0, sample_time(deep), values | {"step_time": 10.0})
+    begin = round(10.0 / sample_time(deep))
+    count = len(early["time"])
+    assert early["depth"] == pytest.approx(late["depth"][begin : begin + count], abs=1e-6)
+    assert early["stern_planes"][1:] == pytest.approx(
+        late["stern_planes"][begin + 1 : begin + count], abs=1e-6
+    )
 
 
 def test_a_ramp_is_followed_by_hand(deep: Packages) -> None:
