@@ -36,9 +36,7 @@ SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
 PARTS = ("squid", "rate", "limits", "plain", "growth", "mu")
 ROUNDS = 3
 PAIRS = 15
-ACCURACY = (
-    1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
-)
+ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
 PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
 
 
@@ -306,11 +304,7 @@ def main() -> int:
         squid = ROOT / "vehicles" / "squid"
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(
-                [*words, squid, squid / "frozen", folder],
-                cwd=ROOT,
-                capture_output=True,
-                text=True,
-                check=True,
+                [*words, squid, squid / "frozen", folder], cwd=ROOT, capture_output=True, text=True, check=True
             )
             problems = [Path(line) for line in done.stdout.splitlines()]
             put("mu sweeps", mu_peers.sweep_rows(EXAMPLES / "mu_timed", problems))
