@@ -6,51 +6,25 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use auv::State;
-use scheduled::{Manoeuvre, ManoeuvreError};
-use signals::{Curve, DEPTH, PITCH, SPEED, measured};
+use scheduled::{Manoeuvre, ManoeuvreError, Trim};
+use signals::{Curve, DEPTH, EachTracked, PITCH, SPEED, measured};
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Override {
     /// Whether they replace the manoeuvre.
     pub manual: bool,
-    /// Pitch angle \[rad\], absolute.
-    pub pitch_reference: f64,
-    /// Depth \[m\].
-    pub depth_reference: f64,
-    /// Forward speed through the water, along the body axis \[m/s\].
-    pub speed_reference: f64,
-    /// The rate of the pitch reference \[rad/s\]; [`ClosedLoop::advance`] advances the reference.
-    pub pitch_slope: f64,
-    /// The rate of the depth reference \[m/s\].
-    pub depth_slope: f64,
-    /// The rate of the speed reference \[m/s2\].
-    pub speed_slope: f64,
+    /// Of each signal that can be tracked, absolute, SI; the speed along the body axis, through the water.
+    pub references: EachTracked<f64>,
+    /// The rates of the references \[SI per s\]; [`ClosedLoop::advance`] advances the references.
+    pub slopes: EachTracked<f64>,
 }
 
 impl Override {
     /// Every number of it.
-    pub(crate) fn numbers(&mut self) -> [&mut f64; 6] {
-        [
-            &mut self.pitch_reference,
-            &mut self.depth_reference,
-            &mut self.speed_reference,
-            &mut self.pitch_slope,
-            &mut self.depth_slope,
-            &mut self.speed_slope,
-        ]
+    pub(crate) fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.references.iter_mut().chain(&mut self.slopes)
     }
-}
-
-/// The references of the autopilot at one instant.
-#[derive(Debug, Clone, Copy)]
-struct References {
-    pitch: f64,
-    depth: f64,
-    /// Along the body axis.
-    forward_speed: f64,
-    /// Along the path.
-    path_speed: f64,
 }
 
 /// A vehicle and its autopilot, flying a manoeuvre or external references.
@@ -102,16 +76,8 @@ impl ClosedLoop {
             return Err(ClosedLoopError::OtherActuators { found, expected });
         }
         let trim = controller.autopilot().trim();
-        let speed_reference = trim.forward_speed(manoeuvre.speed_from);
-        let outside = Override {
-            manual: false,
-            pitch_reference: trim.pitch(speed_reference),
-            depth_reference: plant.settings.initial_depth,
-            speed_reference,
-            pitch_slope: 0.0,
-            depth_slope: 0.0,
-            speed_slope: 0.0,
-        };
+        let level = level(trim, manoeuvre.speed_from, plant.settings.initial_depth);
+        let outside = Override { manual: false, references: level, slopes: EachTracked::default() };
         Ok(Self { plant, controller, manoeuvre, outside })
     }
 
@@ -162,25 +128,23 @@ impl ClosedLoop {
         if to > now {
             self.plant.step(now, to, log)?;
             let outside = &mut self.outside;
-            outside.pitch_reference += outside.pitch_slope * (to - now);
-            outside.depth_reference += outside.depth_slope * (to - now);
-            outside.speed_reference += outside.speed_slope * (to - now);
+            for (reference, slope) in outside.references.iter_mut().zip(outside.slopes) {
+                *reference += slope * (to - now);
+            }
         }
         Ok(())
     }
 
     /// Passes measurements and references to the autopilot, and the operating speed to the LPV model.
     fn measure(&mut self, time: f64) {
-        let references = self.references(time);
+        let (references, path_speed) = self.references(time);
         let State { motion, depth, .. } = self.plant.state();
         let inputs = &mut self.controller.inputs;
         inputs.measured = measured([motion.u, motion.w, motion.q, motion.theta, depth]);
-        let wanted = &mut inputs.references;
-        (wanted[PITCH], wanted[DEPTH]) = (references.pitch, references.depth);
-        wanted[SPEED] = references.forward_speed;
+        inputs.references = references;
 
-        self.plant.inputs.operating_speed = references.path_speed;
-        self.plant.inputs.given_speed = references.forward_speed;
+        self.plant.inputs.operating_speed = path_speed;
+        self.plant.inputs.given_speed = references[SPEED];
     }
 
     /// Passes the commands to the plant.
@@ -195,23 +159,27 @@ impl ClosedLoop {
         if self.controller.design().has_reference(PITCH) { PITCH } else { DEPTH }
     }
 
-    /// The trim table of the design turns speed along the path into forward speed and gives the pitch of level flight.
-    fn references(&self, time: f64) -> References {
+    /// The references of the autopilot, and the speed along the path.
+    fn references(&self, time: f64) -> (EachTracked<f64>, f64) {
         let trim = self.controller.autopilot().trim();
         if self.outside.manual {
-            let Override { pitch_reference, depth_reference, speed_reference, .. } = self.outside;
-            return References {
-                pitch: pitch_reference,
-                depth: depth_reference,
-                forward_speed: speed_reference,
-                path_speed: trim.speed(speed_reference),
-            };
+            let references = self.outside.references;
+            return (references, trim.speed(references[SPEED]));
         }
         let path_speed = self.manoeuvre.speed_reference(time);
-        let forward_speed = trim.forward_speed(path_speed);
-        let steps = self.manoeuvre.above_trim(time);
-        let pitch = trim.pitch(forward_speed) + steps[PITCH];
-        let depth = self.plant.settings.initial_depth + steps[DEPTH];
-        References { pitch, depth, forward_speed, path_speed }
+        let mut references = level(trim, path_speed, self.plant.settings.initial_depth);
+        for (reference, step) in references.iter_mut().zip(self.manoeuvre.above_trim(time)) {
+            *reference += step;
+        }
+        (references, path_speed)
     }
+}
+
+/// The references of level flight at a speed along the path \[m/s\] and a depth \[m\], by the trim table of the design.
+fn level(trim: &Trim, path_speed: f64, depth: f64) -> EachTracked<f64> {
+    let forward_speed = trim.forward_speed(path_speed);
+    let mut references = EachTracked::default();
+    references[SPEED] = forward_speed;
+    (references[PITCH], references[DEPTH]) = (trim.pitch(forward_speed), depth);
+    references
 }

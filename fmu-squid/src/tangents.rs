@@ -3,19 +3,16 @@
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
-use signals::{DEPTH, PITCH, SIGNALS, SPEED, TRACKED};
+use signals::{DEPTH, SIGNALS, SPEED, TRACKED};
 
 use crate::{ClosedLoop, ClosedLoopError};
 
 /// The quantities of the loop itself; they follow those of the plant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Own {
-    PitchReference,
-    DepthReference,
-    SpeedReference,
-    PitchReferenceUsed,
-    DepthReferenceUsed,
-    SpeedReferenceUsed,
+    /// By the place in [`SIGNALS`].
+    Reference(usize),
+    ReferenceUsed(usize),
     TrackingError,
     SchedulingParameter,
     TrimPitch,
@@ -23,7 +20,7 @@ pub(crate) enum Own {
 }
 
 /// Own quantities that are not commands.
-const FIXED: usize = 9;
+const FIXED: usize = 2 * TRACKED + 3;
 
 impl Own {
     /// Number of quantities of a loop with a number of actuators, including those of the plant.
@@ -34,15 +31,11 @@ impl Own {
     /// The number of the quantity for a vehicle with a number of actuators.
     pub(crate) fn number(self, actuators: usize) -> usize {
         let position = match self {
-            Self::PitchReference => 0,
-            Self::DepthReference => 1,
-            Self::SpeedReference => 2,
-            Self::PitchReferenceUsed => 3,
-            Self::DepthReferenceUsed => 4,
-            Self::SpeedReferenceUsed => 5,
-            Self::TrackingError => 6,
-            Self::SchedulingParameter => 7,
-            Self::TrimPitch => 8,
+            Self::Reference(place) => place,
+            Self::ReferenceUsed(place) => TRACKED + place,
+            Self::TrackingError => 2 * TRACKED,
+            Self::SchedulingParameter => 2 * TRACKED + 1,
+            Self::TrimPitch => 2 * TRACKED + 2,
             Self::Command(index) => FIXED + index,
         };
         Quantity::count(actuators) + position
@@ -56,34 +49,27 @@ impl ClosedLoop {
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
-        let [pitch, depth, speed] = [Own::PitchReference, Own::DepthReference, Own::SpeedReference]
-            .map(|reference| tangents[own(reference)]);
-        tangents[own(Own::PitchReferenceUsed)..].fill(0.0);
+        let references = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
+        tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let mut direction = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
-            (direction.references[PITCH], direction.references[DEPTH]) = (pitch, depth);
-            direction.references[SPEED] = speed;
+            let direction = Inputs { measured: [0.0; SIGNALS.len()], references };
             let autopilot = self.controller.autopilot();
             let moved = self.controller.tangents(moment.initial, &direction)?;
-            tangents[own(Own::PitchReferenceUsed)] = pitch;
-            tangents[own(Own::DepthReferenceUsed)] = depth;
-            tangents[own(Own::SpeedReferenceUsed)] = speed;
+            tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&references);
             tangents[own(Own::TrimPitch)] = moved.trim_pitch;
             for (index, command) in moved.commands.into_iter().enumerate() {
                 tangents[own(Own::Command(index))] = command;
                 tangents[Quantity::Command(index).number()] = command;
             }
-            tangents[Quantity::GivenSpeed.number()] = speed;
-            let trim = autopilot.trim();
-            tangents[Quantity::OperatingSpeed.number()] =
-                trim.speed_slope(self.outside.speed_reference) * speed;
+            tangents[Quantity::GivenSpeed.number()] = references[SPEED];
+            let slope = autopilot.trim().speed_slope(self.outside.references[SPEED]);
+            tangents[Quantity::OperatingSpeed.number()] = slope * references[SPEED];
         }
         self.plant.carry(moment.initial, tangents);
-        let (wanted, measured) = match self.stepped() {
-            DEPTH => (Own::DepthReferenceUsed, Quantity::Depth),
-            _ => (Own::PitchReferenceUsed, Quantity::Pitch),
-        };
-        tangents[own(Own::TrackingError)] = tangents[own(wanted)] - tangents[measured.number()];
+        let stepped = self.stepped();
+        let measured = if stepped == DEPTH { Quantity::Depth } else { Quantity::Pitch };
+        tangents[own(Own::TrackingError)] =
+            tangents[own(Own::ReferenceUsed(stepped))] - tangents[measured.number()];
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
 use fmu_plant::WAVES;
-use signals::{DEPTH, PITCH, SPEED};
+use signals::{DEPTH, PITCH, Reference, SIGNALS, Signal, Values, tracked};
 use std::f64::consts::FRAC_PI_2;
 
 use crate::ClosedLoop;
@@ -14,6 +14,9 @@ type Role<T> = fmi2::Role<ClosedLoop, T>;
 
 /// The parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
+
+/// The parameters of the steps, by the places of what steps in [`SIGNALS`].
+const STEPS: [(usize, &str); 2] = [(PITCH, "pitch_step"), (DEPTH, "depth_step")];
 
 /// The table for one loop.
 pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
@@ -83,57 +86,41 @@ fn of_plant(one: fmi2::Variable<fmu_plant::PlantModel>) -> Variable {
 fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let speeds = &model.controller.design().trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
-    let own = |quantity: Own| quantity.number(actuators(model));
-    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
-    let names: Vec<&str> = inputs(model).collect();
+    let actuators = actuators(model);
+    let own = move |quantity: Own| quantity.number(actuators);
+    let wanted = model.outside.references;
+    let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
         "manual",
         format!("follow the inputs {} instead of the manoeuvre", names.join(" and ")),
         |m| m.outside.manual,
         Role::input(|m, v| m.outside.manual = v),
     );
-    let pitch = Variable::real(
-        "pitch_reference",
-        "wanted pitch angle while manual is true",
-        |m| m.outside.pitch_reference,
-        Role::input(|m, v| m.outside.pitch_reference = v),
-    )
-    .unit("rad")
-    .range(-FRAC_PI_2, FRAC_PI_2)
-    .nominal(0.1)
-    .quantity(own(Own::PitchReference))
-    .slope(|m, v| m.outside.pitch_slope = v);
-    let depth = Variable::real(
-        "depth_reference",
-        "wanted depth while manual is true; until it is set, the depth at which the flight begins by default",
-        |m| m.outside.depth_reference,
-        Role::input(|m, v| m.outside.depth_reference = v),
-    )
-    .unit("m")
-    .nominal(10.0)
-    .quantity(own(Own::DepthReference))
-    .slope(|m, v| m.outside.depth_slope = v);
-    let speed = Variable::real(
-        "speed_reference",
-        "wanted forward speed through the water, along the body axis, while manual is true",
-        |m| m.outside.speed_reference,
-        Role::input(|m, v| m.outside.speed_reference = v),
-    )
-    .unit("m/s")
-    .range(slowest.min(model.outside.speed_reference), fastest.max(model.outside.speed_reference))
-    .nominal(1.0)
-    .quantity(own(Own::SpeedReference))
-    .slope(|m, v| m.outside.speed_slope = v);
-    [Some(manual), of(PITCH, pitch), of(DEPTH, depth), Some(speed)].into_iter().flatten()
+    let references = followed(model).map(move |(place, signal, reference)| {
+        let one = Variable::real(
+            reference.name,
+            format!("{}, while manual is true", reference.wanted),
+            move |m| m.outside.references[place],
+            Role::input(move |m, v| m.outside.references[place] = v),
+        )
+        .unit(signal.unit)
+        .nominal(signal.nominal)
+        .quantity(own(Own::Reference(place)))
+        .slope(move |m, v| m.outside.slopes[place] = v);
+        match signal.values {
+            Values::Inclination => one.range(-FRAC_PI_2, FRAC_PI_2),
+            Values::ForwardSpeed => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
+            Values::Any => one,
+        }
+    });
+    std::iter::once(manual).chain(references)
 }
 
-/// The names of the external references.
-fn inputs(model: &ClosedLoop) -> impl Iterator<Item = &'static str> {
-    let wanted = [(PITCH, "pitch_reference"), (DEPTH, "depth_reference"), (SPEED, "speed_reference")];
-    wanted
-        .into_iter()
-        .filter(|(place, _)| model.controller.design().has_reference(*place))
-        .map(|(_, name)| name)
+/// The signals that the loop has a reference of, with their places in [`signals::SIGNALS`].
+fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> {
+    let has = |place: &usize| model.controller.design().has_reference(*place);
+    let rows = tracked().enumerate().map(|(place, (signal, reference))| (place, signal, reference));
+    rows.filter(move |(place, ..)| has(place))
 }
 
 /// The current, the only input of the plant that the loop does not set.
@@ -220,77 +207,47 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 }
 
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
-    let steps = [(PITCH, "pitch_step"), (DEPTH, "depth_step")];
-    let steps = steps
-        .into_iter()
-        .filter(|(place, _)| model.controller.design().has_reference(*place))
-        .map(|(_, name)| name);
-    let mut knowns: Vec<&str> = steps.chain(["step_time", "step_end", "manual"]).collect();
-    knowns.extend(inputs(model));
+    let steps = STEPS.into_iter().filter(|(place, _)| model.controller.design().has_reference(*place));
+    let mut knowns: Vec<&str> =
+        steps.map(|(_, name)| name).chain(["step_time", "step_end", "manual"]).collect();
+    knowns.extend(followed(model).map(|(_, _, reference)| reference.name));
     knowns.extend(knowns_of_start(model));
     knowns
 }
 
 fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let own = |quantity: Own| quantity.number(actuators(model));
-    let output = |name, description, get: fn(&ClosedLoop) -> f64, unit, knowns: &[&str]| {
-        Variable::real(name, description, get, Role::output())
-            .unit(unit)
-            .depends_on(&[])
-            .initially_depends_on(knowns)
-    };
+    let actuators = actuators(model);
+    let own = move |quantity: Own| quantity.number(actuators);
     let knowns = knowns_of_first_tick(model);
-    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
-    let pitch = output(
-        "pitch_reference_used",
-        "wanted pitch angle at the last tick, of the manoeuvre or the input",
-        |m| m.controller.inputs.references[PITCH],
-        "rad",
-        &knowns,
-    )
-    .discrete()
-    .nominal(0.1)
-    .quantity(own(Own::PitchReferenceUsed));
-    let depth = output(
-        "depth_reference_used",
-        "wanted depth at the last tick, of the manoeuvre or the input",
-        |m| m.controller.inputs.references[DEPTH],
-        "m",
-        &knowns,
-    )
-    .discrete()
-    .nominal(10.0)
-    .quantity(own(Own::DepthReferenceUsed));
-    let speed = output(
-        "speed_reference_used",
-        "wanted forward speed through the water at the last tick, of the manoeuvre or the input",
-        |m| m.controller.inputs.references[SPEED],
-        "m/s",
-        &knowns,
-    )
-    .discrete()
-    .nominal(1.0)
-    .quantity(own(Own::SpeedReferenceUsed));
-    let error = match model.stepped() {
-        DEPTH => output(
-            "tracking_error",
-            "depth_reference_used less depth",
-            |m| m.controller.inputs.references[DEPTH] - m.plant.state().depth,
-            "m",
-            &knowns,
-        )
-        .nominal(1.0)
-        .depends_on(&["depth"]),
-        _ => output(
-            "tracking_error",
-            "pitch_reference_used less pitch",
-            |m| m.controller.inputs.references[PITCH] - m.plant.state().motion.theta,
-            "rad",
-            &knowns,
-        )
-        .nominal(0.1)
-        .depends_on(&["pitch"]),
+    let stepped = model.stepped();
+    let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
+    let measured = |m: &ClosedLoop, place| {
+        if place == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
     };
-    let error = error.quantity(own(Own::TrackingError));
-    [of(PITCH, pitch), of(DEPTH, depth), Some(speed), Some(error)].into_iter().flatten()
+    let error = Variable::real(
+        "tracking_error",
+        format!("{name}_reference_used less {name}"),
+        move |m| m.controller.inputs.references[stepped] - measured(m, stepped),
+        Role::output(),
+    )
+    .unit(unit)
+    .depends_on(&[name])
+    .initially_depends_on(&knowns)
+    .nominal(nominal)
+    .quantity(own(Own::TrackingError));
+    let used = followed(model).map(move |(place, signal, reference)| {
+        Variable::real(
+            format!("{}_used", reference.name),
+            format!("{}, at the last tick, of the manoeuvre or the input", reference.wanted),
+            move |m: &ClosedLoop| m.controller.inputs.references[place],
+            Role::output(),
+        )
+        .unit(signal.unit)
+        .depends_on(&[])
+        .initially_depends_on(&knowns)
+        .discrete()
+        .nominal(signal.nominal)
+        .quantity(own(Own::ReferenceUsed(place)))
+    });
+    used.chain([error])
 }

@@ -131,7 +131,7 @@ pub static SIGNALS: [Signal; 5] = [
         measured: "forward speed through the water, along the body axis",
         reference: Some(Reference {
             name: "speed_reference",
-            wanted: "wanted forward speed through the water",
+            wanted: "wanted forward speed through the water, along the body axis",
         }),
         state: 0,
         values: Values::ForwardSpeed,
