@@ -24,11 +24,12 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in the order in which they are read.
-const SECTIONS: [Maker; 17] = [
+const SECTIONS: [Maker; 18] = [
     ("verdict", "What is asked, and what is achieved", verdict::verdict),
     ("steps", "Steps of what is tracked, and every actuator", steps::steps),
     ("flown", "Margins over speed", flown::flown),
     ("manoeuvre", "A step while the speed ramps", manoeuvre::manoeuvre),
+    ("limits", "Beyond the limits of the actuators", steps::limits::limits),
     ("structure", "The loop, its weights and its sizes", structure::structure),
     ("loops", "The loop over frequency, open and closed", loops::loops),
     ("disturbances", "In a current, and under noise", disturbances::disturbances),

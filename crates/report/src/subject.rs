@@ -9,8 +9,7 @@ use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, synthesise};
-use scheduled::LftMatrices;
-use scheduled::Manoeuvre;
+use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{DEPTH, PITCH, SIGNALS};
 use squid_design::augment::augment;
 use squid_design::check::sampled::Sampling;
@@ -246,7 +245,7 @@ impl<'a> Subject<'a> {
     ///
     /// # Errors
     /// As [`fly`].
-    pub fn fly_step(&self, speed: f64, lft: &LftMatrices) -> Result<Flight, Error> {
+    pub fn fly_step(&self, speed: f64, controller: &ControllerDesign) -> Result<Flight, Error> {
         let step = Manoeuvre {
             speed_from: speed,
             speed_to: speed,
@@ -255,9 +254,7 @@ impl<'a> Subject<'a> {
             duration: STEP_TIME + FLOWN,
             ..self.stored.manoeuvre.with_step(self.step().place, self.step().height)
         };
-        let stored = self.stored.controller.clone();
-        let design = scheduled::ControllerDesign { lft: lft.clone(), anti_windup: None, ..stored };
-        Ok(fly(&self.inputs.vehicle, &design, self.inputs.design.level(), &step)?)
+        Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
     }
 
     /// A controller frozen at the speed of a trim.

@@ -58,7 +58,8 @@ pub fn anti_windup(
         let mut region = Mat::zeros(n + nk, design.tracked.len());
         for (j, mut column) in region.column_iter_mut().enumerate() {
             let most = (0..limits.len()).map(|i| limits[i] / held[(i, j)].abs()).fold(f64::MAX, f64::min);
-            column.copy_from(&(shifts.column(j) * step(design, j).min(BEYOND * most)));
+            let step = largest_step(design, j) / design.tracked[j].scale;
+            column.copy_from(&(shifts.column(j) * step.min(BEYOND * most)));
         }
         Ok(LimitedLoop { a: closed.a, b, k, c, limits, region })
     });
@@ -69,16 +70,15 @@ pub fn anti_windup(
     Ok(least_gain(&loops, states, FASTEST, Aim::Recovery)?)
 }
 
-/// The step of a tracked output that the gain is made for, in its scale: in pitch [`PITCH_STEP`], in speed the whole
-/// range, in depth up to the surface, and the scale at least.
-fn step(design: &DesignFile, tracked: usize) -> f64 {
+/// The step of a tracked output that the gain is made for \[SI\]: in pitch [`PITCH_STEP`], in speed the whole range, in
+/// depth up to the surface, and the scale at least.
+pub fn largest_step(design: &DesignFile, tracked: usize) -> f64 {
     let one = &design.tracked[tracked];
-    let size = match one.place {
+    match one.place {
         PITCH => PITCH_STEP,
         DEPTH => design.depth.max(one.scale),
         _ => design.speed_max - design.speed_min,
-    };
-    size / one.scale
+    }
 }
 
 /// How far each command can go either way from the trim, in units of its reach.

@@ -44,7 +44,7 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let current = Figure {
         name: "current".into(),
         caption: format!("{} in a current that begins at once, at six speeds.", capital(&subject.name())),
-        ..steps::figure(subject, &flown, SHOWN)
+        ..steps::figure(subject, subject.speed_keys(), &flown, SHOWN)
     };
     Ok(vec![Part::Words(words), Part::Figure(current), Part::Figure(noise(subject)?)])
 }

@@ -1,5 +1,7 @@
 //! Steps of pitch or depth and of speed at six speeds, flown: what is tracked, and every actuator.
 
+pub mod limits;
+
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -20,9 +22,12 @@ use squid_flight::flight::{Demand, Flight, Row};
 /// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::NothingSteps`].
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
-    let lft = &subject.stored.controller.lft;
-    let pitched =
-        subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
+    let stored = &subject.stored.controller;
+    let pitched = subject
+        .speeds
+        .iter()
+        .map(|v| subject.fly_step(*v, stored))
+        .collect::<Result<Vec<Flight>, Error>>()?;
     let faster =
         subject.speeds.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let step = subject.step();
@@ -42,7 +47,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
                 step.name,
                 step.words()
             ),
-            ..figure(subject, &pitched, until)
+            ..figure(subject, subject.speed_keys(), &pitched, until)
         }),
         Part::Figure(Figure {
             name: "speed-steps".into(),
@@ -51,7 +56,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
                 subject.wanted_speed(),
                 auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
-            ..figure(subject, &faster, until)
+            ..figure(subject, subject.speed_keys(), &faster, until)
         }),
     ])
 }
@@ -83,10 +88,8 @@ const LEAST: [f64; 2] = [0.1, 0.002];
 /// them.
 const FLATTER: f64 = 8.0;
 
-/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of a flight at each of the
-/// six speeds.
-pub fn figure(subject: &Subject, flights: &[Flight], until: f64) -> Figure {
-    let mut keys = subject.speed_keys();
+/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of flights with a key each.
+pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: f64) -> Figure {
     let (references, limits) = (keys.len(), keys.len() + 1);
     keys.push(Key { dash: "7 3", ..Key::reference("reference") });
     keys.push(Key::reference("limits"));

@@ -14,9 +14,12 @@ use squid_flight::metrics::StepFigures;
 /// # Errors
 /// As [`squid_flight::flight::fly`].
 pub fn difficulty(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let lft = &subject.stored.controller.lft;
-    let flown =
-        subject.speeds.iter().map(|v| subject.fly_step(*v, lft)).collect::<Result<Vec<Flight>, Error>>()?;
+    let stored = &subject.stored.controller;
+    let flown = subject
+        .speeds
+        .iter()
+        .map(|v| subject.fly_step(*v, stored))
+        .collect::<Result<Vec<Flight>, Error>>()?;
     let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
     let pitch = subject.pitch()?;
     let peak = |l| Ok(FrozenLoop::flying(subject, &subject.controller, l)?.peak(pitch));

@@ -40,7 +40,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
     ]);
     for (i, speed) in subject.speeds.iter().copied().take(SHOWN_SPEEDS).enumerate() {
         let points = alone(subject, speed, index, step)?;
-        let flight = subject.fly_step(speed, &subject.stored.controller.lft)?;
+        let flight = subject.fly_step(speed, &subject.stored.controller)?;
         let closed = subject.figures(&flight).settling_time;
         // One that came to the surface first might have settled, or not.
         let surfaced = points.last().is_some_and(|p| p.0 < FLOWN - 0.5 * STEP_TIME);

@@ -9,6 +9,7 @@ use crate::page::words::seconds;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use lpv::synthesis::synthesise;
+use scheduled::ControllerDesign;
 use signals::PITCH;
 use squid_design::augment::augment;
 use squid_design::certify::{controller_rows, lft_matrices};
@@ -97,10 +98,11 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let design = synthesise(&plant, options)?;
     let k = &design.controller;
     let lft = lft_matrices(k.blocks.clone(), controller_rows(k));
+    let controller = ControllerDesign { lft, anti_windup: None, ..subject.stored.controller.clone() };
     let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];
-        let flight = subject.fly_step(subject.speeds[i], &lft)?;
+        let flight = subject.fly_step(subject.speeds[i], &controller)?;
         let (height, figures) = (subject.stored.manoeuvre.pitch_step, subject.figures(&flight));
         let rows = flight.rows;
         Ok(Response {

@@ -1,0 +1,149 @@
+//! A step that the actuators cannot hold, and back: with anti-windup, and without.
+
+use crate::error::Error;
+use crate::page::figure::Figure;
+use crate::page::key::Key;
+use crate::page::section::{Part, Table};
+use crate::page::words::{capital, seconds, tidy};
+use crate::sections::steps::figure;
+use crate::subject::{FLOWN, STEP_TIME, Subject};
+use scheduled::{ControllerDesign, Manoeuvre};
+use signals::DEPTH;
+use squid_design::synthesise::anti_windup::largest_step;
+use squid_flight::flight::{Flight, Row, fly};
+use squid_flight::metrics::StepFigures;
+
+/// How long the step is held (s): as long as windup needs to show.
+const HELD: f64 = 39.0;
+
+/// When it is taken back (s), and where the flight ends.
+const TIMES: [f64; 2] = [STEP_TIME + HELD, STEP_TIME + HELD + FLOWN];
+
+/// How many speeds, over the range.
+const SPEEDS: usize = 3;
+
+/// A flight with the controller, and the same without its anti-windup.
+struct Pair {
+    speed: f64,
+    height: f64,
+    with: Flight,
+    /// None where it is lost.
+    without: Option<Flight>,
+}
+
+/// The section on steps beyond the limits; empty for a controller without anti-windup, and where pitch or depth is not
+/// tracked. At each speed the step goes the way that the actuators hold less well.
+///
+/// # Errors
+/// [`Error::Flight`] for the stored controller; of the one without anti-windup, a flight that fails is lost.
+pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let stored = &subject.stored.controller;
+    let (Ok(output), Some(_)) = (subject.output(), &stored.anti_windup) else { return Ok(vec![]) };
+    let plain = ControllerDesign { anti_windup: None, ..stored.clone() };
+    let step = subject.step();
+    let size = largest_step(&subject.inputs.design, output);
+    let down = if step.place == DEPTH { size } else { -size };
+    let mut pairs = vec![];
+    for speed in subject.inputs.design.spread(SPEEDS) {
+        let one_way = |height: f64| {
+            let flown = |controller| fly_held(subject, speed, height, controller);
+            Ok(Pair { speed, height, with: flown(stored)?, without: flown(&plain).ok() })
+        };
+        let ways = [-down, down].map(one_way);
+        let ways = ways.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
+        pairs.extend(ways.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject))));
+    }
+    let mut table = Table::new(["speed (m/s)"]);
+    let from = if step.place == DEPTH { "start" } else { "trim" };
+    table.head.extend([
+        format!("step ({})", step.unit),
+        "anti-windup".into(),
+        format!("{} from {from}, at most ({})", step.name, step.unit),
+        "a command at its limit (s)".into(),
+        "within 2 % after it is taken back (s)".into(),
+        "beyond it then (%)".into(),
+    ]);
+    for pair in &pairs {
+        for (flight, name) in [(Some(&pair.with), "yes"), (pair.without.as_ref(), "no")] {
+            let mut row = vec![format!("{:.2}", pair.speed), tidy(step.factor * pair.height, 1), name.into()];
+            let lost = || ["lost", "-", "-", "-"].map(Into::into);
+            row.extend(flight.map_or_else(lost, |flight| cells(subject, flight, pair.height)));
+            table.rows.push(row);
+        }
+    }
+    let words = format!(
+        "The {} reference steps by {} {}, which the actuators may not hold, and is taken back after {HELD} s; at each \
+            speed the way in which they are longer at a limit, in water that is deep enough. What the limits cut off of the commands is fed back \
+            into the controller's states: the same flights without that gain show what it is for.",
+        step.name,
+        tidy(step.factor * size, 1),
+        step.unit
+    );
+    let mut parts = vec![Part::Words(words), Part::Table(table)];
+    let most = pairs.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject)));
+    if let Some(Pair { speed, with, without, .. }) = most {
+        let keys = ["with anti-windup", "without"].into_iter().enumerate().map(|(i, name)| Key::nth(i, name));
+        let flights: Vec<Flight> = [Some(with), without].into_iter().flatten().collect();
+        let keys = keys.take(flights.len()).collect();
+        parts.push(Part::Figure(Figure {
+            name: "beyond-limits".into(),
+            caption: format!(
+                "{} at {speed:.2} m/s: a step that is taken back at {} s.",
+                capital(&subject.name()),
+                TIMES[0]
+            ),
+            ..figure(subject, keys, &flights, TIMES[1])
+        }));
+    }
+    Ok(parts)
+}
+
+impl Pair {
+    /// How long the vehicle without anti-windup is at a limit (s); for ever where it is lost.
+    fn limited(&self, subject: &Subject) -> f64 {
+        self.without.as_ref().map_or(f64::INFINITY, |flight| limited(subject, &flight.rows))
+    }
+}
+
+/// Flies the step at a speed (m/s), and back, so deep that it does not end at the surface. What the buoyancy has to do
+/// with the depth goes down with it.
+///
+/// # Errors
+/// As [`fly`].
+fn fly_held(
+    subject: &Subject,
+    speed: f64,
+    height: f64,
+    controller: &ControllerDesign,
+) -> Result<Flight, Error> {
+    let step = Manoeuvre {
+        speed_from: speed,
+        speed_to: speed,
+        step_time: STEP_TIME,
+        step_end: TIMES[0],
+        duration: TIMES[1],
+        ..subject.stored.manoeuvre.with_step(subject.step().place, height)
+    };
+    let mut vehicle = subject.inputs.vehicle.clone();
+    let (depth, pitch) = subject.inputs.design.level();
+    let deeper = subject.inputs.design.speed_max.abs() * TIMES[1] + depth;
+    vehicle.coefficients.reference_depth += deeper;
+    Ok(fly(&vehicle, controller, (depth + deeper, pitch), &step)?)
+}
+
+/// How long some command is at a limit (s).
+fn limited(subject: &Subject, rows: &[Row]) -> f64 {
+    let limits = subject.limits();
+    let at = |row: &&Row| row.commands.iter().zip(&limits).any(|(u, (low, high))| u <= low || u >= high);
+    rows.iter().filter(at).count() as f64 * subject.inputs.design.sample_time
+}
+
+/// What a flight came to, as the table has it.
+fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
+    let (step, rows) = (subject.step(), &flight.rows);
+    let from = rows.first().map_or(0.0, |row| row.measured(step.place));
+    let most = rows.iter().map(|row| (row.measured(step.place) - from).abs()).fold(0.0, f64::max);
+    let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.limits());
+    let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
+    [tidy(step.factor * most, 2), seconds(limited(subject, rows)), seconds(back.settling_time), overshoot]
+}
