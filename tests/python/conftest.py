@@ -35,6 +35,8 @@ LONGEST = (
     "test_verdict",
     "test_command_line",
 )
+CRATES = ("crates", "fmu-plant", "fmu-controller", "fmu-squid", "modelDescription")
+"""What the Python package is compiled from."""
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
@@ -226,17 +228,22 @@ def without_uncertainty(vehicle: Path, copy: Path) -> Path:
     return copy
 
 
+def wheel_for(platform: str, *, optimised: bool = True) -> Path:
+    """Return the wheel for a platform, built once."""
+    crates = [path for folder in CRATES for path in sorted((ROOT / folder).rglob("*"))]
+    sources = [
+        path for path in crates if path.is_file() and path.suffix != ".pyc" and "tests" not in path.parts
+    ]
+    made_from = [ROOT / "Cargo.toml", ROOT / "Cargo.lock", Path(wheel.__file__), *sources]
+    words = ["wheel", platform, str(optimised)]
+    folder = once(made_from, words, lambda folder: wheel.build(platform, folder, optimised=optimised))
+    return next(folder.rglob("*.whl"))
+
+
 @pytest.fixture(scope="session")
 def wheel_file() -> Path:
-    """Return the wheel of this machine, built once for all processes of a run."""
-    KEPT.mkdir(parents=True, exist_ok=True)
-    run = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
-    with FileLock(KEPT / "wheel.lock"):
-        mark = KEPT / "wheel.stamp"
-        if not stamp.is_fresh(mark, run):
-            wheel.build()
-            stamp.write(mark, run)
-    return wheel.found()
+    """Return the wheel of this machine."""
+    return wheel_for("host")
 
 
 @pytest.fixture(scope="session")

@@ -89,11 +89,6 @@ def build_all(words: str) -> int:
     return 0
 
 
-def found(platform: str = "host") -> Path:
-    """Return the wheel for a platform that was built last."""
-    return next((WHEELS / platform).glob("*.whl"))
-
-
 def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
     """Return the Python of a new environment that has a wheel, what it needs, and `beside`; nothing else."""
     shutil.rmtree(home, ignore_errors=True)

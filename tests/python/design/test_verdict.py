@@ -7,7 +7,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from conftest import Run
+from conftest import Run, once
+from fly import build
 from fly.stages import ROOT
 
 SQUID = ROOT / "vehicles" / "squid"
@@ -66,21 +67,28 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
 
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     """Few designs: the file that is written is commented, and gives the verdict that was printed."""
-    vehicle = tmp_path / "mine"
-    vehicle.mkdir()
-    shutil.copy(TETHYS / "vehicle.toml", vehicle)
-    done = run_squid("tune", vehicle, "--designs", "2", timeout=600.0)
-    assert done.returncode in (0, MISSED), done.stderr
-    assert "begun from the vehicle: " in done.stdout
-    assert "PROVED: gain below " in done.stdout
-    assert (done.returncode == 0) == ("requirements are met" in done.stdout), done.stdout
+
+    def tune(vehicle: Path) -> None:
+        vehicle.mkdir()
+        shutil.copy(TETHYS / "vehicle.toml", vehicle)
+        done = run_squid("tune", vehicle, "--designs", "2", timeout=600.0)
+        assert done.returncode in (0, MISSED), done.stderr
+        assert (done.returncode == 0) == ("requirements are met" in done.stdout), done.stdout
+        (vehicle / "tune.txt").write_text(done.stdout, encoding="utf-8")
+        again = run_squid("design", vehicle, "--no-advise", "--out", vehicle / "out")
+        assert again.returncode == 0, again.stderr
+        (vehicle / "again.txt").write_text(again.stdout, encoding="utf-8")
+
+    made = once([build.squid(), TETHYS / "vehicle.toml"], ["tune"], tune)
+    printed, again = ((made / name).read_text(encoding="utf-8") for name in ("tune.txt", "again.txt"))
+    assert "begun from the vehicle: " in printed
+    assert "PROVED: gain below " in printed
+    table = [line for line in printed.splitlines() if "phase margin" in line]
+    assert table[0] in again
+
+    vehicle = Path(shutil.copytree(made, tmp_path / "mine"))
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     assert "# Pitch follows" in text
-    again = run_squid("design", vehicle, "--no-advise", "--out", tmp_path / "out")
-    assert again.returncode == 0, again.stderr
-    table = [line for line in done.stdout.splitlines() if "phase margin" in line]
-    assert table[0] in again.stdout
-
     refused = run_squid("tune", vehicle, "--minutes", "0")
     assert refused.returncode == 64
     assert "--minutes is 0; it must be from 0.05 to 600" in refused.stderr

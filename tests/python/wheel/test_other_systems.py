@@ -16,7 +16,8 @@ from types import ModuleType
 
 import pefile
 import pytest
-from fly import platforms, wheel
+from conftest import wheel_for
+from fly import platforms
 from native import program
 
 AS_SHIPPED = "SQUID_WHEELS" in os.environ
@@ -73,7 +74,7 @@ def fetch(to: Path, *words: str) -> None:
 
 def site(folder: Path, platform: str, *numpy: str) -> Path:
     """Build the wheel for a platform; return a folder with it and NumPy."""
-    made = wheel.build(platform, folder / "wheels", optimised=AS_SHIPPED)
+    made = wheel_for(platform, optimised=AS_SHIPPED)
     fetch(folder, "--only-binary=:all:", NUMPY, *numpy)
     for file in (made, next(folder.glob("numpy*.whl"))):
         with zipfile.ZipFile(file) as archive:

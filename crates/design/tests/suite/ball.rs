@@ -1,6 +1,6 @@
 //! The ball around the fit and the fit of the slope of the trim.
 
-use crate::designs::{Made, inputs, made};
+use crate::designs::{Made, committed, inputs, made};
 use certificate::Residual;
 use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, pseudo_inverse};
 use lpv::partition::Group::{U, W, X};
@@ -8,6 +8,7 @@ use lpv::plant::GeneralisedPlant;
 use lpv::polynomial::MatrixPolynomial;
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::ball::holds;
+use squid_design::certify::verify;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::fit::trim_slope::NEAREST_POLE;
@@ -27,9 +28,8 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
     for (name, made) in
         [("squid", made("squid")), ("remus100", made("remus100")), ("remus100 at sea", &at_sea)]
     {
-        let (inputs, finished) = (&made.inputs, &made.finished);
-        let certificate = &finished.proof.as_ref().unwrap().certificate;
-        let ball = certificate.residual.as_ref().unwrap();
+        let Made { inputs, plant, design, .. } = made;
+        let ball = made.proof().certificate.residual.unwrap();
         let (n, w, u) = (ball.f[0].len(), ball.fw[0].len(), ball.fu[0].len());
         let e = from_rows(&ball.e, ball.e[0].len()).unwrap();
         let seen =
@@ -47,11 +47,11 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
             );
             let truth = augment(actuators, &inputs.design, truth).unwrap();
             let rho = (speed - centre) / half_range;
-            let missed = moved(&truth, rho) - moved(&finished.plant, rho);
+            let missed = moved(&truth, rho) - moved(plant, rho);
             let delta = &left * &missed * &right;
             assert!((&e * &delta * &seen - &missed).amax() < 1e-9 * missed.amax(), "{name} at {speed} m/s");
             farthest = farthest.max(largest_singular_value(&delta));
-            let controller = frozen_controller(&finished.design.controller, rho).unwrap();
+            let controller = frozen_controller(&design.controller, rho).unwrap();
             let gain = truth.close(&controller).frozen(&[]).unwrap().hinf_norm().value;
             assert!(gain < ball.gamma, "{name} at {speed} m/s: {gain}");
         }
@@ -62,14 +62,15 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
 /// A ball without its part for the slope, or a bit too small, does not hold the vehicle.
 #[test]
 fn a_ball_without_the_slope_is_refused() {
-    let made = made("squid");
-    let (vehicle, file, model) = (&made.inputs.vehicle, &made.inputs.design, &made.finished.model);
-    let ball = made.finished.proof.as_ref().unwrap().certificate.residual.clone().unwrap();
-    let held = made.finished.proof.as_ref().unwrap().certificate.limits.as_ref().unwrap().delta_rows;
+    let (inputs, stored) = committed();
+    let (vehicle, file) = (&inputs.vehicle, &inputs.design);
+    let model = Model::new(vehicle, file).unwrap();
+    let certificate = verify::parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
+    let (ball, held) = (certificate.residual.unwrap(), certificate.limits.unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
-    holds(&ball, held, vehicle, file, model).unwrap();
-    assert!(holds(&ball, Some(2), vehicle, file, model).is_err(), "[A B] has more rows than two");
-    let refusal = |ball: &Residual| holds(ball, held, vehicle, file, model).unwrap_err().to_string();
+    holds(&ball, held, vehicle, file, &model).unwrap();
+    assert!(holds(&ball, Some(2), vehicle, file, &model).is_err(), "[A B] has more rows than two");
+    let refusal = |ball: &Residual| holds(ball, held, vehicle, file, &model).unwrap_err().to_string();
     let mut smaller = ball.clone();
     smaller
         .fw

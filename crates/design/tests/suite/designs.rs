@@ -1,12 +1,14 @@
-//! The default designs of the shipped vehicles, each made once.
+//! The designs of the shipped vehicles, each made once.
 
-use lpv::controller::Controller;
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
 use squid_design::augment::augment;
+use squid_design::certify::{Proof, certify};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::{DesignFile, WorkingSea};
+use squid_design::inputs::design_file::WorkingSea;
 use squid_design::progress::Progress;
-use squid_design::run::{Finished, run};
+use squid_design::store::{Stored, load};
 use squid_design::synthesise::synthesise;
 use squid_flight::sea::Swell;
 use squid_sea::{Spectrum, Waves};
@@ -14,23 +16,27 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
-/// A default design, and what it is made from.
+/// A design up to its controller, and what it is made from.
 pub struct Made {
     pub inputs: Inputs,
-    pub finished: Finished,
+    pub model: Model,
+    pub plant: GeneralisedPlant,
+    pub design: Design,
 }
 
 impl Made {
-    fn of(inputs: Inputs) -> Self {
-        let finished = run(&inputs, &Progress::default()).unwrap();
-        Self { inputs, finished }
+    pub fn of(inputs: Inputs) -> Self {
+        let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
+        let model = Model::new(&inputs.vehicle, design).unwrap();
+        let plant = augment(actuators, design, model.linear()).unwrap();
+        let design = synthesise(actuators, design, &plant, &Progress::default()).unwrap();
+        Self { inputs, model, plant, design }
     }
 
-    /// The design of a vehicle with a delay of its commands (s), and the gain against windup and what is uncertain
-    /// left out, which take half the time.
-    pub fn plain(name: &str, delay: f64) -> Self {
+    /// The default design of a vehicle with a delay of its commands (s).
+    pub fn late(name: &str, delay: f64) -> Self {
         let mut inputs = inputs(name);
-        inputs.design = DesignFile { delay, anti_windup: false, uncertainty: None, ..inputs.design };
+        inputs.design.delay = delay;
         Self::of(inputs)
     }
 
@@ -39,9 +45,13 @@ impl Made {
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
         let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let mut inputs = inputs(name);
-        let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
-        inputs.design = DesignFile { sea, anti_windup: false, uncertainty: None, ..inputs.design };
+        inputs.design.sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
         Self::of(inputs)
+    }
+
+    pub fn proof(&self) -> Proof {
+        let Self { inputs, model, plant, design } = self;
+        certify(&inputs.vehicle, &inputs.design, model, plant, design).unwrap()
     }
 }
 
@@ -56,12 +66,12 @@ pub fn read(name: &str, design: &str) -> Inputs {
     Inputs::read(&vehicles.join(name), design).unwrap()
 }
 
-/// The controller of a design alone, without the checks and proofs that take most of the time.
-pub fn controller(inputs: &Inputs) -> Controller {
-    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-    let model = Model::new(&inputs.vehicle, design).unwrap();
-    let plant = augment(actuators, design, model.linear()).unwrap();
-    synthesise(actuators, design, &plant, &Progress::default()).unwrap().controller
+/// The committed design of Squid.
+pub fn committed() -> (Inputs, Stored) {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid/frozen"));
+    let inputs = inputs("squid");
+    let stored = load(folder, &inputs).unwrap();
+    (inputs, stored)
 }
 
 /// The default design of a vehicle, made when it is first asked for.

@@ -1,6 +1,6 @@
 //! What the default designs are to reach as they fly, frozen at speeds over the range.
 
-use crate::designs::{Made, controller, inputs, made};
+use crate::designs::{Made, made};
 use auv::Pitch;
 use lpv::controller::Controller;
 use lpv::state_space::StateSpace;
@@ -10,7 +10,7 @@ use squid_design::check::flown::Flown;
 use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
-use squid_design::store::freeze::Frozen;
+use squid_design::store::freeze::{Frozen, freeze};
 use squid_flight::flight::{Row, fly};
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
@@ -46,16 +46,8 @@ fn the_default_designs_fly_as_they_should() {
         ("lauv", 45.0, 35.0, 0.05, 4.0),
         ("tethys", 45.0, 35.0, 0.05, 9.0),
     ] {
-        let (loops, noise) = match name {
-            "squid" | "remus100" => {
-                let Made { inputs, finished } = made(name);
-                loops(inputs, &finished.design.controller)
-            }
-            _ => {
-                let inputs = inputs(name);
-                loops(&inputs, &controller(&inputs))
-            }
-        };
+        let Made { inputs, design, .. } = made(name);
+        let (loops, noise) = loops(inputs, &design.controller);
         let least = |of: fn(&squid_design::check::margins::Margins) -> f64| {
             loops.iter().flat_map(Flown::margins).map(of).fold(f64::INFINITY, f64::min)
         };
@@ -75,10 +67,12 @@ fn the_default_designs_fly_as_they_should() {
 /// way.
 #[test]
 fn a_box_flies_from_rest() {
-    let Made { inputs, finished } = Made::plain("bluerov2_heavy", 0.0);
+    let made = made("bluerov2_heavy");
+    let Made { inputs, model, design, .. } = made;
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
-    assert!(finished.proof.as_ref().unwrap().theorem.gamma_with_model_error.unwrap() < 1.0);
-    let Frozen { controller, plant } = &finished.frozen;
+    assert!(made.proof().theorem.gamma_with_model_error.unwrap() < 1.0);
+    let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, model, design, true).unwrap();
+    let Frozen { controller, plant } = &frozen;
     assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
 
     let manoeuvre = Manoeuvre { speed_from: 0.0, ..inputs.design.manoeuvre.clone() };

@@ -4,6 +4,7 @@ use crate::designs::{Made, made};
 use lpv::analysis::{Exogenous, sampled_gain};
 use lpv::direct_path::around;
 use squid_design::augment::augment;
+use squid_design::certify::sampled::sampled;
 use squid_design::check::sampled::trapezoidal;
 
 /// Sampling costs less than 3 % of the proved gain. At constant speeds the plant that the proof is of, advanced by the
@@ -12,21 +13,21 @@ use squid_design::check::sampled::trapezoidal;
 fn the_proved_gain_covers_the_lifted_one() {
     for (name, delay) in [("squid", 0.0), ("remus100", 0.0), ("remus100", 0.04)] {
         let late;
-        let Made { inputs, finished } = if delay > 0.0 {
-            late = Made::plain(name, delay);
+        let Made { inputs, model, design, .. } = if delay > 0.0 {
+            late = Made::late(name, delay);
             &late
         } else {
             made(name)
         };
         let (file, time) = (&inputs.design, inputs.design.sample_time);
-        let proved = finished.sampled.as_ref().unwrap().theorem.gamma;
-        let continuous = finished.design.certified.gamma;
+        let proved = sampled(&inputs.vehicle, file, model, design).unwrap().theorem.gamma;
+        let continuous = design.certified.gamma;
         println!("{name}, {delay} s late: {continuous:.4} in continuous time, {proved:.4} sampled");
         assert!(proved < 1.03 * continuous);
         let soon = squid_design::inputs::design_file::DesignFile { delay: 0.0, ..file.clone() };
-        let plant = augment(&inputs.vehicle.actuators, &soon, finished.model.linear()).unwrap();
+        let plant = augment(&inputs.vehicle.actuators, &soon, model.linear()).unwrap();
         let ticks = plant.at_ticks(time).unwrap();
-        let controller = &finished.design.controller;
+        let controller = &design.controller;
         let late = controller.late_at_ticks(file.delay_ticks(), time);
         let closed = ticks.plant.close(&around(&late, &-&ticks.d22).unwrap());
         for rho in [-1.0, -0.4, 0.3, 1.0] {

@@ -1,7 +1,7 @@
 //! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be
 //! missed.
 
-use crate::designs::inputs;
+use crate::designs::committed;
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{PITCH, SPEED};
 use squid_design::check::flown::Flown;
@@ -10,7 +10,7 @@ use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS, Sense};
 use squid_design::linearise::linearise_at;
-use squid_design::store::{Stored, load};
+use squid_design::store::Stored;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
 use squid_design::verdict::row::{Outcome, Row};
@@ -26,8 +26,7 @@ fn folder() -> PathBuf {
 
 /// The files, and the verdict with the default limits; computed once.
 static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
-    let inputs = inputs("squid");
-    let stored = load(&folder().join("frozen"), &inputs).unwrap();
+    let (inputs, stored) = committed();
     let verdict = Verdict::of(&inputs, &stored.controller, EFFORT).unwrap();
     (inputs, stored, verdict)
 });
