@@ -53,6 +53,12 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         let ways = ways.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
         pairs.extend(ways.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject))));
     }
+    if pairs.iter().all(|pair| pair.limited(subject) == 0.0) {
+        let (name, size) = (step.name, tidy(step.factor * size, 1));
+        let words =
+            format!("Steps of the {name} reference by {size} {} take no command to its limit.", step.unit);
+        return Ok(vec![Part::Words(words)]);
+    }
     let mut table = Table::new(["speed (m/s)"]);
     let from = if step.place == DEPTH { "start" } else { "trim" };
     table.head.extend([
@@ -72,9 +78,10 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let words = format!(
-        "The {} reference steps by {} {}, which the actuators may not hold, and is taken back after {HELD} s; at each \
-            speed the way in which they are longer at a limit, in water that is deep enough. What the limits cut off of the commands is fed back \
-            into the controller's states: the same flights without that gain show what it is for.",
+        "The {} reference steps by {} {}, is taken back after {HELD} s, and {FLOWN} s more are flown; at each speed \
+            the way in which a command is longer at its limit, in water that is deep enough. What the limits cut off \
+            of the commands is fed back into the controller's states: the same flights without that gain show what \
+            it is for.",
         step.name,
         tidy(step.factor * size, 1),
         step.unit
