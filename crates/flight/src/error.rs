@@ -19,6 +19,12 @@ pub enum Error {
         /// Why.
         reason: auv::TrimError,
     },
+    /// A step of what the design has no reference of.
+    #[error("the manoeuvre has a step of the {signal}, of which the design has no reference: leave it out")]
+    NoReference {
+        /// Its name.
+        signal: &'static str,
+    },
     /// The sea cannot be.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),

@@ -102,7 +102,7 @@ pub struct Answer {
 /// water.
 ///
 /// # Errors
-/// As [`fly_under`]; [`Error::ControllerDesign`], [`Error::Tick`].
+/// As [`fly_under`]; [`Error::NoReference`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -150,6 +150,10 @@ pub fn fly_varied(
     manoeuvre: &Manoeuvre,
     &Varied { sea, gains, off_trim }: &Varied<'_>,
 ) -> Result<Flight, Error> {
+    let steps = manoeuvre.steps();
+    if let Some(place) = (0..steps.len()).find(|i| steps[*i] != 0.0 && !design.has_reference(*i)) {
+        return Err(Error::NoReference { signal: SIGNALS[place].name });
+    }
     let conditions = sea.map(|sea| sea.draw(vehicle, design.sample_time)).transpose()?;
     let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);
     let mut autopilot = Autopilot::new(design)?;

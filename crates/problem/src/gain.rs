@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
-use crate::report::Status;
+use crate::report::{Status, bound};
 use crate::source::Source;
 use crate::synth;
 use certificate::{Certificate, Rows, Theorem};
@@ -167,11 +167,14 @@ impl Report {
             None => format!("  symmetric scalings  {}\n", number(self.gamma_symmetric)),
         };
         if self.rate.is_some() {
-            out += &format!("proved at that rate   {}\n", number(self.proved_at_rate));
+            out += &format!("proved at that rate   {}\n", bound(self.proved_at_rate));
         }
-        out += &format!("proved, any course    {}\n", number(self.proved));
+        out += &format!("proved, any course    {}\n", bound(self.proved));
         out += &match (self.constant_lower, self.constant_upper) {
-            (Some(lower), Some(upper)) => format!("constant parameters   {lower:.6} to {upper:.6}\n"),
+            (Some(lower), Some(_)) => {
+                let least = (1e6 * lower).floor() / 1e6;
+                format!("constant parameters   {least:.6} to {}\n", bound(self.constant_upper))
+            }
             _ => "constant parameters   unknown\n".to_owned(),
         };
         if let Some(theorem) = &self.theorem {

@@ -8,6 +8,7 @@ use squid_design::inputs::Inputs;
 use squid_design::linearise::shown;
 use squid_design::run::run_with;
 use squid_design::store;
+use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{fly, fly_at_sea};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
@@ -106,7 +107,10 @@ impl Vehicle {
             Some(sea) => fly_at_sea(vehicle, &stored.controller, level, &manoeuvre, sea),
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
-        let flight = flown.map_err(|error| NumericalError::new_err(error.to_string()))?;
+        let flight = flown.map_err(|error| match error {
+            FlightError::NoReference { .. } => wrong(error.to_string()),
+            _ => NumericalError::new_err(error.to_string()),
+        })?;
         let record = Record::of(&flight, &vehicle.actuators, &stored.controller);
         let column =
             |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
