@@ -11,7 +11,7 @@ impl ClosedLoop {
         manoeuvre.numbers().into_iter().for_each(|number| to.real(*number));
         to.boolean(self.outside.manual);
         let mut outside = self.outside;
-        outside.numbers().into_iter().for_each(|number| to.real(*number));
+        outside.numbers().for_each(|number| to.real(*number));
         self.plant.save(to);
         self.controller.save(to);
     }
