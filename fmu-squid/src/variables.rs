@@ -99,7 +99,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let references = followed(model).map(move |(place, signal, reference)| {
         let one = Variable::real(
             reference.name,
-            format!("{}, while manual is true", reference.wanted),
+            format!("{}, while manual is true; until it is set, that of the default start", reference.wanted),
             move |m| m.outside.references[place],
             Role::input(move |m, v| m.outside.references[place] = v),
         )

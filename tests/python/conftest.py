@@ -232,10 +232,15 @@ def wheel_for(platform: str, *, optimised: bool = True) -> Path:
     """Return the wheel for a platform, built once."""
     crates = [path for folder in CRATES for path in sorted((ROOT / folder).rglob("*"))]
     sources = [
-        path for path in crates if path.is_file() and path.suffix != ".pyc" and "tests" not in path.parts
+        path
+        for path in crates
+        if path.is_file() and path.suffix != ".pyc" and "tests" not in path.relative_to(ROOT).parts
     ]
-    made_from = [ROOT / "Cargo.toml", ROOT / "Cargo.lock", Path(wheel.__file__), *sources]
-    words = ["wheel", platform, str(optimised)]
+    tools = [*sorted((ROOT / "tools" / "fly").glob("*.py")), *sorted((ROOT / "tools").glob("*.txt"))]
+    made_from = [ROOT / "Cargo.toml", ROOT / "Cargo.lock", *tools, *sources]
+    compiler = subprocess.run(["rustc", "-vV"], capture_output=True, text=True, check=True).stdout
+    flags = [os.environ.get(name, "") for name in ("RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS")]
+    words = ["wheel", platform, str(optimised), compiler, *flags]
     folder = once(made_from, words, lambda folder: wheel.build(platform, folder, optimised=optimised))
     return next(folder.rglob("*.whl"))
 

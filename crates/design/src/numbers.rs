@@ -14,13 +14,13 @@ pub fn readable(unit: &'static str) -> (f64, &'static str) {
 
 /// A bound from above for people: rounded up, so that what is said is true, too.
 pub fn above(bound: f64) -> String {
-    format!("{:.4}", rounded_up(bound, 4))
+    format!("{:.4}", rounded_up(bound))
 }
 
-/// A bound from above, with so many decimals and not below it.
-pub fn rounded_up(bound: f64, decimals: i32) -> f64 {
-    let unit = 10f64.powi(decimals);
-    let up = (bound * unit).ceil() / unit;
+/// A bound from above as [`above`] shows it.
+pub fn rounded_up(bound: f64) -> f64 {
+    const DECIMALS: f64 = 1e4;
+    let up = (bound * DECIMALS).ceil() / DECIMALS;
     if up.is_finite() { up } else { bound }
 }
 

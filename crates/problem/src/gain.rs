@@ -9,9 +9,10 @@
 
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
-use crate::report::{Status, bound};
+use crate::report::Status;
 use crate::source::Source;
 use crate::synth;
+use crate::words::{at_most, digits};
 use certificate::{Certificate, Rows, Theorem};
 use lpv::controller::Controller;
 use lpv::matrix::block;
@@ -167,13 +168,13 @@ impl Report {
             None => format!("  symmetric scalings  {}\n", number(self.gamma_symmetric)),
         };
         if self.rate.is_some() {
-            out += &format!("proved at that rate   {}\n", bound(self.proved_at_rate));
+            out += &format!("proved at that rate   {}\n", at_most(self.proved_at_rate));
         }
-        out += &format!("proved, any course    {}\n", bound(self.proved));
+        out += &format!("proved, any course    {}\n", at_most(self.proved));
         out += &match (self.constant_lower, self.constant_upper) {
             (Some(lower), Some(_)) => {
-                let least = (1e6 * lower).floor() / 1e6;
-                format!("constant parameters   {least:.6} to {}\n", bound(self.constant_upper))
+                let least = digits(lower, f64::floor);
+                format!("constant parameters   {least} to {}\n", at_most(self.constant_upper))
             }
             _ => "constant parameters   unknown\n".to_owned(),
         };

@@ -12,6 +12,7 @@
 //! gain          the gain of a finished loop
 //! sampled       the gain of a sampled loop
 //! mu            the structured singular value
+//! words         numbers as people read them
 //! ```
 
 pub mod check;
@@ -27,3 +28,4 @@ pub mod report;
 pub mod sampled;
 pub mod source;
 pub mod synth;
+mod words;

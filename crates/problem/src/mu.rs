@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::mu_file::{Perturbed, mu_problem};
 use crate::source::Source;
+use crate::words::digits;
 use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound};
 use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
 use lpv::mu::upper::upper_bound;
@@ -258,19 +259,6 @@ impl Performance {
         };
         out
     }
-}
-
-/// Six digits, rounded by `round`.
-fn digits(value: f64, round: fn(f64) -> f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let places = 5.0 - value.abs().log10().floor();
-    if !(-3.0..=9.0).contains(&places) {
-        return format!("{value:.9e}");
-    }
-    let scale = 10f64.powf(places);
-    format!("{:.*}", places.max(0.0) as usize, round(value * scale) / scale)
 }
 
 fn rads(omega: f64) -> String {

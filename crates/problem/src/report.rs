@@ -1,13 +1,13 @@
 //! What `squid lpv synth` found: its report, on the terminal and in files.
 
 use crate::error::Error;
+use crate::words::at_most;
 use certificate::{Certificate, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_nothing;
 use scheduled::LftMatrices;
 use serde::Serialize;
 use squid_design::certify::lft_matrices;
 use squid_design::certify::verify::text;
-use squid_design::numbers::rounded_up;
 use squid_design::store::files::Files;
 use std::path::Path;
 
@@ -231,14 +231,14 @@ impl Report {
         }
         if let Some(theorem) = &self.theorem {
             if self.certified_gamma_at_rate.is_some() {
-                out += &format!("  certified at rate   {}\n", bound(self.certified_gamma_at_rate));
+                out += &format!("  certified at rate   {}\n", at_most(self.certified_gamma_at_rate));
             }
-            out += &format!("  certified gamma     {}\n", bound(self.certified_gamma));
+            out += &format!("  certified gamma     {}\n", at_most(self.certified_gamma));
             for WithLimits { gamma, energy } in &self.with_limits {
                 // Rounded down.
                 let up_to = |most| format!("w of an energy up to {:.4e}", (1.0 - 5e-5) * most);
                 let w = energy.map_or_else(|| "any w".into(), up_to);
-                out += &format!("  with limits         {} for {w}\n", bound(Some(*gamma)));
+                out += &format!("  with limits         {} for {w}\n", at_most(Some(*gamma)));
             }
             out += &format!("  PROVED: {theorem}\n");
         }
@@ -254,9 +254,4 @@ impl Report {
             Status::TooFast => 4,
         }
     }
-}
-
-/// A bound from above for people, not below it.
-pub(crate) fn bound(v: Option<f64>) -> String {
-    v.map_or_else(|| "unknown".into(), |v| format!("{:.6}", rounded_up(v, 6)))
 }

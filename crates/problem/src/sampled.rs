@@ -13,6 +13,7 @@ use crate::matrices::{Entries, Reader, find};
 use crate::mu_file::system;
 use crate::problem_file::problem;
 use crate::source::Source;
+use crate::words::digits;
 use certificate::Json;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::partition::Group::{U, Y};
@@ -95,10 +96,9 @@ impl Report {
     pub fn words(&self) -> String {
         match (self.lower, self.upper) {
             (Some(lower), Some(upper)) => {
-                format!(
-                    "gain from {lower:.6e} to {upper:.6e}, between the ticks too\n{:.2} s",
-                    self.seconds.unwrap_or(0.0)
-                )
+                let (least, most) = (digits(lower, f64::floor), digits(upper, f64::ceil));
+                let seconds = self.seconds.unwrap_or(0.0);
+                format!("gain from {least} to {most}, between the ticks too\n{seconds:.2} s")
             }
             _ => self.reason.clone().unwrap_or_default(),
         }

@@ -67,11 +67,12 @@ def test_advice_is_printed_and_kept(run_squid: Run, hard: Path, tmp_path: Path) 
 
 def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     """Few designs: the file that is written is commented, and gives the verdict that was printed."""
+    few = ("--designs", "2")
 
     def tune(vehicle: Path) -> None:
         vehicle.mkdir()
         shutil.copy(TETHYS / "vehicle.toml", vehicle)
-        done = run_squid("tune", vehicle, "--designs", "2", timeout=600.0)
+        done = run_squid("tune", vehicle, *few, timeout=600.0)
         assert done.returncode in (0, MISSED), done.stderr
         assert (done.returncode == 0) == ("requirements are met" in done.stdout), done.stdout
         (vehicle / "tune.txt").write_text(done.stdout, encoding="utf-8")
@@ -79,7 +80,7 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
         assert again.returncode == 0, again.stderr
         (vehicle / "again.txt").write_text(again.stdout, encoding="utf-8")
 
-    made = once([build.squid(), TETHYS / "vehicle.toml"], ["tune"], tune)
+    made = once([build.squid(), TETHYS / "vehicle.toml"], ["tune", *few], tune)
     printed, again = ((made / name).read_text(encoding="utf-8") for name in ("tune.txt", "again.txt"))
     assert "begun from the vehicle: " in printed
     assert "PROVED: gain below " in printed

@@ -70,8 +70,8 @@ pub fn anti_windup(
     Ok(least_gain(&loops, states, FASTEST, Aim::Recovery)?)
 }
 
-/// The step of a tracked output that the gain is made for \[SI\]: in pitch 30 deg, in speed the whole range, in depth
-/// up to the surface, and the scale at least.
+/// The largest step of a tracked output that the gain is made for \[SI\], where the actuators hold most of it: in pitch
+/// 30 deg, in speed the whole range, in depth up to the surface, and the scale at least.
 pub fn largest_step(design: &DesignFile, tracked: usize) -> f64 {
     let one = &design.tracked[tracked];
     match one.place {

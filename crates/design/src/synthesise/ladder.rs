@@ -113,7 +113,7 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     }
     let fast = found.arbitrarily_fast.as_ref().map(|b| b.gamma);
     out += &row(&speeds.name(Rung::ArbitrarilyFast), fast, frozen);
-    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified, 4)), frozen);
+    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
     out + &format!(
         "  (+ %: above constant speed. All but the last are computed at {samples} speeds only, and are not proofs)\n"
     )

@@ -87,7 +87,7 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, O
         ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
     ];
     // A bound for faster changes is one for slower ones.
-    let certified = rounded_up(found.certified, 4);
+    let certified = rounded_up(found.certified);
     let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma.min(certified));
     for (_, bound) in &found.bounded_rate {
         let name =

@@ -10,6 +10,7 @@ use crate::subject::{FLOWN, STEP_TIME, Subject};
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::DEPTH;
 use squid_design::synthesise::anti_windup::largest_step;
+use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, Row, fly};
 use squid_flight::metrics::StepFigures;
 
@@ -19,23 +20,25 @@ const HELD: f64 = 39.0;
 /// When it is taken back (s), and where the flight ends.
 const TIMES: [f64; 2] = [STEP_TIME + HELD, STEP_TIME + HELD + FLOWN];
 
+/// How much deeper than the design it is flown (m): no flight comes to the surface.
+const DEEPER: f64 = 1000.0;
+
 /// How many speeds, over the range.
 const SPEEDS: usize = 3;
 
-/// A flight with the controller, and the same without its anti-windup.
+/// A flight with the controller, and the same without its anti-windup; none where it is lost.
 struct Pair {
     speed: f64,
     height: f64,
-    with: Flight,
-    /// None where it is lost.
+    with: Option<Flight>,
     without: Option<Flight>,
 }
 
 /// The section on steps beyond the limits; empty for a controller without anti-windup, and where pitch or depth is not
-/// tracked. At each speed the step goes the way that the actuators hold less well.
+/// tracked. At each speed the step goes the way that the actuators hold less well without it.
 ///
 /// # Errors
-/// [`Error::Flight`] for the stored controller; of the one without anti-windup, a flight that fails is lost.
+/// As [`fly`], but for flights that cannot be followed to their end: those are lost.
 pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let stored = &subject.stored.controller;
     let (Ok(output), Some(_)) = (subject.output(), &stored.anti_windup) else { return Ok(vec![]) };
@@ -47,7 +50,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     for speed in subject.inputs.design.spread(SPEEDS) {
         let one_way = |height: f64| {
             let flown = |controller| fly_held(subject, speed, height, controller);
-            Ok(Pair { speed, height, with: flown(stored)?, without: flown(&plain).ok() })
+            Ok(Pair { speed, height, with: flown(stored)?, without: flown(&plain)? })
         };
         let ways = [-down, down].map(one_way);
         let ways = ways.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
@@ -55,8 +58,11 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     if pairs.iter().all(|pair| pair.limited(subject) == 0.0) {
         let (name, size) = (step.name, tidy(step.factor * size, 1));
-        let words =
-            format!("Steps of the {name} reference by {size} {} take no command to its limit.", step.unit);
+        let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
+        let words = format!(
+            "At {speeds} m/s steps of the {name} reference by {size} {}, either way, take no command to its limit.",
+            step.unit
+        );
         return Ok(vec![Part::Words(words)]);
     }
     let mut table = Table::new(["speed (m/s)"]);
@@ -70,28 +76,29 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         "beyond it then (%)".into(),
     ]);
     for pair in &pairs {
-        for (flight, name) in [(Some(&pair.with), "yes"), (pair.without.as_ref(), "no")] {
+        for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
             let mut row = vec![format!("{:.2}", pair.speed), tidy(step.factor * pair.height, 1), name.into()];
             let lost = || ["lost", "-", "-", "-"].map(Into::into);
-            row.extend(flight.map_or_else(lost, |flight| cells(subject, flight, pair.height)));
+            row.extend(flight.as_ref().map_or_else(lost, |flight| cells(subject, flight, pair.height)));
             table.rows.push(row);
         }
     }
     let words = format!(
         "The {} reference steps by {} {}, is taken back after {HELD} s, and {FLOWN} s more are flown; at each speed \
-            the way in which a command is longer at its limit, in water that is deep enough. What the limits cut off \
-            of the commands is fed back into the controller's states: the same flights without that gain show what \
-            it is for.",
+            the way in which a command is longer at its limit without anti-windup, in deep water. Anti-windup feeds \
+            what the limits cut off of the commands back into the controller's states; beside each flight stands \
+            the same without it.",
         step.name,
         tidy(step.factor * size, 1),
         step.unit
     );
     let mut parts = vec![Part::Words(words), Part::Table(table)];
-    let most = pairs.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject)));
+    let drawn = pairs.into_iter().filter(|pair| pair.with.is_some() || pair.without.is_some());
+    let most = drawn.max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject)));
     if let Some(Pair { speed, with, without, .. }) = most {
-        let keys = ["with anti-windup", "without"].into_iter().enumerate().map(|(i, name)| Key::nth(i, name));
-        let flights: Vec<Flight> = [Some(with), without].into_iter().flatten().collect();
-        let keys = keys.take(flights.len()).collect();
+        let both = [(with, "with anti-windup"), (without, "without")].into_iter().enumerate();
+        let flown = both.filter_map(|(i, (flight, name))| Some((Key::nth(i, name), flight?)));
+        let (keys, flights): (Vec<Key>, Vec<Flight>) = flown.unzip();
         parts.push(Part::Figure(Figure {
             name: "beyond-limits".into(),
             caption: format!(
@@ -112,8 +119,8 @@ impl Pair {
     }
 }
 
-/// Flies the step at a speed (m/s), and back, so deep that it does not end at the surface. What the buoyancy has to do
-/// with the depth goes down with it.
+/// Flies the step at a speed (m/s), and back, [`DEEPER`]: what the buoyancy has to do with the depth goes down with it.
+/// None for a flight that cannot be followed to its end.
 ///
 /// # Errors
 /// As [`fly`].
@@ -122,7 +129,7 @@ fn fly_held(
     speed: f64,
     height: f64,
     controller: &ControllerDesign,
-) -> Result<Flight, Error> {
+) -> Result<Option<Flight>, Error> {
     let step = Manoeuvre {
         speed_from: speed,
         speed_to: speed,
@@ -133,9 +140,12 @@ fn fly_held(
     };
     let mut vehicle = subject.inputs.vehicle.clone();
     let (depth, pitch) = subject.inputs.design.level();
-    let deeper = subject.inputs.design.speed_max.abs() * TIMES[1] + depth;
-    vehicle.coefficients.reference_depth += deeper;
-    Ok(fly(&vehicle, controller, (depth + deeper, pitch), &step)?)
+    vehicle.coefficients.reference_depth += DEEPER;
+    match fly(&vehicle, controller, (depth + DEEPER, pitch), &step) {
+        Ok(flight) => Ok(Some(flight)),
+        Err(FlightError::Tick(_) | FlightError::Simulation(_)) => Ok(None),
+        Err(reason) => Err(reason.into()),
+    }
 }
 
 /// How long some command is at a limit (s).
