@@ -170,7 +170,8 @@ impl Watch {
                 case = match (heard, case) {
                     (Ok(next), _) => next,
                     (Err(RecvTimeoutError::Timeout), Some(case)) => {
-                        eprintln!("{name}: longer than {PATIENCE:?}: {case}");
+                        // What a test prints by macros is kept until it ends, which this one does not.
+                        let _ = writeln!(std::io::stderr(), "{name}: longer than {PATIENCE:?}: {case}");
                         std::process::abort();
                     }
                     _ => return,
