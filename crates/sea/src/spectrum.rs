@@ -110,7 +110,8 @@ fn steepness_limit(period: f64) -> f64 {
 fn least_period(height: f64) -> f64 {
     let allowed = |period: f64| steepness_limit(period) * GRAVITY * period * period / TAU;
     let (mut below, mut above) = (0.0, (height * PI).sqrt() + 60.0);
-    while above - below > 1e-9 {
+    // Relative, so that it ends for any height.
+    while above - below > 1e-9 * above {
         let middle = 0.5 * (below + above);
         *(if allowed(middle) < height { &mut below } else { &mut above }) = middle;
     }

@@ -101,6 +101,9 @@ fn waves_that_would_break_are_refused() {
         assert!(Spectrum::jonswap(height, least_period + 1e-6, 3.3).is_ok());
         assert!(Spectrum::jonswap(height, least_period - 1e-6, 3.3).is_err());
     }
+    for height in [1e9, 1e66, 1e300, f64::MAX] {
+        assert!(matches!(Spectrum::jonswap(height, 10.0, 3.3), Err(SeaError::TooSteep { .. })), "{height}");
+    }
     let words = Spectrum::jonswap(2.0, 3.0, 3.3).unwrap_err().to_string();
     assert!(words.contains("at least 4.38 s"), "{words}");
 }
