@@ -1,6 +1,6 @@
 //! Numbers as people read them: a bound from above is rounded up, one from below down.
 
-/// Six digits, rounded by `round`.
+/// Six digits, rounded by `round`; all digits of a number too large or too small for that.
 pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -10,11 +10,34 @@ pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     let rounded = round(value * scale) / scale;
     match (-3.0..=9.0).contains(&places) {
         true => format!("{rounded:.*}", places.max(0.0) as usize),
-        false => format!("{rounded:.5e}"),
+        false if rounded.is_normal() => format!("{rounded:.5e}"),
+        false => format!("{value:e}"),
     }
 }
 
 /// A bound from above, if it is known.
 pub fn at_most(bound: Option<f64>) -> String {
     bound.map_or_else(|| "unknown".into(), |v| digits(v, f64::ceil))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_stays_one() {
+        for (value, expected) in [
+            (0.560_244_39, "0.560245"),
+            (2.240_977_5, "2.24098"),
+            (1.234_561e-8, "1.23457e-8"),
+            (1.234_561e12, "1.23457e12"),
+            (f64::MIN_POSITIVE / 8.0, "2.781342323134e-309"),
+            (f64::MAX, "1.7976931348623157e308"),
+        ] {
+            let found = digits(value, f64::ceil);
+            assert_eq!(found, expected);
+            assert!(found.parse::<f64>().unwrap() >= value);
+        }
+        assert_eq!(at_most(None), "unknown");
+    }
 }

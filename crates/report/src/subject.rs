@@ -257,6 +257,14 @@ impl<'a> Subject<'a> {
         Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
     }
 
+    /// The same with the stored controller at each of the six speeds.
+    ///
+    /// # Errors
+    /// As [`fly`].
+    pub fn fly_steps(&self) -> Result<Vec<Flight>, Error> {
+        self.speeds.iter().map(|speed| self.fly_step(*speed, &self.stored.controller)).collect()
+    }
+
     /// A controller frozen at the speed of a trim.
     ///
     /// # Errors

@@ -25,7 +25,7 @@ pub struct Made {
 }
 
 impl Made {
-    pub fn of(inputs: Inputs) -> Self {
+    fn of(inputs: Inputs) -> Self {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
         let model = Model::new(&inputs.vehicle, design).unwrap();
         let plant = augment(actuators, design, model.linear()).unwrap();

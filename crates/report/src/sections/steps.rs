@@ -22,12 +22,7 @@ use squid_flight::flight::{Demand, Flight, Row};
 /// As [`squid_flight::flight::fly`] and [`Subject::verdict`]; [`Error::NothingSteps`].
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
-    let stored = &subject.stored.controller;
-    let pitched = subject
-        .speeds
-        .iter()
-        .map(|v| subject.fly_step(*v, stored))
-        .collect::<Result<Vec<Flight>, Error>>()?;
+    let pitched = subject.fly_steps()?;
     let faster =
         subject.speeds.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let step = subject.step();

@@ -6,7 +6,6 @@ use crate::page::section::{Part, Table};
 use crate::page::words::seconds;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
-use squid_flight::flight::Flight;
 use squid_flight::metrics::StepFigures;
 
 /// The section on how hard control is at six speeds, with the claim on low speed.
@@ -14,12 +13,7 @@ use squid_flight::metrics::StepFigures;
 /// # Errors
 /// As [`squid_flight::flight::fly`].
 pub fn difficulty(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let stored = &subject.stored.controller;
-    let flown = subject
-        .speeds
-        .iter()
-        .map(|v| subject.fly_step(*v, stored))
-        .collect::<Result<Vec<Flight>, Error>>()?;
+    let flown = subject.fly_steps()?;
     let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
     let pitch = subject.pitch()?;
     let peak = |l| Ok(FrozenLoop::flying(subject, &subject.controller, l)?.peak(pitch));
