@@ -56,6 +56,10 @@ const FIRST_STEP: usize = 10;
 const CLEAR: f64 = 1e-7;
 const MOST_ROUNDS: usize = 6;
 
+/// What the trace of S costs beside gamma, in the units in which S of about 1 is usual: gamma hardly depends on the
+/// large parts of S, which X would follow until rounding hides whether the inequality holds.
+const SIZE_COST: f64 = 1e-4;
+
 /// How close to the least gamma the first round comes, and how far from the worst candidate its neighbours are.
 const ROUGH_TOLERANCE: f64 = 0.1;
 const BESIDE: usize = 2;
@@ -130,6 +134,7 @@ impl ConstantLoop {
         let mut program = Program::new();
         let unknowns = Unknowns::new(&mut program, self, filtered);
         program.minimise_trace(&unknowns.gamma, 1.0);
+        program.minimise_trace(&unknowns.s, SIZE_COST);
         unknowns.signs(self, filtered).into_iter().for_each(|e| program.positive("sign", e));
         let mut data: Vec<LowRank> =
             program.inequalities.iter().map(|i| LowRank::new(&program, &i.expression)).collect();
