@@ -5,13 +5,14 @@
 //! make.
 
 use crate::archive::FmuArchive;
-use crate::c;
+use crate::c::{self, CONTROLLER};
 use crate::error::Error;
 use auv::LpvModel;
-use certificate::Theorem;
+use certificate::{Certificate, Theorem};
 use fmi2::Resources;
 use scheduled::ControllerDesign;
 use squid_design::certify::limits::{ClaimedStep, of_autopilot};
+use squid_design::certify::sampled;
 use squid_design::certify::verify::{matches, of_inputs, parse};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
@@ -68,7 +69,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
         }
     };
     let source = read(path)?;
-    let design = ControllerDesign::from_json(&beside(c::CONTROLLER)?)?;
+    let design = ControllerDesign::from_json(&beside(CONTROLLER)?)?;
     let text = beside(c::CERTIFICATE)?;
     let certificate = parse(&text, &path.with_file_name(c::CERTIFICATE).display().to_string())?;
     matches(&design, &certificate)?;
@@ -81,13 +82,12 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
         "{shown}: every number is what the trapezoidal rule at {} s makes of the controller of the certificate \
          (computed again, in floating point), and the rest is what squid writes for {} beside it; comments are not \
          compared",
-        design.sample_time,
-        c::CONTROLLER
+        design.sample_time, CONTROLLER
     )];
     if let Some(inputs) = inputs {
         made_of(design, text, &Resources::default(), inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
-        about.push(format!("{} follows from {}", c::CONTROLLER, named(inputs)));
+        about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
     }
     Ok(Verified { theorem, about, step })
 }
@@ -107,8 +107,12 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let (mut about, mut step) = (vec![], None);
     if let Some(inputs) = inputs {
         step = ClaimedStep::of_file(&inputs.design, &theorem);
-        let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        of_inputs(&certificate, &inputs.vehicle, &inputs.design, &model)?;
+        let Inputs { vehicle, design, .. } = inputs;
+        let model = Model::new(vehicle, design)?;
+        if sampled::of_inputs(&certificate, vehicle, design, &model)?.is_some() {
+            return Ok(Verified { theorem, about: at_ticks(path, &certificate, inputs)?, step });
+        }
+        of_inputs(&certificate, vehicle, design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
             None => {
@@ -118,6 +122,23 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
     Ok(Verified { theorem, about, step })
+}
+
+/// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
+fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<Vec<String>, Error> {
+    let (shown, tick) = (path.display(), inputs.design.sample_time);
+    let plant = format!("{shown}: its plant is that, at ticks of {tick} s, of {}", named(inputs));
+    let beside = path.with_file_name(CONTROLLER);
+    let controller = match beside.is_file() {
+        false => format!("{shown}: its controller was compared with none, as {CONTROLLER} is not beside it"),
+        true => {
+            let ticks = inputs.design.delay_ticks();
+            let design = ControllerDesign::from_json(&read(&beside)?)?;
+            sampled::matches(&design, ticks, certificate)?;
+            format!("{shown}: its controller is that of {CONTROLLER} beside it, {ticks} ticks late")
+        }
+    };
+    Ok(vec![plant, controller])
 }
 
 fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {

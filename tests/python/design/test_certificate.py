@@ -232,6 +232,25 @@ def test_verify_against_the_vehicle(
     assert run_squid("verify", packages.loop, "--design", "design").returncode == 64
 
 
+def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squid: Run) -> None:
+    """Its plant at the ticks is computed again; the controller beside it must be the one in it, to the bit."""
+    file = stored_design / "sampled_certificate.json"
+    done = run_squid("verify", file, "--vehicle", SQUID)
+    assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
+    assert "at ticks of 0.02 s, of vehicle.toml" in done.stdout
+    assert "its controller is that of controller.json beside it, 0 ticks late" in done.stdout
+    done = run_squid("verify", file, "--vehicle", ROOT / "vehicles/remus100")
+    assert done.returncode == 1 and "not of this plant" in done.stderr
+    beside = stored_design / "controller.json"
+    controller = json.loads(beside.read_text(encoding="utf-8"))
+    controller["lft"]["A"][0][0] *= 1 + 1e-15
+    beside.write_text(json.dumps(controller), encoding="utf-8")
+    done = run_squid("verify", file, "--vehicle", SQUID)
+    assert done.returncode == 1 and "matrix A differs" in done.stderr
+    beside.unlink()
+    assert "compared with none" in run_squid("verify", file, "--vehicle", SQUID).stdout
+
+
 def test_a_controller_amplified_under_a_fitting_guid(
     squid: Packages, run_squid: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

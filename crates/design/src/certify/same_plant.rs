@@ -8,7 +8,7 @@ use crate::certify::blocks_of;
 use crate::error::{Error, ProofError};
 use crate::fit::trim_slope::NEAREST_POLE;
 use certificate::Plant;
-use lpv::matrix::{Mat, eigenvalues, largest};
+use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
 use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
 
@@ -58,6 +58,22 @@ pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Resu
 pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
     let certified = plant_with(plant, blocks, &wanted.blocks)?;
     compare(&certified, wanted, in_box(wanted.blocks.len()))
+}
+
+/// Compares the direct path from u to y of a certificate with `wanted`; where it has none, that is 0.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`].
+pub fn check_direct_path(plant: &Plant, wanted: &Mat) -> Result<(), ProofError> {
+    let (rows, columns) = wanted.shape();
+    let found = match plant.direct_path() {
+        Some(given) => from_rows(given, columns),
+        None => Some(Mat::zeros(rows, columns)),
+    };
+    match found.is_some_and(|found| alike(wanted, &found)) {
+        true => Ok(()),
+        false => Err(wrong("D22".to_owned())),
+    }
 }
 
 /// Points spread evenly over the box: multiples of the square roots of primes, modulo 1 (H. Weyl, Math. Annalen 77,
