@@ -63,7 +63,8 @@ pub enum Verb {
         /// of minutes where it misses a requirement and --no-advise is not given)
         #[arg(long)]
         robust: bool,
-        /// Also prove a gain for every constant value of the declared uncertain coefficients (minutes)
+        /// Also prove a gain for every constant value of the declared uncertain coefficients (half a
+        /// minute to minutes)
         #[arg(long)]
         constant: bool,
         /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
@@ -76,7 +77,8 @@ pub enum Verb {
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
     /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
-    /// `[control]`; all else stays as it is written, comments too. A design of a name that is not there is begun from
+    /// `[control]`, and lowers `follow` once where nothing meets what is required; all else stays as it is written,
+    /// comments too. A design of a name that is not there is begun from
     /// the vehicle alone, with the range of speed that suits it. Exit code 5 where what it found misses a
     /// requirement; the file is written all the same.
     Tune {

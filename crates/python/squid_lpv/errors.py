@@ -6,7 +6,7 @@ class SquidError(Exception):
 
 
 class InfeasibleError(SquidError):
-    """There is provably no solution; the message says why."""
+    """There is no solution, as computed in floating point, or none within a limit; the message says why."""
 
 
 class NumericalError(SquidError):

@@ -28,7 +28,7 @@ macro_rules! template {
 /// What a new vehicle can start from.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum Like {
-    /// Thrusters, every key explained; the numbers are those of the Squid surrogate
+    /// Thrusters, the usual keys explained; the numbers are those of the Squid surrogate
     Squid,
     /// A propeller and stern planes; the published numbers of REMUS 100
     Remus100,
