@@ -28,12 +28,12 @@ pub enum LpvVerb {
     /// what is proved. "limits", a positive number for each control, cuts commands off: the controller gets an
     /// anti-windup gain, and its gain with limits is proved for w of bounded energy, or of any.
     ///
-    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible:
-    /// there is none, as computed in floating point, or none within --gamma-limit; 3, numerical_failure: nothing is
-    /// known; 4, too_fast: there are controllers, but none computed keeps --fastest-mode, which proves nothing about
-    /// others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller, `remarks` what in the problem makes gains grow
-    /// without limit (a control without a weight, a measurement without noise) and other deviations from what was
-    /// asked.
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there
+    /// is none, as computed in floating point, or none within --gamma-limit; 3, numerical_failure: nothing is known; 4,
+    /// too_fast: there are controllers, but none computed keeps --fastest-mode, which proves nothing about others; 1,
+    /// error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller, `remarks` what
+    /// in the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
+    /// other deviations from what was asked.
     Synth(Synth),
     /// Prove a certificate again, and check that it is of the plant in a problem file
     ///
