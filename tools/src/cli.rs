@@ -85,10 +85,10 @@ pub enum Verb {
         /// The vehicle's directory
         vehicle: PathBuf,
         /// The design to begin with: NAME.toml in the vehicle's directory, begun if it is not there
-        #[arg(long, value_name = "NAME", default_value = "design")]
+        #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
         design: String,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the one that was begun
-        #[arg(long, value_name = "NAME")]
+        #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
         /// How long to search
         #[arg(long, value_name = "MINUTES", default_value_t = 3.0, allow_negative_numbers = true)]
@@ -226,7 +226,7 @@ pub enum Verb {
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
         /// The design: a file NAME.toml in the vehicle's directory
-        #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle")]
+        #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle", value_parser = design_name)]
         design: String,
         /// The bandwidth that replaced w_b of every tracking weight, rad/s
         #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
@@ -359,7 +359,7 @@ pub struct Which {
     /// The vehicle's directory, for instance vehicles/squid
     pub vehicle: PathBuf,
     /// The design: a file NAME.toml in the vehicle's directory
-    #[arg(long, value_name = "NAME", default_value = "design")]
+    #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
     pub design: String,
     /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
@@ -367,6 +367,17 @@ pub struct Which {
     /// The directory for all files; by default build/VEHICLE/DESIGN
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+/// The name of a design: that of a file NAME.toml in the vehicle's directory.
+fn design_name(text: &str) -> Result<String, String> {
+    let allowed = "it must be the name of a file beside vehicle.toml, without '.toml'";
+    match text {
+        "vehicle" => Err(format!("vehicle.toml is the vehicle itself; {allowed}")),
+        "" | "." | ".." => Err(allowed.to_owned()),
+        _ if text.contains(['/', '\\']) || text.ends_with(".toml") => Err(allowed.to_owned()),
+        _ => Ok(text.to_owned()),
+    }
 }
 
 impl Which {

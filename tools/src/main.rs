@@ -38,6 +38,10 @@ fn main() -> ExitCode {
             catch_unwind(AssertUnwindSafe(|| run(cli.verb))).unwrap_or_else(|panic| Err(defect(&*panic)))
         }
         Err(usage) if usage.use_stderr() => {
+            if std::env::args_os().any(|word| word == "--json") {
+                answer_in_json();
+                let _ = answer(&json!({ "status": "error", "reason": usage.to_string() }));
+            }
             let _ = usage.print();
             return WRONG_USAGE.into();
         }

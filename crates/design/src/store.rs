@@ -235,7 +235,8 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
 /// Reads the files of a design back, if they belong to these inputs.
 ///
 /// # Errors
-/// [`StoreError::NotDesigned`] when there is none, [`StoreError::Stale`] when vehicle or design file changed since.
+/// [`StoreError::NotDesigned`] when there is none, [`StoreError::OfAnother`], [`StoreError::Stale`] when vehicle or
+/// design file changed since.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
     let _held = reading(&path);
@@ -244,6 +245,13 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     }
     let controller = ControllerDesign::from_json(&read(&path)?)
         .map_err(|reason| StoreError::BadController { path: path.display().to_string(), reason })?;
+    let (vehicle, design) = (&controller.vehicle.name, &controller.design);
+    if (vehicle, design) != (&inputs.vehicle.name, &inputs.design.name) {
+        let (vehicle, design) = (vehicle.clone(), design.clone());
+        return Err(
+            StoreError::OfAnother { directory: directory.display().to_string(), vehicle, design }.into()
+        );
+    }
     if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
     }

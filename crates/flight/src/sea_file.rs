@@ -125,7 +125,7 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     let Some(table) = table else { return Some((Layers::new(&[[0.0, 0.0]]).ok()?, 0.0)) };
     table.allow_only(&["horizontal", "layers", "vertical"]);
     let vertical = match table.has("vertical") {
-        true => table.number("vertical", |_| true, "a finite number (m/s)"),
+        true => table.number("vertical", is_current, CURRENTS),
         false => Some(0.0),
     };
     let layers = if table.has("layers") {
@@ -135,13 +135,25 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
         table.pairs("layers", Layers::ALLOWED)
     } else {
         let horizontal = match table.has("horizontal") {
-            true => table.number("horizontal", |_| true, "a finite number (m/s)"),
+            true => table.number("horizontal", is_current, CURRENTS),
             false => Some(0.0),
         };
         horizontal.map(|velocity| vec![[0.0, velocity]])
     };
-    Some((blamed(table, Layers::new(&layers?))?, vertical?))
+    let (layers, vertical) = (layers?, vertical?);
+    if let Some([_, fast]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
+        table.not_allowed("layers", format!("at {fast} m/s somewhere"), format!("at each depth {CURRENTS}"));
+        return None;
+    }
+    Some((blamed(table, Layers::new(&layers))?, vertical))
 }
+
+/// Whether water moves so fast: the fastest tidal streams do not reach 11 m/s.
+fn is_current(velocity: f64) -> bool {
+    velocity.abs() <= 12.0
+}
+
+const CURRENTS: &str = "a number from -12 to 12 (m/s)";
 
 fn wandering(table: &Table<'_>) -> Option<Wandering> {
     table.allow_only(&["mu", "noise", "min", "max"]);
@@ -173,6 +185,10 @@ fn sensors(tables: &[Table<'_>]) -> Option<Each<SensorErrors>> {
     sound.then_some(all)
 }
 
+/// Errors of a sensor up to which a flight may be meant, in SI of any signal, and the least rate \[Hz\].
+const LARGEST_ERROR: f64 = 10.0;
+const SLOWEST: f64 = 1e-3;
+
 /// The place of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
@@ -181,10 +197,22 @@ fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let rate = optional(table, "rate", f64::INFINITY);
     let signal = SIGNALS[place?];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
-    let factor = signal.units[table.one_of("unit", &names)?].factor;
+    let unit = signal.units[table.one_of("unit", &names)?];
+    let factor = unit.factor;
     let errors = SensorErrors { noise: noise?, bias: bias?, quantum: quantum?, rate: rate?, delay: delay? };
     blamed(table, errors.check())?;
     let SensorErrors { noise, bias, quantum, .. } = errors;
+    for (key, found) in [("noise", noise), ("bias", bias), ("quantum", quantum)] {
+        if found.abs() * factor > LARGEST_ERROR {
+            let most = LARGEST_ERROR / factor;
+            table.not_allowed(key, found.to_string(), format!("at most {} {}", auv::number(most), unit.name));
+            return None;
+        }
+    }
+    if errors.rate < SLOWEST {
+        table.not_allowed("rate", errors.rate.to_string(), format!("a number of at least {SLOWEST} (Hz)"));
+        return None;
+    }
     let si = SensorErrors { noise: noise * factor, bias: bias * factor, quantum: quantum * factor, ..errors };
     Some((place?, si))
 }

@@ -231,7 +231,11 @@ fn a_sea_is_read_from_its_file() {
         ("heading = 180.0", "heading = inf", "'waves.heading' is inf; it must be a finite number"),
         ("components = 100", "components = 5", "'waves.components' is 5; it must be from 20 to 1000"),
         ("components = 100", "compnents = 5", "unknown key 'waves.compnents' (did you mean 'components'?)"),
-        ("horizontal = 0.2", "horizontal = nan", "'current.horizontal' is NaN; it must be a finite number"),
+        (
+            "horizontal = 0.2",
+            "horizontal = nan",
+            "'current.horizontal' is NaN; it must be a number from -12 to 12 (m/s)",
+        ),
         (
             "vertical = 0.0",
             "layers = [[0.0, 0.1]]",
@@ -249,6 +253,16 @@ fn a_sea_is_read_from_its_file() {
         ("signal = \"pitch\"", "signal = \"speed\"", "'sensor.unit' is \"deg\"; it must be \"m/s\""),
         ("unit = \"deg/s\"", "unit = \"deg\"", "'sensor.unit' is \"deg\" (did you mean \"deg/s\"?)"),
         ("bias = 0.2", "bias = \"none\"", "'sensor.bias' is "),
+        (
+            "horizontal = 0.2",
+            "horizontal = 100.0",
+            "'current.horizontal' is 100; it must be a number from -12",
+        ),
+        (
+            "rate = 5.0",
+            "rate = 1e-9",
+            "'sensor.rate' is 0.000000001; it must be a number of at least 0.001 (Hz)",
+        ),
         ("rate = 5.0", "rate = 0.0", "'sensor.rate' is 0; it must be above 0 (Hz)"),
         ("delay = 0.1", "delay = 11.0", "'sensor.delay' is 11; it must be from 0 to 10 (s)"),
         ("[current]", "[curent]", "unknown key 'curent' (did you mean 'current'?)"),

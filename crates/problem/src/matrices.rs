@@ -17,6 +17,12 @@ pub fn find<'a>(entries: &'a Entries, key: &str) -> Option<&'a Json> {
     entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
 }
 
+/// Whether a word is another but for its case, or, if it is long enough for that, one letter.
+fn is_near(found: &str, word: &str) -> bool {
+    const LONG: usize = 4;
+    found.eq_ignore_ascii_case(word) || (word.len() >= LONG && strsim::levenshtein(found, word) == 1)
+}
+
 /// The size of a matrix where its rows do not show it.
 #[derive(Debug, Clone, Copy)]
 pub struct Size {
@@ -59,6 +65,24 @@ impl Reader {
     pub fn data<'a>(&self, value: &'a Json) -> Result<&'a Entries, Error> {
         let top = self.object(value, "")?;
         find(top, "data").map_or(Ok(top), |data| self.object(data, "data"))
+    }
+
+    /// Refuses a key that is none of those `here` but was meant to be one: spelt otherwise, or one of those
+    /// `elsewhere`, which stand in another object. Other keys are ignored.
+    ///
+    /// # Errors
+    /// [`Error::Problem`].
+    pub fn meant(&self, entries: &Entries, here: &[&str], elsewhere: (&[&str], &str)) -> Result<(), Error> {
+        let (others, place) = elsewhere;
+        for (key, _) in entries.iter().filter(|(key, _)| !here.contains(&key.as_str())) {
+            if others.contains(&key.as_str()) {
+                return Err(self.wrong(key, format!("is out of place; it stands {place}")));
+            }
+            if let Some(near) = here.iter().find(|word| is_near(key, word)) {
+                return Err(self.wrong(key, format!("is not known; did you mean '{near}'?")));
+            }
+        }
+        Ok(())
     }
 
     /// The error that something is wrong at a line.

@@ -9,8 +9,8 @@
 //! With `performance` the last p inputs of P are w and its last q outputs z: robust performance and the worst-case
 //! gain are from w to z. `size` is that of the perturbation for the latter, 1 if not given.
 //!
-//! An entry of M is a pair of numbers, or a plain number where it is real. Other keys are ignored; no key may occur
-//! twice.
+//! An entry of M is a pair of numbers, or a plain number where it is real. No key may occur twice; other keys are
+//! ignored, but for those that are nearly one of these.
 
 use crate::error::Error;
 use crate::matrices::{Entries, Matrices, Reader, Size, find};
@@ -43,6 +43,7 @@ const LARGEST_BLOCK: f64 = 1000.0;
 pub fn mu_problem(source: &Source) -> Result<(Perturbed, Structure), Error> {
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
+    reader.meant(data, &["M", "P", "blocks", "performance", "size"], (&[], ""))?;
     let perturbed = match (find(data, "M"), find(data, "P")) {
         (Some(_), Some(_)) => {
             return Err(reader.wrong("M", "and 'P' are both given; give a matrix M or a system P".into()));

@@ -10,7 +10,7 @@
 //! A certificate is a problem file, too: its plant is read. Matrices are lists of rows; the partition is that of
 //! `lpv::plant`. Sizes follow from any matrix that shows them: a plant without states has `"A": []`, and its inputs and
 //! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
-//! twice. Other keys are ignored.
+//! twice. Other keys are ignored, but for those that are nearly one of these, or one of these in another place.
 //!
 //! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the parameters move however fast. `dt`, in either kind, is the sample time (s) of a plant in
@@ -55,7 +55,15 @@ pub struct Problem {
 /// [`Error::Problem`] with file and key,
 /// also when matrices do not fit together.
 pub fn problem(source: &Source) -> Result<Problem, Error> {
-    read(source, true)
+    read(source, true, "sample_time")
+}
+
+/// Reads the plant of the problem file of a sampled loop, in continuous time.
+///
+/// # Errors
+/// As [`problem`].
+pub fn of_sampled_loop(source: &Source) -> Result<Problem, Error> {
+    read(source, true, "dt")
 }
 
 /// Reads the problem file of a finished loop: a plant without controls and measurements, whose matrices are left out.
@@ -63,7 +71,7 @@ pub fn problem(source: &Source) -> Result<Problem, Error> {
 /// # Errors
 /// As [`problem`]; where there are controls or measurements.
 pub fn finished(source: &Source) -> Result<Problem, Error> {
-    let problem = read(source, false)?;
+    let problem = read(source, false, "sample_time")?;
     let sizes = problem.plant.sizes();
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
@@ -77,11 +85,36 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     Ok(problem)
 }
 
-fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
+/// The keys beside the plant, or beside its matrices.
+const BESIDE: [&str; 4] = ["blocks", "rate", "limits", "dt"];
+
+/// Reads a problem file that must not have the key `other`, which is of another kind of problem.
+fn read(source: &Source, with_control: bool, other: &str) -> Result<Problem, Error> {
     let (reader, value) = Reader::open(source)?;
+    let top = reader.object(&value, "")?;
     let data = reader.data(&value)?;
+    if find(top, "data").is_some() {
+        reader.meant(top, &["data", "kind"], (&BESIDE, "in 'data'"))?;
+    }
+    let matrices: Vec<&str> = names(PLANT).map(|(name, _, _)| name).chain(["D22", "E"]).collect();
+    if find(data, other).is_some() {
+        let words = match other {
+            "dt" => {
+                "makes a plant one in discrete time; that of a sampled loop is in continuous time: leave it out"
+            }
+            _ => "is of sampled loops; the sample time of a plant in discrete time is 'dt'",
+        };
+        return Err(reader.wrong(other, words.into()));
+    }
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
+    match nested {
+        Some(_) => {
+            reader.meant(data, &[&BESIDE[..], &["P", "plant"]].concat(), (&[], ""))?;
+            reader.meant(entries, &matrices, (&BESIDE, "beside the plant, in 'data'"))?;
+        }
+        None => reader.meant(data, &[&BESIDE[1..], &matrices[..]].concat(), (&[], ""))?,
+    }
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let matrices = Matrices::read(&reader, entries)?;
     let parts = partition(&matrices, &blocks, with_control)?;
@@ -257,6 +290,28 @@ mod tests {
         assert!(words.ends_with("p.json:2: this is not JSON: trailing comma (column 13)"), "{words}");
         let words = plant_of("{\"A\": [[1]],\n\n \"B1\": [[Infinity]]}").unwrap_err();
         assert!(words.contains("p.json:3: ") && words.contains("not proper"), "{words}");
+    }
+
+    #[test]
+    fn what_was_meant_to_be_a_key_is_not_ignored() {
+        let matrices = PLAIN.trim().trim_start_matches('{').trim_end_matches('}');
+        let nested = |beside: &str, inside: &str, above: &str| {
+            format!(r#"{{"data": {{"P": {{{matrices}{inside}}}, "blocks": []{beside}}}{above}}}"#)
+        };
+        assert_eq!(plant_of(&nested("", "", "")), plant_of(PLAIN));
+        plant_of(&nested(r#", "notes": 1, "convention": 2"#, r#", "unit": "m""#, r#", "source": 3"#))
+            .unwrap();
+        for (beside, inside, above, words) in [
+            (r#", "limit": [1]"#, "", "", "'limit' is not known; did you mean 'limits'?"),
+            (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
+            (r#", "sample_time": 0.1"#, "", "", "'sample_time' is of sampled loops; the sample time of"),
+            ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
+            ("", r#", "dt": 0.1"#, "", "'dt' is out of place; it stands beside the plant, in 'data'"),
+            ("", "", r#", "limits": [1]"#, "'limits' is out of place; it stands in 'data'"),
+        ] {
+            let found = refusal(&nested(beside, inside, above));
+            assert!(found.contains(words), "{found}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@
 use crate::error::Error;
 use crate::matrices::{Entries, Reader, find};
 use crate::mu_file::system;
-use crate::problem_file::problem;
+use crate::problem_file::of_sampled_loop;
 use crate::source::Source;
 use crate::words::digits;
 use certificate::Json;
@@ -43,9 +43,10 @@ const LONGEST: f64 = 10.0;
 /// # Errors
 /// Those of the file; [`Error::Problem`] where the loop has no gain that can be computed.
 pub fn run(source: &Source) -> Result<Report, Error> {
-    let mut plant = problem(source)?;
+    let mut plant = of_sampled_loop(source)?;
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
+    reader.meant(data, &["P", "blocks", "K", "sample_time", "delay", "held"], (&[], ""))?;
     let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
     let k = system(&reader, reader.object(k, "K")?)?;
     let time = number(&reader, data, "sample_time", None, "a number above 0, in seconds", |v| v > 0.0)?;

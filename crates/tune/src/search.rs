@@ -28,6 +28,7 @@ use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -86,6 +87,7 @@ pub fn search(inputs: &Inputs, text: &str, budget: Budget, progress: &Progress) 
             .collect(),
         deadline: Instant::now() + budget.time,
         designs: budget.designs,
+        begun: AtomicUsize::new(0),
         done: Mutex::new((vec![], None)),
         progress,
     };
@@ -113,6 +115,7 @@ struct Search<'a> {
     keys: Vec<&'static str>,
     deadline: Instant,
     designs: usize,
+    begun: AtomicUsize,
     /// What was tried, and why the first that failed did.
     done: Mutex<(Vec<Tried>, Option<String>)>,
     progress: &'a Progress<'a>,
@@ -196,8 +199,7 @@ impl Search<'_> {
 
     /// Whether the budget is spent.
     fn is_over(&self) -> bool {
-        let tried = self.done.lock().unwrap_or_else(PoisonError::into_inner).0.len();
-        Instant::now() >= self.deadline || tried >= self.designs
+        Instant::now() >= self.deadline || self.begun.load(Ordering::Relaxed) >= self.designs
     }
 
     /// One design; after the deadline one that is lost.
@@ -210,7 +212,7 @@ impl Search<'_> {
             rise: f64::NAN,
             disk: f64::NAN,
         };
-        if self.is_over() {
+        if Instant::now() >= self.deadline || self.begun.fetch_add(1, Ordering::Relaxed) >= self.designs {
             return lost;
         }
         let turned: Vec<(Knob, f64)> = self.knobs.iter().copied().zip(x.iter().map(|x| x.exp())).collect();

@@ -394,6 +394,7 @@ def test_what_a_cluster_cannot_fly(designed: Path, local: Path, options: list, w
         (["--sea", SEA, "--records", "."], 1, "FMUs cannot fly a Gauss-Markov current; fly"),
         (["--starts", "pitch=5deg"], 1, "is of another campaign: how far off trim flights begin differs"),
         (["--starts", "pitch=5deg", "--records", "."], 1, "FMUs cannot fly starts off the trim; fly"),
+        (["--starts", "speed=50m/s"], 64, "--starts is speed=50m/s; it must be at most 2.5 m/s in speed"),
         (["--starts", "pitch=5"], 64, "'pitch=5' is none of pitch=NUMBER in deg or rad, speed=NUMBER in m/s"),
         (["--records", "nowhere"], 1, "is of another campaign: what flies, squid or FMUs, differs"),
     ],

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SQUID, Run, with_rate
+from conftest import REMUS100, SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
 
@@ -277,6 +277,23 @@ def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: R
         assert done.returncode == 1 and f"{part} of the claim with limits differs" in done.stderr, done.stderr
 
 
+def test_limits_wider_than_those_of_the_vehicle_are_refused(
+    remus100: Packages, run_squid: Run, tmp_path: Path
+) -> None:
+    """All of one degree in size and limits, beta of two: proved of wider limits, and of no vehicle with narrower."""
+    certificate = json.loads((remus100.folder / "certificate.json").read_text(encoding="utf-8"))
+    claim = certificate["limits"]
+    claim["size"] *= 8.0
+    claim["limits"] = [8.0 * limit for limit in claim["limits"]]
+    claim["beta"] *= 64.0
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(certificate), encoding="utf-8")
+    assert run_squid("verify", path).returncode == 0
+    done = run_squid("verify", path, "--vehicle", REMUS100)
+    assert done.returncode == 1 and "a limit of the claim with limits differs" in done.stderr
+    assert "PROVED" not in done.stdout
+
+
 def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
     rate_limited: Packages, run_squid: Run, tmp_path: Path
 ) -> None:
@@ -295,4 +312,4 @@ def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
         ("verify", out / "certificate.json", "--vehicle", vehicle),
     ):
         done = run_squid(*words)
-        assert done.returncode == 1 and "a limit on a rate, of the claim with limits, differs" in done.stderr
+        assert done.returncode == 1 and "a limit on a rate, of the claim with limits differs" in done.stderr

@@ -10,6 +10,7 @@ use crate::verbs::design::load_or_design;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use signals::{DEPTH, PITCH};
 use squid_campaign::bound::{Gains, gains};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
@@ -18,7 +19,8 @@ use squid_campaign::starts::Starts;
 use squid_campaign::summary::{Share, Spread, shares, spreads, worst};
 use squid_campaign::table::{Column, Values, file};
 use squid_design::error::StoreError;
-use squid_design::numbers::{above, decimals};
+use squid_design::inputs::Inputs;
+use squid_design::numbers::{above, decimals, readable};
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, json, read, write};
 use squid_flight::record::Record;
@@ -26,6 +28,7 @@ use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
 use squid_report::page::plot::draw;
 use squid_report::record::panels;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 
 /// The file beside the results that says what `replay` reads.
@@ -56,6 +59,27 @@ struct About {
     fmus: bool,
 }
 
+/// Refuses flights that begin off their trim by more than the range of speed, the depth, or a pitch upright.
+fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
+    let design = &inputs.design;
+    let range = design.speed_max - design.speed_min;
+    for (place, signal) in starts.off() {
+        let most = match place {
+            PITCH => FRAC_PI_2,
+            DEPTH => design.depth,
+            _ if signal.name == "pitch_rate" => PI,
+            _ => range,
+        };
+        if starts.0[place] > most {
+            let (factor, unit) = readable(signal.unit);
+            let found = format!("{}={}{unit}", signal.name, auv::number(starts.0[place] * factor));
+            let allowed = format!("at most {} {unit} in {}", auv::number(most * factor), signal.name);
+            return Err(Error::Argument { name: "--starts", found, allowed });
+        }
+    }
+    Ok(())
+}
+
 /// Flies what is missing of a campaign, and prints what all its rows say.
 ///
 /// # Errors
@@ -70,6 +94,8 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         return Err(Error::Argument { name: "--flights", found, allowed });
     }
     let (inputs, directory) = which.read_to_write()?;
+    let starts = asked.starts.unwrap_or_default();
+    check_starts(&starts, &inputs)?;
     let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
     let sea = asked.sea.as_ref().map(|path| read_sea(path, &inputs)).transpose()?;
@@ -80,7 +106,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         Where::Corners => Points::Corners,
     };
     let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;
-    let plan = plan.starting(asked.starts.unwrap_or_default());
+    let plan = plan.starting(starts);
     let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
     let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();

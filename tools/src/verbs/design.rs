@@ -119,18 +119,27 @@ fn designed(
     Ok(finished)
 }
 
-/// The stored design, or a new one if there is none for these files. The caller reports whether it is proved.
+/// The stored design, or a new one if there is none or the files changed since. The caller reports whether it is
+/// proved.
 ///
 /// # Errors
-/// Those of the files and of the stages.
+/// Those of the files and of the stages. [`StoreError::Stale`] where a new design would not have all of the old one.
 pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error> {
-    let stored = match store::load(directory, inputs) {
-        Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })) => {
-            designed(inputs, directory, &Asked::default(), &Progress::new(&show))?;
-            say("");
-            store::load(directory, inputs)
+    let progress = Progress::new(&show);
+    match store::load(directory, inputs) {
+        Err(DesignError::Store(StoreError::NotDesigned { .. })) => {}
+        Err(DesignError::Store(StoreError::Stale { what, .. })) if !has_more(directory) => {
+            progress
+                .done("again", &format!("{}: {what} changed since this was designed", directory.display()));
         }
-        other => other,
-    };
-    Ok(stored?)
+        other => return Ok(other?),
+    }
+    designed(inputs, directory, &Asked::default(), &progress)?;
+    say("");
+    Ok(store::load(directory, inputs)?)
+}
+
+/// Whether a directory has more than a design without options writes.
+fn has_more(directory: &Path) -> bool {
+    ["robust.json", CONSTANT_CERTIFICATE].iter().any(|name| directory.join(name).exists())
 }

@@ -72,7 +72,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     files.add(file, vehicle);
     files.add(directory.join("design.toml"), head + design);
     files.save(directory)?;
-    let shown = directory.display();
+    let shown = quoted(&directory.display().to_string());
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\
@@ -84,4 +84,9 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     ));
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
     Ok(answer(&json!({ "files": files }))?)
+}
+/// A path as a shell takes it for one word.
+fn quoted(path: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/\\.:_-~".contains(c);
+    if path.chars().all(plain) { path.to_owned() } else { format!("\"{path}\"") }
 }

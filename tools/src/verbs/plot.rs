@@ -24,13 +24,17 @@ use std::path::{Path, PathBuf};
 /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
 pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
+    check_plot(&to)?;
     let actuators = match vehicle {
         Some(directory) => Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
         None => Vec::new(),
     };
     let mut record = read_record(path)?;
-    if record.get("time").is_some_and(<[f64]>::is_empty) {
-        return Err(Error::Record { path: path.display().to_string(), reason: "it has no rows".into() });
+    let wrong = |reason: &str| Error::Record { path: path.display().to_string(), reason: reason.into() };
+    match record.get("time") {
+        Some([]) => return Err(wrong("it has no rows")),
+        Some([first, .., last]) if first == last => return Err(wrong("its time stands still")),
+        _ => {}
     }
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
@@ -44,6 +48,15 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         say(&format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there."));
     }
     say(&to.display().to_string());
+    Ok(())
+}
+
+/// Refuses to overwrite what is no plot: the record itself, or a file of a vehicle.
+fn check_plot(to: &Path) -> Result<(), Error> {
+    if to.is_file() && !std::fs::read(to).is_ok_and(|found| found.is_empty() || found.starts_with(b"<svg")) {
+        let allowed = "a file that is not there yet, or an SVG: nothing else is overwritten".to_owned();
+        return Err(Error::Argument { name: "--out", found: to.display().to_string(), allowed });
+    }
     Ok(())
 }
 
@@ -131,6 +144,16 @@ fn end_at_surface(record: &mut Record) -> Option<Surfacing> {
     Some(Surfacing { time, speed })
 }
 
+/// The place of a heading without its unit, from 1; 0 where there is none.
+fn position(names: &[String], name: &str) -> usize {
+    names.iter().position(|one| bare(one) == bare(name)).map_or(0, |place| place + 1)
+}
+
+/// A heading without its unit.
+fn bare(heading: &str) -> &str {
+    heading.split_once(" [").map_or(heading, |(name, _)| name)
+}
+
 /// The columns by name, without the quotes that FMPy puts around names.
 pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
@@ -142,6 +165,9 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
         .iter()
         .map(|n| n.trim_matches('"').to_owned())
         .collect();
+    if let Some((i, name)) = names.iter().enumerate().find(|(i, name)| position(&names[..*i], name) > 0) {
+        return Err(wrong(format!("columns {} and {} are both '{name}'", position(&names, name), i + 1)));
+    }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for row in reader.records() {
         let row = row.map_err(|e| wrong(e.to_string()))?;
@@ -152,10 +178,15 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
                 other => other.parse::<f64>(),
             };
             let line = row.position().map_or(0, csv::Position::line);
-            column.push(value.map_err(|_| Error::Record {
-                path: format!("{}:{line}", path.display()),
-                reason: format!("'{name}' is {}; it must be a number", cited(field)),
-            })?);
+            let at = |reason: String| Error::Record { path: format!("{}:{line}", path.display()), reason };
+            let value =
+                value.map_err(|_| at(format!("'{name}' is {}; it must be a number", cited(field))))?;
+            let is_time = bare(name) == "time";
+            if value.is_nan() || (is_time && column.last().is_some_and(|before| value < *before)) {
+                let allowed = if is_time { "no less than before" } else { "a number" };
+                return Err(at(format!("'{name}' is {}; it must be {allowed}", cited(field))));
+            }
+            column.push(value);
         }
     }
     Ok(Record::new(names.into_iter().zip(columns).collect()))

@@ -10,6 +10,7 @@ mod surge_table;
 mod units;
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,6 +30,9 @@ const GRAVITY: f64 = 9.81;
 /// mass and a weight of two digits each are off by up to 5 %; the least of the mistakes in units, pounds for kilograms,
 /// is a factor of 2.2.
 const WEIGHT_TOLERANCE: f64 = 0.1;
+
+/// Densities that liquid water may have, with whatever is dissolved in it \[kg/m3\]: others are in another unit.
+const DENSITIES: RangeInclusive<f64> = 900.0..=1500.0;
 
 impl Vehicle {
     /// Reads and validates a vehicle file.
@@ -125,6 +129,9 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
         if name == "mass" {
             check_weight(&table, &coefficients);
         }
+        if name == "water" {
+            check_density(&table, &coefficients);
+        }
     }
     if combined {
         coefficients.split_combined_lift();
@@ -166,6 +173,16 @@ fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
     if weight > 0.0 && expected > 0.0 && off {
         let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
         table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
+    }
+}
+
+/// Records a density that water does not have.
+fn check_density(table: &Table<'_>, coefficients: &Coefficients) {
+    let density = coefficients.density;
+    if density > 0.0 && !DENSITIES.contains(&density) {
+        let (least, most) = (DENSITIES.start(), DENSITIES.end());
+        let allowed = format!("a density of water, from {least} to {most} kg/m3");
+        table.not_allowed("density", format!("{density} kg/m3"), allowed);
     }
 }
 

@@ -233,6 +233,11 @@ fn numbers_that_are_not_allowed() {
         "'water.density' is 0 kg/m3; it must be a number above zero",
     );
     refused(
+        "density = { value = 1025.2255",
+        "density = { value = 1.0252255",
+        "'water.density' is 1.0252255 kg/m3; it must be a density of water, from 900 to 1500 kg/m3",
+    );
+    refused(
         "z_G = { value = 0.03",
         "z_G = { value = nan",
         "'mass.z_G' is NaN m; it must be any finite number",

@@ -5,8 +5,9 @@
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
 use crate::inputs::design_file::DesignFile;
+use crate::linearise::trim_table;
 use crate::numbers::readable;
-use auv::Actuator;
+use auv::{Actuator, Vehicle};
 use certificate::{Certificate, Limits, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
@@ -24,6 +25,10 @@ const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Bound on a gain that is sought \[1/s\]: that of the quick one.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
+
+/// How much wider than those of the vehicle the limits of a claim may be, relative: its trims are computed again, with
+/// the rounding of another processor.
+const SAME_LIMIT: f64 = 1e-8;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
@@ -137,24 +142,30 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
     Ok(())
 }
 
-/// Checks that a claim with limits has those on the rates of a vehicle's actuators.
+/// Checks that the limits of a claim are no wider than those of a vehicle's actuators about its trims, computed again,
+/// nor those on their rates.
 ///
 /// # Errors
-/// [`ProofError::RateWithoutLag`]; [`ProofError::WrongPlant`].
-pub fn of_vehicle(
-    certificate: &Certificate,
-    actuators: &[Actuator],
-    design: &DesignFile,
-) -> Result<(), ProofError> {
+/// [`ProofError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
+pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
-    let there = rates(actuators, design, &certificate.moving_states())?;
-    let claimed = limits.limits.iter().skip(actuators.len());
-    let claimed: BTreeMap<usize, f64> = limits.rates.iter().copied().zip(claimed.copied()).collect();
-    let holds = |(state, rate): (&usize, &f64)| claimed.get(state).is_some_and(|claimed| claimed <= rate);
-    match there.iter().all(holds) {
-        true => Ok(()),
-        false => Err(ProofError::WrongPlant { what: "a limit on a rate, of the claim with limits,".into() }),
+    let actuators = &vehicle.actuators;
+    let wrong =
+        |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
+    let rates_there = rates(actuators, design, &certificate.moving_states())?;
+    if limits.limits.len() != actuators.len() + limits.rates.len() {
+        return wrong("the number of limits");
     }
+    let (commands, claimed) = limits.limits.split_at(actuators.len());
+    let trims = trim_table(vehicle, design)?;
+    let rows: Vec<&[f64]> = trims.iter().map(|trim| trim.actuators.as_slice()).collect();
+    let sides = actuators.iter().enumerate().map(|(j, a)| side(&rows, j, (a.min, a.max)) / a.reach());
+    if commands.iter().zip(sides).any(|(claimed, side)| *claimed > (1.0 + SAME_LIMIT) * side) {
+        return wrong("a limit");
+    }
+    let claimed: BTreeMap<usize, f64> = limits.rates.iter().copied().zip(claimed.iter().copied()).collect();
+    let holds = |(state, rate): (&usize, &f64)| claimed.get(state).is_some_and(|claimed| claimed <= rate);
+    if rates_there.iter().all(holds) { Ok(()) } else { wrong("a limit on a rate,") }
 }
 
 /// The states of the design's plant that are outputs of actuators with a limit on their rate, among those that the loop
@@ -235,9 +246,13 @@ impl Display for ClaimedStep {
 /// How far each command can go either way from the trim of any speed, in units of its scale: the trim table is
 /// interpolated linearly, so that its rows decide.
 fn sides(design: &ControllerDesign) -> Vec<f64> {
-    let side = |(j, a): (usize, &scheduled::Actuator)| {
-        let trims = design.trim.actuators.iter().map(|row| row[j]);
-        trims.map(|trim| (a.maximum - trim).min(trim - a.minimum) / a.scale).fold(f64::INFINITY, f64::min)
-    };
-    design.actuators.iter().enumerate().map(side).collect()
+    let rows: Vec<&[f64]> = design.trim.actuators.iter().map(Vec::as_slice).collect();
+    let one = |(j, a): (usize, &scheduled::Actuator)| side(&rows, j, (a.minimum, a.maximum)) / a.scale;
+    design.actuators.iter().enumerate().map(one).collect()
+}
+
+/// How far an actuator can go either way from the trim of the speed at which that is least.
+fn side(trims: &[&[f64]], actuator: usize, (least, most): (f64, f64)) -> f64 {
+    let each = trims.iter().map(|row| (most - row[actuator]).min(row[actuator] - least));
+    each.fold(f64::INFINITY, f64::min)
 }

@@ -43,7 +43,7 @@ pub fn of_inputs(
         &certificate.blocks,
         &augment(&vehicle.actuators, file, model.linear())?,
     )?;
-    limits::of_vehicle(certificate, &vehicle.actuators, file)?;
+    limits::of_vehicle(certificate, vehicle, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
     certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, vehicle, file, model))
 }

@@ -18,6 +18,9 @@ pub enum StoreError {
     /// There is no frozen design yet.
     #[error("{directory}: there is no design yet; run `squid design` first")]
     NotDesigned { directory: String },
+    /// The frozen design is of another vehicle, or another design file.
+    #[error("{directory}: this is design '{design}' of {vehicle}; name another directory with --out")]
+    OfAnother { directory: String, vehicle: String, design: String },
     /// The frozen design belongs to other inputs.
     #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
     Stale { directory: String, what: &'static str },

@@ -1,0 +1,110 @@
+"""What a user may ask by mistake, and must not get: files overwritten, another problem solved, nonsense flown."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from conftest import REMUS100, SQUID, Run
+from fly.package import Packages
+
+HEAD = "time,pitch,speed,depth,pitch_reference_used,speed_reference_used\n"
+RECORD = HEAD + "0,0,1,9,0,1\n1,0.1,1,9,0.1,1\n2,0.1,1,9,0.1,1\n"
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    """Return what all files of a folder contain."""
+    return {
+        path: path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".squid-lock"
+    }
+
+
+@pytest.mark.parametrize("name", ["vehicle", "", "..", "a/b", "design.toml"])
+def test_a_design_has_a_plain_name(run_squid: Run, copied_vehicle: Path, name: str) -> None:
+    """The search would write its design over the vehicle, or beside its directory."""
+    before = contents(copied_vehicle)
+    for words in (
+        ("tune", copied_vehicle, "--designs", "1", "--to", name),
+        ("show", copied_vehicle, "--design", name),
+    ):
+        done = run_squid(*words)
+        assert done.returncode == 64 and "must be the name of a file beside vehicle.toml" in done.stderr
+    assert contents(copied_vehicle) == before
+
+
+def test_no_verb_replaces_the_design_of_another_vehicle(
+    run_squid: Run, remus100: Packages, tmp_path: Path
+) -> None:
+    """Verbs that design where there is none, or an old one, leave what is not theirs."""
+    out = tmp_path / "out"
+    out.mkdir()
+    for path in remus100.folder.glob("*.json"):
+        shutil.copy(path, out)
+    before = contents(out)
+    for verb in ("simulate", "campaign", "report", "package", "export"):
+        done = run_squid(verb, SQUID, "--out", out)
+        assert done.returncode == 1 and "this is design 'design' of remus100" in done.stderr, done.stderr
+    assert contents(out) == before
+
+
+def test_an_old_design_is_made_again_and_said_to_be(
+    run_squid: Run, quick_vehicle: Path, tmp_path: Path
+) -> None:
+    """Unless it has a proof that a design without options does not make."""
+    vehicle, out = tmp_path / "vehicle", tmp_path / "out"
+    shutil.copytree(quick_vehicle, vehicle)
+    assert run_squid("design", vehicle, "--no-advise", "--out", out).returncode == 0
+    with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    more = out / "constant_certificate.json"
+    more.write_text("{}", encoding="utf-8")
+    done = run_squid("simulate", vehicle, "--out", out)
+    assert done.returncode == 1 and "the design file changed since this was designed; run" in done.stderr
+    more.unlink()
+    done = run_squid("simulate", vehicle, "--out", out)
+    assert done.returncode == 0 and "the design file changed since this was designed" in done.stdout, (
+        done.stderr
+    )
+
+
+def test_a_plot_overwrites_plots_alone(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
+    record = tmp_path / "flight.csv"
+    record.write_text(RECORD, encoding="utf-8")
+    shutil.copy(record, tmp_path / "flight.svg")
+    before = contents(tmp_path) | contents(copied_vehicle)
+    for to in (record, tmp_path / "flight.svg", copied_vehicle / "vehicle.toml"):
+        done = run_squid("plot", record, "--out", to)
+        assert done.returncode == 64 and "nothing else is overwritten" in done.stderr
+    assert contents(tmp_path) | contents(copied_vehicle) == before
+    for _ in range(2):
+        assert run_squid("plot", record, "--out", tmp_path / "new.svg").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("2,0.1,1", "0.5,0.1,1", ":4: 'time' is \"0.5\"; it must be no less than before"),
+        ("2,0.1,1", "2,nan,1", ":4: 'pitch' is \"nan\"; it must be a number"),
+        ("time,pitch,speed", "time,pitch,pitch [rad]", "columns 2 and 3 are both 'pitch [rad]'"),
+        ("1,0.1,1,9,0.1,1\n2,0.1,1,9,0.1,1\n", "0,0.1,1,9,0.1,1\n", "its time stands still"),
+    ],
+)
+def test_what_is_no_record_of_a_flight(
+    run_squid: Run, tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    record = tmp_path / "flight.csv"
+    assert RECORD.count(old) == 1
+    record.write_text(RECORD.replace(old, new), encoding="utf-8")
+    done = run_squid("plot", record)
+    assert done.returncode == 1 and words in done.stderr, done.stderr
+    assert not record.with_suffix(".svg").exists()
+
+
+def test_a_program_gets_its_object_of_a_wrong_command_line_too(run_squid: Run) -> None:
+    for words in (("show", "--json"), ("design", REMUS100, "--bogus", "--json")):
+        done = run_squid(*words)
+        assert done.returncode == 64 and json.loads(done.stdout)["status"] == "error"
