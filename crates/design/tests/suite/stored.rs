@@ -20,7 +20,7 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
     loop {
         for inputs in designs {
             match store::load(directory, inputs) {
-                Err(Error::Store(StoreError::Stale { .. })) => {}
+                Err(Error::Store(StoreError::OfAnother { .. } | StoreError::Stale { .. })) => {}
                 other => return (inputs, other.unwrap()),
             }
         }
