@@ -102,7 +102,7 @@ pub enum SynthesisError {
     Infeasible { stage: &'static str },
     /// The least gamma is above the limit that was asked for.
     #[error(
-        "the least gamma is {optimum:.4e}, {:.1} % above the limit {limit:.4e}{}",
+        "the least gamma found is {optimum:.4e}, {:.1} % above the limit {limit:.4e}{}",
         100.0 * (optimum / limit - 1.0),
         dominant_words(dominant)
     )]

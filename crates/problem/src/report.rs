@@ -205,7 +205,9 @@ impl Report {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = match self.status {
             Status::Feasible => "feasible\n".to_owned(),
-            Status::Infeasible => "infeasible: there is no such controller\n".to_owned(),
+            Status::Infeasible => {
+                "infeasible: there is no such controller, as computed in floating point\n".to_owned()
+            }
             Status::TooFast => {
                 "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
             }
