@@ -329,16 +329,25 @@ pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     to_faer(a).and_then(|a| a.eigenvalues().ok()).unwrap_or_else(|| vec![UNKNOWN; a.nrows()])
 }
 
+/// The left and right singular vectors of the largest singular value.
+pub fn largest_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
+    singular_vectors(a, 0)
+}
+
 /// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly
 /// annihilates.
-pub fn complex_svd_ends(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
-    let n = a.nrows();
-    if n == 0 {
+pub fn least_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
+    singular_vectors(a, a.nrows().checked_sub(1)?)
+}
+
+/// The left and right singular vectors of singular value `number`, counted down from the largest.
+fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(ComplexVector, ComplexVector)> {
+    if a.is_empty() {
         return None;
     }
     let decomposition = to_faer(a)?.svd().ok()?;
-    let last = |m: faer::MatRef<'_, faer::c64>| DVector::from_fn(n, |i, _| m[(i, n - 1)]);
-    Some((last(decomposition.U()), last(decomposition.V())))
+    let column = |m: faer::MatRef<'_, faer::c64>| DVector::from_fn(m.nrows(), |i, _| m[(i, number)]);
+    Some((column(decomposition.U()), column(decomposition.V())))
 }
 
 /// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.

@@ -9,7 +9,7 @@
 use super::CMat;
 use super::lower::{LowerBound, checked};
 use super::structure::Structure;
-use crate::matrix::{Mat, complex_svd_ends, eigenvalues, solve};
+use crate::matrix::{Mat, eigenvalues, least_singular_vectors, solve};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
@@ -154,7 +154,7 @@ impl MarginSearch<'_> {
         let a = self.perturbed(&at.direction, at.size)?;
         let n = a.nrows();
         let shifted = a.map(|v| Complex::new(v, 0.0)) - CMat::identity(n, n) * at.pole;
-        let (u, v) = complex_svd_ends(&shifted)?;
+        let (u, v) = least_singular_vectors(&shifted)?;
         let product = u.dotc(&v);
         if product.norm() < 1e-12 {
             return None;

@@ -10,7 +10,7 @@ use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use crate::matrix::{ComplexVector, complex_singular_values, complex_svd_ends};
+use crate::matrix::{ComplexVector, complex_singular_values, largest_singular_vectors};
 use crate::stop;
 use nalgebra::Complex;
 
@@ -231,22 +231,10 @@ impl Parts {
         (_, whole, through): &(f64, CMat, CMat),
     ) -> Option<(ComplexVector, ComplexVector)> {
         let w = self.m11.ncols();
-        let (u, v) = singular_vectors(whole)?;
+        let (u, v) = largest_singular_vectors(whole)?;
         let back = (CMat::identity(w, w) - product(delta, &self.m11)).adjoint().lu();
         Some((back.solve(&(self.m21.adjoint() * u))?, through * v))
     }
-}
-
-/// Singular vectors of the largest singular value.
-fn singular_vectors(m: &CMat) -> Option<(ComplexVector, ComplexVector)> {
-    let squared = m.adjoint() * m;
-    let n = squared.nrows();
-    let top = largest(&squared);
-    // The vector that `m* m - sigma^2` takes to zero.
-    let (_, v) = complex_svd_ends(&(squared - CMat::identity(n, n) * Complex::new(top, 0.0)))?;
-    let u = m * &v;
-    let length = u.norm();
-    (length > 0.0).then(|| (u.unscale(length), v))
 }
 
 /// The largest singular value.
