@@ -1,7 +1,7 @@
 //! Dense matrices: building from blocks, subspaces, eigenvalues.
 
 use faer::Side;
-use nalgebra::{Complex, ComplexField, DMatrix, DVector};
+use nalgebra::{Complex, ComplexField, DMatrix, DVector, SymmetricTridiagonal};
 
 /// A real matrix of any size.
 pub type Mat = DMatrix<f64>;
@@ -123,6 +123,42 @@ pub fn least_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).first().copied().unwrap_or(f64::INFINITY)
 }
 
+/// The least eigenvalue of a symmetric matrix, but for rounding, or up to 1e-3 of itself less; not-a-number when it
+/// holds one, infinity for an empty one.
+///
+/// By bisection with Sturm sequences, a tenth of the time that all eigenvalues take: W. Barth, R. S. Martin, J. H.
+/// Wilkinson, Numerische Mathematik 9, 1967.
+pub(crate) fn rough_least_eigenvalue(a: Mat) -> f64 {
+    if a.len() < 2 || a.iter().any(|v| !v.is_finite()) {
+        return a
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, |least, v| if v.is_finite() { least.min(v) } else { f64::NAN });
+    }
+    let (diagonal, beside) = SymmetricTridiagonal::new(a).unpack_tridiagonal();
+    let size = |i: usize| beside.get(i).map_or(0.0, |v: &f64| v.abs());
+    let radius = |i: usize| size(i) + if i > 0 { size(i - 1) } else { 0.0 };
+    let circles = || diagonal.iter().enumerate();
+    let mut low = circles().map(|(i, d)| d - radius(i)).fold(f64::INFINITY, f64::min);
+    let mut high = diagonal.min();
+    let rounding = f64::EPSILON * circles().map(|(i, d)| d.abs() + radius(i)).fold(0.0, f64::max);
+    let some_below = |shift: f64| {
+        let mut pivot = f64::INFINITY;
+        circles().any(|(i, d)| {
+            pivot = d - shift - if i > 0 { beside[i - 1] * beside[i - 1] / pivot } else { 0.0 };
+            pivot < 0.0
+        })
+    };
+    while high - low > rounding.max(ROUGH * low.abs()) {
+        let middle = 0.5 * (low + high);
+        if some_below(middle) { high = middle } else { low = middle }
+    }
+    low
+}
+
+/// See [`rough_least_eigenvalue`].
+const ROUGH: f64 = 1e-3;
+
 /// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal
 /// -1. Its sign is that of the largest eigenvalue, and rounding counts in proportion. Where the diagonal is not
 /// negative, 1.
@@ -193,8 +229,8 @@ pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
 
 /// A symmetric positive definite matrix of a system of equations, however badly conditioned.
 pub(crate) struct Definite {
-    /// `D A D` with a unit diagonal, raised.
-    matrix: Mat,
+    /// The lower triangle of `D A D` with a unit diagonal, raised.
+    lower: Mat,
     /// The diagonal of D.
     scale: Vec<f64>,
     factor: faer::linalg::solvers::Llt<f64>,
@@ -209,17 +245,15 @@ impl Definite {
             return None;
         }
         let scale: Vec<f64> = lower.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
-        let mut matrix = lower;
-        for j in 0..n {
-            for i in j..n {
-                matrix[(i, j)] *= scale[i] * scale[j];
-                matrix[(j, i)] = matrix[(i, j)];
-            }
+        let mut lower = lower;
+        for (j, mut column) in lower.column_iter_mut().enumerate() {
+            column.iter_mut().zip(&scale).skip(j).for_each(|(v, s)| *v *= s * scale[j]);
         }
         for raise in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8] {
-            matrix.fill_diagonal(1.0 + raise);
-            if let Ok(factor) = to_faer(&matrix)?.llt(Side::Lower) {
-                return Some(Self { matrix, scale, factor });
+            lower.fill_diagonal(1.0 + raise);
+            let view = faer::MatRef::from_column_major_slice(lower.as_slice(), n, n);
+            if let Ok(factor) = view.llt(Side::Lower) {
+                return Some(Self { lower, scale, factor });
             }
         }
         None
@@ -246,7 +280,8 @@ impl Definite {
         let mut push = precondition(&left);
         let mut product = left.dot(&push);
         for _ in 0..MOST_REFINEMENTS {
-            let moved = &self.matrix * &push;
+            let mut moved = DVector::zeros(n);
+            moved.sygemv(1.0, &self.lower, &push, 0.0);
             let curvature = push.dot(&moved);
             if curvature <= 0.0 || !curvature.is_finite() {
                 break;
@@ -398,6 +433,27 @@ mod tests {
         let (l, r) = rank_factors(&a, 1e-12);
         assert_eq!(l.ncols(), 1);
         assert!((l * r - a).amax() < 1e-12);
+    }
+
+    /// The second difference has the eigenvalues 2 - 2 cos(k pi/(n + 1)); it is turned by a reflection, and shifted.
+    #[test]
+    fn the_rough_least_eigenvalue_is_just_below_the_least() {
+        for (n, shift) in [(1, -3.0), (2, -1.0), (7, 0.0), (40, -2.5), (40, 1e6)] {
+            let second =
+                Mat::from_fn(n, n, |i, j| if i == j { 2.0 + shift } else { -f64::from(i.abs_diff(j) == 1) });
+            let v = DVector::from_fn(n, |i, _| (1.0 + i as f64).sin());
+            let turn = Mat::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
+            let least = 2.0 - 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos() + shift;
+            let found = rough_least_eigenvalue(symmetric_part(&(&turn * second * &turn)));
+            let rounding = 1e-14 * (4.0 + shift.abs()) * n as f64;
+            assert!(
+                found <= least + rounding && found >= least - 1e-3 * least.abs() - rounding,
+                "{found} {least}"
+            );
+        }
+        assert_eq!(rough_least_eigenvalue(Mat::zeros(0, 0)), f64::INFINITY);
+        assert_eq!(rough_least_eigenvalue(Mat::zeros(3, 3)), 0.0);
+        assert!(rough_least_eigenvalue(Mat::from_element(1, 1, f64::NAN)).is_nan());
     }
 
     #[test]

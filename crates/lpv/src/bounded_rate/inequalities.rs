@@ -139,7 +139,8 @@ impl Grid {
         self.state(&mut program, &unknowns, &gamma, None);
         self.couple(&mut program, &unknowns, 1.0);
         program.minimise_trace(&gamma, 1.0);
-        let solution = solver::solve(&program, STAGE, SolverOptions::within(accuracy))?;
+        let search = SolverOptions { settles: true, ..SolverOptions::within(accuracy) };
+        let solution = solver::solve(&program, STAGE, search)?;
         if solution.margin <= 0.0 {
             return Err(SynthesisError::numerical(STAGE, "the inequalities are missed at the gamma found"));
         }

@@ -42,7 +42,9 @@ pub(crate) fn least_gamma_within(
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
     let Options { scalings, accuracy, quick, .. } = options;
     let tolerance = (SEARCHED * accuracy).max(SolverOptions::fine().tolerance);
-    let search = SolverOptions { quick, ..SolverOptions::within(tolerance) };
+    // Where a rough value is enough, one that has settled is: its proof may be lost in rounding.
+    let settles = accuracy > DOUBTFUL_GAP;
+    let search = SolverOptions { quick, settles, ..SolverOptions::within(tolerance) };
     let doubtful = accuracy.max(DOUBTFUL_GAP);
     let (mut place, mut best) = first(plant, scalings, search)?;
     let mut tried = (place.clone(), best.clone());
