@@ -3,14 +3,14 @@
 use crate::error::Error;
 use crate::page::plot::draw;
 use crate::record::panels;
-use crate::simulate::{early_end, heading, limits};
+use crate::simulate::{early_end, heading, limits, out_of_range};
 use crate::subject::Step;
 use signals::SPEED;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::store::Stored;
 use squid_design::store::files::Files;
-use squid_flight::flight::{Row, fly, fly_at_sea};
+use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
 use squid_flight::metrics::FlightFigures;
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
@@ -65,7 +65,10 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let figures = |rows: &[Row]| Figures::of(&rows[..as_long], step.place, &limits(inputs));
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[as_long - 1].time;
-    let mut words = early_end("the sea", flown.surfacing) + &early_end("still water", still.surfacing);
+    let of = |place: &str, flight: &Flight| {
+        early_end(place, flight.surfacing) + &out_of_range(place, &flight.rows, inputs)
+    };
+    let mut words = of("the sea", &flown) + &of("still water", &still);
     words += &format!("The default manoeuvre from a depth of {depth} m, over {duration:.2} s\n");
     words += &waves_met(sea, [manoeuvre.speed_from, manoeuvre.speed_to]);
     words += "                            still water       at sea\n";

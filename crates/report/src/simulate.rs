@@ -6,7 +6,7 @@ use crate::page::words::{capital, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
 use scheduled::Manoeuvre;
-use signals::SPEED;
+use signals::{SPEED, place};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
@@ -41,7 +41,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         draw(&path, title, panels).map(|svg| files.add(path, svg))
     };
     let flight = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), manoeuvre)?;
-    let mut out = early_end("the default manoeuvre", flight.surfacing);
+    let mut out = early_end("the default manoeuvre", flight.surfacing)
+        + &out_of_range("the default manoeuvre", &flight.rows, inputs);
     let record = Record::of(&flight, &inputs.vehicle.actuators, &stored.controller);
     let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
     plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
@@ -101,6 +102,27 @@ pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
     let words =
         |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
     surfacing.map(words).unwrap_or_default()
+}
+
+/// Says how far and for how long the speed along the path was outside the range of the design; nothing where it was
+/// not.
+pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
+    let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
+    let along = |row: &Row| {
+        let (forward, heave) = (row.measured(SPEED), place("heave").map_or(0.0, |w| row.measured(w)));
+        forward.hypot(heave).copysign(forward)
+    };
+    let outside: Vec<f64> = rows.iter().map(along).filter(|speed| !(low..=high).contains(speed)).collect();
+    if outside.is_empty() {
+        return String::new();
+    }
+    format!(
+        "WARNING: in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the \
+         time:\n{} to {} m/s. What is proved holds inside the range.\n",
+        decimals(100.0 * outside.len() as f64 / rows.len() as f64, 1),
+        decimals(outside.iter().copied().fold(f64::INFINITY, f64::min), 2),
+        decimals(outside.iter().copied().fold(f64::NEG_INFINITY, f64::max), 2)
+    )
 }
 
 pub(crate) fn heading(inputs: &Inputs) -> String {

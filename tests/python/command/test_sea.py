@@ -163,6 +163,27 @@ def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
     assert (designed / "sea.csv").read_text(encoding="utf-8") == text
 
 
+def test_a_flight_that_leaves_the_range_of_speed_says_so(run_squid: Run, designed: Path, tmp_path: Path) -> None:
+    """A log that reads 0.3 m/s too much: the autopilot, which sees nothing of it, flies below its range."""
+    sea = tmp_path / "sea.toml"
+    sea.write_text('seed = 1\n[[sensor]]\nsignal = "speed"\nunit = "m/s"\nbias = 0.3\n', encoding="utf-8")
+    folder = Path(shutil.copytree(designed, tmp_path / "out"))
+    done = run_squid("simulate", REMUS100, "--sea", sea, "--out", folder)
+    assert done.returncode == 0, done.stderr
+    with (folder / "sea.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    speeds = np.array([float(row["speed [m/s]"]) for row in rows])
+    heave = np.array([float(row["heave_read [m/s]"]) for row in rows])
+    speeds = np.hypot(speeds, heave)
+    outside = speeds[speeds < 1.4]
+    assert 0 < len(outside) < len(rows)
+    words = " ".join((done.stdout + done.stderr).split())
+    assert "WARNING: in the sea the speed is outside the range of the design, 1.4 to 2.2 m/s" in words
+    assert f"during {100.0 * len(outside) / len(rows):.1f} % of the time" in words
+    assert f"{outside.min():.2f} to {outside.max():.2f} m/s. What is proved" in words
+    assert "in still water" not in words
+
+
 def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path: Path) -> None:
     found = json.loads(run_squid("simulate", REMUS100, "--sea", SEA, "--out", designed, "--json").stdout)
     assert found["surfacing"] is None
