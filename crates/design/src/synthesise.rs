@@ -11,7 +11,6 @@ use crate::numbers::above;
 use crate::progress::Progress;
 use auv::Actuator;
 use lpv::bounded_rate::SlowOptions;
-use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
@@ -75,9 +74,7 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
     if most <= limit || design.slow.is_some() {
         return (design, String::new());
     }
-    let rates = SPLITS.map(|part| part * limit);
-    let slow_enough = |controller: &Controller| controller.fastest_mode(&thetas) <= limit;
-    let Some(slower) = without_fast_modes(plant, &design, &rates, slow_enough) else {
+    let Some(slower) = without_fast_modes(plant, &design, limit) else {
         return (design, String::new());
     };
     let gone = design.controller.a().nrows() - slower.controller.a().nrows();
@@ -88,10 +85,6 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
     );
     (slower, words)
 }
-
-/// Where modes at rho = 0 count as too fast, relative to what the sample time allows: elsewhere in the range they may
-/// be faster.
-const SPLITS: [f64; 3] = [1.0, 0.6, 0.3];
 
 /// A controller made for a bounded rate of the speed, m/s^2. Its loop must have a bound for speeds that move faster,
 /// too.

@@ -163,7 +163,9 @@ def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
     assert (designed / "sea.csv").read_text(encoding="utf-8") == text
 
 
-def test_a_flight_that_leaves_the_range_of_speed_says_so(run_squid: Run, designed: Path, tmp_path: Path) -> None:
+def test_a_flight_that_leaves_the_range_of_speed_says_so(
+    run_squid: Run, designed: Path, tmp_path: Path
+) -> None:
     """A log that reads 0.3 m/s too much: the autopilot, which sees nothing of it, flies below its range."""
     sea = tmp_path / "sea.toml"
     sea.write_text('seed = 1\n[[sensor]]\nsignal = "speed"\nunit = "m/s"\nbias = 0.3\n', encoding="utf-8")

@@ -23,8 +23,11 @@ use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
 use crate::robust::bound::{RobustBound, RobustLoop, WHOLE};
 use crate::robust::uncertain_plant::UncertainPlant;
-use crate::synthesis::{Options, synthesise_once};
+use crate::synthesis::reduce::without_fast_modes;
+use crate::synthesis::{Design, Options, synthesise_once};
 use crate::system::controller::Controller;
+use crate::system::parameter_grid::parameter_grid;
+use crate::system::plant::GeneralisedPlant;
 use thiserror::Error;
 
 /// What a robust synthesis is asked for.
@@ -38,7 +41,8 @@ pub struct RobustOptions {
     pub rounds: usize,
     /// A round that makes the size grow by less than this, relatively, is the last.
     pub pays: f64,
-    /// See [`Options::fastest_mode`].
+    /// No mode of a frozen controller may be faster than this, rad/s: those that are, are taken out where the gain allows
+    /// it; see [`without_fast_modes`].
     pub fastest_mode: Option<f64>,
 }
 
@@ -157,18 +161,29 @@ fn round(
     let RobustBound { size, bound } = &before.largest;
     let (s, t) = RobustLoop::new(uncertain, &before.controller).multipliers_of_delta(bound);
     let weighed = uncertain.weighed(*size, bound.gamma, &s, &t);
-    let asked = Options {
-        back_off: options.back_off,
-        accuracy: ACCURACY,
-        fastest_mode: options.fastest_mode,
-        ..Options::default()
-    };
-    let found = synthesise_once(&weighed, asked).map_err(StopReason::Synthesis)?;
+    let asked = Options { back_off: options.back_off, accuracy: ACCURACY, ..Options::default() };
+    let found = synthesise_once(&weighed, asked);
+    let found =
+        found.and_then(|found| slow_enough(&weighed, found, options)).map_err(StopReason::Synthesis)?;
     let closed = RobustLoop::new(uncertain, &found.controller);
     let shown = closed.from_weighed(&found.certified, *size, bound.gamma, (&s, &t));
     let largest = closed.largest_size(&shown, options.gamma).ok_or(StopReason::NoBound)?;
     let round = Round { size: largest.size, least_gain: found.gamma_optimum };
     Ok((round, found.controller, largest))
+}
+
+/// The design, without the modes of its controller that are too fast.
+fn slow_enough(
+    weighed: &GeneralisedPlant,
+    found: Design,
+    options: RobustOptions,
+) -> Result<Design, SynthesisError> {
+    let Some(limit) = options.fastest_mode else { return Ok(found) };
+    let ratio = found.controller.fastest_mode(&parameter_grid(weighed.blocks.len())) / limit;
+    if ratio <= 1.0 {
+        return Ok(found);
+    }
+    without_fast_modes(weighed, &found, limit).ok_or(SynthesisError::TooFast { ratio })
 }
 
 #[cfg(test)]

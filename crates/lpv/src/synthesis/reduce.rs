@@ -49,25 +49,25 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     best
 }
 
-/// The design with modes of its controller at their steady values, and the bound shown anew: those that decay faster,
-/// at Theta = 0, than the first of `rates` (rad/s) that leaves a controller which is `slow_enough`. `None` when there
-/// is no such rate, or no bound within a fifth of the design's is shown.
+/// The design with modes of its controller at their steady values, so that none on the grid of [`parameter_grid`] is
+/// faster than `limit` (rad/s), and the bound shown anew. `None` when no such controller is found, or no bound within a
+/// fifth of the design's is shown.
 ///
-/// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
-pub fn without_fast_modes(
-    plant: &GeneralisedPlant,
-    design: &Design,
-    rates: &[f64],
-    slow_enough: impl Fn(&Controller) -> bool,
-) -> Option<Design> {
-    let slower = rates.iter().filter_map(|rate| at_rest(&design.controller, *rate));
-    let controller = slower.into_iter().find(slow_enough)?;
+/// At rest are those that decay faster, at Theta = 0, than some part of the limit: elsewhere they may be faster. In
+/// coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
+pub fn without_fast_modes(plant: &GeneralisedPlant, design: &Design, limit: f64) -> Option<Design> {
+    let thetas = parameter_grid(plant.blocks.len());
+    let slower = PARTS_OF_LIMIT.iter().filter_map(|part| at_rest(&design.controller, part * limit));
+    let controller = slower.into_iter().find(|k| k.fastest_mode(&thetas) <= limit)?;
     let closed = plant.close(&controller);
     let start = balanced_start(&closed, &design.certified)?;
     let certified = bounded_gain(&closed, &LoopError::none(&closed), &start).ok()?;
     let near = certified.gamma <= design.certified.gamma * (1.0 + RISE_WITHOUT_FAST_MODES);
     near.then(|| Design { controller, certified, ..design.clone() })
 }
+
+/// Where modes at Theta = 0 count as too fast, relative to the limit, tried in turn.
+const PARTS_OF_LIMIT: [f64; 3] = [1.0, 0.6, 0.3];
 
 /// The controller with the modes faster than `rate` at rest; `None` when there are none.
 fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
