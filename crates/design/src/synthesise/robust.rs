@@ -31,7 +31,7 @@ use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use auv::Actuator;
 use certificate::Certificate;
 use lpv::analysis::GainBound;
-use lpv::analysis::bounded_gain::balanced_start;
+use lpv::analysis::bounded_gain::{CLEARANCE_SHARE, balanced_start};
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use lpv::mu::sweep::bound_over_frequency;
@@ -39,7 +39,7 @@ use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
-use lpv::robust_bound::{CLEARANCE_SHARE, RobustBound, RobustLoop};
+use lpv::robust_bound::{RobustBound, RobustLoop};
 use lpv::synthesis::Design;
 
 /// How far above the least gain each controller of the rounds is built, relative.

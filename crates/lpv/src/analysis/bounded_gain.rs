@@ -277,6 +277,35 @@ pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
     Ok(posed.bound(base, &solution.x))
 }
 
+/// A bound at a gamma 1 % larger whose matrices show it as clearly as can be: for a proof, where those of a tight one
+/// are lost in rounding. `None` when none is shown.
+pub fn cleared(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Option<GainBound> {
+    let raised = GainBound { gamma: (1.0 + CLEARANCE_SHARE) * bound.gamma, ..bound.clone() };
+    as_clear_as_can_be(closed, error, &raised)
+}
+
+/// What part of gamma is given for an inequality that holds clearly.
+pub const CLEARANCE_SHARE: f64 = 0.01;
+
+/// The clearest point at the gamma of a bound, sought again in the better coordinates that each point gives. `None` when
+/// no inequality holds.
+pub(crate) fn as_clear_as_can_be(
+    closed: &ClosedLoop,
+    error: &LoopError,
+    given: &GainBound,
+) -> Option<GainBound> {
+    let mut best: Option<GainBound> = None;
+    for _ in 0..MOST_RESTARTS {
+        let from = best.as_ref().unwrap_or(given);
+        let Ok(found) = clearest(Base { closed, error, bound: from }) else { break };
+        if best.as_ref().is_some_and(|b| found.largest_eigenvalue >= b.largest_eigenvalue) {
+            break;
+        }
+        best = Some(found);
+    }
+    best.filter(|best| best.largest_eigenvalue < 0.0)
+}
+
 /// How far X and S may grow while the clearest point is sought.
 const LARGEST_GROWTH: f64 = 4.0;
 

@@ -3,7 +3,7 @@
 //! The inequality is that of [`crate::analysis::bounded_gain()`], with a point to start from that is made here: no
 //! controller was built on it.
 
-use crate::analysis::bounded_gain::{Base, clearest, search, worst_eigenvalue};
+use crate::analysis::bounded_gain::{Base, CLEARANCE_SHARE, as_clear_as_can_be, search, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::Mat;
 use crate::robust::uncertain_plant::UncertainPlant;
@@ -53,9 +53,6 @@ const FIRST_SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
 /// By what factor gamma is raised until a size is reached, and how often.
 const GAMMA_RAISE: f64 = 1.5;
 const MOST_RAISES: usize = 6;
-
-/// What part of gamma is given for an inequality that holds clearly: see [`RobustLoop::cleared`].
-pub const CLEARANCE_SHARE: f64 = 0.01;
 
 impl<'a> RobustLoop<'a> {
     /// The loop that a controller closes.
@@ -153,19 +150,9 @@ impl<'a> RobustLoop<'a> {
     /// A bound of the same size that holds as clearly as a larger gamma lets it.
     fn clear(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let closed = self.closed(at.size);
-        let none = LoopError::none(&closed);
-        let mut best: Option<GainBound> = None;
         let given = GainBound { gamma, ..at.bound.clone() };
-        for _ in 0..MOST_RESTARTS {
-            let from = best.as_ref().unwrap_or(&given);
-            let Ok(found) = clearest(Base { closed: &closed, error: &none, bound: from }) else { break };
-            if best.as_ref().is_some_and(|b| found.largest_eigenvalue >= b.largest_eigenvalue) {
-                break;
-            }
-            best = Some(found);
-        }
-        let bound = best?;
-        (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
+        let bound = as_clear_as_can_be(&closed, &LoopError::none(&closed), &given)?;
+        Some(RobustBound { size: at.size, bound })
     }
 
     /// S and T of Delta. Each is square, with a row for each channel of Delta.
