@@ -157,7 +157,7 @@ mod tests {
         }
     }
 
-    /// Equal but for rounding: the products are formed in another order.
+    /// Equal but for the rounding to the three digits that are written.
     fn close(one: &DesignFile, other: &DesignFile) -> bool {
         let numbers = |d: &DesignFile| -> Vec<f64> {
             let of_track = d.tracked.iter().flat_map(|t| {
@@ -167,7 +167,7 @@ mod tests {
             let rest = [d.control_weight.low, d.control_weight.high, d.disturbance];
             of_track.chain(of_noise).chain(rest).collect()
         };
-        numbers(one).iter().zip(numbers(other)).all(|(a, b)| (a - b).abs() < 1e-12 * b.abs())
+        numbers(one).iter().zip(numbers(other)).all(|(a, b)| (a - b).abs() <= 5e-3 * b.abs())
     }
 
     #[test]

@@ -110,21 +110,21 @@ def test_misspelt_key(
         ("design.toml", "speed_max = 3.0", "speed_max = 0.4", "speed_max"),
         (
             "design.toml",
-            "peak = 1.6  ",
+            "peak = 1.06  ",
             "peak = 0.0  ",
             "'track.peak' is 0; it must be above 1, at most 100; 1/peak",
         ),
         (
             "design.toml",
-            "bandwidth = 0.6   ",
+            "bandwidth = 0.434   ",
             "bandwidth = inf   ",
             "'track.bandwidth' is inf; it must be from 1e-6 to 1e6",
         ),
-        ("design.toml", "steady_error = 0.006  ", "steady_error = 1.0  ", "track.steady_error"),
+        ("design.toml", "steady_error = 0.00601 ", "steady_error = 1.0  ", "track.steady_error"),
         ("design.toml", "scale = 10.0", "scale = 0.0", "'track.scale' is 0; it must be from 1e-6 to 1e6"),
         (
             "design.toml",
-            "weight = 0.04",
+            "weight = 0.0351",
             "weight = 0.0",
             "'control.weight' is 0; it must be from 1e-6 to 1e6; without a weight",
         ),
@@ -167,7 +167,7 @@ def test_range_of_speeds_that_the_vehicle_cannot_fly(
 
 def test_weight_by_a_polynomial_is_refused(run_squid: Run, copied_vehicle: Path, tmp_path: Path) -> None:
     """Weights have no numerator and denominator, so that none can be improper."""
-    spoil(copied_vehicle / "design.toml", "peak = 1.6  ", "numerator = [1.0, 0.0]  ")
+    spoil(copied_vehicle / "design.toml", "peak = 1.06  ", "numerator = [1.0, 0.0]  ")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert "design.toml:" in message and "unknown key 'track.numerator'" in message and "bandwidth" in message
 
@@ -177,7 +177,7 @@ def test_model_of_the_speed_without_its_frequency(
 ) -> None:
     """What is missing is reported at the table that lacks it."""
     path = copied_vehicle / "design.toml"
-    spoil(path, "\nfrequency = 1.7\n", "\n")
+    spoil(path, "\nfrequency = 1.9\n", "\n")
     line = line_of(path, 'output = "speed"') - 1
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert f"{path}:{line}: missing key 'track.frequency': from 1e-4 to 1e4 (rad/s)" in message
@@ -199,7 +199,7 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
             "'model.depth' is the text \"deep\"; it must be a number, 0 or more",
         ),
         ('output = "speed"', 'output = "roll"', '\'track.output\' is "roll"; it must be "pitch" or "speed"'),
-        ("back_off = 0.1", "backoff = 0.1", "unknown key 'synthesis.backoff' (did you mean 'back_off'?)"),
+        ("back_off = 0.104", "backoff = 0.104", "unknown key 'synthesis.backoff' (did you mean 'back_off'?)"),
         ("speed_to = 2.9", "speed_to = 3.5", "'manoeuvre.speed_to' is 3.5; it must be from 0.5 to 3 (m/s)"),
     ):
         expected.append(f"{path}:{spoil(path, old, new)}: {words}")
@@ -331,7 +331,7 @@ def test_lags_that_no_sample_time_can_mend(run_squid: Run, tmp_path: Path) -> No
     spoil(vehicle / "design.toml", "\nlags = true", "\nlags = false")
     assert "however often it is sampled" in refused(run_squid, vehicle, tmp_path / "out")
     spoil(vehicle / "design.toml", "\nlags = false", "\nlags = true")
-    spoil(vehicle / "design.toml", "\nfrequency = 1.65\n", "\nfrequency = 0.1\n")
+    spoil(vehicle / "design.toml", "\nfrequency = 1.31\n", "\nfrequency = 0.1\n")
     spoil(vehicle / "design.toml", "\n# anti_windup = true", "\nanti_windup = false")
     assert (designed(run_squid, vehicle) / "controller.json").is_file()
 

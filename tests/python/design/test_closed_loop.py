@@ -163,18 +163,18 @@ def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path
     text = design.read_text(encoding="utf-8").replace("\n# anti_windup = true", "\nanti_windup = false")
     assert "\nanti_windup = false" in text, "no limit is reached, and its proof takes most of the time"
     design.write_text(text, encoding="utf-8")
-    pace = tomllib.loads(text)["track"][0]["frequency"]
-    assert text.count(f"frequency = {pace}\ndamping = 1.0\n") == 1
+    pace, damping = (tomllib.loads(text)["track"][0][key] for key in ("frequency", "damping"))
+    assert text.count(f"frequency = {pace}\ndamping = {damping}\n") == 1
 
     def flight(packages: Packages, frequency: float) -> tuple[float, float]:
         """Return the rise time over that of the model, and how far the two come apart."""
         flown = pitch_step(packages, 1.5, TEN_DEGREES, 45.0)
-        model = model_of_pitch(flown["time"], frequency, 1.0)
+        model = model_of_pitch(flown["time"], frequency, damping)
         own, wanted = (Step.of(flown["time"], done).rise for done in (flown["pitch_done"], model))
         return own / wanted, float(np.max(np.abs(flown["pitch_done"] - model)))
 
     of_default, apart = flight(squid, pace)
-    less_bandwidth, _ = flight(kept(run_squid, vehicle, "--bandwidth", "0.3"), pace)
+    less_bandwidth, _ = flight(kept(run_squid, vehicle, "--bandwidth", "0.217"), pace)
     design.write_text(text.replace(f"frequency = {pace}", f"frequency = {pace / 2}"), encoding="utf-8")
     slow, _ = flight(kept(run_squid, vehicle), pace / 2)
     print(

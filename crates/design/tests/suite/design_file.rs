@@ -38,22 +38,22 @@ fn wrong_types_are_told_in_one_sentence() {
             "'model.depth' is the text \"50 m\"; it must be a number, 0 or more (m)",
         ),
         (
-            "back_off = 0.1",
+            "back_off = 0.104",
             "back_off = true",
             "'synthesis.back_off' is true; it must be a number, from 0.001 to 1",
         ),
         (
-            "weight = 0.04",
+            "weight = 0.0351",
             "weight = { value = 1 }",
             "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
         ),
         (
-            "weight = 0.04",
+            "weight = 0.0351",
             "weight = [0.5]",
             "'control.weight' is a list; it must be a number, from 1e-6 to 1e6",
         ),
         (
-            "weight = 0.04",
+            "weight = 0.0351",
             "weight = 2026-01-01",
             "'control.weight' is the date or time 2026-01-01; it must be a number",
         ),
@@ -64,11 +64,11 @@ fn wrong_types_are_told_in_one_sentence() {
             "'track.output' is \"picth\" (did you mean \"pitch\"?); it must be \"pitch\" or \"speed\"",
         ),
         (
-            "back_off = 0.1",
-            "back_off = 0.1\nrate = -0.1",
+            "back_off = 0.104",
+            "back_off = 0.104\nrate = -0.1",
             "'synthesis.rate' is -0.1; it must be from 1e-6 to 1e3 (m/s^2)",
         ),
-        ("back_off = 0.1", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
+        ("back_off = 0.104", "back_off = 1e17", "'synthesis.back_off' is 1e17; it must be from 0.001 to 1"),
         ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
         ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
     ] {
@@ -89,10 +89,10 @@ fn what_is_measured_is_checked() {
         ),
         ("signal = \"pitch_rate\"", "signal = \"pitch\"", "'measure.signal' is \"pitch\" a second time"),
         ("unit = \"deg/s\"", "unit = \"deg\"", "'measure.unit' is \"deg\""),
-        ("noise = 2.0", "noise = 0.0", "'measure.noise' is 0; it must be from 1e-9 to 1e6; without noise"),
-        ("rise = 1200.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
-        ("damping = 1.0", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
-        ("follow = 6.0", "follow = 0.5", "'track.follow' is 0.5; it must be from 1, as much as fast ones"),
+        ("noise = 1.88", "noise = 0.0", "'measure.noise' is 0; it must be from 1e-9 to 1e6; without noise"),
+        ("rise = 1120.0", "rise = 0.5", "'measure.rise' is 0.5; it must be from 1, no less than"),
+        ("damping = 0.868", "damping = 0.0", "'track.damping' is 0; it must be from 0.3 to 3"),
+        ("follow = 7.38", "follow = 0.5", "'track.follow' is 0.5; it must be from 1, as much as fast ones"),
         ("lags = true", "lags = 1", "'control.lags' is the number 1; it must be true or false"),
         (
             "sample_time = 0.02",
@@ -105,13 +105,13 @@ fn what_is_measured_is_checked() {
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
     }
-    let (half, _) = refused(&[("corner = 10.0\n", "")]);
+    let (half, _) = refused(&[("corner = 7.82\n", "")]);
     assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
-    let (half, _) = refused(&[("follow = 6.0\n", "")]);
+    let (half, _) = refused(&[("follow = 7.38\n", "")]);
     assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
-    let (missing, _) = refused(&[("frequency = 1.7\n", "")]);
+    let (missing, _) = refused(&[("frequency = 1.9\n", "")]);
     assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
-    let (second_order, _) = refused(&[("frequency = 1.7\n", "frequency = 1.7\ndamping = 0.7\n")]);
+    let (second_order, _) = refused(&[("frequency = 1.9\n", "frequency = 1.9\ndamping = 0.7\n")]);
     assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
     // Without [[measure]] the controller sees the errors: there is no model to follow.
     let text = squid();
@@ -128,7 +128,7 @@ fn all_mistakes_are_told_at_once() {
     let (found, lines) = refused(&[
         ("sample_time =", "sampletime ="),
         ("speed_min =", "speedmin ="),
-        ("peak = 2.0", "peak = \"two\""),
+        ("peak = 2.6", "peak = \"two\""),
         ("depth = 50.0", "depth = -50.0"),
         ("ramp_start = 5.0", "ramp_start = nan"),
     ]);
