@@ -287,8 +287,8 @@ pub fn cleared(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Opt
 /// What part of gamma is given for an inequality that holds clearly.
 pub const CLEARANCE_SHARE: f64 = 0.01;
 
-/// The clearest point at the gamma of a bound, sought again in the better coordinates that each point gives. `None` when
-/// no inequality holds.
+/// The clearest point at the gamma of a bound, sought again in the better coordinates that each point gives. `None`
+/// when no inequality holds.
 pub(crate) fn as_clear_as_can_be(
     closed: &ClosedLoop,
     error: &LoopError,

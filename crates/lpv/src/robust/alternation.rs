@@ -41,8 +41,8 @@ pub struct RobustOptions {
     pub rounds: usize,
     /// A round that makes the size grow by less than this, relatively, is the last.
     pub pays: f64,
-    /// No mode of a frozen controller may be faster than this, rad/s: those that are, are taken out where the gain allows
-    /// it; see [`without_fast_modes`].
+    /// No mode of a frozen controller may be faster than this, rad/s: those that are, are taken out where the gain
+    /// allows it; see [`without_fast_modes`].
     pub fastest_mode: Option<f64>,
 }
 
