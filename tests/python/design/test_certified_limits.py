@@ -161,6 +161,7 @@ def times(key: str, factor: float) -> Callable[[dict], None]:
         (times("H", 0.0), False, True),
         (times("H", 10.0), False, True),
         (times("beta", 1.5), False, True),
+        (times("beta", 0.05), False, True),
         (times("beta", 1e-6), False, False),
         (times("X", -1.0), False, False),
         (lambda c: c["X"][0].__setitem__(1, c["X"][0][1] * 1.0001), False, False),

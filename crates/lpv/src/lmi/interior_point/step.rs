@@ -1,7 +1,7 @@
 //! One step: a predictor, a corrector, and how far to go.
 
 use super::{Cone, State};
-use crate::matrix::{Definite, Mat, rough_least_eigenvalue, symmetric_part};
+use crate::matrix::{Definite, Mat, quick_least_eigenvalue, symmetric_part};
 
 /// A cone's matrices that do not change within a step.
 struct Factors {
@@ -109,7 +109,7 @@ impl State<'_> {
         let along = |root: &Mat, d: &Mat| -> f64 {
             let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
             let Some(scaled) = root.solve_lower_triangular(&half.transpose()) else { return 0.0 };
-            let least = rough_least_eigenvalue(symmetric_part(&scaled));
+            let least = quick_least_eigenvalue(symmetric_part(&scaled));
             if least.is_nan() {
                 0.0
             } else if least < 0.0 {
