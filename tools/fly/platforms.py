@@ -44,7 +44,7 @@ def option(names: list[str]) -> str:
 
 
 def tools() -> Environment:
-    """Return the environment with cargo-zigbuild and Zig; create it if it is missing."""
+    """Return the environment with Zig, cargo-zigbuild and maturin; create it if it is missing."""
     return environment.ready("platforms", REQUIREMENTS)
 
 

@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 
 from fly import build as binaries
-from fly import environment, platforms
+from fly import platforms
 from fly.stages import BUILD, ROOT, StageError, run, stage
 
-REQUIREMENTS = ROOT / "tools" / "wheel.txt"
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
 
@@ -26,7 +25,7 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
 
     One wheel serves every Python from 3.10 on.
     """
-    tools = environment.ready("wheel", REQUIREMENTS)
+    tools = platforms.tools()
     out = to / platform
     shutil.rmtree(out, ignore_errors=True)
     words: list[str | Path] = [
@@ -40,7 +39,9 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
     ]
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
     # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
-    variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": binaries.without_paths()}
+    # Stripped, as the FMUs are, dependencies too: for what is not, Zig compiles the C library of Windows once more.
+    flags = "\x1f".join([binaries.without_paths(), "-Cstrip=symbols"])
+    variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": flags}
     variables |= {} if optimised else UNOPTIMISED
     if platform == "host":
         words += ["--interpreter", sys.executable, "--compatibility", "linux"]

@@ -149,9 +149,12 @@ def here(unpacked: dict[str, Unpacked], tmp_path_factory: pytest.TempPathFactory
 
 @pytest.fixture(scope="session")
 def cross(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
-    """Return a function that compiles the importer for another platform with Zig."""
+    """Return a function that compiles the importer for another platform with Zig, stripped as the FMUs are.
+
+    For what is not stripped Zig compiles the C library of Windows once more, in a minute.
+    """
     folder = tmp_path_factory.mktemp("cross")
-    zig = [platforms.tools().python, "-m", "ziglang", "cc", "-target"]
+    zig = [platforms.tools().python, "-m", "ziglang", "cc", "-s", "-target"]
     return lambda target, name: compile_host([*zig, target], folder / name)
 
 
