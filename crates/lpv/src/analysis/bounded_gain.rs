@@ -312,12 +312,15 @@ const LARGEST_GROWTH: f64 = 4.0;
 /// How close to the largest clearance is close enough, relatively.
 const CLEARANCE_TOLERANCE: f64 = 0.3;
 
+/// Below this part of its diagonal, the sign of an eigenvalue may be that of rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
-/// not depend on the scaling, and rounding counts in proportion. Where it seems to be wrong, it is looked at again in
+/// not depend on the scaling, and rounding counts in proportion. Where that may decide it, it is looked at again in
 /// the coordinates in which X and S are the identity: in others slow modes may drown in the rounding of `A'X + X A`.
 pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let scaled = eigenvalue_as_given(closed, error, bound);
-    if scaled < 0.0 {
+    if scaled < -ROUNDING {
         return scaled;
     }
     Whitened::new(Base { closed, error, bound })
