@@ -22,7 +22,7 @@ pub type Rows = Vec<Vec<f64>>;
 ///
 /// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
 /// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Certificate {
     /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`.
     #[serde(skip)]
@@ -137,7 +137,7 @@ named!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct
 
 /// The claim for the plant with `[A B1 B2] + E Delta(t) [F Fw Fu]` in place of `[A B1 B2]`, for every measurable
 /// Delta(t) with a largest singular value of at most 1, and every Theta(t).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Residual {
     /// n x ne.
     #[serde(rename = "E")]
@@ -302,11 +302,12 @@ impl Plant {
     }
 }
 
+/// A certificate with its format, as in the file.
 #[derive(Serialize)]
-struct File<'a> {
-    format: &'static str,
+pub(crate) struct File<'a, T> {
+    pub(crate) format: &'static str,
     #[serde(flatten)]
-    certificate: &'a Certificate,
+    pub(crate) certificate: &'a T,
 }
 
 impl Certificate {

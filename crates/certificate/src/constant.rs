@@ -7,11 +7,11 @@ mod theorem;
 
 pub use theorem::ConstantTheorem;
 
-use crate::certificate::{Certificate, Controller, Plant, Residual, Rows};
+use crate::certificate::{Certificate, Controller, File, Plant, Residual, Rows};
 use crate::error::ReadError;
 use crate::json::Json;
-use crate::read::{Fields, check_format, controller, list, plant, size};
-use crate::shape::{check_matrix, check_number};
+use crate::read::{Fields, check_format, lists, objects};
+use crate::shape::{check_matrix, check_number, columns};
 use serde::Serialize;
 
 /// Value of the key `format`.
@@ -78,12 +78,11 @@ pub struct ErrorBall {
     pub lambda: f64,
 }
 
-#[derive(Serialize)]
-struct File<'a> {
-    format: &'static str,
-    #[serde(flatten)]
-    certificate: &'a ConstantCertificate,
+objects! {
+    Filter: parameter "parameter", pole "pole";;
+    ErrorBall: e "E", f "F", fu "Fu", lambda "lambda";;
 }
+lists!(Filter: "a list of objects", ErrorBall: "a list of objects");
 
 const KEYS: [&str; 12] = [
     "format",
@@ -128,23 +127,17 @@ impl ConstantCertificate {
         check_format(&json, &[CONSTANT_FORMAT])?;
         let top = Fields::new("", &json, &KEYS, &[])?;
         let certificate = Self {
-            blocks: top.sizes("blocks")?,
-            controller_blocks: top.sizes("controller_blocks")?,
-            plant: plant(top.get("plant")?)?,
-            controller: controller(top.get("controller")?)?,
-            gamma: top.number("gamma")?,
-            x: top.matrix("X")?,
-            s: top.matrix("S")?,
-            t: top.matrix("T")?,
-            lyapunov: top.matrix("L")?,
-            filters: each(&top, "filters", &["parameter", "pole"], |f| {
-                let parameter = size(&f.path("parameter"), f.get("parameter")?)?;
-                Ok(Filter { parameter, pole: f.number("pole")? })
-            })?,
-            errors: each(&top, "errors", &["E", "F", "Fu", "lambda"], |f| {
-                let (e, lambda) = (f.matrix("E")?, f.number("lambda")?);
-                Ok(ErrorBall { e, f: f.matrix("F")?, fu: f.matrix("Fu")?, lambda })
-            })?,
+            blocks: top.read("blocks")?,
+            controller_blocks: top.read("controller_blocks")?,
+            plant: top.read("plant")?,
+            controller: top.read("controller")?,
+            gamma: top.read("gamma")?,
+            x: top.read("X")?,
+            s: top.read("S")?,
+            t: top.read("T")?,
+            lyapunov: top.read("L")?,
+            filters: top.read("filters")?,
+            errors: top.read("errors")?,
         };
         certificate.check()?;
         Ok(certificate)
@@ -156,13 +149,13 @@ impl ConstantCertificate {
     /// The first field that does not fit.
     pub fn check(&self) -> Result<(), ReadError> {
         if self.plant.direct_path().is_some() {
-            let (field, found) = ("plant.D22".into(), "a direct path from u to y".into());
-            return Err(ReadError::Kind { field, found, allowed: "none in this format" });
+            let found = "a direct path from u to y".into();
+            return Err(ReadError::kind("plant.D22", found, "none in this format"));
         }
         let states = (self.plant.a.len(), "plant's states");
-        let controls = (self.plant.d12.first().map_or(0, Vec::len), "controls u");
+        let controls = (columns(&self.plant.d12), "controls u");
         for (i, ball) in self.errors.iter().enumerate() {
-            let (ne, nf) = (ball.e.first().map_or(0, Vec::len), ball.f.len());
+            let (ne, nf) = (columns(&ball.e), ball.f.len());
             check_matrix(&format!("errors[{i}].E"), &ball.e, states, (ne, "rows of Delta"))?;
             check_matrix(&format!("errors[{i}].F"), &ball.f, (nf, "columns of Delta"), states)?;
             check_matrix(&format!("errors[{i}].Fu"), &ball.fu, (nf, "columns of Delta"), controls)?;
@@ -178,7 +171,7 @@ impl ConstantCertificate {
                 let (field, found) = (format!("filters[{i}].parameter"), filter.parameter.to_string());
                 let allowed =
                     "the number of a parameter that has channels, larger than that of the filter before";
-                return Err(ReadError::Kind { field, found, allowed });
+                return Err(ReadError::kind(&field, found, allowed));
             }
             after = filter.parameter + 1;
             check_number(&format!("filters[{i}].pole"), filter.pole)?;
@@ -199,14 +192,12 @@ impl ConstantCertificate {
         let none = vec![vec![0.0; r.min(self.s.len())]; r.min(self.s.len())];
         let mut all = Residual {
             e: vec![vec![]; self.plant.a.len()],
-            f: vec![],
-            fw: vec![],
-            fu: vec![],
             lambda: 1.0,
             gamma: self.gamma,
             x: self.lyapunov.clone(),
             s: none.clone(),
             t: none.clone(),
+            ..Residual::default()
         };
         for ball in &self.errors {
             all.e.iter_mut().zip(&ball.e).for_each(|(row, more)| row.extend(more));
@@ -223,10 +214,7 @@ impl ConstantCertificate {
             s: none.clone(),
             t: none,
             residual: (!self.errors.is_empty()).then_some(all),
-            bounded_rate: None,
-            discrete: false,
-            limits: None,
-            energy: None,
+            ..Certificate::default()
         }
     }
 
@@ -240,15 +228,4 @@ impl ConstantCertificate {
     fn filtered(&self) -> usize {
         self.filters.iter().map(|f| self.channels_of(f.parameter)).sum()
     }
-}
-
-/// The objects of a list.
-fn each<T>(
-    top: &Fields<'_>,
-    key: &str,
-    keys: &[&str],
-    read: impl Fn(&Fields<'_>) -> Result<T, ReadError>,
-) -> Result<Vec<T>, ReadError> {
-    let items = list(key, top.get(key)?, "a list of objects")?.iter().enumerate();
-    items.map(|(i, json)| read(&Fields::new(&format!("{key}[{i}]"), json, keys, &[])?)).collect()
 }

@@ -77,6 +77,13 @@ pub enum ReadError {
     },
 }
 
+impl ReadError {
+    /// [`ReadError::Kind`].
+    pub(crate) fn kind(field: &str, found: String, allowed: &'static str) -> Self {
+        Self::Kind { field: field.into(), found, allowed }
+    }
+}
+
 /// A matrix of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Proved {
@@ -88,8 +95,6 @@ pub enum Proved {
     T,
     /// The matrix of the linear matrix inequality.
     Inequality,
-    /// The matrix X(0) of a polynomial X(theta).
-    MiddleX,
     /// The matrix `X[k]` of a polynomial X(theta).
     Coefficient(usize),
     /// A Bernstein coefficient of the inequality on the interval after this breakpoint, from 0.
@@ -113,7 +118,6 @@ impl fmt::Display for Proved {
             Self::S => f.write_str("S"),
             Self::T => f.write_str("T"),
             Self::Inequality => f.write_str("the matrix of the inequality"),
-            Self::MiddleX => f.write_str("X[0]"),
             Self::Coefficient(k) => write!(f, "X[{k}]"),
             Self::OnInterval(i) => {
                 write!(f, "a Bernstein coefficient of the inequality between breakpoints {i} and {}", i + 1)

@@ -185,7 +185,7 @@ impl Slowly<'_> {
             symmetric(self.claim, Proved::Coefficient(k), x)?;
         }
         let middle = Matrix::from_rows(&self.slow.x[0], closed.states);
-        definite(self.claim, Proved::MiddleX, "positive", &whole("x", &middle))?;
+        definite(self.claim, Proved::Coefficient(0), "positive", &whole("x", &middle))?;
         let inequality = SlowInequality::new(closed, self.slow, self.rate, self.lambda);
         let intervals = self.slow.breakpoints.windows(2).zip(&self.slow.n);
         for (i, (ends, n)) in intervals.enumerate() {

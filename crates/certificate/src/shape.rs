@@ -45,7 +45,8 @@ impl Sizes {
     }
 }
 
-fn columns(rows: &Rows) -> usize {
+/// The number of columns; 0 without rows.
+pub(crate) fn columns(rows: &Rows) -> usize {
     rows.first().map_or(0, Vec::len)
 }
 
@@ -112,12 +113,8 @@ impl Certificate {
             return Err(ReadError::Empty { field: "energy.claims", part: "entries", meaning: "claims" });
         }
         if energy.claims.len() > MOST_CLAIMS {
-            let expected = format!("at most {MOST_CLAIMS}");
-            return Err(ReadError::Length {
-                field: "energy.claims".into(),
-                found: energy.claims.len(),
-                expected,
-            });
+            let (field, found) = ("energy.claims".into(), energy.claims.len());
+            return Err(ReadError::Length { field, found, expected: format!("at most {MOST_CLAIMS}") });
         }
         let u = (s.u, "controls u");
         check_list("energy.limits", &energy.limits, u)?;
@@ -138,11 +135,8 @@ impl Certificate {
             return Err(ReadError::NoModelError { field: "limits" });
         };
         if let Some(found) = l.delta_rows.filter(|rows| !(1..=columns(&error.e)).contains(rows)) {
-            return Err(ReadError::Kind {
-                field: "limits.delta_rows".into(),
-                found: found.to_string(),
-                allowed: "from 1 to the number of columns of residual.E",
-            });
+            let allowed = "from 1 to the number of columns of residual.E";
+            return Err(ReadError::kind("limits.delta_rows", found.to_string(), allowed));
         }
         if self.plant.direct_path().is_some() {
             return Err(ReadError::DirectPath { field: "limits" });
@@ -186,11 +180,8 @@ impl Certificate {
                 || l.rates[..i].contains(state)
                 || error.e.get(*state).is_some_and(by_delta)
             {
-                return Err(ReadError::Kind {
-                    field: format!("limits.rates[{i}]"),
-                    found: state.to_string(),
-                    allowed: "a state of the plant that the loop moves and Delta does not, each once",
-                });
+                let allowed = "a state of the plant that the loop moves and Delta does not, each once";
+                return Err(ReadError::kind(&format!("limits.rates[{i}]"), state.to_string(), allowed));
             }
         }
         Ok(l.rates.len())
@@ -339,7 +330,7 @@ pub(crate) fn check_number(field: &str, x: f64) -> Result<(), ReadError> {
     if x.is_finite() {
         return Ok(());
     }
-    Err(ReadError::Kind { field: field.into(), found: x.to_string(), allowed: "a finite number" })
+    Err(ReadError::kind(field, x.to_string(), "a finite number"))
 }
 
 fn check_list(field: &str, list: &[f64], (expected, meaning): Size) -> Result<(), ReadError> {
@@ -351,23 +342,15 @@ fn check_list(field: &str, list: &[f64], (expected, meaning): Size) -> Result<()
 }
 
 pub(crate) fn check_matrix(field: &str, m: &Rows, rows: Size, cols: Size) -> Result<(), ReadError> {
-    if m.len() != rows.0 {
-        return Err(ReadError::Rows {
-            field: field.into(),
-            found: m.len(),
-            expected: rows.0,
-            meaning: rows.1,
-        });
+    let (expected, meaning) = rows;
+    if m.len() != expected {
+        return Err(ReadError::Rows { field: field.into(), found: m.len(), expected, meaning });
     }
+    let (expected, meaning) = cols;
     for (i, row) in m.iter().enumerate() {
-        if row.len() != cols.0 {
-            return Err(ReadError::Columns {
-                field: field.into(),
-                row: i,
-                found: row.len(),
-                expected: cols.0,
-                meaning: cols.1,
-            });
+        if row.len() != expected {
+            let (field, found) = (field.into(), row.len());
+            return Err(ReadError::Columns { field, row: i, found, expected, meaning });
         }
         row.iter().enumerate().try_for_each(|(j, &x)| check_number(&format!("{field}[{i}][{j}]"), x))?;
     }
