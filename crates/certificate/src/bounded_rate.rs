@@ -19,7 +19,7 @@ use crate::certificate::{Rows, Slow};
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
-use crate::inequality::Blocked;
+use crate::inequality::{Blocked, starts};
 
 /// The inequality of a claim, before theta and N are put in.
 pub(crate) struct SlowInequality {
@@ -100,9 +100,7 @@ impl SlowInequality {
     fn coefficient(&self, powers: &[Dyadic], rate: &Dyadic, (n, through): (&Matrix, &Matrix)) -> Blocked {
         let names = ["x", "wt", "w_Delta", "w", "z_Delta", "z"];
         let blocks: Vec<(&'static str, usize)> = names.into_iter().zip(self.sizes).collect();
-        let starts: Vec<usize> =
-            blocks.iter().scan(0, |at, &(_, size)| Some(std::mem::replace(at, *at + size))).collect();
-        let all = blocks.iter().map(|(_, size)| size).sum();
+        let (starts, all) = starts(&blocks);
         let [_, _, z_error, z] = &self.rows;
         let one = &powers[0];
         let unit = &self.scale * one;
@@ -138,11 +136,8 @@ fn weighted(matrices: &[Matrix], weights: &[Dyadic]) -> Matrix {
 /// The matrix with `gap` columns of zeros before column `at`.
 fn spread(m: &Matrix, at: usize, gap: usize) -> Matrix {
     let mut out = Matrix::zeros(m.rows, m.cols + gap);
-    for i in 0..m.rows {
-        for j in 0..m.cols {
-            out[(i, if j < at { j } else { j + gap })] = m[(i, j)].clone();
-        }
-    }
+    out.place(0, 0, &m.column_range(0, at));
+    out.place(0, at + gap, &m.column_range(at, m.cols));
     out
 }
 

@@ -7,7 +7,7 @@ use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::fraction_free_inverse;
-use crate::shape::Sizes;
+use crate::shape::{Sizes, columns};
 
 /// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
 /// w_Delta and the input z_Delta of Delta:
@@ -86,7 +86,7 @@ impl ClosedLoop {
         let zk = from_y(place(&[(&k.ct, c.xk, s.xk), (&k.dtt, c.tk, s.tk)]), &k.dty);
         let z = from_u(place(&[(&p.c1, c.x, s.x), (&p.d1t, c.t, s.t), (&p.d11, c.w, s.w)]), &p.d12);
         let delta = residual.map(|r| {
-            let mut e = Matrix::zeros(s.x + s.xk, r.e.first().map_or(0, Vec::len));
+            let mut e = Matrix::zeros(s.x + s.xk, columns(&r.e));
             e.place(0, 0, &Matrix::from_rows(&r.e, e.cols).scaled(&scale));
             let mut open = place(&[(&r.f, c.x, s.x)]);
             if !r.fw.is_empty() {
@@ -99,8 +99,8 @@ impl ClosedLoop {
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
-            state: above(&x, &xk),
-            channel: above(&zt, &zk),
+            state: x.above(xk),
+            channel: zt.above(zk),
             output: z,
             delta,
             parameters: parameters(&certificate.blocks)
@@ -117,13 +117,6 @@ impl Columns {
         let (tk, w) = (t + s.t, t + s.t + s.tk);
         Self { x: 0, xk, t, tk, w, all: w + s.w }
     }
-}
-
-fn above(top: &Matrix, bottom: &Matrix) -> Matrix {
-    let mut m = Matrix::zeros(top.rows + bottom.rows, top.cols);
-    m.place(0, 0, top);
-    m.place(top.rows, 0, bottom);
-    m
 }
 
 /// The parameter of each channel of `blkdiag(theta_i I_ri)`.

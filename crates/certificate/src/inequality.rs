@@ -53,13 +53,11 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
         ("z_Delta", f),
         ("z", z),
     ];
-    let starts: Vec<usize> =
-        blocks.iter().scan(0, |at, &(_, size)| Some(std::mem::replace(at, *at + size))).collect();
-    let all = blocks.iter().map(|(_, size)| size).sum();
+    let (starts, all) = starts(&blocks);
     let mut half = Matrix::zeros(all, all);
     let mut row = |at: usize, m: &Matrix| {
-        half.place(at, 0, &columns(m, 0, n + r));
-        half.place(at, starts[3], &columns(m, n + r, n + r + w));
+        half.place(at, 0, &m.column_range(0, n + r));
+        half.place(at, starts[3], &m.column_range(n + r, n + r + w));
     };
     let state = if closed.discrete { starts[4] } else { 0 };
     row(state, &proof.x.times(&closed.state));
@@ -89,7 +87,12 @@ pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
     Blocked { matrix, blocks, scale: closed.scale.clone() }
 }
 
-/// The columns `from..to`.
-fn columns(m: &Matrix, from: usize, to: usize) -> Matrix {
-    m.transpose().row_range(from, to).transpose()
+/// The row in which each block begins, and the number of all rows.
+pub(crate) fn starts(blocks: &[(&'static str, usize)]) -> (Vec<usize>, usize) {
+    let (mut starts, mut all) = (vec![], 0);
+    for (_, size) in blocks {
+        starts.push(all);
+        all += size;
+    }
+    (starts, all)
 }

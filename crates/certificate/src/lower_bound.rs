@@ -30,6 +30,7 @@ use crate::exact::definite::positive_definite;
 use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::{Reduced, reduce};
+use crate::shape::columns;
 
 /// Approximately optimal multipliers; the proof does not depend on how they were computed.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,33 +49,26 @@ pub struct Multipliers {
 pub fn lower_bound(plant: &Plant, multipliers: &Multipliers) -> Option<f64> {
     let primal = Open::new(plant)?;
     let dual = primal.transposed();
-    let (one, two) = (primal.vectors(&multipliers.primal)?, dual.vectors(&multipliers.dual)?);
+    let ((v1, unit1), (v2, unit2)) = (primal.vectors(&multipliers.primal)?, dual.vectors(&multipliers.dual)?);
     // Both sets of vectors in the same unit.
-    let (one, two) = (one.scaled(&two.unit), two.scaled(&one.unit));
-    let unit = &one.unit * &one.unit;
-    let (one, two) = (primal.moments(&one), dual.moments(&two));
+    let (one, two) = (primal.moments(&v1.scaled(&unit2)), dual.moments(&v2.scaled(&unit1)));
+    let unit = &unit1 * &unit2;
+    let unit = &unit * &unit;
     let (e, f) = (&multipliers.coupling.0, &multipliers.coupling.1);
-    let (n, k) = (primal.sizes.x, e.first().map_or(0, Vec::len));
+    let (n, k) = (primal.sizes.x, columns(e));
     let (e, f) = (matrix(e, n, k)?, matrix(f, n, k)?);
     let (left, right) = (coupled(&one.lyapunov, &e, &unit)?, coupled(&two.lyapunov, &f, &unit)?);
     // -tr Z12, the unit once more.
-    let trace = (0..k).fold(Dyadic::default(), |sum, c| {
-        (0..n).fold(sum, |sum, i| &sum + &(&left[(i, c)] * &right[(i, c)]))
-    });
-    let gain = &trace + &(&(&one.gain + &two.gain) * &unit);
+    let gain = &left.dot(&right) + &(&(&one.gain + &two.gain) * &unit);
     below(&gain.shifted(1), &(&(&one.size + &two.size) * &unit))
 }
 
 /// `Z11 E`, if Z11 is positive, definite in the states that occur, and `E'Z11 E < unit I`.
 fn coupled(z: &Matrix, e: &Matrix, unit: &Dyadic) -> Option<Matrix> {
     let occurring: Vec<usize> = (0..z.rows).filter(|&i| (0..z.rows).any(|j| !z[(i, j)].is_zero())).collect();
-    let mut part = Matrix::zeros(occurring.len(), occurring.len());
-    for (a, &i) in occurring.iter().enumerate() {
-        occurring.iter().enumerate().for_each(|(b, &j)| part[(a, b)] = z[(i, j)].clone());
-    }
     let product = z.times(e);
     let slack = Matrix::scalar(e.cols, unit).plus(&e.transpose().times(&product).negated());
-    (definite(&part) && definite(&slack)).then_some(product)
+    (definite(&z.principal(&occurring)) && definite(&slack)).then_some(product)
 }
 
 fn definite(m: &Matrix) -> bool {
@@ -126,12 +120,6 @@ struct Open {
     controlled: Matrix,
 }
 
-/// Vectors v, one per column, multiplied by `unit`.
-struct Vectors {
-    v: Matrix,
-    unit: Dyadic,
-}
-
 /// Sums over the vectors.
 struct Moments {
     /// `sum xd x' + x xd'`.
@@ -147,7 +135,6 @@ impl Open {
         if !p.ct.is_empty() {
             return None;
         }
-        let columns = |rows: &Rows| rows.first().map_or(0, Vec::len);
         let s = Sizes { x: p.a.len(), w: columns(&p.d11), z: p.d11.len() };
         let (u, y) = (columns(&p.d12), p.c2.len());
         let mut whole = Matrix::zeros(s.x + s.z, s.x + s.w);
@@ -173,8 +160,9 @@ impl Open {
         }
     }
 
-    /// The vectors of a guess, with those components replaced that y = 0 determines.
-    fn vectors(&self, guess: &Rows) -> Option<Vectors> {
+    /// The vectors v of a guess, a column each, with those components replaced that y = 0 determines; they are
+    /// multiplied by the number beside them.
+    fn vectors(&self, guess: &Rows) -> Option<(Matrix, Dyadic)> {
         let Sizes { x, w, z } = self.sizes;
         let (columns, count) = (x + w, guess.first()?.len());
         let mut v = matrix(guess, columns + z, count)?;
@@ -184,7 +172,7 @@ impl Open {
         for i in self.unreached(&reduced) {
             (0..count).for_each(|k| v[(i, k)] = Dyadic::default());
         }
-        let mut out = v.times(&Matrix::scalar(count, &reduced.pivot));
+        let mut out = v.scaled(&reduced.pivot);
         for (k, &at) in reduced.pivots.iter().enumerate() {
             for c in 0..count {
                 let free = (0..columns).filter(|j| !reduced.pivots.contains(j));
@@ -192,7 +180,7 @@ impl Open {
                 out[(at, c)] = -&sum;
             }
         }
-        Some(Vectors { v: out, unit: reduced.pivot })
+        Some((out, reduced.pivot))
     }
 
     /// The states, not solved for, that nothing else moves while y = 0.
@@ -219,28 +207,16 @@ impl Open {
     }
 
     /// The sums over the vectors.
-    fn moments(&self, vectors: &Vectors) -> Moments {
+    fn moments(&self, v: &Matrix) -> Moments {
         let Sizes { x, w, z } = self.sizes;
-        let v = &vectors.v;
         let outputs = self.whole.times(&v.row_range(0, x + w));
         let half = outputs.row_range(0, x).times(&v.row_range(0, x).transpose());
-        let dot = |a: &Matrix, b: &Matrix| -> Dyadic {
-            let all = (0..a.rows).flat_map(|i| (0..a.cols).map(move |j| (i, j)));
-            all.fold(Dyadic::default(), |sum, at| &sum + &(&a[at] * &b[at]))
-        };
         let rest = v.row_range(x, x + w + z);
         Moments {
             lyapunov: half.plus(&half.transpose()),
-            gain: dot(&v.row_range(x + w, x + w + z), &outputs.row_range(x, x + z)),
-            size: dot(&rest, &rest),
+            gain: v.row_range(x + w, x + w + z).dot(&outputs.row_range(x, x + z)),
+            size: rest.dot(&rest),
         }
-    }
-}
-
-impl Vectors {
-    fn scaled(&self, factor: &Dyadic) -> Self {
-        let v = self.v.times(&Matrix::scalar(self.v.cols, factor));
-        Self { v, unit: &self.unit * factor }
     }
 }
 

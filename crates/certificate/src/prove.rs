@@ -72,9 +72,7 @@ impl Certificate {
         }
         Ok(())
     }
-}
 
-impl Certificate {
     /// The claim with limits: a step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half
     /// of each limit, or all of it; and x'Xx decreases.
     fn prove_limits(&self, l: &Limits, error: &Residual) -> Result<(), Failure> {
@@ -206,13 +204,12 @@ impl Claimed<'_> {
         skew(self.claim, Proved::T, self.t)?;
         commuting(self.claim, Proved::S, self.s, &closed.parameters)?;
         commuting(self.claim, Proved::T, self.t, &closed.parameters)?;
-        let exact = |m: &Rows| Matrix::from_rows(m, m.len());
         let proof = Proof {
             gamma: self.gamma.clone(),
             lambda: Dyadic::from_f64(self.lambda.unwrap_or(0.0)),
-            x: exact(self.x),
-            s: exact(self.s),
-            t: exact(self.t),
+            x: Matrix::square(self.x),
+            s: Matrix::square(self.s),
+            t: Matrix::square(self.t),
         };
         definite(self.claim, Proved::X, "positive", &whole("x", &proof.x))?;
         definite(self.claim, Proved::S, "positive", &whole("zt", &proof.s))?;
@@ -220,7 +217,7 @@ impl Claimed<'_> {
     }
 }
 
-fn positive(claim: Claim, name: &'static str, found: f64) -> Result<(), Failure> {
+pub(crate) fn positive(claim: Claim, name: &'static str, found: f64) -> Result<(), Failure> {
     if found > 0.0 { Ok(()) } else { Err(Failure::NotPositive { claim, name, found }) }
 }
 

@@ -7,7 +7,7 @@
 //! the other way, and nothing else.
 
 use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
-use crate::closed_loop::{ClosedLoop, above};
+use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
@@ -70,7 +70,7 @@ impl ClosedLoop {
         let [held, out] = [&limits.x_held, &limits.u_held]
             .map(|column| Matrix::from_rows(&column.iter().map(|x| vec![*x]).collect(), 1));
         let from_held = |rows: &mut Matrix| {
-            let step = part(rows, at, at + 1).plus(&part(rows, 0, n).times(&held));
+            let step = rows.column_range(at, at + 1).plus(&rows.column_range(0, n).times(&held));
             rows.place(0, at, &step);
         };
         [&mut whole.state, &mut whole.channel, &mut whole.output].into_iter().for_each(from_held);
@@ -80,7 +80,7 @@ impl ClosedLoop {
         let mut cut = whole.cut_off(&limits.h);
         let in_size = |rows: &mut Matrix| {
             let at = rows.cols - 1;
-            rows.place(0, at, &part(rows, at, at + 1).scaled(&size));
+            rows.place(0, at, &rows.column_range(at, at + 1).scaled(&size));
         };
         [&mut cut.state, &mut cut.channel].into_iter().for_each(in_size);
         cut.delta.iter_mut().for_each(|(rows, _)| in_size(rows));
@@ -107,20 +107,20 @@ impl ClosedLoop {
         let (n, r, m) = (self.states, self.channels, h.len());
         let (w, z) = (self.inputs - m, self.output.rows - m);
         let u = self.output.row_range(z, z + m);
-        let through = part(&u, n + r + w, n + r + w + m);
+        let through = u.column_range(n + r + w, n + r + w + m);
         let half = Dyadic::from_f64(0.5);
         let share = Matrix::scalar(m, &half).plus(&through.scaled(&half.shifted(-1)));
         // In columns x, wt, s, w.
         let mut beyond = Matrix::zeros(m, n + r + m + w);
-        beyond.place(0, 0, &part(&u, 0, n + r));
+        beyond.place(0, 0, &u.column_range(0, n + r));
         beyond.add(0, 0, &Matrix::from_rows(h, n).negated());
-        beyond.place(0, n + r + m, &part(&u, n + r, n + r + w));
+        beyond.place(0, n + r + m, &u.column_range(n + r, n + r + w));
         let mixed = |rows: &Matrix| {
-            let of_phi = part(rows, n + r + w, n + r + w + m).times(&share);
+            let of_phi = rows.column_range(n + r + w, n + r + w + m).times(&share);
             let mut all = of_phi.times(&beyond);
-            all.add(0, 0, &part(rows, 0, n + r));
+            all.add(0, 0, &rows.column_range(0, n + r));
             all.add(0, n + r, &of_phi);
-            all.add(0, n + r + m, &part(rows, n + r, n + r + w));
+            all.add(0, n + r + m, &rows.column_range(n + r, n + r + w));
             all
         };
         let again = through.times(&share);
@@ -131,7 +131,7 @@ impl ClosedLoop {
             channels: r + m,
             inputs: w,
             state: mixed(&self.state),
-            channel: above(&mixed(&self.channel), &e),
+            channel: mixed(&self.channel).above(e),
             output: mixed(&self.output.row_range(0, z)),
             delta: self.delta.as_ref().map(|(rows, e)| (mixed(rows), e.clone())),
             parameters: self.parameters.iter().copied().chain(first..first + m).collect(),
@@ -189,20 +189,8 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
         dty: beside(&k.dty, &zeros(k.dty.len(), m)),
         ..k.clone()
     };
-    Certificate {
-        plant,
-        controller,
-        residual: None,
-        bounded_rate: None,
-        limits: None,
-        energy: None,
-        ..c.clone()
-    }
-}
-
-/// The columns `from..to`.
-fn part(m: &Matrix, from: usize, to: usize) -> Matrix {
-    m.transpose().row_range(from, to).transpose()
+    let (blocks, controller_blocks) = (c.blocks.clone(), c.controller_blocks.clone());
+    Certificate { blocks, controller_blocks, plant, controller, ..Certificate::default() }
 }
 
 fn rows_of(m: &Rows, kept: &[usize]) -> Rows {

@@ -1,10 +1,10 @@
 //! The matrices that must be definite, formed exactly.
 
 use super::ConstantCertificate;
-use crate::certificate::Rows;
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::shape::columns;
 
 /// The loop with its filters, as maps from `(x, f | wt, w_D, w)` with the states f of the filters.
 pub(super) struct Filtered<'a> {
@@ -55,23 +55,16 @@ impl<'a> Filtered<'a> {
     fn spread(&self, m: &Matrix) -> Matrix {
         let [wt, _, w, all] = self.columns();
         let mut out = Matrix::zeros(m.rows, all);
-        for i in 0..m.rows {
-            for j in 0..m.cols {
-                let to = match j {
-                    x if x < self.n => x,
-                    t if t < self.n + self.r => wt + t - self.n,
-                    other => w + other - self.n - self.r,
-                };
-                out[(i, to)] = m[(i, j)].clone();
-            }
-        }
+        out.place(0, 0, &m.column_range(0, self.n));
+        out.place(0, wt, &m.column_range(self.n, self.n + self.r));
+        out.place(0, w, &m.column_range(self.n + self.r, m.cols));
         out
     }
 
     /// `rows` unit rows that begin at column `at`.
     fn unit(&self, rows: usize, at: usize) -> Matrix {
         let mut out = Matrix::zeros(rows, self.columns()[3]);
-        (0..rows).for_each(|i| out[(i, at + i)] = Dyadic::from_f64(1.0));
+        out.place(0, at, &Matrix::scalar(rows, &Dyadic::from_f64(1.0)));
         out
     }
 
@@ -79,7 +72,7 @@ impl<'a> Filtered<'a> {
     fn channels(&self) -> (Matrix, Matrix) {
         let zt = self.spread(&self.closed.channel);
         let wt = self.unit(self.r, self.columns()[0]);
-        (above(&zt, &self.unit(self.k, self.n)), above(&wt, &self.unit(self.k, self.n + self.k)))
+        (zt.above(self.unit(self.k, self.n)), wt.above(self.unit(self.k, self.n + self.k)))
     }
 
     /// To x' and f', where `f' = -a f + z` and likewise for wt.
@@ -96,26 +89,25 @@ impl<'a> Filtered<'a> {
             }
             out
         };
-        above(&above(&x, &filter(into, self.n)), &filter(from, self.n + self.k))
+        x.above(filter(into, self.n)).above(filter(from, self.n + self.k))
     }
 
     /// The matrix that must be negative definite; rows (x, f | wt, w_D, w | z).
     pub(super) fn main(&self) -> Matrix {
         let c = self.certificate;
-        let exact = |m: &Rows| Matrix::from_rows(m, m.len());
         let [_, w_delta, w, all] = self.columns();
         let (into, from) = self.channels();
         let mut half = Matrix::zeros(all, all);
-        half.place(0, 0, &exact(&c.x).times(&self.dynamics(&into, &from)));
-        half = half.plus(&from.transpose().times(&exact(&c.t).times(&into)));
-        let s = exact(&c.s);
+        half.place(0, 0, &Matrix::square(&c.x).times(&self.dynamics(&into, &from)));
+        half = half.plus(&from.transpose().times(&Matrix::square(&c.t).times(&into)));
+        let s = Matrix::square(&c.s);
         let square = |m: &Matrix| m.transpose().times(&s.times(m));
         let mut upper = half.plus(&half.transpose()).plus(&square(&into)).plus(&square(&from).negated());
         if let Some((error, _)) = &self.closed.delta {
             let (mut row, mut column) = (0, w_delta);
             for ball in &c.errors {
                 let lambda = Dyadic::from_f64(ball.lambda);
-                let (nf, ne) = (ball.f.len(), ball.e.first().map_or(0, Vec::len));
+                let (nf, ne) = (ball.f.len(), columns(&ball.e));
                 let z = self.spread(&error.row_range(row, row + nf));
                 upper = upper.plus(&z.transpose().times(&z).scaled(&lambda));
                 subtract(&mut upper, column, ne, &lambda);
@@ -135,9 +127,8 @@ impl<'a> Filtered<'a> {
 
     /// `A'L + LA`.
     pub(super) fn decay(&self) -> Matrix {
-        let a = self.closed.state.transpose().row_range(0, self.n).transpose();
-        let l = &self.certificate.lyapunov;
-        let product = Matrix::from_rows(l, l.len()).times(&a);
+        let a = self.closed.state.column_range(0, self.n);
+        let product = Matrix::square(&self.certificate.lyapunov).times(&a);
         product.plus(&product.transpose())
     }
 
@@ -145,24 +136,11 @@ impl<'a> Filtered<'a> {
     pub(super) fn multiplier(&self, parameter: usize) -> Matrix {
         let parameters = self.parameters();
         let own: Vec<usize> = (0..parameters.len()).filter(|c| parameters[*c] == parameter).collect();
-        let mut out = Matrix::zeros(own.len(), own.len());
-        for (i, &row) in own.iter().enumerate() {
-            for (j, &column) in own.iter().enumerate() {
-                out[(i, j)] = Dyadic::from_f64(self.certificate.s[row][column]);
-            }
-        }
-        out
+        Matrix::square(&self.certificate.s).principal(&own)
     }
 }
 
 /// Takes `value I` of a size off the diagonal from `at` on.
 fn subtract(m: &mut Matrix, at: usize, size: usize, value: &Dyadic) {
     (at..at + size).for_each(|i| m[(i, i)] = &m[(i, i)] + &-value);
-}
-
-fn above(top: &Matrix, bottom: &Matrix) -> Matrix {
-    let mut m = Matrix::zeros(top.rows + bottom.rows, top.cols);
-    m.place(0, 0, top);
-    m.place(top.rows, 0, bottom);
-    m
 }

@@ -50,11 +50,11 @@
 use super::ConstantCertificate;
 use super::inequality::Filtered;
 use super::theorem::ConstantTheorem;
-use crate::certificate::Rows;
 use crate::closed_loop::ClosedLoop;
 use crate::error::{Claim, Failure, Proved};
 use crate::exact::matrix::Matrix;
 use crate::exact::witness::shown_positive;
+use crate::prove::positive;
 use crate::structure::{commuting, skew, symmetric};
 
 const CLAIM: Claim = Claim::Nominal;
@@ -66,9 +66,9 @@ impl ConstantCertificate {
     /// [`Failure`], the first condition that was not shown. The claim may still be true.
     pub fn prove(&self) -> Result<ConstantTheorem, Failure> {
         self.check()?;
-        positive("gamma", self.gamma)?;
-        self.filters.iter().try_for_each(|f| positive("the pole of a filter", f.pole))?;
-        self.errors.iter().try_for_each(|e| positive("lambda", e.lambda))?;
+        positive(CLAIM, "gamma", self.gamma)?;
+        self.filters.iter().try_for_each(|f| positive(CLAIM, "the pole of a filter", f.pole))?;
+        self.errors.iter().try_for_each(|e| positive(CLAIM, "lambda", e.lambda))?;
         symmetric(CLAIM, Proved::X, &self.x)?;
         symmetric(CLAIM, Proved::S, &self.s)?;
         skew(CLAIM, Proved::T, &self.t)?;
@@ -78,29 +78,17 @@ impl ConstantCertificate {
         let filtered = Filtered::new(self, &closed);
         commuting(CLAIM, Proved::S, &self.s, &filtered.parameters())?;
         commuting(CLAIM, Proved::T, &self.t, &filtered.parameters())?;
-        shown(Proved::Lyapunov, &exact(&self.lyapunov))?;
-        shown_negative(Proved::Decay, &filtered.decay())?;
+        shown(Proved::Lyapunov, "positive", &Matrix::square(&self.lyapunov))?;
+        shown(Proved::Decay, "negative", &filtered.decay())?;
         for parameter in 0..self.blocks.len().max(self.controller_blocks.len()) {
-            shown(Proved::Multiplier(parameter), &filtered.multiplier(parameter))?;
+            shown(Proved::Multiplier(parameter), "positive", &filtered.multiplier(parameter))?;
         }
-        shown_negative(Proved::Inequality, &filtered.main())?;
+        shown(Proved::Inequality, "negative", &filtered.main())?;
         Ok(ConstantTheorem::of(self))
     }
 }
 
-fn exact(m: &Rows) -> Matrix {
-    Matrix::from_rows(m, m.len())
-}
-
-fn positive(name: &'static str, found: f64) -> Result<(), Failure> {
-    if found > 0.0 { Ok(()) } else { Err(Failure::NotPositive { claim: CLAIM, name, found }) }
-}
-
-fn shown(matrix: Proved, m: &Matrix) -> Result<(), Failure> {
-    if shown_positive(m) { Ok(()) } else { Err(Failure::NotShown { claim: CLAIM, matrix, sign: "positive" }) }
-}
-
-fn shown_negative(matrix: Proved, m: &Matrix) -> Result<(), Failure> {
-    let shown = shown_positive(&m.negated());
-    if shown { Ok(()) } else { Err(Failure::NotShown { claim: CLAIM, matrix, sign: "negative" }) }
+fn shown(matrix: Proved, sign: &'static str, m: &Matrix) -> Result<(), Failure> {
+    let shown = if sign == "negative" { shown_positive(&m.negated()) } else { shown_positive(m) };
+    if shown { Ok(()) } else { Err(Failure::NotShown { claim: CLAIM, matrix, sign }) }
 }

@@ -32,13 +32,8 @@ impl Dyadic {
 
     /// The nearest f64 or one beside it; infinite or zero beyond the range.
     pub(crate) fn to_f64(&self) -> f64 {
-        let (head, exponent) = self.head();
+        let (head, exponent) = leading(&self.mantissa, self.exponent);
         scale(head, exponent)
-    }
-
-    /// `head 2^exponent`, approximately, with head in `[1, 2)` in magnitude, or zero.
-    fn head(&self) -> (f64, i64) {
-        leading(&self.mantissa, self.exponent)
     }
 
     /// The exponent of the leading bit; `None` for zero.

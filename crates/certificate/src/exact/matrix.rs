@@ -30,6 +30,11 @@ impl Matrix {
         Self { rows: rows.len(), cols, entries }
     }
 
+    /// A matrix from a checked square list of rows.
+    pub(crate) fn square(rows: &Rows) -> Self {
+        Self::from_rows(rows, rows.len())
+    }
+
     /// Writes `part` with its first entry at `(row, col)`.
     pub(crate) fn place(&mut self, row: usize, col: usize, part: &Self) {
         for i in 0..part.rows {
@@ -52,6 +57,26 @@ impl Matrix {
     pub(crate) fn row_range(&self, from: usize, to: usize) -> Self {
         let entries = self.entries[from * self.cols..to * self.cols].to_vec();
         Self { rows: to - from, cols: self.cols, entries }
+    }
+
+    /// The columns `from..to`.
+    pub(crate) fn column_range(&self, from: usize, to: usize) -> Self {
+        self.transpose().row_range(from, to).transpose()
+    }
+
+    /// The rows and columns of these indices.
+    pub(crate) fn principal(&self, indices: &[usize]) -> Self {
+        let n = indices.len();
+        let entries = indices.iter().flat_map(|&i| indices.iter().map(move |&j| self[(i, j)].clone()));
+        Self { rows: n, cols: n, entries: entries.collect() }
+    }
+
+    /// This matrix above another.
+    pub(crate) fn above(mut self, bottom: Self) -> Self {
+        debug_assert_eq!(self.cols, bottom.cols);
+        self.rows += bottom.rows;
+        self.entries.extend(bottom.entries);
+        self
     }
 
     pub(crate) fn transpose(&self) -> Self {
@@ -81,6 +106,12 @@ impl Matrix {
             }
         }
         m
+    }
+
+    /// The sum of the products of the entries.
+    pub(crate) fn dot(&self, other: &Self) -> Dyadic {
+        let products = self.entries.iter().zip(&other.entries).map(|(a, b)| a * b);
+        products.fold(Dyadic::default(), |sum, product| &sum + &product)
     }
 
     pub(crate) fn scaled(&self, factor: &Dyadic) -> Self {
