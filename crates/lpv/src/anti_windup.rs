@@ -34,7 +34,7 @@ use crate::error::{ShapeError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::Mat;
+use crate::matrix::{Mat, diagonal, unit};
 use crate::system::lyapunov::lyapunov;
 use nalgebra::DVector;
 
@@ -218,7 +218,7 @@ fn impose(
     program.negative("anti-windup", inequality);
     for (j, limit) in limits.iter().enumerate() {
         let row = y.after(&unit(m, j).transpose());
-        let limit = Affine::constant(Mat::from_element(1, 1, limit * limit));
+        let limit = Affine::number(limit * limit);
         program.positive("limit", symmetric(&[vec![q.clone(), row.t()], vec![limit]]));
     }
     let columns = Affine::constant(region.transpose());
@@ -252,7 +252,7 @@ fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
     let n = loops.first().map_or(0, |l| l.a.nrows());
     let mut variances = DVector::zeros(n);
     for LimitedLoop { a, b, limits, region, .. } in loops {
-        let pushed = b * Mat::from_diagonal(&DVector::from_column_slice(limits));
+        let pushed = b * diagonal(limits.iter().copied());
         let noise = &pushed * pushed.transpose() + region * region.transpose();
         let gramian = lyapunov(&a.transpose(), &noise)
             .ok_or_else(|| SynthesisError::numerical(STAGE, "a loop without limits is not stable"))?;
@@ -260,9 +260,4 @@ fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
     }
     let floor = 1e-12 * variances.max().max(f64::MIN_POSITIVE);
     Ok(variances.map(|v| v.max(floor).sqrt()))
-}
-
-/// A column of the identity.
-fn unit(n: usize, index: usize) -> Mat {
-    Mat::from_fn(n, 1, |i, _| if i == index { 1.0 } else { 0.0 })
 }

@@ -316,8 +316,8 @@ pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     let decomposition = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigen(Side::Lower).ok());
     let Some(decomposition) = decomposition else { return Mat::from_element(a.nrows(), a.ncols(), f64::NAN) };
     let vectors = from_faer(decomposition.U());
-    let values: Vec<f64> = decomposition.S().column_vector().iter().map(|v| f(*v)).collect();
-    &vectors * Mat::from_diagonal(&DVector::from_vec(values)) * vectors.transpose()
+    let values = decomposition.S().column_vector().iter().map(|v| f(*v));
+    &vectors * diagonal(values) * vectors.transpose()
 }
 
 /// An orthonormal basis of the kernel of A, as columns.
@@ -346,6 +346,11 @@ pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
 /// The largest singular value (0 for an empty matrix).
 pub fn largest_singular_value(a: &Mat) -> f64 {
     svd(a).s.first().copied().unwrap_or(0.0)
+}
+
+/// The largest singular value of a complex matrix (0 for an empty matrix).
+pub fn largest_complex_singular_value(a: &DMatrix<Complex<f64>>) -> f64 {
+    complex_singular_values(a).first().copied().unwrap_or(0.0)
 }
 
 /// Singular values of a complex matrix, descending; not-a-number when it holds one.
@@ -394,6 +399,21 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     }
     let eigenvalues = to_faer(a).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
     eigenvalues.unwrap_or_else(|| vec![f64::NAN; n])
+}
+
+/// The diagonal matrix of some numbers.
+pub(crate) fn diagonal(values: impl IntoIterator<Item = f64>) -> Mat {
+    Mat::from_diagonal(&DVector::from_vec(values.into_iter().collect()))
+}
+
+/// Column `index` of the identity, n x 1.
+pub(crate) fn unit(n: usize, index: usize) -> Mat {
+    Mat::from_fn(n, 1, |i, _| if i == index { 1.0 } else { 0.0 })
+}
+
+/// `A^1/2` and `A^-1/2` of a symmetric positive definite matrix.
+pub(crate) fn roots(a: &Mat) -> (Mat, Mat) {
+    (symmetric_function(a, f64::sqrt), symmetric_function(a, |v| 1.0 / v.sqrt()))
 }
 
 /// The matrix as a list of rows, as the files hold it.

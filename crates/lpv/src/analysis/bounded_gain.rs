@@ -9,7 +9,7 @@ use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, block, scaled_largest_eigenvalue, skew_part, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, block, roots, scaled_largest_eigenvalue, skew_part, symmetric_part};
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
@@ -86,8 +86,7 @@ pub fn bounded_gain(
 /// The bound with the Lyapunov matrix in the middle of the gramians of the loop at Theta = 0, its channels in units of
 /// S: a start for the search, no claim. `None` where the loop is not stable there.
 pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
-    let [root, inverse] =
-        [f64::sqrt as fn(f64) -> f64, |v: f64| 1.0 / v.sqrt()].map(|f| symmetric_function(&bound.s, f));
+    let (root, inverse) = roots(&bound.s);
     let unit = bound.gamma.sqrt();
     let b = block(&[&[&(closed.bt() * inverse), &(closed.b1() / unit)]]);
     let c = block(&[&[&(root * closed.ct())], &[&(closed.c1() / unit)]]);
@@ -198,13 +197,12 @@ impl Posed {
         let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
         let n = scaled.a().nrows();
         let mut program = Program::new();
-        let scalar = |value: f64| Affine::constant(Mat::from_element(1, 1, value));
         let m = Multipliers {
             x: program.symmetric(n),
             s: program.symmetric_commuting(&scaled.channels),
             t: program.skew_commuting(&scaled.channels),
-            gamma: if fixed { scalar(1.0) } else { program.scalar() },
-            lambda: if error.is_none() { scalar(0.0) } else { program.scalar() },
+            gamma: if fixed { Affine::number(1.0) } else { program.scalar() },
+            lambda: if error.is_none() { Affine::number(0.0) } else { program.scalar() },
         };
         let mut start = vec![0.0; program.unknowns()];
         program.set(&mut start, &m.x, &bound.x);

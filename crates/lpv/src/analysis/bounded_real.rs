@@ -97,13 +97,12 @@ impl Multipliers<Affine> {
     /// Constants for unknowns.
     pub(crate) fn constant(bound: &GainBound) -> Self {
         let of = |m: &Mat| Affine::constant(m.clone());
-        let scalar = |v: f64| Affine::constant(Mat::from_element(1, 1, v));
         Self {
-            gamma: scalar(bound.gamma),
+            gamma: Affine::number(bound.gamma),
             x: of(&bound.x),
             s: of(&bound.s),
             t: of(&bound.t),
-            lambda: scalar(bound.lambda),
+            lambda: Affine::number(bound.lambda),
         }
     }
 }

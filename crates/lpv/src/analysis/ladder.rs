@@ -16,7 +16,7 @@ use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain
 use crate::error::{LftError, ShapeError, SynthesisError};
 use crate::synthesis::least_gamma::least_gamma_within;
 use crate::synthesis::{Design, Options, ScalingClass};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
 
@@ -156,7 +156,10 @@ pub fn ladder(
         let frozen = plant.frozen(&[theta])?;
         frozen_optimum.push((theta, gamma(&frozen, ScalingClass::SymmetricAndSkew)));
     }
-    let samples = sampled(&plant.close(&design.controller), options.samples)?;
+    if options.samples < 2 {
+        return Err(LadderError::TooFewSamples { found: options.samples });
+    }
+    let samples = plant.close(&design.controller).sampled(options.samples)?;
     let mut rates = options.rates.clone();
     rates.sort_by(f64::total_cmp);
     let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
@@ -169,15 +172,6 @@ pub fn ladder(
         arbitrarily_fast: bounded(f64::INFINITY),
         certified: design.certified.gamma,
     })
-}
-
-/// The loop at `count` parameter values, evenly spread over [-1, 1].
-fn sampled(closed: &ClosedLoop, count: usize) -> Result<Vec<(f64, StateSpace)>, LadderError> {
-    if count < 2 {
-        return Err(LadderError::TooFewSamples { found: count });
-    }
-    let theta = |i: usize| -1.0 + 2.0 * i as f64 / (count - 1) as f64;
-    (0..count).map(|i| Ok((theta(i), closed.frozen(&[theta(i)])?))).collect()
 }
 
 fn largest_frozen_gain(samples: &[(f64, StateSpace)]) -> FrozenGain {

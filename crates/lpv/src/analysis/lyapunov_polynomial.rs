@@ -16,12 +16,12 @@ pub struct LyapunovPolynomial {
 impl LyapunovPolynomial {
     /// X(theta). n x n.
     pub fn value(&self, theta: f64) -> Mat {
-        self.sum(|k| self.power(theta, k))
+        self.weighted(|k| self.power(theta, k))
     }
 
     /// dX/dtheta.
     pub fn slope(&self, theta: f64) -> Mat {
-        self.sum(|k| self.power_slope(theta, k))
+        self.weighted(|k| self.power_slope(theta, k))
     }
 
     pub(crate) fn power(&self, theta: f64, k: usize) -> f64 {
@@ -32,7 +32,8 @@ impl LyapunovPolynomial {
         if k == 0 { 0.0 } else { k as f64 * self.power(theta, k - 1) / self.half_range }
     }
 
-    fn sum(&self, weight: impl Fn(usize) -> f64) -> Mat {
+    /// `sum_k weight(k) X_k`.
+    pub(crate) fn weighted(&self, weight: impl Fn(usize) -> f64) -> Mat {
         let n = self.coefficients.first().map_or(0, Mat::nrows);
         self.coefficients.iter().enumerate().fold(Mat::zeros(n, n), |sum, (k, x)| sum + x * weight(k))
     }

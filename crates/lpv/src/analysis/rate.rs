@@ -30,12 +30,8 @@ pub struct RateProof {
     pub lyapunov: LyapunovPolynomial,
     /// The parameter values at which the inequality was imposed.
     pub grid: Vec<f64>,
-    /// The number of parameter values at which it was checked: all samples.
-    pub checked: usize,
     /// The largest eigenvalue of the inequality and of -X over all samples, scaled to unit diagonals: negative.
     pub largest_eigenvalue: f64,
-    /// The sample with that eigenvalue.
-    pub worst_theta: f64,
 }
 
 /// A gain that holds at all samples.
@@ -152,8 +148,7 @@ fn refine(
         let (largest_eigenvalue, worst_theta) = (values[worst], samples[worst].0);
         if largest_eigenvalue < 0.0 {
             let grid = points.iter().map(|&i| samples[i].0).collect();
-            let (lyapunov, checked) = (solution.lyapunov, samples.len());
-            let proof = RateProof { lyapunov, grid, checked, largest_eigenvalue, worst_theta };
+            let proof = RateProof { lyapunov: solution.lyapunov, grid, largest_eigenvalue };
             return Ok((solution.gamma, proof));
         }
         let more = peaks(&values, &points);

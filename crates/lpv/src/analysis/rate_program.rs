@@ -6,7 +6,7 @@ use crate::error::{RateError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, scaled_largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, roots, scaled_largest_eigenvalue, symmetric_part};
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::state_space::StateSpace;
 
@@ -124,8 +124,7 @@ impl<'a> Grid<'a> {
         aim: RateAim,
     ) -> Result<(RateSolution, f64), RateError> {
         // State is X^-1/2, so that X becomes the identity.
-        let (state, inverse) =
-            (symmetric_function(&base.x, |v| 1.0 / v.sqrt()), symmetric_function(&base.x, f64::sqrt));
+        let (inverse, state) = roots(&base.x);
         let unit = match aim {
             RateAim::Least => base.gamma,
             RateAim::Stability => 1.0,
@@ -141,7 +140,7 @@ impl<'a> Grid<'a> {
         let unknowns = self.unknowns(&mut program, &systems, speed);
         let level = match aim {
             RateAim::Least => program.scalar(),
-            _ => Affine::constant(Mat::identity(1, 1)),
+            _ => Affine::number(1.0),
         };
         for (&i, system) in points.iter().zip(&systems) {
             self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
@@ -189,13 +188,11 @@ impl<'a> Grid<'a> {
     ) {
         let n = system.a.nrows();
         let shape = self.polynomial(vec![]);
-        let sum = |weight: &dyn Fn(usize) -> f64| {
-            let terms = unknowns.iter().enumerate().map(|(k, x)| (weight(k), x));
-            terms.filter(|(w, _)| *w != 0.0).fold(Affine::zeros(n, n), |sum, (w, x)| sum + x.scaled(w))
-        };
-        let x = sum(&|k| shape.power(theta, k));
+        let x = Affine::weighted(unknowns, |k| shape.power(theta, k));
         for rate in self.rates() {
-            let drift = sum(&|k| if k == 0 { 0.0 } else { rate / speed * shape.power_slope(theta, k) });
+            let drift = Affine::weighted(unknowns, |k| {
+                if k == 0 { 0.0 } else { rate / speed * shape.power_slope(theta, k) }
+            });
             let whole = bounded_real(system, &x, drift, level);
             program.negative(
                 INEQUALITY_NAME,
@@ -224,7 +221,7 @@ impl<'a> Grid<'a> {
         let (theta, system) = &self.samples[sample];
         let x = found.lyapunov.value(*theta);
         let slope = found.lyapunov.slope(*theta);
-        let level = Affine::constant(Mat::from_element(1, 1, found.gamma));
+        let level = Affine::number(found.gamma);
         let values = self.rates().into_iter().map(|rate| {
             let drift = Affine::constant(&slope * rate);
             bounded_real(system, &Affine::constant(x.clone()), drift, &level).value(&Program::new(), &[])

@@ -11,7 +11,7 @@
 
 use crate::error::ShapeError;
 use crate::lmi::program::{Affine, Program, symmetric};
-use crate::matrix::{Mat, block, diagonal_blocks, skew_part, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, block, diagonal, diagonal_blocks, roots, skew_part, symmetric_part, unit};
 use crate::system::controller::Controller;
 use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
@@ -90,15 +90,12 @@ impl Transposed {
         (commands, input, output): (&[f64], f64, f64),
         reach: DVector<f64>,
     ) -> Self {
-        let diagonal = |f: fn(f64) -> f64| {
-            Mat::from_diagonal(&DVector::from_iterator(commands.len(), commands.iter().map(|v| f(*v))))
-        };
-        let root = symmetric_function(channels, f64::sqrt);
-        let unroot = symmetric_function(channels, |v| 1.0 / v.sqrt());
+        let (root, unroot) = roots(channels);
         let outputs = Mat::identity(rows[3], rows[3]) / output;
         let inputs = Mat::identity(columns[3], columns[3]) * input;
-        let left = diagonal_blocks(&[&state_inverse, &root, &diagonal(|v| 1.0 / v), &outputs]);
-        let right = diagonal_blocks(&[&state, &unroot, &diagonal(|v| v), &inputs]);
+        let left =
+            diagonal_blocks(&[&state_inverse, &root, &diagonal(commands.iter().map(|v| 1.0 / v)), &outputs]);
+        let right = diagonal_blocks(&[&state, &unroot, &diagonal(commands.iter().copied()), &inputs]);
         let transposed = (left * m * right).transpose();
         let placed = |[a, b, c, d]: [usize; 4]| [(0, a), (a, b), (a + b, c), (a + b + c, d)];
         let back = placed(columns).map(|(at, size)| transposed.rows(at, size).into_owned());
@@ -201,7 +198,7 @@ impl Unknowns {
         let inner = q.try_inverse()?;
         let pair = block(&[&[&s, &-&skew], &[&skew, &-&s]]).try_inverse()?;
         let r = s.nrows();
-        let unit = Mat::from_diagonal(&DVector::from_column_slice(commands));
+        let unit = diagonal(commands.iter().copied());
         Some(Shown {
             h: unit * y * &inner * state_inverse,
             x: symmetric_part(&(state_inverse.transpose() * inner * state_inverse)) * share,
@@ -213,9 +210,4 @@ impl Unknowns {
             }),
         })
     }
-}
-
-/// A column of the identity.
-fn unit(n: usize, index: usize) -> Mat {
-    Mat::from_fn(n, 1, |i, _| f64::from(u8::from(i == index)))
 }

@@ -28,7 +28,7 @@ use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, block, eigenvalues, solve, spectral_abscissa, symmetric_function};
+use crate::matrix::{Mat, block, diagonal, eigenvalues, roots, solve, spectral_abscissa};
 use crate::system::controller::Controller;
 use crate::system::lyapunov::{lyapunov, middle_of_gramians};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
@@ -190,9 +190,8 @@ impl<'a> Flow<'a> {
     /// state.
     fn coordinates(&self, output: f64) -> Result<(Mat, Mat, DVector<f64>), SynthesisError> {
         let [w, z, m] = self.sizes;
-        let root = symmetric_function(&self.channels(), f64::sqrt);
-        let unroot = symmetric_function(&self.channels(), |v| 1.0 / v.sqrt());
-        let limits = Mat::from_diagonal(&DVector::from_column_slice(self.of.limits));
+        let (root, unroot) = roots(&self.channels());
+        let limits = diagonal(self.of.limits.iter().copied());
         let pushed =
             block(&[&[&(self.closed.b1().columns(w, m) * &limits), &(self.b1() * self.energy.sqrt())]]);
         let b = block(&[&[&(self.closed.bt() * unroot), &pushed]]);
@@ -210,7 +209,8 @@ impl<'a> Flow<'a> {
         let d = Mat::zeros(c.nrows(), b.ncols());
         let (x, _) =
             middle_of_gramians(&[&StateSpace { a: self.closed.a(), b, c, d }]).ok_or_else(unstable)?;
-        Ok((symmetric_function(&x, |v| 1.0 / v.sqrt()), symmetric_function(&x, f64::sqrt), sizes))
+        let (inverse, state) = roots(&x);
+        Ok((state, inverse, sizes))
     }
 
     /// The loop in units: w in the root of the energy, z in gamma times that, u and phi in the limits.
@@ -298,7 +298,7 @@ impl Search {
         let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, (fed, gain.is_none()));
         let least = program.scalar();
         let square = match gain {
-            Some(gain) => Affine::constant(Mat::from_element(1, 1, gain * gain)),
+            Some(gain) => Affine::number(gain * gain),
             None => least.clone(),
         };
         let ([_, _, _, w], [_, _, _, own_z]) = (&loop_.back, &loop_.own);

@@ -33,7 +33,7 @@ use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
-use crate::matrix::{Mat, block, solve, spectral_abscissa, symmetric_function, to_rows};
+use crate::matrix::{Mat, block, diagonal, roots, solve, spectral_abscissa, to_rows};
 use crate::system::controller::Controller;
 use crate::system::lyapunov::{lyapunov, middle_of_gramians};
 use crate::system::model_error::ModelError;
@@ -277,8 +277,7 @@ impl<'a> Flow<'a> {
 
     /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity.
     fn coordinates(&self, units: &Mat, limits: &Mat) -> Result<(Mat, Mat), SynthesisError> {
-        let rooted = symmetric_function(units, f64::sqrt);
-        let unrooted = symmetric_function(units, |v| 1.0 / v.sqrt());
+        let (rooted, unrooted) = roots(units);
         let inverse = limits.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
         let b = block(&[&[
             &(self.part(0, 1) * unrooted),
@@ -290,7 +289,8 @@ impl<'a> Flow<'a> {
         let system = StateSpace { a: self.part(0, 0), b, c, d };
         let (x, _) = middle_of_gramians(&[&system])
             .ok_or_else(|| SynthesisError::numerical(STAGE, "the gramians have no positive definite mean"))?;
-        Ok((symmetric_function(&x, |v| 1.0 / v.sqrt()), symmetric_function(&x, f64::sqrt)))
+        let (inverse, state) = roots(&x);
+        Ok((state, inverse))
     }
 
     /// How far phi of half the limits may move each state of the controller in a unit of time, in units of its size
@@ -308,7 +308,7 @@ impl<'a> Flow<'a> {
     /// The largest step at a decay.
     fn search(&self, decay: f64) -> Result<Region, SynthesisError> {
         let half: Vec<f64> = self.of.limits.iter().map(|limit| 0.5 * limit).collect();
-        let commands = Mat::from_diagonal(&DVector::from_column_slice(&half));
+        let commands = diagonal(half.iter().copied());
         let coordinates = self.coordinates(self.of.units, &commands)?;
         let held = &coordinates.1 * &self.x_held * self.unit;
         let e = &coordinates.1 * &self.e;

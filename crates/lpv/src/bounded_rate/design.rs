@@ -3,18 +3,19 @@
 use crate::analysis::bounded_gain::{Base, search};
 use crate::analysis::gain_bound::GainBound;
 use crate::bounded_rate::central::{Central, central, in_coordinates};
-use crate::bounded_rate::inequalities::{Grid, Pair, Varying, at};
+use crate::bounded_rate::inequalities::{Grid, Pair, Varying};
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
-use crate::bounded_rate::own::{SAMPLES, frozen_loops, tightened};
+use crate::bounded_rate::own::{SAMPLES, tightened};
 use crate::bounded_rate::scheduled::through;
 use crate::error::{LftError, SynthesisError};
-use crate::matrix::{Mat, pseudo_inverse, symmetric_part};
+use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
 use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
-use crate::synthesis::least_gamma::least_gamma_within;
+use crate::synthesis::least_gamma::{Place, least_gamma_within};
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::modes::{check_detectable, check_stabilisable};
+use crate::system::parameter_grid::evenly_spread;
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::polynomial::MatrixPolynomial;
 
@@ -79,35 +80,23 @@ const TRIES: usize = 4;
 /// How much higher the order of a Lyapunov matrix is that is a rational function.
 const RATIONAL_ORDER: usize = 2;
 
-/// Coordinates in which the plant is well conditioned, and the gain that counts as 1.
-struct Place {
-    coordinates: Coordinates,
-    unit: f64,
+/// The coordinates of the least gamma for parameters that move however fast, where there is one.
+fn place_of(plant: &GeneralisedPlant) -> Place {
+    match least_gamma_within(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }) {
+        Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },
+        Err(_) => Place { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
+    }
 }
 
-impl Place {
-    /// Those of the least gamma for parameters that move however fast, where there is one.
-    fn new(plant: &GeneralisedPlant) -> Self {
-        match least_gamma_within(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }) {
-            Ok((coordinates, found)) => Self { coordinates, unit: found.gamma },
-            Err(_) => Self { coordinates: Coordinates::diagonal(plant), unit: 1.0 },
-        }
-    }
-
-    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
-        self.coordinates.apply(&plant.in_units_of(self.unit))
-    }
-
-    fn grid(
-        &self,
-        plant: &GeneralisedPlant,
-        options: SlowOptions,
-        varying: Varying,
-    ) -> Result<Grid, SynthesisError> {
-        let points = frozen(&self.plant(plant), options.points)?;
-        let rate = self.coordinates.scaled_rate(options.rate);
-        Ok(Grid { points, rate, varying, order: options.order })
-    }
+fn grid(
+    place: &Place,
+    plant: &GeneralisedPlant,
+    options: SlowOptions,
+    varying: Varying,
+) -> Result<Grid, SynthesisError> {
+    let points = frozen(&place.plant(plant), options.points)?;
+    let rate = place.coordinates.scaled_rate(options.rate);
+    Ok(Grid { points, rate, varying, order: options.order })
 }
 
 /// How near to the least the gamma comes in whose coordinates the inequalities are solved.
@@ -116,9 +105,7 @@ const COORDINATES_ACCURACY: f64 = 0.02;
 /// The plant frozen at values evenly spread over [-1, 1].
 fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
     let wrong = |e: LftError| SynthesisError::numerical(STAGE, e.to_string());
-    let last = count.max(2) - 1;
-    let theta = |i: usize| 2.0 * i as f64 / last as f64 - 1.0;
-    (0..=last).map(|i| Ok((theta(i), plant.frozen(&[theta(i)]).map_err(wrong)?))).collect()
+    evenly_spread(count).map(|theta| Ok((theta, plant.frozen(&[theta]).map_err(wrong)?))).collect()
 }
 
 /// The least gamma for a plant of one parameter with `|theta'| <= rate`, at values of the parameter.
@@ -127,7 +114,7 @@ fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, Generalise
 /// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for other than
 /// one parameter; those of the solver.
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
-    let ways = ways(plant, &Place::new(plant), options)?;
+    let ways = ways(plant, &place_of(plant), options)?;
     // In ascending order, and not empty.
     ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried"))
 }
@@ -143,7 +130,7 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
     }
     let (mut found, mut failure) = (vec![], None);
     for varying in [Varying::Both, Varying::X, Varying::Y] {
-        match place.grid(plant, options, varying)?.least(options.accuracy) {
+        match grid(place, plant, options, varying)?.least(options.accuracy) {
             Ok(gamma) => found.push(Least { gamma: gamma * place.unit, varying }),
             Err(e) => failure = Some(e),
         }
@@ -164,7 +151,7 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
 /// # Errors
 /// As [`least_gamma`]; [`SynthesisError::Numerical`] too when no LFT through the controllers keeps their gamma.
 pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<SlowDesign, SynthesisError> {
-    let place = Place::new(plant);
+    let place = place_of(plant);
     let mut best: Option<SlowDesign> = None;
     let mut failure = None;
     for least in ways(plant, &place, options)? {
@@ -191,7 +178,7 @@ fn build(
 ) -> Result<SlowDesign, SynthesisError> {
     let gamma_design = (1.0 + options.back_off) * least.gamma;
     let place = Place { coordinates: coordinates.clone(), unit: gamma_design };
-    let grid = place.grid(plant, options, least.varying)?;
+    let grid = grid(&place, plant, options, least.varying)?;
     let pair = grid.centre(1.0)?;
     let family = family(&place.plant(plant), &pair, least.varying)?;
     let (controller, bound) = simplest(plant, &place, &family, (options, least.varying))?;
@@ -210,7 +197,7 @@ fn family(
 ) -> Result<Vec<(f64, Central)>, SynthesisError> {
     let n = plant.sizes().x;
     let each = frozen(plant, SAMPLES)?.into_iter().map(|(theta, frozen)| {
-        let found = central(&frozen, &at(&pair.x, theta), &at(&pair.y, theta), varying);
+        let found = central(&frozen, &pair.x.evaluate(theta), &pair.y.evaluate(theta), varying);
         found.map(|found| (theta, found)).ok_or_else(|| {
             let words =
                 format!("no controller in closed form at theta = {theta}: X, Y, D12 or D21 is singular");
@@ -280,7 +267,7 @@ fn by_own_bounds(
     gamma: f64,
 ) -> Option<(Controller, SlowBound)> {
     let keeps = |k: &&Controller| {
-        let loops = frozen_loops(&plant.close(k)).unwrap_or_default();
+        let loops = plant.close(k).sampled(SAMPLES).unwrap_or_default();
         !loops.is_empty() && loops.iter().all(|(_, s)| s.hinf_norm().value < gamma)
     };
     let mut kept: Vec<&Controller> = controllers.iter().filter(keeps).collect();
@@ -354,5 +341,5 @@ fn channel_sizes(closed: &ClosedLoop, x: &Mat) -> Mat {
         let (a, b): (f64, f64) = (into[i], out[i]);
         if a > 0.0 && b > 0.0 { (a / b).sqrt() } else { 1.0 }
     };
-    Mat::from_fn(r, r, |i, j| if i == j { size(i) } else { 0.0 })
+    diagonal((0..r).map(size))
 }

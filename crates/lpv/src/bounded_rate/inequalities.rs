@@ -17,6 +17,7 @@ use crate::matrix::{Mat, symmetric_part};
 use crate::synthesis::inequalities::{coupling, unmeasured};
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
+use crate::system::polynomial::MatrixPolynomial;
 
 /// Which of the two Lyapunov matrices depend on the parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,18 +43,11 @@ pub(crate) struct Grid {
     pub(crate) order: usize,
 }
 
-/// A solution: `X_0, X_1, ...` and `Y_0, Y_1, ...`.
+/// A solution: X and Y.
 #[derive(Debug, Clone)]
 pub(crate) struct Pair {
-    pub(crate) x: Vec<Mat>,
-    pub(crate) y: Vec<Mat>,
-}
-
-/// `sum_k theta^k m_k`.
-pub(crate) fn at(coefficients: &[Mat], theta: f64) -> Mat {
-    let mut terms = coefficients.iter().rev();
-    let highest = terms.next().cloned().unwrap_or_else(|| Mat::zeros(0, 0));
-    terms.fold(highest, |sum, m| sum * theta + m)
+    pub(crate) x: MatrixPolynomial,
+    pub(crate) y: MatrixPolynomial,
 }
 
 const STAGE: &str = "synthesis at a bounded rate";
@@ -71,17 +65,11 @@ struct Unknowns {
 }
 
 fn affine_at(coefficients: &[Affine], theta: f64) -> Affine {
-    weighted(coefficients, |k| theta.powi(k as i32))
+    Affine::weighted(coefficients, |k| theta.powi(k as i32))
 }
 
 fn slope_at(coefficients: &[Affine], theta: f64) -> Affine {
-    weighted(coefficients, |k| if k == 0 { 0.0 } else { k as f64 * theta.powi(k as i32 - 1) })
-}
-
-fn weighted(coefficients: &[Affine], weight: impl Fn(usize) -> f64) -> Affine {
-    let n = coefficients.first().map_or(0, |m| m.shape().0);
-    let terms = coefficients.iter().enumerate().map(|(k, m)| (weight(k), m));
-    terms.filter(|(w, _)| *w != 0.0).fold(Affine::zeros(n, n), |sum, (w, m)| sum + m.scaled(w))
+    Affine::weighted(coefficients, |k| if k == 0 { 0.0 } else { k as f64 * theta.powi(k as i32 - 1) })
 }
 
 impl Grid {
@@ -126,8 +114,9 @@ impl Grid {
     }
 
     fn read(unknowns: &Unknowns, program: &Program, point: &[f64]) -> Pair {
-        let value =
-            |family: &[Affine]| family.iter().map(|e| symmetric_part(&e.value(program, point))).collect();
+        let value = |family: &[Affine]| MatrixPolynomial {
+            coefficients: family.iter().map(|e| symmetric_part(&e.value(program, point))).collect(),
+        };
         Pair { x: value(&unknowns.x), y: value(&unknowns.y) }
     }
 
@@ -150,7 +139,7 @@ impl Grid {
     /// The point well inside the inequalities at a gamma above the least: X and Y as small as they may be, then, up to
     /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the clearest.
     pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
-        let level = Affine::constant(Mat::from_element(1, 1, gamma));
+        let level = Affine::number(gamma);
         let mut program = Program::new();
         let unknowns = self.unknowns(&mut program);
         self.state(&mut program, &unknowns, &level, None);
@@ -171,10 +160,10 @@ impl Grid {
         let unknowns = self.unknowns(&mut program);
         let value = program.scalar();
         self.state(&mut program, &unknowns, level, room.map(|_| &value));
-        let n = small.x.first().map_or(0, Mat::nrows);
+        let n = small.x.coefficients.first().map_or(0, Mat::nrows);
         for (theta, _) in &self.points {
             let (x, y) = (affine_at(&unknowns.x, *theta), affine_at(&unknowns.y, *theta));
-            for (e, least) in [(&x, at(&small.x, *theta)), (&y, at(&small.y, *theta))] {
+            for (e, least) in [(&x, small.x.evaluate(*theta)), (&y, small.y.evaluate(*theta))] {
                 program.positive("upper bound", Affine::constant(least * LARGEST_GROWTH) - e.clone());
             }
             let between = match room {

@@ -227,13 +227,8 @@ impl Form {
         let mut worst = f64::NEG_INFINITY;
         for i in 0..=degree {
             let powers = polar_powers(degree, i, from, to);
-            let sum = |weight: &dyn Fn(usize) -> f64| {
-                let zero = Mat::zeros(self.x.nrows(), self.x.nrows());
-                let terms = self.lyapunov.coefficients.iter().enumerate();
-                terms.fold(zero, |sum, (k, x)| sum + x * weight(k))
-            };
-            let x = sum(&|k| powers[k]);
-            let slope = sum(&|k| if k == 0 { 0.0 } else { k as f64 * powers[k - 1] });
+            let x = self.lyapunov.weighted(|k| powers[k]);
+            let slope = self.lyapunov.weighted(|k| if k == 0 { 0.0 } else { k as f64 * powers[k - 1] });
             let half = n.transpose() * (&self.wt - &self.zt * powers[1]);
             for rate in [self.rate, -self.rate] {
                 let whole = self.without_multiplier(&x, &(&slope * rate)) + &half + half.transpose();

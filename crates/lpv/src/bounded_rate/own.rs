@@ -4,12 +4,10 @@ use crate::analysis::gain_bound::GainBound;
 use crate::analysis::rate::rate_bounded_gain;
 use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
-use crate::error::LftError;
 use crate::matrix::Mat;
 use crate::system::model_error::LoopError;
 use crate::system::partition::Group::{T, W, X, Z};
 use crate::system::plant::ClosedLoop;
-use crate::system::state_space::StateSpace;
 
 /// Values of the parameter at which loops are frozen.
 pub(crate) const SAMPLES: usize = 21;
@@ -23,7 +21,7 @@ fn own_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
         _ => return None,
     };
     let options = RateOptions { order, accuracy: TIGHTENED, ..RateOptions::default() };
-    let found = rate_bounded_gain(&frozen_loops(closed).ok()?, rate, options).ok()?;
+    let found = rate_bounded_gain(&closed.sampled(SAMPLES).ok()?, rate, options).ok()?;
     Some((found.gamma, found.proof.lyapunov.coefficients))
 }
 
@@ -42,11 +40,6 @@ pub(crate) fn tightened(
     tries.iter().filter(|(gamma, _)| *gamma < most).find_map(|(gamma, lyapunov)| {
         intervals(Claim { closed, error, inverse: false, lyapunov, rate, gamma: *gamma, lambda: 0.0 })
     })
-}
-
-pub(crate) fn frozen_loops(closed: &ClosedLoop) -> Result<Vec<(f64, StateSpace)>, LftError> {
-    let theta = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
-    (0..SAMPLES).map(|i| Ok((theta(i), closed.frozen(&[theta(i)])?))).collect()
 }
 
 /// The search for a loop's own Lyapunov matrix takes a second at 12 states and a minute at 30: with more states it is

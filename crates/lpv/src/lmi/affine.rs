@@ -4,7 +4,7 @@
 //! An expression is built from variables by addition, multiplication by constant matrices and transposition, and put
 //! into a symmetric block matrix by [`symmetric`], of which only the upper blocks are written.
 
-use crate::matrix::Mat;
+use crate::matrix::{Mat, unit};
 
 /// One term `left V right` or `left V' right`.
 #[derive(Debug, Clone)]
@@ -27,6 +27,18 @@ impl Affine {
     /// A constant expression.
     pub fn constant(m: Mat) -> Self {
         Self { constant: m, terms: vec![] }
+    }
+
+    /// A constant of one row and one column.
+    pub fn number(value: f64) -> Self {
+        Self::constant(Mat::from_element(1, 1, value))
+    }
+
+    /// `sum_k weight(k) family[k]` of square expressions of one size; those with a weight of 0 are left out.
+    pub(crate) fn weighted(family: &[Self], weight: impl Fn(usize) -> f64) -> Self {
+        let n = family.first().map_or(0, |m| m.shape().0);
+        let terms = family.iter().enumerate().map(|(k, m)| (weight(k), m));
+        terms.filter(|(w, _)| *w != 0.0).fold(Self::zeros(n, n), |sum, (w, m)| sum + m.scaled(w))
     }
 
     /// Zero of a shape.
@@ -95,8 +107,7 @@ impl Affine {
     pub fn times_identity(&self, n: usize) -> Self {
         let mut out = Self::zeros(n, n);
         for i in 0..n {
-            let unit = Mat::from_fn(n, 1, |k, _| if k == i { 1.0 } else { 0.0 });
-            out = out + self.between(&unit, &unit.transpose());
+            out = out + self.between(&unit(n, i), &unit(n, i).transpose());
         }
         out
     }

@@ -285,7 +285,7 @@ mod tests {
             let (b, c, d) = (unit.clone(), unit.clone(), Mat::zeros(n, n));
             let unstable = StateSpace { a: &system.a + unit * 0.8, b, c, d };
             let (mut program, _, gamma) = bounded_real(&unstable);
-            program.positive("limit", Affine::constant(Mat::from_element(1, 1, 10.0)) - gamma);
+            program.positive("limit", Affine::number(10.0) - gamma);
             prop_assert!(minimise(&data(&program), &program.costs(), SolverOptions::fine()).is_none());
             match solve(&program, "test", SolverOptions::fine()) {
                 Ok(claimed) => prop_assert!(claimed.margin <= 0.0, "{}", claimed.margin),

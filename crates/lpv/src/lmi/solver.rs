@@ -77,12 +77,16 @@ pub fn solve(
 /// two.
 const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// Whether a point is better than another: strictly feasible, and then of the lesser cost.
 fn better(one: &Solution, other: &Solution, costs: &[f64]) -> bool {
     let cost = |s: &Solution| s.x.iter().zip(costs).map(|(x, c)| x * c).sum::<f64>();
-    match (one.margin > 0.0, other.margin > 0.0) {
-        (true, true) => cost(one) < cost(other),
-        (false, false) => one.margin > other.margin,
+    is_better((one.margin, cost(one)), (other.margin, cost(other)))
+}
+
+/// Whether a point, of a margin and a cost, is better than another: strictly feasible, and then of the lesser cost.
+pub(crate) fn is_better((margin, cost): (f64, f64), (other_margin, other_cost): (f64, f64)) -> bool {
+    match (margin > 0.0, other_margin > 0.0) {
+        (true, true) => cost < other_cost,
+        (false, false) => margin > other_margin,
         (strict, _) => strict,
     }
 }

@@ -5,13 +5,13 @@
 
 use crate::analysis::bounded_gain::{Base, CLEARANCE_SHARE, as_clear_as_can_be, search, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::Mat;
+use crate::matrix::{Mat, diagonal};
 use crate::robust::uncertain_plant::UncertainPlant;
 use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::partition::{Group, Sizes};
 use crate::system::plant::ClosedLoop;
-use nalgebra::{Complex, DVector};
+use nalgebra::Complex;
 use std::ops::Range;
 
 /// A gain for every course of Theta and of Delta up to a size.
@@ -234,7 +234,7 @@ pub(crate) fn balanced(closed: &ClosedLoop, gamma: f64) -> Mat {
             t[k] = ((column + floor * floor) / (row + floor * floor)).powf(0.25);
         }
     }
-    Mat::from_diagonal(&DVector::from_iterator(m, t[..m].iter().map(|t| t * t)))
+    diagonal(t[..m].iter().map(|t| t * t))
 }
 
 /// Sweeps of the balancing, and entries that count for nothing beside the largest.

@@ -8,12 +8,11 @@
 //! IEEE Trans. Automatic Control 26(1), 1981.
 
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::{Mat, Svd, diagonal_blocks, eigenvalues, svd};
+use crate::matrix::{Mat, Svd, diagonal, diagonal_blocks, eigenvalues, svd};
 use crate::synthesis::inequalities::{DualMultipliers, LmiSolution};
 use crate::system::controller::Controller;
 use crate::system::partition::Group::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
-use nalgebra::DVector;
 
 /// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`, `t = t~/speed`.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,7 +134,8 @@ impl Coordinates {
 
     /// The plant in these coordinates.
     pub fn apply(&self, p: &GeneralisedPlant) -> GeneralisedPlant {
-        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let (u, yi) =
+            (diagonal(self.control.iter().copied()), diagonal(self.measurement.iter().map(|v| 1.0 / v)));
         let left = [(X, &self.state_inverse), (T, &self.channel_inverse), (Y, &yi)];
         let right = [(X, &self.state), (T, &self.channel), (U, &u)];
         let mut out = p.changed(|parts| parts.transformed(&left, &right));
@@ -206,15 +206,12 @@ impl Coordinates {
 
     /// A controller found in these coordinates, in the user's. Its own states and channels keep their basis.
     pub fn undo(&self, k: &Controller) -> Controller {
-        let (u, yi) = (diagonal(&self.control, false), diagonal(&self.measurement, true));
+        let (u, yi) =
+            (diagonal(self.control.iter().copied()), diagonal(self.measurement.iter().map(|v| 1.0 / v)));
         let mut parts = k.parts.transformed(&[(U, &u)], &[(Y, &yi)]);
         parts.rows_mut(X).scale_mut(self.speed);
         Controller { parts, blocks: k.blocks.clone() }
     }
-}
-
-fn diagonal(v: &[f64], inverse: bool) -> Mat {
-    Mat::from_diagonal(&DVector::from_iterator(v.len(), v.iter().map(|s| if inverse { 1.0 / s } else { *s })))
 }
 
 fn norm_or_one(norm: f64) -> f64 {
@@ -242,13 +239,13 @@ fn middle_speed(a: &Mat) -> f64 {
 }
 
 /// T and its inverse with `T' X T = T^-1 Y T^-T` diagonal.
-fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
+pub(crate) fn equalise(x: &Mat, y: &Mat) -> Option<(Mat, Mat)> {
     if x.is_empty() {
         return Some((x.clone(), x.clone()));
     }
     let (lx, ly) = (x.clone().cholesky()?.l(), y.clone().cholesky()?.l());
     let Svd { u, s, v } = svd(&(lx.transpose() * &ly));
-    let root_inverse = Mat::from_diagonal(&DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
+    let root_inverse = diagonal(s.iter().map(|s| 1.0 / s.sqrt()));
     let t = &ly * v * &root_inverse;
     // T^-1 = Sigma^-1/2 U' Lx', free of any inversion of T.
     let t_inverse = root_inverse * u.transpose() * lx.transpose();

@@ -69,15 +69,14 @@ impl LmiSolution {
 
     /// The least eigenvalue over the synthesis inequalities of `plant`.
     pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: ScalingClass) -> f64 {
-        let constant = |m: Mat| Affine::constant(m);
         let unknowns = Unknowns {
-            gamma: constant(Mat::from_element(1, 1, self.gamma)),
-            x: constant(symmetric_part(&self.x)),
-            y: constant(symmetric_part(&self.y)),
-            s: constant(symmetric_part(&self.primal_scaling)),
-            sigma: constant(symmetric_part(&self.dual_scaling)),
-            t: constant(skew_part(&self.primal_scaling)),
-            skew: constant(skew_part(&self.dual_scaling)),
+            gamma: Affine::number(self.gamma),
+            x: Affine::constant(symmetric_part(&self.x)),
+            y: Affine::constant(symmetric_part(&self.y)),
+            s: Affine::constant(symmetric_part(&self.primal_scaling)),
+            sigma: Affine::constant(symmetric_part(&self.dual_scaling)),
+            t: Affine::constant(skew_part(&self.primal_scaling)),
+            skew: Affine::constant(skew_part(&self.dual_scaling)),
         };
         let nothing = Program::new();
         let each = inequalities(plant, &unknowns, scalings).into_iter();
@@ -131,7 +130,7 @@ pub(crate) fn state(
         ScalingClass::SymmetricAndSkew => program.skew_commuting(&theta),
     };
     let unknowns = Unknowns {
-        gamma: gamma.map_or_else(|| program.scalar(), |g| Affine::constant(Mat::from_element(1, 1, g))),
+        gamma: gamma.map_or_else(|| program.scalar(), Affine::number),
         x: program.symmetric(size.x),
         y: program.symmetric(size.x),
         s: program.symmetric_commuting(&theta),

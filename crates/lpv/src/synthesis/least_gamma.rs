@@ -166,11 +166,11 @@ const NEAR_UNIT: f64 = 10.0;
 /// How often the units are changed.
 const MOST_UNITS: usize = 5;
 
-/// Coordinates, and the gain that counts as 1.
+/// Coordinates in which a plant is well conditioned, and the gain that counts as 1.
 #[derive(Clone)]
-struct Place {
-    coordinates: Coordinates,
-    unit: f64,
+pub(crate) struct Place {
+    pub(crate) coordinates: Coordinates,
+    pub(crate) unit: f64,
 }
 
 impl Place {
@@ -178,7 +178,7 @@ impl Place {
         Self { coordinates: Coordinates::diagonal(&plant.in_units_of(unit)), unit }
     }
 
-    fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
+    pub(crate) fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         self.coordinates.apply(&plant.in_units_of(self.unit))
     }
 }
@@ -211,11 +211,7 @@ fn first_unit(plant: &GeneralisedPlant) -> f64 {
 }
 
 fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
-    match (one.margin > 0.0, other.margin > 0.0) {
-        (true, true) => one.gamma < other.gamma,
-        (false, false) => one.margin > other.margin,
-        (strict, _) => strict,
-    }
+    solver::is_better((one.margin, one.gamma), (other.margin, other.gamma))
 }
 
 const STAGE: &str = "least gamma";

@@ -80,7 +80,8 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
         }
         let Clearest { x, s, .. } = best.as_ref()?;
         let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
-        next = in_coordinates(&here, (&state, &state_inverse), (&channel, &channel_inverse));
+        next = here
+            .changed(|parts| parts.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse)));
     }
     (denied >= DENIALS_NEEDED).then_some(false)
 }
@@ -142,15 +143,6 @@ fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     }
     let floor = floor * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
     (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
-}
-
-/// The plant in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
-fn in_coordinates(
-    p: &GeneralisedPlant,
-    (t, t_inverse): (&Mat, &Mat),
-    (tau, tau_inverse): (&Mat, &Mat),
-) -> GeneralisedPlant {
-    p.changed(|parts| parts.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)]))
 }
 
 fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {

@@ -8,7 +8,8 @@
 
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::{Mat, Svd, block, solve, spectral_abscissa, svd};
+use crate::matrix::{Mat, block, solve, spectral_abscissa, svd};
+use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
 use crate::system::controller::Controller;
@@ -94,12 +95,7 @@ fn balance(k: &Controller) -> Option<(Controller, Mat)> {
     let outputs = k.parts.join(&[U, T], &[X]);
     let reach = filled(lyapunov(&k.a().transpose(), &(&inputs * inputs.transpose()))?);
     let see = filled(lyapunov(&k.a(), &(outputs.transpose() * &outputs))?);
-    let (lr, ls) = (reach.cholesky()?.l(), see.cholesky()?.l());
-    let Svd { u, s, v } = svd(&(ls.transpose() * &lr));
-    let scale =
-        Mat::from_diagonal(&nalgebra::DVector::from_iterator(s.len(), s.iter().map(|s| 1.0 / s.sqrt())));
-    let transform = &lr * v * &scale;
-    let inverse = &scale * u.transpose() * ls.transpose();
+    let (transform, inverse) = equalise(&see, &reach)?;
     let parts = k.parts.transformed(&[(X, &inverse)], &[(X, &transform)]);
     let out = Controller { parts, blocks: k.blocks.clone() };
     out.matrix().iter().all(|v| v.is_finite()).then_some((out, transform))

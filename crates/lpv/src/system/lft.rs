@@ -8,7 +8,7 @@
 //! B. L. Ho, R. E. Kalman, Regelungstechnik 14, 1966 (minimal realisation from a Hankel matrix).
 
 use crate::error::LftError;
-use crate::matrix::{Mat, block, diagonal_blocks, rank_factors, solve};
+use crate::matrix::{Mat, block, diagonal, diagonal_blocks, rank_factors, solve};
 use crate::system::polynomial::MatrixPolynomial;
 use crate::system::rational::MatrixRational;
 
@@ -64,10 +64,7 @@ impl Lft {
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - D Theta` is singular there.
     pub fn evaluate(&self, theta: &[f64]) -> Result<Mat, LftError> {
-        let delta = Mat::from_diagonal(&nalgebra::DVector::from_iterator(
-            self.size(),
-            self.channels.iter().map(|&c| theta[c]),
-        ));
+        let delta = diagonal(self.channels.iter().map(|&c| theta[c]));
         let loop_matrix = Mat::identity(self.size(), self.size()) - &self.inner * &delta;
         let inner = solve(&loop_matrix, &self.right)
             .ok_or_else(|| LftError::NotWellPosed { theta: theta.to_vec() })?;
@@ -186,9 +183,7 @@ impl Lft {
             return Self::constant(series[0].clone());
         }
         // Orthogonal columns and rows of squared norm sigma_i: the pseudo-inverses are scaled transposes.
-        let sigma_inverse = Mat::from_diagonal(&nalgebra::DVector::from_fn(r, |i, _| {
-            1.0 / observability.column(i).norm_squared()
-        }));
+        let sigma_inverse = diagonal(observability.column_iter().map(|column| 1.0 / column.norm_squared()));
         let inner = &sigma_inverse
             * observability.transpose()
             * hankel(1)

@@ -4,7 +4,7 @@
 //! Int. J. Control 32(4), 1980 (a report of 1971); the balanced pair of gramians: B. C. Moore, IEEE Trans. Automatic
 //! Control 26(1), 1981.
 
-use crate::matrix::{Mat, largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, diagonal, largest_eigenvalue, symmetric_function, symmetric_part};
 use crate::system::state_space::StateSpace;
 
 /// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
@@ -35,14 +35,14 @@ pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> 
 /// A gramian with the directions that it does not reach filled up; the identity for zero.
 fn filled(gramian: &Mat) -> Mat {
     let n = gramian.nrows();
-    let diagonal: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
-    let most = diagonal.iter().copied().fold(0.0, f64::max);
+    let variances: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
+    let most = variances.iter().copied().fold(0.0, f64::max);
     if most <= 0.0 {
         return Mat::identity(n, n);
     }
     // In proportion to each state's own size, so that the states' units do not matter much.
     let floor = |d: f64| EIGENVALUE_FLOOR * d.max(EIGENVALUE_FLOOR * most);
-    gramian + Mat::from_diagonal(&nalgebra::DVector::from_iterator(n, diagonal.into_iter().map(floor)))
+    gramian + diagonal(variances.into_iter().map(floor))
 }
 
 /// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` when it does not converge.

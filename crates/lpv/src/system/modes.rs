@@ -61,9 +61,7 @@ fn equilibrated(mut pencil: DMatrix<Complex<f64>>, n: usize) -> DMatrix<Complex<
 /// # Errors
 /// [`SynthesisError::NotStabilisable`] with the mode.
 pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
-    let balanced = Coordinates::diagonal(plant).apply(plant);
-    check_finite(&balanced)?;
-    match unreachable_mode(&balanced.a(), &balanced.b2()).map(|mode| in_users_time(mode, plant)) {
+    match lost_mode(plant, |balanced| (balanced.a(), balanced.b2()))? {
         Some(mode) => Err(SynthesisError::NotStabilisable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
@@ -74,10 +72,7 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
 /// # Errors
 /// [`SynthesisError::NotDetectable`] with the mode.
 pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
-    let balanced = Coordinates::diagonal(plant).apply(plant);
-    check_finite(&balanced)?;
-    let unseen = unreachable_mode(&balanced.a().transpose(), &balanced.c2().transpose());
-    match unseen.map(|mode| in_users_time(mode, plant)) {
+    match lost_mode(plant, |balanced| (balanced.a().transpose(), balanced.c2().transpose()))? {
         Some(mode) => Err(SynthesisError::NotDetectable { re: mode.re, im: mode.im }),
         None => Ok(()),
     }
@@ -94,10 +89,17 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     ))
 }
 
-/// A mode of the balanced plant, in the user's unit of time. (Rank is judged in balanced coordinates: in badly scaled
-/// ones everything looks unreachable.)
-fn in_users_time(mode: Complex<f64>, plant: &GeneralisedPlant) -> Complex<f64> {
-    mode / Coordinates::diagonal(plant).scaled_rate(1.0)
+/// The mode, in the user's unit of time, that does not decay and that the input matrix of a pair does not reach. (Rank
+/// is judged in balanced coordinates: in badly scaled ones everything looks unreachable.)
+fn lost_mode(
+    plant: &GeneralisedPlant,
+    pair: impl Fn(&GeneralisedPlant) -> (Mat, Mat),
+) -> Result<Option<Complex<f64>>, SynthesisError> {
+    let coordinates = Coordinates::diagonal(plant);
+    let balanced = coordinates.apply(plant);
+    check_finite(&balanced)?;
+    let (a, b) = pair(&balanced);
+    Ok(unreachable_mode(&a, &b).map(|mode| mode / coordinates.scaled_rate(1.0)))
 }
 
 #[cfg(test)]

@@ -25,6 +25,12 @@ pub(crate) fn coarse_grid(parameters: usize) -> Vec<Vec<f64>> {
     evenly(parameters, if parameters <= 4 { 3 } else { 2 })
 }
 
+/// So many values of one parameter, evenly spread over [-1, 1]; at least two.
+pub(crate) fn evenly_spread(count: usize) -> impl Iterator<Item = f64> {
+    let last = count.max(2) - 1;
+    (0..=last).map(move |i| 2.0 * i as f64 / last as f64 - 1.0)
+}
+
 fn evenly(parameters: usize, each: usize) -> Vec<Vec<f64>> {
     if parameters > ALL_VERTICES {
         return some_vertices(parameters);

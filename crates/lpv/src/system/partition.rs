@@ -8,9 +8,9 @@
 //! idea: `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system and index vectors.
 
 use crate::error::{LftError, ShapeError};
-use crate::matrix::{Mat, block, solve};
+use crate::matrix::{Mat, block, diagonal, solve};
 use crate::system::state_space::StateSpace;
-use nalgebra::{DMatrixViewMut, DVector};
+use nalgebra::DMatrixViewMut;
 
 /// A group of rows, of columns, or of both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,8 +81,7 @@ pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Grou
 /// # Errors
 /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
 pub fn closing(channels: &[usize], dtt: &Mat, theta: &[f64]) -> Result<Mat, LftError> {
-    let delta =
-        Mat::from_diagonal(&DVector::from_iterator(channels.len(), channels.iter().map(|&c| theta[c])));
+    let delta = diagonal(channels.iter().map(|&c| theta[c]));
     let r = channels.len();
     solve(&(Mat::identity(r, r) - &delta * dtt), &delta)
         .ok_or_else(|| LftError::NotWellPosed { theta: theta.to_vec() })
@@ -315,6 +314,11 @@ impl Partitioned {
             out.set(row, column, &m);
         }
         out
+    }
+
+    /// The same in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
+        self.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)])
     }
 
     /// The same with w and z in units in which a gain of `gamma` is 1.

@@ -2,6 +2,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
+use crate::system::parameter_grid::evenly_spread;
 use crate::system::partition::{Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, named_blocks};
 use crate::system::state_space::StateSpace;
 
@@ -100,10 +101,8 @@ named_blocks!(ClosedLoop: a X X, bt X T, b1 X W, ct T X, dtt T T, dt1 T W, c1 Z 
 
 impl ClosedLoop {
     /// The loop in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
-    pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
-        let (left, right) =
-            ([(Group::X, t_inverse), (Group::T, tau_inverse)], [(Group::X, t), (Group::T, tau)]);
-        Self { parts: self.parts.transformed(&left, &right), channels: self.channels.clone() }
+    pub fn in_coordinates(&self, state: (&Mat, &Mat), channel: (&Mat, &Mat)) -> Self {
+        Self { parts: self.parts.in_coordinates(state, channel), channels: self.channels.clone() }
     }
 
     /// The loop with w and z in units in which a gain of `gamma` is 1. The inequalities have the same X and scalings.
@@ -117,5 +116,10 @@ impl ClosedLoop {
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
     pub fn frozen(&self, theta: &[f64]) -> Result<StateSpace, LftError> {
         Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Group::Z], &[Group::W]))
+    }
+
+    /// The loop of one parameter at so many values of it, evenly spread over [-1, 1], at least two.
+    pub(crate) fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, LftError> {
+        evenly_spread(count).map(|theta| Ok((theta, self.frozen(&[theta])?))).collect()
     }
 }

@@ -5,7 +5,7 @@
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
 use crate::matrix::{
-    Mat, block, complex_singular_values, eigenvalues, largest_singular_value, solve, spectral_abscissa,
+    Mat, block, eigenvalues, largest_complex_singular_value, largest_singular_value, solve, spectral_abscissa,
 };
 use crate::stop;
 use nalgebra::{Complex, DMatrix};
@@ -132,8 +132,7 @@ impl StateSpace {
 
     /// The largest singular value of the response at frequency omega (rad/s); infinity at a pole.
     pub fn gain_at(&self, omega: f64) -> f64 {
-        self.response(Complex::new(0.0, omega))
-            .map_or(f64::INFINITY, |g| complex_singular_values(&g).first().copied().unwrap_or(0.0))
+        self.response(Complex::new(0.0, omega)).map_or(f64::INFINITY, |g| largest_complex_singular_value(&g))
     }
 
     /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. Source: at the top of

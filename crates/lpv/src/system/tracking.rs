@@ -19,13 +19,12 @@
 //! Multivariable Feedback Control, 2005, section 9.4.1 and eq. 9.88. The weights are in [`super::weights`].
 
 use crate::error::{AugmentError, ShapeError};
-use crate::matrix::{Mat, block};
+use crate::matrix::{Mat, block, diagonal};
 use crate::system::assembly::{Assembly, Signal};
 use crate::system::lft::Lft;
 use crate::system::partition::{PLANT, Partitioned, Sizes};
 use crate::system::plant::GeneralisedPlant;
 use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight, invertible};
-use nalgebra::DVector;
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///
@@ -144,7 +143,6 @@ impl TrackingProblem {
         let sizes =
             Sizes { x: self.states(n), t: model.size(), w: others + wave_inputs, u: m, ..Sizes::default() };
         let mut all = Assembly::new(sizes.x, sizes.t + sizes.w + sizes.u);
-        let diagonal = |v: &[f64]| Mat::from_diagonal(&DVector::from_row_slice(v));
         let (_, x) = all.state(n);
         let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
         let (first_lag, lags) = all.state(lagged.len());
@@ -187,7 +185,7 @@ impl TrackingProblem {
         let forces = forces + d * self.disturbance;
         let inputs = block(&[
             &[&x],
-            &[&(diagonal(&self.input_scale) * &forces)],
+            &[&(diagonal(self.input_scale.iter().copied()) * &forces)],
             &[&waves],
             &[&excitation],
             &[&-rate],
@@ -206,8 +204,7 @@ impl TrackingProblem {
         let zt = &model.right * &inputs + &model.inner * &wt;
 
         // What the outputs must follow, and the errors.
-        let inverse_scale: Vec<f64> = self.output_scale.iter().map(|s| 1.0 / s).collect();
-        let outputs = diagonal(&inverse_scale) * &self.outputs * &x;
+        let outputs = diagonal(self.output_scale.iter().map(|s| 1.0 / s)) * &self.outputs * &x;
         let mut z: Vec<Signal> = Vec::new();
         for i in 0..p {
             let target = match two.and_then(|two| two.models[i]) {

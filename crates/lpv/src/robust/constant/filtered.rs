@@ -1,6 +1,6 @@
 //! A loop together with the filters of its constant parameters.
 
-use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::matrix::{Mat, block, diagonal, diagonal_blocks};
 use crate::robust::constant::constant_loop::ConstantLoop;
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
@@ -43,7 +43,7 @@ impl Filtered {
             .collect();
         let (r, w) = (l.channels.len(), l.b1().ncols());
         let own: Vec<usize> = of.dynamic().flat_map(|(own, _)| own).collect();
-        let rates: Vec<f64> = of.dynamic().flat_map(|(own, pole)| vec![pole; own.len()]).collect();
+        let rates = of.dynamic().flat_map(|(own, pole)| vec![pole; own.len()]);
         let k = own.len();
         let deltas: usize = errors.iter().map(|e| e.e.ncols()).sum();
         let zeros = Mat::zeros;
@@ -54,7 +54,7 @@ impl Filtered {
         let zt = block(&[&[&l.ct(), &zeros(r, 2 * k), &l.dtt(), &zeros(r, deltas), &l.dt1()]]);
         let all_e = errors.iter().fold(zeros(n, 0), |all, e| block(&[&[&all, &e.e]]));
         let moved = block(&[&[&l.a(), &zeros(n, 2 * k), &l.bt(), &all_e, &l.b1()]]);
-        let decay = Mat::from_diagonal(&nalgebra::DVector::from_vec(rates));
+        let decay = diagonal(rates);
         let filter_z = zt.select_rows(&own) - &decay * place(k, filters);
         let filter_w = place(r, wt).select_rows(&own) - &decay * place(k, filters + k);
         let mut at = wt + r;
