@@ -85,15 +85,24 @@ pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBoun
 }
 
 /// Numbers that look random and are the same in every run.
-struct Sequence(u64);
+pub(super) struct Sequence(pub(super) u64);
 
 impl Sequence {
-    /// In [-1, 1].
-    fn next(&mut self) -> f64 {
+    fn bits(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        self.0
+    }
+
+    /// In [-1, 1].
+    fn next(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// 1 or -1.
+    pub(super) fn sign(&mut self) -> f64 {
+        if self.bits() & (1 << 30) == 0 { 1.0 } else { -1.0 }
     }
 }
 

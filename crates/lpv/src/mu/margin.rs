@@ -7,9 +7,9 @@
 //! flexible aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
-use super::lower::{LowerBound, checked};
+use super::lower::{LowerBound, Sequence, checked};
 use super::structure::Structure;
-use crate::matrix::{Mat, eigenvalues, least_singular_vectors, solve};
+use crate::matrix::{Mat, diagonal, eigenvalues, least_singular_vectors, solve};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
@@ -36,19 +36,13 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
     let (smallest, harmless) = (0.1 * harmless, (1.0 - 1e-6) * harmless);
     let search = MarginSearch { system, structure, sizes, smallest, harmless };
     let count = search.sizes.len();
-    let mut state = 0x2545_F491_4F6C_DD1Du64;
-    let mut sign = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        if state & (1 << 30) == 0 { 1.0 } else { -1.0 }
-    };
+    let mut random = Sequence(0x2545_F491_4F6C_DD1D);
     let mut best: Option<Crossing> = None;
     for start in 0..MARGIN_STARTS {
         let direction: Vec<f64> = match start {
             0 => vec![1.0; count],
             1 => vec![-1.0; count],
-            _ => (0..count).map(|_| sign()).collect(),
+            _ => (0..count).map(|_| random.sign()).collect(),
         };
         let reach = best.as_ref().map_or(LARGEST_SIZE_RATIO * search.smallest, |b| b.size);
         if let Some(found) = search.climb(direction, reach)
@@ -83,7 +77,7 @@ struct MarginSearch<'a> {
 impl MarginSearch<'_> {
     fn diagonal(&self, direction: &[f64], size: f64) -> Mat {
         let entries = direction.iter().zip(&self.sizes).flat_map(|(d, r)| std::iter::repeat_n(d * size, *r));
-        Mat::from_diagonal(&nalgebra::DVector::from_iterator(self.structure.rows(), entries))
+        diagonal(entries)
     }
 
     /// A of the perturbed loop.

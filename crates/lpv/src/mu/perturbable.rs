@@ -25,14 +25,7 @@ impl Perturbable {
 
     /// What Delta alone sees, from wd to zd, without the states that have no part in it.
     pub fn stability(&self) -> StateSpace {
-        let (k, w) = (self.structure.cols(), self.structure.rows());
-        let whole = StateSpace {
-            a: self.system.a.clone(),
-            b: self.system.b.columns(0, w).into_owned(),
-            c: self.system.c.rows(0, k).into_owned(),
-            d: self.system.d.view((0, 0), (k, w)).into_owned(),
-        };
-        whole.without_idle_states()
+        self.system.parts(0..self.structure.cols(), 0..self.structure.rows()).without_idle_states()
     }
 
     /// From w to z with a real perturbation; `None` where the loop is not well posed with it.

@@ -13,7 +13,7 @@ use super::structure::{Structure, StructureError};
 use super::upper::{UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::{Shown, Wide};
 use super::{CMat, lower};
-use crate::matrix::{complex_singular_values, spectral_abscissa};
+use crate::matrix::{largest_complex_singular_value, spectral_abscissa};
 use crate::stop;
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
@@ -171,7 +171,7 @@ impl<'a> Sweep<'a> {
         let mut largest = 0.0f64;
         for &omega in &points {
             let Some(m) = response(self.system, omega) else { continue };
-            largest = largest.max(complex_singular_values(&m).first().copied().unwrap_or(0.0));
+            largest = largest.max(largest_complex_singular_value(&m));
         }
         // Real blocks may have a mu of zero almost everywhere.
         self.level = self.level.max(1e-6 * largest).max(LEAST_LEVEL);

@@ -6,11 +6,12 @@
 //! loop follows.
 
 use super::CMat;
+use super::lower::Sequence;
 use super::perturbable::Perturbable;
 use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
-use crate::matrix::{ComplexVector, complex_singular_values, largest_singular_vectors};
+use crate::matrix::{ComplexVector, largest_complex_singular_value, largest_singular_vectors};
 use crate::stop;
 use nalgebra::Complex;
 
@@ -113,7 +114,7 @@ impl GainSearch<'_> {
             .iter()
             .map(|p| p.norm())
             .chain([0.0])
-            .filter_map(|omega| Some((largest(&response(system, omega)?), omega)))
+            .filter_map(|omega| Some((largest_complex_singular_value(&response(system, omega)?), omega)))
             .collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
         all.dedup_by(|a, b| (a.1 - b.1).abs() <= 0.05 * b.1);
@@ -144,18 +145,11 @@ impl GainSearch<'_> {
     }
 
     fn climb(&self, best: &mut Perturbed, omega: f64, start: usize) {
-        // Signs that look random and are the same in every run.
-        let mut state = 0x9E37_79B9_7F4A_7C15u64 ^ (start as u64).wrapping_mul(0x2545_F491_4F6C_DD1D);
-        let mut sign = || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            if state & (1 << 30) == 0 { 1.0 } else { -1.0 }
-        };
+        let mut random = Sequence(0x9E37_79B9_7F4A_7C15 ^ (start as u64).wrapping_mul(0x2545_F491_4F6C_DD1D));
         let mut delta = CMat::zeros(self.w, self.k);
         if start > 0 {
             for (_, rows, cols) in self.loop_.structure.places() {
-                let value = Complex::new(0.5 * self.loop_.size * sign(), 0.0);
+                let value = Complex::new(0.5 * self.loop_.size * random.sign(), 0.0);
                 rows.zip(cols).for_each(|(i, j)| delta[(i, j)] = value);
             }
         }
@@ -220,7 +214,7 @@ impl Parts {
         let k = self.m11.nrows();
         let through = (CMat::identity(k, k) - product(&self.m11, delta)).lu().solve(&self.m12)?;
         let whole = &self.m22 + product(&self.m21, &product(delta, &through));
-        let gain = largest(&whole);
+        let gain = largest_complex_singular_value(&whole);
         gain.is_finite().then_some((gain, whole, through))
     }
 
@@ -235,9 +229,4 @@ impl Parts {
         let back = (CMat::identity(w, w) - product(delta, &self.m11)).adjoint().lu();
         Some((back.solve(&(self.m21.adjoint() * u))?, through * v))
     }
-}
-
-/// The largest singular value.
-pub(super) fn largest(m: &CMat) -> f64 {
-    complex_singular_values(m).first().copied().unwrap_or(0.0)
 }
