@@ -6,7 +6,7 @@
 //! plant without parameters, the controller's matrices.
 
 use lpv::bounded_rate::{self, SlowOptions};
-use lpv::matrix::{Mat, from_rows};
+use lpv::matrix::{from_rows, to_rows};
 use lpv::partition::{PLANT, names};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
@@ -31,10 +31,6 @@ fn plant(file: &Value) -> Result<GeneralisedPlant, Box<dyn Error>> {
     Ok(GeneralisedPlant::new(blocks, &parts)?)
 }
 
-fn rows(m: &Mat) -> Vec<Vec<f64>> {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("a file is needed: a case or a certificate")?;
     let plant = plant(&serde_json::from_str(&std::fs::read_to_string(path)?)?)?;
@@ -53,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = begin.elapsed().as_secs_f64();
     let k = &design.controller;
     let controller =
-        json!({ "A": rows(&k.a()), "B": rows(&k.by()), "C": rows(&k.cu()), "D": rows(&k.duy()) });
+        json!({ "A": to_rows(&k.a()), "B": to_rows(&k.by()), "C": to_rows(&k.cu()), "D": to_rows(&k.duy()) });
     let report = json!({
         "seconds_least_gamma": least,
         "seconds": whole,

@@ -145,5 +145,5 @@ fn at_speed(
     within.then_some(Design { gamma_optimum, lower_estimate, multipliers, certified, ..found })
 }
 
-/// How far from the least gamma a loop is closed only to tell it, relative to the back-off.
+/// How far from the least gamma a loop is closed only to learn that gamma, relative to the back-off.
 const NEARER_BACK_OFF: f64 = 0.02;

@@ -98,7 +98,7 @@ fn a_claim_about_every_w() {
 }
 
 #[test]
-fn bad_input_is_told_in_one_sentence() {
+fn bad_input_is_named_in_one_sentence() {
     for (key, value, message) in [
         ("beta", json!(0.0), "claim 0 of bounded energy is not proved: beta is 0e0, must be above 0"),
         ("gamma", json!(-2.0), "claim 0 of bounded energy is not proved: gamma is -2e0, must be above 0"),

@@ -147,7 +147,7 @@ fn a_rate_by_hand() {
 }
 
 #[test]
-fn bad_input_is_told_in_one_sentence() {
+fn bad_input_is_named_in_one_sentence() {
     for (key, value, message) in [
         ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
         ("limits", json!([1.0, 1.0]), "limits.limits: has 2 entries, must have 1 (controls u and rates)"),

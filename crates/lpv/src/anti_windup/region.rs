@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_told() {
+    fn what_cannot_be_is_refused() {
         let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
         assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
         assert!(words(1.0, 2.0, -0.1).contains("it is -0.1, must be above 0"));

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn infeasible_is_told_from_failure() {
+    fn infeasibility_is_not_taken_for_failure() {
         let mut program = Program::new();
         let x = program.symmetric(2);
         program.positive("X", x.clone());

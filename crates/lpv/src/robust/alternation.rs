@@ -195,16 +195,16 @@ mod tests {
     /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both
     /// bounds.
     #[test]
-    fn rounds_raise_what_is_borne() {
+    fn rounds_raise_what_is_tolerated() {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let gamma = 1.2 * nominal.certified.gamma;
         let options = RobustOptions { gamma, back_off: 0.02, rounds: 3, pays: 0.01, fastest_mode: None };
-        let mut heard = 0;
+        let mut reported = 0;
         let found =
-            more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| heard += 1)
+            more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| reported += 1)
                 .unwrap();
-        assert_eq!(heard, found.rounds.len());
+        assert_eq!(reported, found.rounds.len());
         assert!(found.largest.size >= found.given_largest.size && found.largest.bound.gamma <= gamma);
         assert!(found.largest.size > 1.02 * found.given_largest.size, "{:?}", found.rounds);
         for (controller, largest) in

@@ -21,8 +21,10 @@ pub struct Coordinates {
     state_inverse: Mat,
     channel: Mat,
     channel_inverse: Mat,
-    measurement: Vec<f64>,
-    control: Vec<f64>,
+    /// What counts as 1 in each measurement, in the user's units.
+    pub(crate) measurement: Vec<f64>,
+    /// What counts as 1 in each control, in the user's units.
+    pub(crate) control: Vec<f64>,
     speed: f64,
 }
 
@@ -51,8 +53,8 @@ impl Coordinates {
             let m = scaled.parts.matrix();
             let states: Vec<f64> = (0..s.x).map(|i| osborne(m, i)).collect();
             let channels: Vec<f64> = (s.x..s.x + s.t).map(|i| osborne(m, i)).collect();
-            coordinates.scale_states(&states);
-            coordinates.scale_channels(&channels);
+            scale(&mut coordinates.state, &mut coordinates.state_inverse, &states);
+            scale(&mut coordinates.channel, &mut coordinates.channel_inverse, &channels);
             for j in 0..s.u {
                 coordinates.control[j] /= norm_or_one(m.column(s.x + s.t + s.w + j).norm());
             }
@@ -94,16 +96,6 @@ impl Coordinates {
         rate / self.speed
     }
 
-    /// What counts as 1 in each control, in the user's units.
-    pub fn control_units(&self) -> &[f64] {
-        &self.control
-    }
-
-    /// What counts as 1 in each measurement, in the user's units.
-    pub fn measurement_units(&self) -> &[f64] {
-        &self.measurement
-    }
-
     /// A solution of the synthesis inequalities found in the coordinates `from`, in these.
     pub(crate) fn carry(&self, from: &Self, found: &LmiSolution) -> LmiSolution {
         // Both run at the same speed.
@@ -115,20 +107,6 @@ impl Coordinates {
             primal_scaling: c.transpose() * &found.primal_scaling * &c,
             dual_scaling: &c_inverse * &found.dual_scaling * c_inverse.transpose(),
             ..found.clone()
-        }
-    }
-
-    fn scale_states(&mut self, factors: &[f64]) {
-        for (i, f) in factors.iter().enumerate() {
-            self.state.column_mut(i).scale_mut(*f);
-            self.state_inverse.row_mut(i).scale_mut(1.0 / f);
-        }
-    }
-
-    fn scale_channels(&mut self, factors: &[f64]) {
-        for (i, f) in factors.iter().enumerate() {
-            self.channel.column_mut(i).scale_mut(*f);
-            self.channel_inverse.row_mut(i).scale_mut(1.0 / f);
         }
     }
 
@@ -146,29 +124,23 @@ impl Coordinates {
     /// A Lyapunov matrix of the closed loop (plant's states, then controller's), or the inverse of one, in the user's
     /// coordinates.
     pub(crate) fn undo_lyapunov(&self, x: &Mat, inverse: bool) -> Mat {
-        let rest = x.nrows() - self.state.nrows();
-        let lifted = |own: &Mat| diagonal_blocks(&[own, &Mat::identity(rest, rest)]);
         if inverse {
-            let whole = lifted(&self.state);
+            let whole = lifted(&self.state, x.nrows());
             &whole * x * whole.transpose() * self.speed
         } else {
-            let whole = lifted(&self.state_inverse);
+            // With time in other units A is larger by the speed and X smaller.
+            let whole = lifted(&self.state_inverse, x.nrows());
             whole.transpose() * x * whole / self.speed
         }
     }
 
     /// A bound of the closed loop's gain (plant's part, then controller's), in the user's coordinates.
     pub fn undo_bound(&self, bound: &GainBound) -> GainBound {
-        let lift = |inverse: &Mat, m: &Mat| {
-            let n = m.nrows() - inverse.nrows();
-            let whole = diagonal_blocks(&[inverse, &Mat::identity(n, n)]);
-            whole.transpose() * m * whole
-        };
+        let channel = lifted(&self.channel_inverse, bound.s.nrows());
         GainBound {
-            // With time in other units A is larger by the speed and X smaller.
-            x: lift(&self.state_inverse, &bound.x) / self.speed,
-            s: lift(&self.channel_inverse, &bound.s),
-            t: lift(&self.channel_inverse, &bound.t),
+            x: self.undo_lyapunov(&bound.x, false),
+            s: channel.transpose() * &bound.s * &channel,
+            t: channel.transpose() * &bound.t * &channel,
             ..*bound
         }
     }
@@ -212,6 +184,20 @@ impl Coordinates {
         parts.rows_mut(X).scale_mut(self.speed);
         Controller { parts, blocks: k.blocks.clone() }
     }
+}
+
+/// A change of the basis and its inverse: each vector of the basis times a factor.
+fn scale(basis: &mut Mat, inverse: &mut Mat, factors: &[f64]) {
+    for (i, f) in factors.iter().enumerate() {
+        basis.column_mut(i).scale_mut(*f);
+        inverse.row_mut(i).scale_mut(1.0 / f);
+    }
+}
+
+/// The change of the plant's part of a loop, whose other part stays: `blkdiag(own, I)`, of `size` rows.
+fn lifted(own: &Mat, size: usize) -> Mat {
+    let rest = size - own.nrows();
+    diagonal_blocks(&[own, &Mat::identity(rest, rest)])
 }
 
 fn norm_or_one(norm: f64) -> f64 {

@@ -187,9 +187,9 @@ impl fmt::Display for Finding {
 
 /// The one component that is not zero, from 1.
 fn only(direction: &[f64]) -> Option<usize> {
-    let mut parts = direction.iter().enumerate().filter(|(_, v)| **v != 0.0);
+    let mut parts = parts(direction);
     match (parts.next(), parts.next()) {
-        (Some((i, _)), None) => Some(i + 1),
+        (Some((i, _)), None) => Some(i),
         _ => None,
     }
 }
@@ -253,7 +253,7 @@ impl Regularisation {
                 |(v, _): (Vec<f64>, f64)| v.iter().enumerate().map(|(i, v)| convert(i, size * v)).collect();
             directions.map(scaled).collect()
         };
-        let (u, y) = (coordinates.control_units(), coordinates.measurement_units());
+        let (u, y) = (&coordinates.control, &coordinates.measurement);
         Self {
             weights: added(&weighted, &|j, v| v * units.0 / u[j]),
             noises: added(&disturbed, &|i, v| v * units.1 * y[i]),

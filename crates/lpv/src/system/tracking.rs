@@ -296,58 +296,52 @@ impl TrackingProblem {
         }
     }
 
+    /// The first number that is not allowed, of all in the order of the fields.
     fn check_numbers(&self) -> Result<(), AugmentError> {
-        let positive = |name, v: &f64| (name, *v, invertible(*v), "above 0 and finite");
-        let finite = |name, v: &f64| (name, *v, v.is_finite(), "finite");
-        let number = |index: usize, (name, found, good, allowed)| match good {
-            true => Ok(()),
-            false => Err(AugmentError::Number { name, index: index + 1, found, allowed }),
-        };
+        let positive = |name, v: f64| (name, v, invertible(v), "above 0 and finite");
+        let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "0 or more, and finite");
+        let mut checks = vec![];
         for (i, weight) in self.tracking.iter().enumerate() {
-            weight.checks().into_iter().try_for_each(|check| number(i, check))?;
+            checks.extend(weight.checks().map(|check| (i, check)));
         }
-        for (i, scale) in self.output_scale.iter().enumerate() {
-            number(i, positive("the scale of output", scale))?;
-        }
+        checks.extend(self.output_scale.iter().map(|v| positive("the scale of output", *v)).enumerate());
         for (i, ReferenceWeight { follow, corner }) in self.references.iter().enumerate() {
             let good = *follow >= 1.0 && follow.is_finite();
-            number(i, ("the weight of slow references", *follow, good, "1 or more, and finite"))?;
-            number(i, positive("the corner of the references' weight", corner))?;
+            checks.push((i, ("the weight of slow references", *follow, good, "1 or more, and finite")));
+            checks.push((i, positive("the corner of the references' weight", *corner)));
         }
-        for (i, scale) in self.input_scale.iter().enumerate() {
-            number(i, positive("the scale of input", scale))?;
-        }
-        for (i, lag) in self.lags.iter().enumerate() {
-            number(i, ("the lag of input", *lag, *lag == 0.0 || invertible(*lag), "0 or more, and finite"))?;
-        }
-        let late = self.delay;
-        number(
-            0,
-            ("the delay before input", late, late == 0.0 || invertible(late), "0 or more, and finite"),
-        )?;
-        for (i, weight) in self.control.iter().enumerate() {
-            number(i, weight.check("W_u of input"))?;
-        }
+        checks.extend(self.input_scale.iter().map(|v| positive("the scale of input", *v)).enumerate());
+        checks.extend(self.lags.iter().map(|v| not_negative("the lag of input", *v)).enumerate());
+        checks.push((0, not_negative("the delay before input", self.delay)));
+        checks.extend(self.control.iter().map(|weight| weight.check("W_u of input")).enumerate());
         if let Some(two) = &self.two_degrees {
-            for (i, noise) in two.noise.iter().enumerate() {
-                number(i, noise.check("the noise of measurement"))?;
-            }
+            checks.extend(two.noise.iter().map(|noise| noise.check("the noise of measurement")).enumerate());
             for (i, model) in two.models.iter().enumerate() {
                 let (w, damping) = model.map_or((1.0, None), |model| (model.frequency, model.damping));
-                number(i, positive("the frequency of the reference model of output", &w))?;
-                number(i, positive("the damping of the reference model of output", &damping.unwrap_or(1.0)))?;
+                checks.push((i, positive("the frequency of the reference model of output", w)));
+                let damping = damping.unwrap_or(1.0);
+                checks.push((i, positive("the damping of the reference model of output", damping)));
             }
             if let Some(MovingTrim { output, frequency, .. }) = two.trim {
-                number(output, positive("the frequency of the trim, which moves with output", &frequency))?;
-                let model = two.models[output].filter(|m| m.damping.is_some() || m.frequency != frequency);
-                if let Some(model) = model {
-                    let name = "the reference model, by its frequency, of output";
-                    let allowed = "of first order and as fast as the trim, which moves with that output";
-                    number(output, (name, model.frequency, false, allowed))?;
-                }
+                let name = "the frequency of the trim, which moves with output";
+                checks.push((output, positive(name, frequency)));
+                let name = "the reference model, by its frequency, of output";
+                let allowed = "of first order and as fast as the trim, which moves with that output";
+                let other = |m: &ReferenceModel| m.damping.is_some() || m.frequency != frequency;
+                let model = two.models[output].filter(other);
+                checks.extend(model.map(|model| (output, (name, model.frequency, false, allowed))));
             }
         }
-        number(0, finite("the disturbance at input", &self.disturbance))
+        checks.push((
+            0,
+            ("the disturbance at input", self.disturbance, self.disturbance.is_finite(), "finite"),
+        ));
+        match checks.into_iter().find(|(_, (_, _, good, _))| !good) {
+            Some((index, (name, found, _, allowed))) => {
+                Err(AugmentError::Number { name, index: index + 1, found, allowed })
+            }
+            None => Ok(()),
+        }
     }
 
     fn check(&self, n: usize, m: usize, p: usize) -> Result<(), ShapeError> {

@@ -67,7 +67,7 @@ fn second_order_polynomial_has_the_least_size() {
 }
 
 #[test]
-fn a_singular_loop_is_told() {
+fn a_singular_loop_is_refused() {
     let lft = Lft {
         constant: dmatrix![0.0],
         left: dmatrix![1.0],

@@ -191,7 +191,7 @@ fn the_tanks_recover() {
 }
 
 #[test]
-fn a_limit_of_the_wrong_sign_is_told() {
+fn a_limit_of_the_wrong_sign_is_refused() {
     let (plant, controller) = tanks().loop_();
     let units = Mat::zeros(0, 0);
     let limited =

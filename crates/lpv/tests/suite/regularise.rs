@@ -64,7 +64,7 @@ fn the_bound_is_near_the_least_gamma() {
 
 /// No weight on any control: the least gamma is zero.
 #[test]
-fn what_is_added_is_told_in_the_users_units() {
+fn what_is_added_is_given_in_the_users_units() {
     let mut plant = common::plant(&common::case("compleib/compleib_DIS1"));
     plant.parts.block_mut(Z, U).fill(0.0);
     let added = |plant: &GeneralisedPlant| assert_holds(plant).regularisation.unwrap();
