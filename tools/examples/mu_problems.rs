@@ -28,16 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let progress = Progress::default();
     let subject = Subject::new(&inputs, &stored, &progress)?;
     for &speed in &subject.speeds {
-        let frozen = at_speed(inputs.declared(), &inputs.design, speed)?;
-        let system = uncertain_loop(
-            &inputs.vehicle.actuators,
-            &inputs.design,
-            &frozen,
-            &subject.controller,
-            subject.rho(speed),
-            None,
-        )?
-        .stability();
+        let frozen = at_speed(&inputs, speed)?;
+        let system = uncertain_loop(&inputs, &frozen, &subject.controller)?.stability();
         let blocks: Vec<(i64, i64)> =
             frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
         let [a, b, c, d] = [&system.a, &system.b, &system.c, &system.d].map(to_rows);

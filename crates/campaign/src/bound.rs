@@ -9,8 +9,8 @@
 use crate::error::Error;
 use crate::plan::Plan;
 use lpv::controller::Controller;
-use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::mu::{Block, CMat, Structure, StructureError};
+use lpv::mu::worst_case::worst_case_gain;
+use lpv::mu::CMat;
 use nalgebra::{Complex, DVector};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use squid_design::certify::controller_of;
@@ -59,17 +59,8 @@ pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
 }
 
 fn at(plan: &Plan<'_>, flights: &[u64], controller: &Controller, speed: f64) -> Result<Gains, Error> {
-    let (inputs, design) = (plan.inputs, &plan.inputs.design);
-    let (centre, half_range) = design.scheduling();
-    let rho = (speed - centre) / half_range;
-    let frozen = at_speed(inputs.declared(), design, speed)?;
-    let model = &frozen.model;
-    let actuators = &inputs.vehicle.actuators;
-    let closed = uncertain_loop(actuators, design, &frozen, controller, rho, None)?;
-    let blocks = model.blocks.iter().map(|block| Block::Real(block.repetitions)).collect();
-    let failed = |reason: StructureError| DesignError::MuAtSpeed { speed, reason: reason.into() };
-    let structure = Structure::new(blocks).map_err(failed)?;
-    let all = Perturbable { system: closed.system, structure, size: 1.0 };
+    let frozen = at_speed(plan.inputs, speed)?;
+    let all = uncertain_loop(plan.inputs, &frozen, controller)?;
     let guaranteed = worst_case_gain(&all).ok().map(|found| found.upper);
     let one = |flight: &u64| {
         let delta = place(plan, &frozen, *flight)?;

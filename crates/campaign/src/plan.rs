@@ -113,13 +113,12 @@ impl<'a> Plan<'a> {
         sea.iter().try_for_each(|sea| sea.check(&inputs.vehicle))?;
         let (depth, rule) = inputs.design.level();
         let speed = stored.manoeuvre.speed_from;
-        let nothing = inputs.uncertain.is_empty() && inputs.declared().actuator_gain == 0.0;
-        let uncertain = if nothing {
+        let uncertain = if !inputs.is_uncertain() {
             Vec::new()
         } else {
             let trim = trim_with(&inputs.vehicle, Speed::Path(speed), depth, rule)
                 .map_err(|reason| squid_flight::error::Error::Trim { speed, reason })?;
-            blocks(inputs.declared(), &trim, &[]).map_err(squid_design::error::Error::from)?
+            blocks(inputs, &trim, &[]).map_err(squid_design::error::Error::from)?
         };
         let identity = Identity {
             vehicle: inputs.hashes.vehicle_sha256.clone(),

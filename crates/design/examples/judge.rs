@@ -14,8 +14,6 @@
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::mu::sweep::{bound_over_frequency, mu_over_frequency};
-use lpv::mu::worst_case::Perturbable;
-use lpv::mu::{Block, Structure};
 use lpv::synthesis::{ScalingClass, least_gamma};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::constant::constant;
@@ -57,7 +55,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, finished.model.linear())?;
     let gains = inputs.design.spread(SPEEDS).into_iter().map(|speed| {
-        let frozen = plant.frozen(&[rho(&inputs, speed)])?.close(&frozen_controller(k, rho(&inputs, speed))?);
+        let rho = inputs.design.rho(speed);
+        let frozen = plant.frozen(&[rho])?.close(&frozen_controller(k, rho)?);
         Ok::<_, Box<dyn Error>>(frozen.frozen(&[])?.hinf_norm().value)
     });
     let nominal = gains.collect::<Result<Vec<f64>, _>>()?.into_iter().fold(0.0, f64::max);
@@ -71,29 +70,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn rho(inputs: &Inputs, speed: f64) -> f64 {
-    let (centre, half_range) = inputs.design.scheduling();
-    (speed - centre) / half_range
-}
-
 /// A row of the table: bounds guaranteed at every frequency, and what was found to be reached.
 fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Error>> {
-    let frozen = at_speed(inputs.declared(), &inputs.design, speed)?;
-    let rho = rho(inputs, speed);
-    let closed = uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &frozen, k, rho, None)?;
-    let blocks = closed.blocks.iter().map(|(_, repetitions)| Block::Real(*repetitions)).collect();
-    let whole = Perturbable { system: closed.system, structure: Structure::new(blocks)?, size: 1.0 };
+    let frozen = at_speed(inputs, speed)?;
+    let whole = uncertain_loop(inputs, &frozen, k)?;
     let stability = bound_over_frequency(&whole.stability(), &whole.structure, None)?.upper;
     let system = whole.system.without_idle_states();
     let performance = mu_over_frequency(&system, &whole.with_performance()?)?;
     let reached = performance.lower.map_or(0.0, |lower| lower.value);
     let (k, w) = (whole.structure.cols(), whole.structure.rows());
-    let nominal = lpv::state_space::StateSpace {
-        a: system.a.clone(),
-        b: system.b.columns(w, system.b.ncols() - w).into_owned(),
-        c: system.c.rows(k, system.c.nrows() - k).into_owned(),
-        d: system.d.view((k, w), (system.d.nrows() - k, system.d.ncols() - w)).into_owned(),
-    };
+    let (outputs, inputs_of_loop) = system.d.shape();
+    let nominal = system.parts(k..outputs, w..inputs_of_loop);
     Ok(format!(
         "| {speed:.2} | {stability:.3} | {:.3} at {:.2} rad/s (at least {reached:.3}) | {:.3} | {:.3} |",
         performance.upper.upper,

@@ -104,7 +104,6 @@ pub fn check(
         &sampled_dtt(controller, sampling.sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)),
     )?;
     let closed = plant.close(controller);
-    let (centre, half_range) = design.scheduling();
     let mut checks = Checks {
         speeds: CHECKED_SPEEDS,
         abscissa_fit: f64::NEG_INFINITY,
@@ -115,7 +114,7 @@ pub fn check(
         fastest_controller_mode: 0.0,
     };
     for speed in design.spread(CHECKED_SPEEDS) {
-        let rho = (speed - centre) / half_range;
+        let rho = design.rho(speed);
         let fitted = closed.frozen(&[rho])?;
         let real_part = spectral_abscissa(&fitted.a);
         if real_part.is_nan() || real_part >= 0.0 {

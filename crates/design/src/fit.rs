@@ -60,11 +60,10 @@ impl Model {
     /// [`ModelError::Trim`] where the vehicle does not trim, or its trims jump; [`ModelError::Fit`].
     pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
         let trims = trim_table(vehicle, design)?;
-        let (centre, half_range) = design.scheduling();
         let grid: Vec<(f64, Linearisation)> = design
             .spread(design.speeds)
             .into_iter()
-            .map(|v| Ok(((v - centre) / half_range, linearise_at(vehicle, design, v)?)))
+            .map(|v| Ok((design.rho(v), linearise_at(vehicle, design, v)?)))
             .collect::<Result<_, ModelError>>()?;
         let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
         let highest = (design.order + 1).min(samples.len() - 1);

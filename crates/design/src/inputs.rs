@@ -28,35 +28,15 @@ pub struct Inputs {
     pub hashes: InputHashes,
 }
 
-/// A vehicle, and what a design declares uncertain of it.
-#[derive(Debug, Clone, Copy)]
-pub struct Declared<'a> {
-    /// The vehicle.
-    pub vehicle: &'a Vehicle,
-    /// The uncertain coefficients, in the order of the vehicle file.
-    pub coefficients: &'a [UncertainParameter],
-    /// How far the gain of each actuator may be off, relative.
-    pub actuator_gain: f64,
-    /// The name of the design, for messages.
-    pub design: &'a str,
-}
-
-impl Declared<'_> {
-    /// Whether nothing is uncertain.
-    pub fn is_empty(&self) -> bool {
-        self.coefficients.is_empty() && self.actuator_gain == 0.0
-    }
-}
-
 impl Inputs {
-    /// What is declared uncertain.
-    pub fn declared(&self) -> Declared<'_> {
-        Declared {
-            vehicle: &self.vehicle,
-            coefficients: &self.uncertain,
-            actuator_gain: self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain),
-            design: &self.design.name,
-        }
+    /// Half range of every actuator's gain, relative; 0 where it is not uncertain.
+    pub fn actuator_gain(&self) -> f64 {
+        self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain)
+    }
+
+    /// Whether the design declares anything uncertain.
+    pub fn is_uncertain(&self) -> bool {
+        !self.uncertain.is_empty() || self.actuator_gain() != 0.0
     }
 
     /// A vehicle and a design made in memory, identified by a hash of their content.

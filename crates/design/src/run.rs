@@ -77,9 +77,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         progress.done("", &words);
     }
     let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
-    let robust = with_robust
-        .then(|| robust(inputs.declared(), &inputs.design, &model, &plant, &nominal, progress))
-        .transpose()?;
+    let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
     let checks = check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma)?;

@@ -25,7 +25,7 @@ pub mod vehicle;
 
 use crate::error::Error;
 use crate::fit::Model;
-use crate::inputs::Declared;
+use crate::inputs::Inputs;
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::pencil::{DETAIL_OVER_RANGE, Pencil};
@@ -33,21 +33,21 @@ use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 
 /// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted
-/// likewise, by polynomials of an order.
+/// likewise, by polynomials of the design's order.
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::Fit`](crate::error::ModelError::Fit),
 /// [`Error::Uncertain`].
-pub fn over_range(declared: Declared<'_>, order: usize, model: &Model) -> Result<UncertainModel, Error> {
-    let vehicle = declared.vehicle;
+pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Error> {
+    let vehicle = &inputs.vehicle;
     let mut ranges = Vec::new();
     for (_, nominal) in &model.grid {
-        ranges.push(trim_range(declared, nominal)?);
+        ranges.push(trim_range(inputs, nominal)?);
     }
     let moved = TrimRange::all_that_move(&ranges);
     let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
-        let all = blocks(declared, &nominal.trim, &range.of(&moved))?;
+        let all = blocks(inputs, &nominal.trim, &range.of(&moved))?;
         gradients.push(Gradients::at(vehicle, nominal, &all)?);
         rhos.push(*rho);
         if i == model.grid.len() / 2 {
@@ -56,6 +56,6 @@ pub fn over_range(declared: Declared<'_>, order: usize, model: &Model) -> Result
     }
     coarsen(vehicle, &middle, DETAIL_OVER_RANGE, &mut gradients);
     let samples: Vec<(f64, Gradients)> = rhos.into_iter().zip(gradients).collect();
-    let pencil = Pencil::scheduled(vehicle, &samples, &model.lft, order)?;
-    Ok(UncertainModel::from_lft(&minimal(&pencil.lft()), &middle))
+    let pencil = Pencil::scheduled(vehicle, &samples, &model.lft, inputs.design.order)?;
+    Ok(UncertainModel::from_lft(minimal(&pencil.lft()), &middle))
 }

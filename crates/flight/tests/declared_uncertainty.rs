@@ -55,7 +55,7 @@ fn fly_over_the_box(
     let mut worst = Worst::default();
     let mut seed = 2011;
     for &speed in speeds {
-        let frozen = at_speed(inputs.declared(), file, speed).unwrap();
+        let frozen = at_speed(inputs, speed).unwrap();
         let blocks = &frozen.parameters;
         let manoeuvre = Manoeuvre {
             speed_from: speed,

@@ -185,8 +185,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
 
 /// What a flight at a speed shows.
 fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
-    let (centre, half_range) = inputs.design.scheduling();
-    let part = 0.5 * ((speed - centre) / half_range + 1.0);
+    let part = 0.5 * (inputs.design.rho(speed) + 1.0);
     Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }
 }
 

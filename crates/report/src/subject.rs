@@ -197,8 +197,7 @@ impl<'a> Subject<'a> {
 
     /// The scheduling parameter `rho = (V - centre)/half_range` at a speed V along the path (m/s).
     pub fn rho(&self, speed: f64) -> f64 {
-        let (centre, half_range) = self.inputs.design.scheduling();
-        (speed - centre) / half_range
+        self.inputs.design.rho(speed)
     }
 
     /// A speed (m/s) as text.

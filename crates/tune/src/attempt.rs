@@ -47,9 +47,7 @@ fn designed(
         _ => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
     };
     let found = match wanted {
-        Wanted::Robust => {
-            search(inputs.declared(), design, model, &plant, &found, &Progress::default())?.design
-        }
+        Wanted::Robust => search(&inputs, model, &plant, &found, &Progress::default())?.design,
         _ => found,
     };
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;

@@ -153,11 +153,10 @@ impl Missed {
         let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
         // The trim of an input without a lag or a delay moves no state.
         let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
-        let (centre, half_range) = file.scheduling();
         let fit = model.linear();
         let at = |v: f64| -> Result<Mat, Error> {
             let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
-            let missed = truth.whole(0.0)? - fit.whole((v - centre) / half_range)?;
+            let missed = truth.whole(0.0)? - fit.whole(file.rho(v))?;
             Ok(missed.select_rows(&rows).columns(0, right.nrows()).into_owned())
         };
         let residuals = file.spread(SAMPLES).into_iter().map(at).collect::<Result<_, Error>>()?;

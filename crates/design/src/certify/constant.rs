@@ -110,9 +110,9 @@ pub fn constant(
 
 /// The uncertain model over the range of speed, and its plant with all of the declared box.
 fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlant), Error> {
-    let whole = over_range(inputs.declared(), inputs.design.order, model)?;
+    let whole = over_range(inputs, model)?;
     let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(&inputs.vehicle.actuators, &inputs.design, &fewer.model, model.linear())?;
+    let plant = uncertain_plant(inputs, &fewer.model, model.linear())?;
     Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
 

@@ -46,12 +46,8 @@ pub fn trim_slope(
         Mat::from_fn(units.len(), 1, |i, _| slope[i] / units[i])
     };
     let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, in_units(l))).collect();
-    let (centre, half_range) = design.scheduling();
     let checked = trims.iter().map(|trim| {
-        Ok((
-            (trim.speed - centre) / half_range,
-            in_units(&auv::linearise_with(vehicle, trim, design.has_depth())?),
-        ))
+        Ok((design.rho(trim.speed), in_units(&auv::linearise_with(vehicle, trim, design.has_depth())?)))
     });
     let checked = checked.collect::<Result<Vec<(f64, Mat)>, ModelError>>()?;
     let error = |lft: &Lft| {

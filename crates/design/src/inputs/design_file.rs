@@ -238,6 +238,12 @@ impl DesignFile {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))
     }
 
+    /// The scheduling parameter at a speed V along the path \[m/s\].
+    pub fn rho(&self, speed: f64) -> f64 {
+        let (centre, half_range) = self.scheduling();
+        (speed - centre) / half_range
+    }
+
     /// The place in y of the measurement of a tracked output, or of its error; `None` for one that is not measured.
     pub fn feedback_row(&self, tracked: usize) -> Option<usize> {
         if self.measured.is_empty() {

@@ -41,10 +41,9 @@ pub fn anti_windup(
     design: &DesignFile,
     controller: &Controller,
 ) -> Result<AntiWindup, Error> {
-    let (centre, half_range) = design.scheduling();
     let loops = design.spread(SPEEDS).into_iter().map(|speed| {
         let l = linearise_at(vehicle, design, speed)?;
-        let frozen = controller.frozen(&vec![(speed - centre) / half_range; controller.blocks.len()])?;
+        let frozen = controller.frozen(&vec![design.rho(speed); controller.blocks.len()])?;
         let wired = Sampling::of(&vehicle.actuators, design).ideal(&l);
         let (n, nk) = (wired.a.nrows(), frozen.a.nrows());
         let closed = wired.injected(&frozen);

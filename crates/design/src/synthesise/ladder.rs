@@ -28,7 +28,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     let (centre, half_range) = file.scheduling();
     let speeds = Speeds { centre, half_range };
     let options = LadderOptions {
-        thetas: file.spread(FROZEN_SPEEDS).into_iter().map(|v| speeds.theta(v)).collect(),
+        thetas: file.spread(FROZEN_SPEEDS).into_iter().map(|v| file.rho(v)).collect(),
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
         rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
         accuracy: LADDER_ACCURACY,
@@ -53,10 +53,6 @@ struct Speeds {
 }
 
 impl Speeds {
-    fn theta(self, v: f64) -> f64 {
-        (v - self.centre) / self.half_range
-    }
-
     fn speed(self, theta: f64) -> f64 {
         self.centre + self.half_range * theta
     }

@@ -17,8 +17,7 @@ use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::error::RobustError;
 use crate::fit::Model;
-use crate::inputs::Declared;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::Inputs;
 use crate::progress::Progress;
 use crate::synthesise::robust::figures::{Frozen, RobustFigures, gain_allowed};
 use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
@@ -28,7 +27,6 @@ use crate::uncertain::model::UncertainModel;
 use crate::uncertain::over_range;
 use crate::uncertain::truncate::{Truncated, truncated};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
-use auv::Actuator;
 use certificate::Certificate;
 use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::{CLEARANCE_SHARE, balanced_start};
@@ -36,7 +34,6 @@ use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use lpv::mu::sweep::bound_over_frequency;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::mu::{Block, Structure};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
 use lpv::robust_bound::{RobustBound, RobustLoop};
@@ -93,15 +90,14 @@ pub struct Searched {
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
 /// [`ProofError::Unproved`](crate::error::ProofError::Unproved).
 pub fn robust(
-    declared: Declared<'_>,
-    file: &DesignFile,
+    inputs: &Inputs,
     model: &Model,
     plant: &GeneralisedPlant,
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Robust, Error> {
     let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
-    let found = search(declared, file, model, plant, nominal, progress)?;
+    let found = search(inputs, model, plant, nominal, progress)?;
     let Searched { truncated, uncertain, known, outcome, .. } = &found;
     let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
     let certificate = proved(uncertain, outcome)?;
@@ -117,10 +113,10 @@ pub fn robust(
             certificate.gamma,
         ),
         constant_size: CONSTANT_SIZE,
-        frozen: frozen(declared, file, [&nominal.controller, &outcome.controller])?,
+        frozen: frozen(inputs, [&nominal.controller, &outcome.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
         model_error: truncated.error,
-        remainder: remainder(declared, file, &found.whole)?,
+        remainder: remainder(inputs, &found.whole)?,
         left_out: truncated.gone.clone(),
         stop: outcome.stop.to_string(),
     };
@@ -133,17 +129,16 @@ pub fn robust(
 /// # Errors
 /// As [`robust`], but for the proof.
 pub fn search(
-    declared: Declared<'_>,
-    file: &DesignFile,
+    inputs: &Inputs,
     model: &Model,
     plant: &GeneralisedPlant,
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Searched, Error> {
-    let whole = over_range(declared, file.order, model)?;
-    let (truncated, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, model)?;
+    let whole = over_range(inputs, model)?;
+    let (truncated, uncertain) = thinned(inputs, &whole, model)?;
     progress.done("uncertain", &model_line(&truncated));
-    let even = augment(&declared.vehicle.actuators, &file.with_even_references(), model.linear())?;
+    let even = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), model.linear())?;
     let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
     let allowed = gain_allowed(known.gamma);
     let options = RobustOptions {
@@ -152,7 +147,7 @@ pub fn search(
         back_off: BACK_OFF,
         rounds: ROUNDS,
         pays: LEAST_GAIN_IN_SIZE,
-        fastest_mode: Some(fastest_sampled(file.sample_time)),
+        fastest_mode: Some(fastest_sampled(inputs.design.sample_time)),
     };
     let mut number = 0;
     let mut report_round = |round: &Round| {
@@ -167,13 +162,12 @@ pub fn search(
 
 /// The uncertain model with fewer channels, and the plant with its weights.
 pub(crate) fn thinned(
-    actuators: &[Actuator],
-    file: &DesignFile,
+    inputs: &Inputs,
     whole: &UncertainModel,
     model: &Model,
 ) -> Result<(Truncated, UncertainPlant), Error> {
-    let truncated = truncated(actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(actuators, file, &truncated.model, model.linear())?;
+    let truncated = truncated(&inputs.vehicle.actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
+    let plant = uncertain_plant(inputs, &truncated.model, model.linear())?;
     Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
@@ -249,44 +243,33 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificat
 }
 
 /// The relative error of the uncertain model against the vehicle trimmed again: least and largest over the speeds.
-fn remainder(declared: Declared<'_>, file: &DesignFile, model: &UncertainModel) -> Result<(f64, f64), Error> {
-    let (centre, half_range) = file.scheduling();
+fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for speed in file.spread(SPEEDS) {
-        let frozen = at_speed(declared, file, speed)?;
-        let off = errors(declared.vehicle, &frozen, model, (speed - centre) / half_range)?.remainder;
+    for speed in inputs.design.spread(SPEEDS) {
+        let off = errors(inputs, &at_speed(inputs, speed)?, model)?.remainder;
         (least, largest) = (least.min(off), largest.max(off));
     }
     Ok((least, largest))
 }
 
 /// mu for robust stability and the worst-case gain of the loops frozen at several speeds.
-fn frozen(
-    declared: Declared<'_>,
-    file: &DesignFile,
-    controllers: [&Controller; 2],
-) -> Result<Vec<Frozen>, Error> {
-    let ((centre, half_range), actuators) = (file.scheduling(), &declared.vehicle.actuators);
+fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>, Error> {
     let at = |speed: f64| {
-        let uncertain = at_speed(declared, file, speed)?;
-        let (model, rho) = (&uncertain.model, (speed - centre) / half_range);
-        let structure = Structure::new(model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect());
-        let structure = structure.map_err(|reason| Error::MuAtSpeed { speed, reason: reason.into() })?;
+        let uncertain = at_speed(inputs, speed)?;
         let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
-            let system = uncertain_loop(actuators, file, &uncertain, k, rho, None)?.system;
-            let whole = Perturbable { system, structure: structure.clone(), size: CONSTANT_SIZE };
-            let mu = bound_over_frequency(&whole.stability(), &structure, None);
+            let whole = Perturbable { size: CONSTANT_SIZE, ..uncertain_loop(inputs, &uncertain, k)? };
+            let mu = bound_over_frequency(&whole.stability(), &whole.structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
             let worst = worst_case_gain(&whole).ok();
             found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
             let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
-            let vehicle = delta.and_then(|delta| vehicle_at(declared.vehicle, &uncertain, &delta));
-            found.vehicle[i] = vehicle.map(|l| gain(actuators, file, &l, k, rho)).transpose()?;
+            let vehicle = delta.and_then(|delta| vehicle_at(&inputs.vehicle, &uncertain, &delta));
+            found.vehicle[i] = vehicle.map(|l| gain(inputs, &l, k)).transpose()?;
         }
         Ok(found)
     };
-    file.spread(SPEEDS).into_iter().map(at).collect()
+    inputs.design.spread(SPEEDS).into_iter().map(at).collect()
 }
 
 fn model_line(truncated: &Truncated) -> String {

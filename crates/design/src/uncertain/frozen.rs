@@ -1,8 +1,7 @@
 //! The uncertain model at one speed.
 
 use crate::error::Error;
-use crate::inputs::Declared;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::Inputs;
 use crate::linearise::{linearise_at, stacked};
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::{Block, UncertainModel};
@@ -30,14 +29,14 @@ pub struct FrozenUncertain {
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
-pub fn at_speed(declared: Declared<'_>, file: &DesignFile, speed: f64) -> Result<FrozenUncertain, Error> {
-    let vehicle = declared.vehicle;
-    let nominal = linearise_at(vehicle, file, speed)?;
-    let trim_range = trim_range(declared, &nominal)?;
-    let parameters = blocks(declared, &nominal.trim, &trim_range.deviations)?;
+pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
+    let vehicle = &inputs.vehicle;
+    let nominal = linearise_at(vehicle, &inputs.design, speed)?;
+    let trim_range = trim_range(inputs, &nominal)?;
+    let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
     let mut gradients = [Gradients::at(vehicle, &nominal, &parameters)?];
     coarsen(vehicle, &parameters, DETAIL, &mut gradients);
     let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
-    let model = UncertainModel::from_lft(&minimal(&pencil.lft()), &parameters);
+    let model = UncertainModel::from_lft(minimal(&pencil.lft()), &parameters);
     Ok(FrozenUncertain { speed, nominal, trim_range, parameters, model })
 }

@@ -1,11 +1,11 @@
 //! The linear model with its uncertain channels.
 
 use crate::error::ModelError;
-use crate::linearise::split;
 use crate::uncertain::reduce::runs;
 use auv::{Parameter, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::Mat;
+use lpv::plant::channels;
 
 /// What is uncertain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,23 +48,11 @@ pub struct Block {
     pub repetitions: usize,
 }
 
-/// The linear model with its uncertain channels; those of the scheduling parameter, if any, come first.
-///
-/// Shapes, with n states, m actuators and k channels: A n x n, B n x m, Bd n x k, Cd k x n, Ddd k x k, Dd2 k x m.
+/// The linear model with its uncertain channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainModel {
-    /// Nominal A.
-    pub a: Mat,
-    /// Nominal B.
-    pub b: Mat,
-    /// From wd to x'.
-    pub bd: Mat,
-    /// From x to zd.
-    pub cd: Mat,
-    /// From wd to zd.
-    pub dd: Mat,
-    /// From u to zd.
-    pub dd2: Mat,
+    /// The LFT of `[A B]`: its parameters are rho, where it has channels, and then the blocks.
+    pub lft: Lft,
     /// Channels of the scheduling parameter rho, the first ones; none at a frozen speed.
     pub scheduled: usize,
     /// The uncertain parameters in the order of their channels; none of them has no channel.
@@ -73,7 +61,7 @@ pub struct UncertainModel {
 
 impl UncertainModel {
     /// From an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
-    pub(crate) fn from_lft(lft: &Lft, all: &[Block]) -> Self {
+    pub(crate) fn from_lft(lft: Lft, all: &[Block]) -> Self {
         let mut scheduled = 0;
         let mut blocks = Vec::new();
         for (parameter, _, count) in runs(&lft.channels) {
@@ -82,32 +70,20 @@ impl UncertainModel {
                 None => scheduled = count,
             }
         }
-        let (a, b) = split(&lft.constant);
-        let (cd, dd2) = (lft.right.columns(0, a.nrows()), lft.right.columns(a.nrows(), b.ncols()));
-        let (cd, dd2) = (cd.into_owned(), dd2.into_owned());
-        Self { a, b, bd: lft.left.clone(), cd, dd: lft.inner.clone(), dd2, scheduled, blocks }
+        let mut model = Self { lft, scheduled, blocks };
+        model.lft.channels = channels(&model.repetitions());
+        model
     }
 
-    /// The number of channels k.
+    /// The number of channels.
     pub fn channels(&self) -> usize {
-        self.bd.ncols()
+        self.lft.size()
     }
 
     /// Repetitions: of rho first where it has channels, then of every block.
     pub fn repetitions(&self) -> Vec<usize> {
         let scheduled = (self.scheduled > 0).then_some(self.scheduled);
         scheduled.into_iter().chain(self.blocks.iter().map(|b| b.repetitions)).collect()
-    }
-
-    /// The LFT of `[A B]`: its parameters are rho, where it has channels, and then the blocks.
-    pub fn lft(&self) -> Lft {
-        Lft {
-            constant: lpv::matrix::block(&[&[&self.a, &self.b]]),
-            left: self.bd.clone(),
-            inner: self.dd.clone(),
-            right: lpv::matrix::block(&[&[&self.cd, &self.dd2]]),
-            channels: lpv::plant::channels(&self.repetitions()),
-        }
     }
 
     /// `[A B]` at rho (nothing where the model is of one speed) and at one delta for each block.
@@ -117,6 +93,6 @@ impl UncertainModel {
     pub fn evaluate(&self, rho: f64, delta: &[f64]) -> Result<Mat, ModelError> {
         let scheduled = (self.scheduled > 0).then_some(rho);
         let values: Vec<f64> = scheduled.into_iter().chain(delta.iter().copied()).collect();
-        Ok(self.lft().evaluate(&values)?)
+        Ok(self.lft.evaluate(&values)?)
     }
 }

@@ -7,7 +7,7 @@
 
 use crate::error::Error;
 use crate::error::UncertainError;
-use crate::inputs::Declared;
+use crate::inputs::Inputs;
 use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
@@ -57,11 +57,11 @@ impl TrimRange {
 /// # Errors
 /// [`UncertainError::NothingUncertain`].
 pub fn blocks(
-    declared: Declared<'_>,
+    inputs: &Inputs,
     trim: &Trim,
     deviations: &[(Parameter, f64)],
 ) -> Result<Vec<Block>, UncertainError> {
-    let vehicle = declared.vehicle;
+    let vehicle = &inputs.vehicle;
     let of = |uncertain: Uncertain, value, half_range, unit| Block {
         uncertain,
         name: uncertain.name(vehicle),
@@ -70,20 +70,20 @@ pub fn blocks(
         unit,
         repetitions: 0,
     };
-    let coefficients = declared
-        .coefficients
+    let coefficients = inputs
+        .uncertain
         .iter()
         .map(|u| of(Uncertain::Parameter(u.parameter), u.value, u.half_range, u.parameter.unit(vehicle)));
     let trims = deviations.iter().map(|(parameter, deviation)| {
         let value = parameter.value(vehicle, trim);
         of(Uncertain::Parameter(*parameter), value, *deviation, parameter.unit(vehicle))
     });
-    let gain = declared.actuator_gain;
+    let gain = inputs.actuator_gain();
     let actuators = if gain > 0.0 { vehicle.actuators.len() } else { 0 };
     let gains = (0..actuators).map(|actuator| of(Uncertain::Gain(actuator), 1.0, gain, "1"));
     let all: Vec<Block> = coefficients.chain(trims).chain(gains).collect();
     if all.is_empty() {
-        let design = format!("{}.toml", declared.design);
+        let design = format!("{}.toml", inputs.design.name);
         return Err(UncertainError::NothingUncertain { design });
     }
     Ok(all)
@@ -118,10 +118,10 @@ pub fn retrim(
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`], [`UncertainError::NoTrim`], [`UncertainError::Corner`].
-pub fn trim_range(declared: Declared<'_>, linear: &Linearisation) -> Result<TrimRange, Error> {
-    let (vehicle, nominal) = (declared.vehicle, &linear.trim);
+pub fn trim_range(inputs: &Inputs, linear: &Linearisation) -> Result<TrimRange, Error> {
+    let (vehicle, nominal) = (&inputs.vehicle, &linear.trim);
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
-    let all = blocks(declared, nominal, &[])?;
+    let all = blocks(inputs, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
     let matters = |p: &Parameter| {
         Descriptor::derivative(vehicle, nominal, linear.has_depth(), *p).stacked().amax() > 0.0

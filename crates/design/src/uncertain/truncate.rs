@@ -44,9 +44,9 @@ pub fn truncated(
     size: f64,
     tolerance: f64,
 ) -> Result<Truncated, Error> {
-    let whole = model.lft();
+    let whole = &model.lft;
     let points = points(model, size, CORNERS);
-    let wanted = values(actuators, &whole, &points)?;
+    let wanted = values(actuators, whole, &points)?;
     let mut lft = whole.clone();
     loop {
         let mut best: Option<(f64, Lft)> = None;
@@ -63,8 +63,8 @@ pub fn truncated(
         }
     }
     let points = self::points(model, 1.0, REPORTED);
-    let error = distance(&values(actuators, &lft, &points)?, &values(actuators, &whole, &points)?);
-    let left = UncertainModel::from_lft(&lft, &model.blocks);
+    let error = distance(&values(actuators, &lft, &points)?, &values(actuators, whole, &points)?);
+    let left = UncertainModel::from_lft(lft, &model.blocks);
     let is_left = |name: &str| left.blocks.iter().any(|b| b.name == name);
     let gone = model.blocks.iter().filter(|b| !is_left(&b.name)).map(|b| b.name.clone()).collect();
     Ok(Truncated { model: left, error, gone })

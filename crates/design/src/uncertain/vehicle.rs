@@ -8,11 +8,11 @@
 use crate::augment::{LinearModel, augment};
 use crate::check::frozen_controller;
 use crate::error::Error;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::Inputs;
 use crate::uncertain::frozen::FrozenUncertain;
-use crate::uncertain::model::Uncertain;
+use crate::uncertain::model::{Block, Uncertain};
 use crate::uncertain::trim::retrim;
-use auv::{Actuator, Linearisation, Vehicle, linearise_with};
+use auv::{Linearisation, Vehicle, linearise_with};
 use lpv::controller::Controller;
 use lpv::mu::CMat;
 
@@ -38,25 +38,26 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     }
     let mut linearisation = linearise_with(&changed, &trim, frozen.nominal.has_depth()).ok()?;
     linearisation.by_waves.clone_from(&frozen.nominal.by_waves);
+    Some(with_gains(linearisation, blocks, delta))
+}
+
+/// A linearisation with the gains of the actuators at their deltas.
+pub(crate) fn with_gains(mut l: Linearisation, blocks: &[Block], delta: &[f64]) -> Linearisation {
     for (b, d) in blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
-            linearisation.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
+            l.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
         }
     }
-    Some(linearisation)
+    l
 }
 
 /// The gain from w to z of a linearisation with the controller frozen at rho: infinite where the loop is unstable.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho.
-pub fn gain(
-    actuators: &[Actuator],
-    file: &DesignFile,
-    l: &Linearisation,
-    controller: &Controller,
-    rho: f64,
-) -> Result<f64, Error> {
+pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Result<f64, Error> {
+    let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
+    let rho = file.rho(l.trim.speed);
     let plant = augment(actuators, &file.with_even_references(), LinearModel::at(l, actuators, file))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
@@ -75,7 +76,7 @@ pub fn destabilised_at(
     farthest: f64,
     is_stable: impl Fn(&Linearisation) -> bool,
 ) -> Option<f64> {
-    let largest = |most: f64, (b, d): (&crate::uncertain::model::Block, &f64)| {
+    let largest = |most: f64, (b, d): (&Block, &f64)| {
         if b.uncertain.is_of_trim() { most } else { most.max(d.abs()) }
     };
     let unit = frozen.model.blocks.iter().zip(delta).fold(0.0, largest);
@@ -97,7 +98,6 @@ pub fn destabilised_at(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inputs::Inputs;
     use crate::uncertain::frozen::at_speed;
     use auv::{Dynamics, Motion};
     use std::path::Path;
@@ -108,7 +108,7 @@ mod tests {
     fn squid(changes: &[(&str, f64)]) -> (Vehicle, FrozenUncertain, Vec<f64>) {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(folder, "design").unwrap();
-        let frozen = at_speed(inputs.declared(), &inputs.design, SPEED).unwrap();
+        let frozen = at_speed(&inputs, SPEED).unwrap();
         let mut delta = vec![0.0; frozen.model.blocks.len()];
         for (name, change) in changes {
             delta[frozen.model.blocks.iter().position(|b| b.name == *name).unwrap()] = *change;

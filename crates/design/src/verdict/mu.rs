@@ -6,7 +6,6 @@ use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::frozen::at_speed;
 use lpv::controller::Controller;
 use lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
-use lpv::mu::{Block, Structure};
 use serde::Serialize;
 
 /// A bound on mu of the frozen loop in continuous time, over all frequencies, for what the design declares uncertain.
@@ -57,13 +56,7 @@ impl MuAtSpeed {
 }
 
 fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<FrequencyBound, Error> {
-    let design = &inputs.design;
-    let (centre, half_range) = design.scheduling();
-    let frozen = at_speed(inputs.declared(), design, speed)?;
-    let rho = (speed - centre) / half_range;
-    let closed = uncertain_loop(&inputs.vehicle.actuators, design, &frozen, k, rho, None)?;
-    let failed = |reason| Error::MuAtSpeed { speed, reason };
-    let blocks = frozen.model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect();
-    let structure = Structure::new(blocks).map_err(|reason| failed(reason.into()))?;
-    bound_over_frequency(&closed.stability(), &structure, None).map_err(failed)
+    let closed = uncertain_loop(inputs, &at_speed(inputs, speed)?, k)?;
+    bound_over_frequency(&closed.stability(), &closed.structure, None)
+        .map_err(|reason| Error::MuAtSpeed { speed, reason })
 }

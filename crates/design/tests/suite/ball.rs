@@ -36,7 +36,6 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
             [(&ball.f, n), (&ball.fw, w), (&ball.fu, u)].map(|(rows, size)| from_rows(rows, size).unwrap());
         let seen = block(&[&[&seen[0], &seen[1], &seen[2]]]);
         let (left, right) = (pseudo_inverse(&e, 1e-13), pseudo_inverse(&seen, 1e-13));
-        let (centre, half_range) = inputs.design.scheduling();
         let mut farthest: f64 = 0.0;
         for speed in inputs.design.spread(38) {
             let actuators = &inputs.vehicle.actuators;
@@ -46,7 +45,7 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
                 &inputs.design,
             );
             let truth = augment(actuators, &inputs.design, truth).unwrap();
-            let rho = (speed - centre) / half_range;
+            let rho = inputs.design.rho(speed);
             let missed = moved(&truth, rho) - moved(plant, rho);
             let delta = &left * &missed * &right;
             assert!((&e * &delta * &seen - &missed).amax() < 1e-9 * missed.amax(), "{name} at {speed} m/s");
@@ -107,9 +106,8 @@ fn the_fit_of_the_slope_keeps_its_poles_away() {
             let poles = eigenvalues(&model.trim_slope.inner).iter().map(|v| v.norm()).fold(0.0, f64::max);
             assert!(poles * NEAREST_POLE <= 1.0, "{name}, order {order}: {poles}");
             let samples = |count: usize| -> Vec<(f64, Mat)> {
-                let (centre, half_range) = design.scheduling();
                 let at = |v| trim_slope(&linearise_at(vehicle, design, v).unwrap(), &vehicle.actuators);
-                design.spread(count).into_iter().map(|v| ((v - centre) / half_range, at(v))).collect()
+                design.spread(count).into_iter().map(|v| (design.rho(v), at(v))).collect()
             };
             let polynomial = MatrixPolynomial::fit(&samples(design.speeds), order).unwrap();
             let reach =

@@ -15,11 +15,10 @@ use squid_flight::flight::{Row, fly};
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
-    let (centre, half_range) = inputs.design.scheduling();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
         let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
-        let k: StateSpace = controller.frozen(&[(speed - centre) / half_range]).unwrap();
+        let k: StateSpace = controller.frozen(&[inputs.design.rho(speed)]).unwrap();
         Flown::of(&sampling, &l, &k).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(5).into_iter().map(at).collect();

@@ -4,10 +4,10 @@ use crate::designs::inputs;
 use auv::{Parameter, linearise};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
-use lpv::matrix::{Mat, diagonal_blocks, svd};
+use lpv::matrix::{Mat, svd};
 use lpv::mu::margin::real_lower_bound;
 use lpv::mu::sweep::bound_over_frequency;
-use lpv::mu::{self, Structure};
+use lpv::mu::worst_case::Perturbable;
 use lpv::partition::Group::{T, U, X, Y};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
@@ -18,19 +18,14 @@ use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::stacked;
-use squid_design::uncertain::closed_loop::UncertainLoop;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::errors::errors;
-use squid_design::uncertain::errors::remainder;
 use squid_design::uncertain::frozen::FrozenUncertain;
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::gradients::perturbed;
-use squid_design::uncertain::model::Block;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::model::UncertainModel;
 use squid_design::uncertain::over_range;
-use squid_design::uncertain::trim::random_corners;
-use squid_design::uncertain::trim::retrim;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -44,8 +39,8 @@ struct Subject {
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let frozen = speeds.map(|v| at_speed(inputs.declared(), &inputs.design, v).unwrap()).into();
-    let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
+    let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
+    let joint = over_range(&inputs, &model).unwrap();
     Subject { inputs, model, frozen, joint }
 }
 
@@ -116,7 +111,7 @@ fn no_parameter_is_repeated_more_than_it_must() {
 }
 
 fn assert_minimal(model: &UncertainModel) {
-    let lft = model.lft();
+    let lft = &model.lft;
     let held = |parameter: usize| 0.3 * (1.7 * parameter as f64 + 0.4).sin();
     let parameters = model.repetitions().len();
     for parameter in 0..parameters {
@@ -177,53 +172,31 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
         ];
         let controller = Controller::new(vec![2], &blocks).unwrap();
         for frozen in &subject.frozen {
-            let rho = 0.4;
-            let ball = remainder(&subject.inputs.vehicle, frozen).unwrap();
+            let rho = design.rho(frozen.speed);
             let values: Vec<f64> = (0..24).map(|i| f64::from(i).cos()).collect();
             let delta = with_trim_held(&frozen.model, &values);
-            let mut vehicle = truth(subject, frozen, &delta);
-            for missed in [None, Some(&ball)] {
-                let n = uncertain_loop(
-                    &subject.inputs.vehicle.actuators,
-                    &subject.inputs.design,
-                    frozen,
-                    &controller,
-                    rho,
-                    missed,
-                )
-                .unwrap();
-                assert_eq!((n.inputs, n.outputs), (measured + actuators, tracked + actuators));
-                let full = some(n.remainder, n.remainder, 9.0);
-                if let Some(ball) = missed {
-                    vehicle += &ball.left * &full * &ball.right;
-                }
-                let repeated = n.blocks.iter().zip(&delta).flat_map(|((_, r), d)| vec![*d; *r]);
-                let real = Mat::from_diagonal(&nalgebra::DVector::from_vec(repeated.collect()));
-                let found = closed_by(&n, &diagonal_blocks(&[&real, &full]));
+            let vehicle = truth(subject, frozen, &delta);
+            let n = uncertain_loop(&subject.inputs, frozen, &controller).unwrap();
+            let k = n.structure.cols();
+            let (outputs, inputs) = n.system.d.shape();
+            assert_eq!((inputs - k, outputs - k), (measured + actuators, tracked + actuators));
+            let repeated = frozen.model.blocks.iter().zip(&delta).flat_map(|(b, d)| vec![*d; b.repetitions]);
+            let real = Mat::from_diagonal(&nalgebra::DVector::from_vec(repeated.collect()));
+            let found = closed_by(&n, &real);
 
-                let plant = augment(
-                    &subject.inputs.vehicle.actuators,
-                    &subject.inputs.design.with_even_references(),
-                    LinearModel {
-                        ab: Lft::constant(vehicle.clone()),
-                        ..LinearModel::at(
-                            &frozen.nominal,
-                            &subject.inputs.vehicle.actuators,
-                            &subject.inputs.design,
-                        )
-                    },
-                )
-                .unwrap();
-                let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
-                let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
-                for omega in [0.0, 0.1, 1.0, 10.0] {
-                    let s = Complex::new(0.0, omega);
-                    let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
-                    assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
-                    let (k, whole) = (n.channels(), n.system.response(s).unwrap());
-                    let corner = whole.view((0, 0), (k, k)).into_owned();
-                    assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
-                }
+            let (actuators, nominal) = (&subject.inputs.vehicle.actuators, &frozen.nominal);
+            let linear =
+                LinearModel { ab: Lft::constant(vehicle), ..LinearModel::at(nominal, actuators, design) };
+            let plant = augment(actuators, &design.with_even_references(), linear).unwrap();
+            let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
+            let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
+            for omega in [0.0, 0.1, 1.0, 10.0] {
+                let s = Complex::new(0.0, omega);
+                let (a, b) = (found.response(s).unwrap(), wanted.response(s).unwrap());
+                assert!((&a - &b).norm() < 1e-9 * b.norm(), "{a} {b}");
+                let whole = n.system.response(s).unwrap();
+                let corner = whole.view((0, 0), (k, k)).into_owned();
+                assert!((n.stability().response(s).unwrap() - corner).norm() < 1e-12);
             }
         }
     }
@@ -234,39 +207,31 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
 #[test]
 fn idle_states_do_not_keep_a_sweep_from_ending() {
     let inputs = &SUBJECTS[0].inputs;
-    let (centre, half_range) = inputs.design.scheduling();
     let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/frozen/controller.json");
     let stored: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(stored).unwrap()).unwrap();
     let controller = controller_of(&serde_json::from_value(stored["lft"].clone()).unwrap()).unwrap();
     for speed in [0.5, 2.0] {
-        let frozen = at_speed(inputs.declared(), &inputs.design, speed).unwrap();
-        let rho = (speed - centre) / half_range;
-        let n = uncertain_loop(&inputs.vehicle.actuators, &inputs.design, &frozen, &controller, rho, None);
-        let n = n.unwrap();
-        let structure = Structure::new(n.blocks.iter().map(|(_, r)| mu::Block::Real(*r)).collect()).unwrap();
-        let k = n.channels();
-        let whole = StateSpace {
-            a: n.system.a.clone(),
-            b: n.system.b.columns(0, k).into_owned(),
-            c: n.system.c.rows(0, k).into_owned(),
-            d: n.system.d.view((0, 0), (k, k)).into_owned(),
-        };
-        let lower = real_lower_bound(&n.stability(), &structure).unwrap().value;
+        let frozen = at_speed(inputs, speed).unwrap();
+        let n = uncertain_loop(inputs, &frozen, &controller).unwrap();
+        let k = n.structure.cols();
+        let whole = n.system.parts(0..k, 0..k);
+        let lower = real_lower_bound(&n.stability(), &n.structure).unwrap().value;
         let [less, all] =
-            [&n.stability(), &whole].map(|s| bound_over_frequency(s, &structure, None).unwrap().upper);
+            [&n.stability(), &whole].map(|s| bound_over_frequency(s, &n.structure, None).unwrap().upper);
         assert!(whole.a.nrows() > n.stability().a.nrows());
         assert!(lower < less && lower < all && all < 1.1 * less, "{speed} m/s: {lower} {less} {all}");
     }
 }
 
 /// `F_u(N, Delta)`.
-fn closed_by(n: &UncertainLoop, delta: &Mat) -> StateSpace {
-    let k = n.channels();
+fn closed_by(n: &Perturbable, delta: &Mat) -> StateSpace {
+    let k = n.structure.cols();
     let StateSpace { a, b, c, d } = &n.system;
-    let (bd, bw) = (b.columns(0, k), b.columns(k, n.inputs));
-    let (cd, cz) = (c.rows(0, k), c.rows(k, n.outputs));
-    let (ddd, ddw) = (d.view((0, 0), (k, k)), d.view((0, k), (k, n.inputs)));
-    let (dzd, dzw) = (d.view((k, 0), (n.outputs, k)), d.view((k, k), (n.outputs, n.inputs)));
+    let (outputs, inputs) = (d.nrows() - k, d.ncols() - k);
+    let (bd, bw) = (b.columns(0, k), b.columns(k, inputs));
+    let (cd, cz) = (c.rows(0, k), c.rows(k, outputs));
+    let (ddd, ddw) = (d.view((0, 0), (k, k)), d.view((0, k), (k, inputs)));
+    let (dzd, dzw) = (d.view((k, 0), (outputs, k)), d.view((k, k), (outputs, inputs)));
     let closing = (Mat::identity(k, k) - delta * ddd).try_inverse().unwrap() * delta;
     StateSpace {
         a: a + bd * &closing * cd,
@@ -281,49 +246,12 @@ fn closed_by(n: &UncertainLoop, delta: &Mat) -> StateSpace {
 #[test]
 fn the_models_follow_the_vehicle_trimmed_anew() {
     for subject in SUBJECTS.iter() {
-        let (centre, half_range) = subject.inputs.design.scheduling();
         for frozen in &subject.frozen {
-            let own = errors(&subject.inputs.vehicle, frozen, &frozen.model, 0.0).unwrap();
-            let rho = (frozen.speed - centre) / half_range;
-            let over = errors(&subject.inputs.vehicle, frozen, &subject.joint, rho).unwrap();
+            let own = errors(&subject.inputs, frozen, &frozen.model).unwrap();
+            let over = errors(&subject.inputs, frozen, &subject.joint).unwrap();
             assert!(own.at_held_trim < 1e-12, "{own:?}");
             assert!(own.movement > 0.15 && own.remainder < 0.005, "{own:?}");
             assert!(over.remainder < 0.016, "{over:?}");
-        }
-    }
-}
-
-/// The ball of the remainder holds the vehicle at corners other than those it was measured at, and stands last in the
-/// loop.
-#[test]
-fn the_remainder_holds_what_the_model_leaves_out() {
-    for subject in SUBJECTS.iter() {
-        let vehicle = &subject.inputs.vehicle;
-        for frozen in &subject.frozen {
-            let ball = remainder(&subject.inputs.vehicle, frozen).unwrap();
-            let size = 4 + vehicle.actuators.len();
-            let (own, trim) = (&frozen.model, &frozen.nominal.trim);
-            for corner in random_corners(own.blocks.len(), 30, 12345) {
-                let (changed, moved) = retrim(vehicle, trim, &own.blocks, &corner).unwrap();
-                let place = |(b, d): (&Block, &f64)| match b.uncertain {
-                    Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
-                        (p.value(&changed, &moved) - p.value(vehicle, trim)) / b.half_range
-                    }
-                    _ => *d,
-                };
-                let delta: Vec<f64> = own.blocks.iter().zip(&corner).map(place).collect();
-                assert!(delta.iter().all(|d| d.abs() <= 1.0 + 1e-9), "{delta:?}");
-                let mut off = stacked(&linearise(&changed, &moved).unwrap());
-                for (b, d) in own.blocks.iter().zip(&corner) {
-                    if let Uncertain::Gain(actuator) = b.uncertain {
-                        off.column_mut(4 + actuator).scale_mut(1.0 + b.half_range * d);
-                    }
-                }
-                off -= own.evaluate(0.0, &delta).unwrap();
-                let inverse = ball.right.clone().try_inverse().unwrap();
-                let scaled = Mat::from_fn(3, size, |i, j| off[(i, j)] * inverse[(j, j)] / ball.left[(i, i)]);
-                assert!(svd(&scaled).s[0] <= 1.0, "{}", svd(&scaled).s[0]);
-            }
         }
     }
 }
@@ -340,13 +268,8 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("z_B", 0.002),
     ]);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let joint = over_range(inputs.declared(), inputs.design.order, &model).unwrap();
-    let subject = Subject {
-        frozen: vec![at_speed(inputs.declared(), &inputs.design, 1.0).unwrap()],
-        inputs,
-        model,
-        joint,
-    };
+    let joint = over_range(&inputs, &model).unwrap();
+    let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
     let frozen = &subject.frozen[0];
     let names: Vec<&str> = frozen.model.blocks.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names[..6], ["mass", "weight", "x_G", "z_G", "buoyancy", "z_B"]);
@@ -357,7 +280,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         let (found, wanted) = (frozen.model.evaluate(0.0, &delta).unwrap(), truth(&subject, frozen, &delta));
         assert!((&found - &wanted).norm() < 1e-12 * wanted.norm());
     }
-    let own = errors(&subject.inputs.vehicle, frozen, &frozen.model, 0.0).unwrap();
+    let own = errors(&subject.inputs, frozen, &frozen.model).unwrap();
     assert!(own.through_trim > 0.02 && own.remainder < 0.1 * own.through_trim, "{own:?}");
 }
 
@@ -377,7 +300,7 @@ fn naming(coefficients: &[(&str, f64)]) -> Inputs {
 fn what_no_lft_can_hold_is_refused_by_name() {
     let refused = |coefficients: &[(&str, f64)]| {
         let inputs = naming(coefficients);
-        at_speed(inputs.declared(), &inputs.design, 0.5).unwrap_err().to_string()
+        at_speed(&inputs, 0.5).unwrap_err().to_string()
     };
     let begins = [
         (
@@ -402,6 +325,6 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     }
     let mut nothing = naming(&[]);
     nothing.design.uncertainty = None;
-    let message = at_speed(nothing.declared(), &nothing.design, 1.0).unwrap_err().to_string();
+    let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
     assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
 }

@@ -130,12 +130,11 @@ fn a_wrong_limit_is_refused_by_line() {
 #[test]
 fn frozen_figures_are_those_of_the_check() {
     let (inputs, stored, verdict) = &*SQUID;
-    let (centre, half_range) = inputs.design.scheduling();
     let k = stored.lpv_controller().unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
         let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
-        Flown::of(&sampling, &l, &k.frozen(&[(speed - centre) / half_range]).unwrap()).unwrap()
+        Flown::of(&sampling, &l, &k.frozen(&[inputs.design.rho(speed)]).unwrap()).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();
     let least =

@@ -22,11 +22,10 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         .design
         .spread(SPEEDS)
         .into_iter()
-        .map(|v| at_speed(inputs.declared(), &inputs.design, v))
+        .map(|v| at_speed(inputs, v))
         .collect::<Result<Vec<_>, _>>()?;
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    let joint = over_range(inputs.declared(), inputs.design.order, &model)?;
-    let (centre, half_range) = inputs.design.scheduling();
+    let joint = over_range(inputs, &model)?;
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
     out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";
     for f in &frozen {
@@ -43,8 +42,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     out += "\n[A B] over corners of the box, largest relative error (Frobenius norm)\n\
             \x20      V   moves by   of it through trim   LFT: trim held   LFT: new trim    over the range\n";
     for f in &frozen {
-        let own: ModelErrors = errors(&inputs.vehicle, f, &f.model, 0.0)?;
-        let over = errors(&inputs.vehicle, f, &joint, (f.speed - centre) / half_range)?;
+        let own: ModelErrors = errors(inputs, f, &f.model)?;
+        let over = errors(inputs, f, &joint)?;
         out += &format!(
             "  {:>6.2}   {:6.2} %             {:6.2} %          {:8.1e}         {:6.3} %         {:6.2} %\n",
             f.speed,

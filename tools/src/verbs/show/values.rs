@@ -55,7 +55,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Valu
 /// [`Error::Design`].
 pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    let joint = over_range(inputs.declared(), inputs.design.order, &model)?;
+    let joint = over_range(inputs, &model)?;
     let block = |b: &squid_design::uncertain::model::Block| {
         json!({
             "name": b.name,

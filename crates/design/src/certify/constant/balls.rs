@@ -92,11 +92,9 @@ fn differences(
     share: f64,
     (speeds, corners, inside, seed): (usize, usize, usize, u64),
 ) -> Result<Vec<Mat>, Error> {
-    let (centre, half_range) = inputs.design.scheduling();
     let mut out = vec![];
     for (i, speed) in inputs.design.spread(speeds).into_iter().enumerate() {
-        let (frozen, rho) =
-            (at_speed(inputs.declared(), &inputs.design, speed)?, (speed - centre) / half_range);
+        let frozen = at_speed(inputs, speed)?;
         let n = frozen.parameters.len();
         // Of each two speeds other points; of two corners the one in the mean with the other's weights is inside.
         let seed = seed + i as u64;
@@ -111,7 +109,7 @@ fn differences(
         points.push(vec![0.0; n]);
         for point in points {
             let point: Vec<f64> = point.into_iter().map(|d| share * d).collect();
-            let off = missing(&inputs.vehicle, &frozen, model, rho, (&point, share))?;
+            let off = missing(inputs, &frozen, model, (&point, share))?;
             out.push(scaled(&inputs.vehicle.actuators, off));
         }
     }
@@ -131,12 +129,8 @@ mod tests {
         for name in ["squid", "remus100"] {
             let folder = format!("{}/../../vehicles/{name}", env!("CARGO_MANIFEST_DIR"));
             let inputs = Inputs::read(Path::new(&folder), "design").unwrap();
-            let model = over_range(
-                inputs.declared(),
-                inputs.design.order,
-                &Model::new(&inputs.vehicle, &inputs.design).unwrap(),
-            )
-            .unwrap();
+            let fit = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+            let model = over_range(&inputs, &fit).unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
             let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();
             for (row, reach) in reaches(&sampled).into_iter().enumerate() {

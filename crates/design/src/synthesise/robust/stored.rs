@@ -4,8 +4,7 @@ use crate::certify::same_plant;
 use crate::certify::verify;
 use crate::error::{Error, ProofError, StoreError};
 use crate::fit::Model;
-use crate::inputs::Declared;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::Inputs;
 use crate::store::files::{Files, read};
 use crate::synthesise::robust::figures::RobustFigures;
 use crate::synthesise::robust::{Robust, thinned};
@@ -79,19 +78,13 @@ impl StoredRobust {
     ///
     /// # Errors
     /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.
-    pub fn confirm(
-        &self,
-        declared: Declared<'_>,
-        file: &DesignFile,
-        model: &Model,
-        controller: &LftMatrices,
-    ) -> Result<(), Error> {
+    pub fn confirm(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
         verify::same_controller(controller, &self.certificate)?;
         if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
-        let whole = over_range(declared, file.order, model)?;
-        let (_, uncertain) = thinned(&declared.vehicle.actuators, file, &whole, model)?;
+        let whole = over_range(inputs, model)?;
+        let (_, uncertain) = thinned(inputs, &whole, model)?;
         let sized = uncertain.sized(self.figures.robust_bears);
         same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
         Ok(self.certificate.prove().map(|_| ())?)
@@ -103,7 +96,6 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::certify::{controller_rows, lft_matrices, nominal};
-    use crate::inputs::Inputs;
     use crate::progress::Progress;
     use crate::synthesise::synthesise;
     use lpv::robust_bound::RobustLoop;
@@ -118,8 +110,8 @@ mod tests {
         let model = Model::new(&inputs.vehicle, file).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
-        let whole = over_range(inputs.declared(), file.order, &model).unwrap();
-        let (_, uncertain) = thinned(actuators, file, &whole, &model).unwrap();
+        let whole = over_range(&inputs, &model).unwrap();
+        let (_, uncertain) = thinned(&inputs, &whole, &model).unwrap();
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
         let k = &design.controller;
@@ -128,7 +120,7 @@ mod tests {
         let confirmed = |proved: f64, robust_bears: f64| {
             let figures = RobustFigures { proved, robust_bears, ..RobustFigures::default() };
             let stored = StoredRobust { figures, certificate: certificate.clone() };
-            stored.confirm(inputs.declared(), file, &model, &controller)
+            stored.confirm(&inputs, &model, &controller)
         };
         let (gamma, size) = (certificate.gamma, found.size);
         confirmed(gamma, size).unwrap();

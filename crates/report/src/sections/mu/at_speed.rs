@@ -14,7 +14,6 @@ use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::error::Error as DesignError;
-use squid_design::inputs::Inputs;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::FrozenUncertain;
 use squid_design::uncertain::frozen::at_speed;
@@ -76,30 +75,20 @@ impl SpeedMu {
     /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
     /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
-        let Inputs { vehicle, design, .. } = subject.inputs;
-        let frozen = at_speed(subject.inputs.declared(), design, speed)?;
+        let frozen = at_speed(subject.inputs, speed)?;
         let model = &frozen.model;
-        let closed = uncertain_loop(
-            &vehicle.actuators,
-            design,
-            &frozen,
-            &subject.controller,
-            subject.rho(speed),
-            None,
-        )?;
-        let system = closed.stability();
+        let closed = uncertain_loop(subject.inputs, &frozen, &subject.controller)?;
+        let (system, structure) = (closed.stability(), &closed.structure);
         let failed = |reason: SweepError| DesignError::MuAtSpeed { speed, reason };
-        let structure = Structure::new(model.blocks.iter().map(|b| mu::Block::Real(b.repetitions)).collect());
-        let structure = structure.map_err(|reason| failed(reason.into()))?;
-        let lower = real_lower_bound(&system, &structure);
+        let lower = real_lower_bound(&system, structure);
         let bounds = match (lower, of_the_verdict(subject, speed)) {
             (lower @ Some(_), Some(upper)) => FrequencyMu { upper, lower },
-            _ => mu_over_frequency(&system, &structure).map_err(failed)?,
+            _ => mu_over_frequency(&system, structure).map_err(failed)?,
         };
-        let mut upper = upper_curve(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
+        let mut upper = upper_curve(&system, structure, &bounds).map_err(|reason| failed(reason.into()))?;
         let peak = upper.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |p| p.0);
         upper.retain(|(omega, _)| shown().contains(omega));
-        let points = lower_points(&system, &structure, &bounds).map_err(|reason| failed(reason.into()))?;
+        let points = lower_points(&system, structure, &bounds).map_err(|reason| failed(reason.into()))?;
         let lower = bounds.lower.as_ref();
         let perturbation = lower.map(|perturbation| vehicle::values(&frozen, &perturbation.delta));
         let worst = perturbation.as_ref().map_or_else(Vec::new, |values| {
@@ -111,10 +100,10 @@ impl SpeedMu {
             None => [None; 2],
         };
         let of = |delta: &CMat| {
-            let l = vehicle::vehicle_at(vehicle, &frozen, &vehicle::values(&frozen, delta))?;
-            vehicle::gain(&vehicle.actuators, design, &l, &subject.controller, subject.rho(speed)).ok()
+            let l = vehicle::vehicle_at(&subject.inputs.vehicle, &frozen, &vehicle::values(&frozen, delta))?;
+            vehicle::gain(subject.inputs, &l, &subject.controller).ok()
         };
-        let gain = WorstGain::new(&closed.system, &structure, bounds.upper.upper, &of);
+        let gain = WorstGain::new(&closed, bounds.upper.upper, &of);
         let size = (model.blocks.len(), model.channels());
         Ok(Self { speed, size, bounds, upper, peak, lower: points, worst, gain, vehicle: unstable })
     }

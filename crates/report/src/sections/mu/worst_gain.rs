@@ -1,7 +1,7 @@
 //! The worst-case gain at one speed: how large the gain of the loop becomes when the coefficients are off and stay so.
 
+use lpv::mu::CMat;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
-use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 
 /// The parts of the declared uncertainty for which the gain is bounded.
@@ -19,26 +19,17 @@ pub struct WorstGain {
 }
 
 impl WorstGain {
-    /// Bounds the gain of a loop from (wd, w) to (zd, z) with a structure of Delta, of which mu for robust stability
-    /// is known to be below `mu`. `vehicle` is the gain of a vehicle with the coefficients of a perturbation.
-    pub fn new(
-        system: &StateSpace,
-        structure: &Structure,
-        mu: f64,
-        vehicle: &dyn Fn(&CMat) -> Option<f64>,
-    ) -> Self {
+    /// Bounds the gain of a loop of which mu for robust stability is known to be below `mu`. `vehicle` is the gain of a
+    /// vehicle with the coefficients of a perturbation.
+    pub fn new(whole: &Perturbable, mu: f64, vehicle: &dyn Fn(&CMat) -> Option<f64>) -> Self {
         let at = |size: f64| {
             // Where mu leaves room for an unstable loop there is no bound, and no need to look for one.
-            let whole = (size * mu < 1.0).then(|| Perturbable {
-                system: system.clone(),
-                structure: structure.clone(),
-                size,
-            });
-            worst_case_gain(&whole?).ok()
+            let sized = (size * mu < 1.0).then(|| Perturbable { size, ..whole.clone() });
+            worst_case_gain(&sized?).ok()
         };
         let gains = PARTS.map(at);
         Self {
-            nominal: unperturbed(system, structure).hinf_norm().value,
+            nominal: unperturbed(whole).hinf_norm().value,
             at: gains.each_ref().map(|g| g.as_ref().map(|g| (g.upper, g.worst.gain))),
             vehicle: gains.each_ref().map(|g| vehicle(&g.as_ref()?.worst.delta)),
         }
@@ -46,22 +37,16 @@ impl WorstGain {
 }
 
 /// From w to z without perturbation.
-fn unperturbed(system: &StateSpace, structure: &Structure) -> StateSpace {
-    let (k, w) = (structure.cols(), structure.rows());
-    let (rows, cols) = (system.d.nrows() - k, system.d.ncols() - w);
-    StateSpace {
-        a: system.a.clone(),
-        b: system.b.columns(w, cols).into_owned(),
-        c: system.c.rows(k, rows).into_owned(),
-        d: system.d.view((k, w), (rows, cols)).into_owned(),
-    }
+fn unperturbed(whole: &Perturbable) -> StateSpace {
+    let (outputs, inputs) = whole.system.d.shape();
+    whole.system.parts(whole.structure.cols()..outputs, whole.structure.rows()..inputs)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use lpv::matrix::Mat;
-    use lpv::mu::Block;
+    use lpv::mu::{Block, Structure};
     use nalgebra::dmatrix;
 
     /// `x' = -x + c delta x + w`, z = x: the gain is `1/(1 - c delta)`, and mu is c.
@@ -75,7 +60,8 @@ mod tests {
                 d: Mat::zeros(2, 2),
             };
             let gain = |delta: &CMat| Some(1.0 / (1.0 - c * delta[(0, 0)].re));
-            WorstGain::new(&system, &Structure::new(vec![Block::Real(1)]).unwrap(), c, &gain)
+            let structure = Structure::new(vec![Block::Real(1)]).unwrap();
+            WorstGain::new(&Perturbable { system, structure, size: 1.0 }, c, &gain)
         };
         let found = of(0.8);
         assert!((found.nominal - 1.0).abs() < 1e-9);
