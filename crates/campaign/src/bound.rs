@@ -9,8 +9,8 @@
 use crate::error::Error;
 use crate::plan::Plan;
 use lpv::controller::Controller;
-use lpv::mu::worst_case::worst_case_gain;
 use lpv::mu::CMat;
+use lpv::mu::worst_case::worst_case_gain;
 use nalgebra::{Complex, DVector};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use squid_design::certify::controller_of;

@@ -127,7 +127,7 @@ mod tests {
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "paper").unwrap();
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs).unwrap();
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);

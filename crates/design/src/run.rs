@@ -65,7 +65,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
     progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
-    let model = Model::new(&inputs.vehicle, &inputs.design)?;
+    let model = Model::new(inputs)?;
     progress.done("trim", &trim_line(inputs, &model));
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
@@ -76,11 +76,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     for words in authority::remarks(&inputs.vehicle.actuators, &inputs.design, &model) {
         progress.done("", &words);
     }
-    let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
+    let nominal = synthesise(inputs, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
-    let checks = check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma)?;
+    let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
     drop(running);
     progress.done("check", &check_line(&checks, design.certified.gamma));
     if let Some(words) = checks.remark(inputs.design.sample_time, inputs.design.control_weight.low) {
@@ -88,7 +88,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
     let sampled = sampled_stage(inputs, &model, &design, progress);
-    let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
+    let mut frozen = freeze(inputs, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
     let proof =
         proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
@@ -111,7 +111,7 @@ fn certificate_stage(
     progress: &Progress,
 ) -> Result<Proof, String> {
     let running = progress.begin("certify", "covering the fit's residual and proving in exact arithmetic");
-    let proof = certify(&inputs.vehicle, &inputs.design, model, plant, design).map_err(|e| e.to_string());
+    let proof = certify(inputs, model, plant, design).map_err(|e| e.to_string());
     let seconds = running.seconds();
     drop(running);
     match &proof {
@@ -132,7 +132,7 @@ fn sampled_stage(
     progress: &Progress,
 ) -> Result<SampledProof, String> {
     let running = progress.begin("sampled", "the gain of the sampled loop, in exact arithmetic");
-    let proof = sampled(&inputs.vehicle, &inputs.design, model, design).map_err(|e| e.to_string());
+    let proof = sampled(inputs, model, design).map_err(|e| e.to_string());
     let seconds = running.seconds();
     drop(running);
     let words = match &proof {
@@ -159,7 +159,7 @@ fn anti_windup_stage(
         return Ok(None);
     }
     let running = progress.begin("windup", "a gain for commands beyond the limits");
-    let found = anti_windup(&inputs.vehicle, &inputs.design, controller);
+    let found = anti_windup(inputs, controller);
     let seconds = running.seconds();
     drop(running);
     match found {
@@ -188,7 +188,7 @@ fn limits_stage(
     progress: &Progress,
 ) -> Proof {
     let running = progress.begin("limits", "how large a step the loop survives at its limits");
-    let found = with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
+    let found = with_limits(&proof, parts, &frozen.controller, inputs);
     let seconds = running.seconds();
     drop(running);
     let words = match &found {

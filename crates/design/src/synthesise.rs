@@ -6,10 +6,10 @@ pub mod robust;
 
 use crate::check::fastest_sampled;
 use crate::error::Error;
+use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::progress::Progress;
-use auv::Actuator;
 use lpv::bounded_rate::SlowOptions;
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
@@ -23,18 +23,14 @@ use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 ///
 /// # Errors
 /// [`Error::NoController`].
-pub fn synthesise(
-    actuators: &[Actuator],
-    file: &DesignFile,
-    plant: &GeneralisedPlant,
-    progress: &Progress,
-) -> Result<Design, Error> {
+pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
+    let file = &inputs.design;
     let running = progress.begin("synthesise", "solving the matrix inequalities");
     let outcome = match file.rate {
         Some(rate) => at_bounded_rate(file, plant, rate),
         None => lpv::synthesis::synthesise(plant, options(file)),
     };
-    let design = outcome.map_err(|reason| no_controller(actuators, file, plant, reason))?;
+    let design = outcome.map_err(|reason| no_controller(inputs, plant, reason))?;
     let (design, slowed) = slow_enough(file, plant, design);
     let seconds = running.seconds();
     drop(running);
@@ -148,18 +144,19 @@ fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
 
 /// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may
 /// be the cause.
-fn no_controller(
-    actuators: &[Actuator],
-    file: &DesignFile,
-    plant: &GeneralisedPlant,
-    reason: SynthesisError,
-) -> Error {
+fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
+    let file = &inputs.design;
     let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
     let causes = if unexplained { findings(plant) } else { vec![] };
     let mut remarks: Vec<String> = causes.iter().map(ToString::to_string).collect();
     if !remarks.is_empty() {
-        let names: Vec<String> =
-            actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
+        let names: Vec<String> = inputs
+            .vehicle
+            .actuators
+            .iter()
+            .enumerate()
+            .map(|(j, a)| format!("u{} is {}", j + 1, a.name))
+            .collect();
         remarks.push(format!(
             "{}; their weight is 'control.weight' of {}.toml, {}",
             names.join(", "),
@@ -183,7 +180,6 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::fit::Model;
-    use crate::inputs::Inputs;
     use lpv::partition::Group;
     use lpv::regularise::Regularisation;
     use std::path::Path;
@@ -192,12 +188,8 @@ mod tests {
     fn squid() -> (Inputs, GeneralisedPlant) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "paper").unwrap();
-        let plant = augment(
-            &inputs.vehicle.actuators,
-            &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
-        )
-        .unwrap();
+        let plant = augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear())
+            .unwrap();
         (inputs, plant)
     }
 
@@ -222,12 +214,11 @@ mod tests {
     fn a_failure_that_proves_nothing_comes_with_remarks() {
         let (inputs, mut plant) = squid();
         let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
-        let words = |plant: &GeneralisedPlant, reason| {
-            no_controller(&inputs.vehicle.actuators, &inputs.design, plant, reason).to_string()
-        };
+        let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
         assert_eq!(words(&plant, failed()), failed().to_string());
-        let slow = DesignFile { rate: Some(0.1), ..inputs.design.clone() };
-        let told = no_controller(&inputs.vehicle.actuators, &slow, &plant, failed()).to_string();
+        let mut slow = inputs.clone();
+        slow.design.rate = Some(0.1);
+        let told = no_controller(&slow, &plant, failed()).to_string();
         assert!(told.contains("remark: leave 'synthesis.rate' out, without which gamma can be 0."), "{told}");
 
         plant.parts.block_mut(Group::Z, Group::U).fill(0.0);

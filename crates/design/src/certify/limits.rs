@@ -4,10 +4,11 @@
 
 use crate::certify::Proof;
 use crate::error::{Error, ProofError};
+use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
 use crate::numbers::readable;
-use auv::{Actuator, Vehicle};
+use auv::Actuator;
 use certificate::{Certificate, Limits, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
@@ -45,9 +46,9 @@ pub fn with_limits(
     proof: &Proof,
     (plant, controller): (&GeneralisedPlant, &Controller),
     frozen: &ControllerDesign,
-    actuators: &[Actuator],
-    design: &DesignFile,
+    inputs: &Inputs,
 ) -> Result<Option<Proof>, Error> {
+    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let certificate = &proof.certificate;
     let (Some(gain), Some(Stepped { input, signal, scale }), Some(ball)) =
         (&frozen.anti_windup, Stepped::of(frozen), certificate.residual.as_ref())
@@ -147,9 +148,9 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
 ///
 /// # Errors
 /// [`ProofError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
-pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
+pub fn of_vehicle(certificate: &Certificate, inputs: &Inputs) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
-    let actuators = &vehicle.actuators;
+    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let wrong =
         |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
     let rates_there = rates(actuators, design, &certificate.moving_states())?;
@@ -157,7 +158,7 @@ pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignF
         return wrong("the number of limits");
     }
     let (commands, claimed) = limits.limits.split_at(actuators.len());
-    let trims = trim_table(vehicle, design)?;
+    let trims = trim_table(inputs)?;
     let rows: Vec<&[f64]> = trims.iter().map(|trim| trim.actuators.as_slice()).collect();
     let sides = actuators.iter().enumerate().map(|(j, a)| side(&rows, j, (a.min, a.max)) / a.reach());
     if commands.iter().zip(sides).any(|(claimed, side)| *claimed > (1.0 + SAME_LIMIT) * side) {

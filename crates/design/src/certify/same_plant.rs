@@ -145,12 +145,7 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let mut inputs = Inputs::read(vehicle, "design").unwrap();
         inputs.design.order = order;
-        augment(
-            &inputs.vehicle.actuators,
-            &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
-        )
-        .unwrap()
+        augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear()).unwrap()
     }
 
     fn check_of(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> Result<(), Error> {

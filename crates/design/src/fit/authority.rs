@@ -160,7 +160,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let mut inputs = Inputs::read(&folder, "design").unwrap();
         change(&mut inputs);
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs).unwrap();
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
@@ -186,7 +186,7 @@ mod tests {
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
         let mut inputs = Inputs::read(&folder, "depth").unwrap();
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs).unwrap();
         let mut said = |step: f64| {
             inputs.design.manoeuvre.depth_step = step;
             remarks(&inputs.vehicle.actuators, &inputs.design, &model)

@@ -110,7 +110,7 @@ mod tests {
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let mut inputs = Inputs::read(vehicle, "design").unwrap();
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs).unwrap();
         let at = |inputs: &Inputs| {
             errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)
                 .into_iter()

@@ -112,7 +112,7 @@ mod tests {
     fn squid() -> (Inputs, Model) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs).unwrap();
         (inputs, model)
     }
 

@@ -129,7 +129,7 @@ mod tests {
         for name in ["squid", "remus100"] {
             let folder = format!("{}/../../vehicles/{name}", env!("CARGO_MANIFEST_DIR"));
             let inputs = Inputs::read(Path::new(&folder), "design").unwrap();
-            let fit = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+            let fit = Model::new(&inputs).unwrap();
             let model = over_range(&inputs, &fit).unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
             let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();

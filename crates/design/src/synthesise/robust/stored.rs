@@ -107,9 +107,9 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-        let model = Model::new(&inputs.vehicle, file).unwrap();
+        let model = Model::new(&inputs).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
-        let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
+        let design = synthesise(&inputs, &plant, &Progress::default()).unwrap();
         let whole = over_range(&inputs, &model).unwrap();
         let (_, uncertain) = thinned(&inputs, &whole, &model).unwrap();
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
