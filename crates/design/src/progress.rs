@@ -48,7 +48,13 @@ impl<'p> Progress<'p> {
     /// A stage begins; it ends when the guard is dropped.
     pub fn begin(&self, stage: &str, what: &str) -> Running<'p> {
         self.tell(Event::Began { stage, what });
-        Running { progress: *self, started: Instant::now() }
+        Running { progress: *self }
+    }
+
+    /// Runs the work of a stage; what it returns, and the seconds that it took.
+    pub fn timed<T>(&self, stage: &str, what: &str, work: impl FnOnce() -> T) -> (T, f64) {
+        let (_running, started) = (self.begin(stage, what), Instant::now());
+        (work(), started.elapsed().as_secs_f64())
     }
 
     /// Something must be read before any result.
@@ -72,14 +78,6 @@ impl Debug for Progress<'_> {
 #[derive(Debug)]
 pub struct Running<'p> {
     progress: Progress<'p>,
-    started: Instant,
-}
-
-impl Running<'_> {
-    /// Seconds since it began.
-    pub fn seconds(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
-    }
 }
 
 impl Drop for Running<'_> {

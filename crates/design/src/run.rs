@@ -79,9 +79,9 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let nominal = synthesise(inputs, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
-    let running = progress.begin("check", "the closed loop against the fit and the true linearisations");
-    let checks = check(inputs, &plant, &design.controller, design.certified.gamma)?;
-    drop(running);
+    let what = "the closed loop against the fit and the true linearisations";
+    let check = || check(inputs, &plant, &design.controller, design.certified.gamma);
+    let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
     if let Some(words) = checks.remark(inputs.design.sample_time, inputs.design.control_weight.low) {
         progress.done("", &words);
@@ -95,9 +95,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
         frozen.controller.anti_windup = Some(limits.e.clone());
     }
-    let running = progress.begin("verdict", "the loop as it flies, and mu");
-    let verdict = Verdict::of(inputs, &frozen.controller, Effort::FULL)?;
-    drop(running);
+    let judge = || Verdict::of(inputs, &frozen.controller, Effort::FULL);
+    let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
     progress.done("verdict", &verdict.to_string());
     Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
@@ -110,10 +109,9 @@ fn certificate_stage(
     design: &Design,
     progress: &Progress,
 ) -> Result<Proof, String> {
-    let running = progress.begin("certify", "covering the fit's residual and proving in exact arithmetic");
-    let proof = certify(inputs, model, plant, design).map_err(|e| e.to_string());
-    let seconds = running.seconds();
-    drop(running);
+    let what = "covering the fit's residual and proving in exact arithmetic";
+    let (proof, seconds) = progress.timed("certify", what, || certify(inputs, model, plant, design));
+    let proof = proof.map_err(|reason| reason.to_string());
     match &proof {
         Ok(proof) => {
             let claim = claims::gain(&proof.theorem, inputs.design.scheduling().1);
@@ -131,10 +129,9 @@ fn sampled_stage(
     design: &Design,
     progress: &Progress,
 ) -> Result<SampledProof, String> {
-    let running = progress.begin("sampled", "the gain of the sampled loop, in exact arithmetic");
-    let proof = sampled(inputs, model, design).map_err(|e| e.to_string());
-    let seconds = running.seconds();
-    drop(running);
+    let what = "the gain of the sampled loop, in exact arithmetic";
+    let (proof, seconds) = progress.timed("sampled", what, || sampled(inputs, model, design));
+    let proof = proof.map_err(|reason| reason.to_string());
     let words = match &proof {
         Ok(proof) => format!(
             "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
@@ -158,10 +155,8 @@ fn anti_windup_stage(
     if !inputs.design.anti_windup {
         return Ok(None);
     }
-    let running = progress.begin("windup", "a gain for commands beyond the limits");
-    let found = anti_windup(inputs, controller);
-    let seconds = running.seconds();
-    drop(running);
+    let what = "a gain for commands beyond the limits";
+    let (found, seconds) = progress.timed("windup", what, || anti_windup(inputs, controller));
     match found {
         Ok(found) => {
             let words = format!(
@@ -187,10 +182,9 @@ fn limits_stage(
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
-    let running = progress.begin("limits", "how large a step the loop survives at its limits");
-    let found = with_limits(&proof, parts, &frozen.controller, inputs);
-    let seconds = running.seconds();
-    drop(running);
+    let what = "how large a step the loop survives at its limits";
+    let claim = || with_limits(&proof, parts, &frozen.controller, inputs);
+    let (found, seconds) = progress.timed("limits", what, claim);
     let words = match &found {
         Ok(None) => return proof,
         Ok(Some(found)) => {

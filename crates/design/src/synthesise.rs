@@ -25,15 +25,12 @@ use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 /// [`Error::NoController`].
 pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
     let file = &inputs.design;
-    let running = progress.begin("synthesise", "solving the matrix inequalities");
-    let outcome = match file.rate {
-        Some(rate) => at_bounded_rate(file, plant, rate),
-        None => lpv::synthesis::synthesise(plant, options(file)),
-    };
-    let design = outcome.map_err(|reason| no_controller(inputs, plant, reason))?;
-    let (design, slowed) = slow_enough(file, plant, design);
-    let seconds = running.seconds();
-    drop(running);
+    let (outcome, seconds) = progress.timed("synthesise", "solving the matrix inequalities", || {
+        let design = sought(file, plant, options(file));
+        let design = design.map_err(|reason| no_controller(inputs, plant, reason))?;
+        Ok::<_, Error>(slow_enough(file, plant, design))
+    });
+    let (design, slowed) = outcome?;
     progress.done("synthesise", &(synthesis_line(&design, file.back_off, seconds) + &slowed));
     progress.done(
         "bound",
@@ -52,12 +49,17 @@ pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress
 /// # Errors
 /// [`Error::NoController`], without remarks.
 pub fn synthesise_quickly(file: &DesignFile, plant: &GeneralisedPlant) -> Result<Design, Error> {
-    let outcome = match file.rate {
-        Some(rate) => at_bounded_rate(file, plant, rate),
-        None => lpv::synthesis::synthesise(plant, Options { quick: true, ..options(file) }),
-    };
-    let design = outcome.map_err(|reason| Error::NoController { reason, remarks: vec![] })?;
+    let design = sought(file, plant, Options { quick: true, ..options(file) });
+    let design = design.map_err(|reason| Error::NoController { reason, remarks: vec![] })?;
     Ok(slow_enough(file, plant, design).0)
+}
+
+/// A controller for any rate of the speed, or for the one that the design bounds.
+fn sought(file: &DesignFile, plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+    match file.rate {
+        Some(rate) => at_bounded_rate(file, plant, rate),
+        None => lpv::synthesis::synthesise(plant, options),
+    }
 }
 
 /// The design, without the modes of its controller that are too fast for the sample time if its bound allows that; and

@@ -96,9 +96,8 @@ pub fn rendered(
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }
-    let running = progress.begin("report", "computing the figures");
-    let fresh = Rendered::new(&report(inputs, stored, asked, progress)?, key);
-    drop(running);
+    let compute = || report(inputs, stored, asked, progress);
+    let fresh = Rendered::new(&progress.timed("report", "computing the figures", compute).0?, key);
     let mut files = Files::default();
     files.add_json(path, &fresh)?;
     files.save(directory)?;

@@ -32,10 +32,9 @@ pub(crate) fn best(
         }
         let written = document.to_string();
         let design = DesignFile::parse(&written, &file, &inputs.design.name)?;
-        let running = progress.begin("tune", "judging in full, and proving");
-        let finished = run(&Inputs::new(inputs.vehicle.clone(), design)?, &Progress::default());
-        drop(running);
-        let finished = match finished {
+        let inputs = Inputs::new(inputs.vehicle.clone(), design)?;
+        let what = "judging in full, and proving";
+        let finished = match progress.timed("tune", what, || run(&inputs, &Progress::default())).0 {
             Ok(finished) => finished,
             Err(reason) => {
                 failed = Some(reason);

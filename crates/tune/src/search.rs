@@ -92,9 +92,7 @@ pub fn search(inputs: &Inputs, text: &str, budget: Budget, progress: &Progress) 
         progress,
     };
     let minutes = budget.time.as_secs_f64() / 60.0;
-    let running = progress.begin("tune", &format!("searching for {minutes:.1} minutes"));
-    search.run();
-    drop(running);
+    progress.timed("tune", &format!("searching for {minutes:.1} minutes"), || search.run());
     let (tried, reason) = search.done.into_inner().unwrap_or_else(PoisonError::into_inner);
     let known: Vec<&Tried> = tried.iter().filter(|t| t.cost < LOST).collect();
     if known.is_empty() {

@@ -77,11 +77,10 @@ pub fn constant(
     progress.done("uncertain", &model_line(&fewer));
     let attempt = |share: f64, most: f64| -> Result<Option<Constant>, Error> {
         let percent = 100.0 * share;
-        let running = progress
-            .begin("constant", &format!("{percent:.0} % of the declared uncertainty, tens of seconds"));
-        let found = proved(inputs, &fewer, &uncertain, controller, (share, nominal, most));
-        let seconds = running.seconds();
-        drop(running);
+        let what = format!("{percent:.0} % of the declared uncertainty, tens of seconds");
+        let (found, seconds) = progress.timed("constant", &what, || {
+            proved(inputs, &fewer, &uncertain, controller, (share, nominal, most))
+        });
         let gain = match &found {
             Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.theorem.gamma)),
             Err(Error::Constant(reason)) => reason.to_string(),
