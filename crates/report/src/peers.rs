@@ -78,7 +78,7 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
         lines.extend(at_speed(subject, &laws, speed, effort.points)?);
         subject.progress.done("report", &format!("  compared at {speed:.2} m/s"));
     }
-    lines.extend(on_ramp(subject, &laws)?);
+    lines.extend(on_ramp(subject, &laws));
     let mut table = Table::new(["", "m/s"]);
     table.head.extend(laws.iter().map(|(name, _)| (*name).to_owned()));
     let others = laws.len() - 1;
@@ -125,27 +125,18 @@ fn at_speed(
 ) -> Result<Vec<Line>, Error> {
     let l = linearise_at(subject.inputs, speed)?;
     let fleet = fleet(subject, speed, points)?;
-    let judged = |(i, law): (usize, &dyn Law)| -> Result<_, Error> {
-        let lives = survival(subject, law, speed, &fleet);
-        let sharp = sharpness(subject, law, &l);
-        Ok((i, fly_at(subject, law, speed)?, sharp, delay(subject, law, &l), lives))
+    let judged = |(_, law): &(&str, &dyn Law)| -> Result<_, Error> {
+        let lives = survival(subject, *law, speed, &fleet);
+        let sharp = sharpness(subject, *law, &l);
+        Ok((fly_at(subject, *law, speed)?, sharp, delay(subject, *law, &l), lives))
     };
-    let found = side_by_side(laws.iter().map(|(_, law)| *law).enumerate(), judged);
-    let mut found = found.into_iter().collect::<Result<Vec<_>, Error>>()?;
-    found.sort_by_key(|found| found.0);
-    let of_flight = |of: fn(&Flew) -> f64| found.iter().map(|f| of(&f.1)).collect::<Vec<f64>>();
+    let found = side_by_side(laws.iter(), judged).into_iter().collect::<Result<Vec<_>, Error>>()?;
+    let of_flight = |of: fn(&Flew) -> f64| found.iter().map(|f| of(&f.0)).collect::<Vec<f64>>();
     let of_loop = |of: fn(&tune::Sharpness) -> f64| {
-        found.iter().map(|f| f.2.as_ref().map_or(f64::INFINITY, of)).collect::<Vec<f64>>()
+        found.iter().map(|f| f.1.as_ref().map_or(f64::INFINITY, of)).collect::<Vec<f64>>()
     };
-    let line = |name, decimals, slight, values| Line {
-        name,
-        at: format!("{speed:.2}"),
-        decimals,
-        slight,
-        largest: false,
-        reported: false,
-        values,
-    };
+    let at = format!("{speed:.2}");
+    let line = |name, decimals, slight, values| Line::new(name, &at, (decimals, slight), values);
     let tick = subject.inputs.design.sample_time;
     let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, of_flight(|f| f.pitch.itae)),
@@ -163,16 +154,16 @@ fn at_speed(
         line("commands under noise, rms (% of reach)", 2, 0.0, of_loop(|s| 100.0 * s.roughness)),
         Line {
             largest: true,
-            ..line("delay margin, all commands (s)", 3, 0.0, found.iter().map(|f| f.3).collect())
+            ..line("delay margin, all commands (s)", 3, 0.0, found.iter().map(|f| f.2).collect())
         },
     ];
     if subject.speed_is_given() {
         lines.retain(|line| !line.name.starts_with("speed step"));
     }
     if !fleet.is_empty() {
-        let share = found.iter().map(|f| 100.0 * f.4.share).collect();
+        let share = found.iter().map(|f| 100.0 * f.3.share).collect();
         lines.push(Line { largest: true, ..line("box survived (%)", 0, 0.0, share) });
-        let overshoot = found.iter().map(|f| 100.0 * f.4.overshoot).collect();
+        let overshoot = found.iter().map(|f| 100.0 * f.3.overshoot).collect();
         lines.push(line("box: worst overshoot (%)", 1, 0.5, overshoot));
     }
     Ok(lines)
@@ -186,17 +177,9 @@ fn delay(subject: &Subject, law: &dyn Law, l: &Linearisation) -> f64 {
 }
 
 /// The rows on the ramp of speed.
-fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Error> {
-    let flown = laws.iter().map(|(_, law)| fly_ramp(subject, *law)).collect::<Result<Vec<_>, Error>>()?;
-    let line = |name, decimals, slight, values| Line {
-        name,
-        at: "ramp".into(),
-        decimals,
-        slight,
-        largest: false,
-        reported: false,
-        values,
-    };
+fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Vec<Line> {
+    let flown: Vec<_> = laws.iter().map(|(_, law)| fly_ramp(subject, *law)).collect();
+    let line = |name, decimals, slight, values| Line::new(name, "ramp", (decimals, slight), values);
     let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, flown.iter().map(|f| f.0.itae).collect()),
         line("pitch step: settled (s)", 2, 0.02, flown.iter().map(|f| f.0.settling_time).collect()),
@@ -205,10 +188,15 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Result<Vec<Line>, Er
     if !subject.speed_is_given() {
         lines.push(line("largest speed error (m/s)", 3, 0.0, flown.iter().map(|f| f.1).collect()));
     }
-    Ok(lines)
+    lines
 }
 
 impl Line {
+    /// A figure to be compared, of which the smallest is best.
+    fn new(name: &'static str, at: &str, (decimals, slight): (usize, f64), values: Vec<f64>) -> Self {
+        Self { name, at: at.into(), decimals, slight, largest: false, reported: false, values }
+    }
+
     fn row(&self) -> Vec<String> {
         let value = |v: &f64| match v.is_finite() {
             true => format!("{v:.*}", self.decimals),
@@ -366,18 +354,6 @@ pub(crate) mod tests {
         assert!(fly_at(&subject, &pid, speed).unwrap().pitch.settling_time < 10.0);
     }
 
-    fn line(values: [f64; 2], largest: bool) -> Line {
-        Line {
-            name: "",
-            at: String::new(),
-            decimals: 1,
-            slight: 0.5,
-            largest,
-            reported: false,
-            values: values.to_vec(),
-        }
-    }
-
     #[test]
     fn a_row_lost_is_told_as_lost() {
         for (ours, other, largest, expected) in [
@@ -390,7 +366,8 @@ pub(crate) mod tests {
             (1.0, f64::INFINITY, false, "won"),
             (f64::INFINITY, f64::INFINITY, false, "drawn"),
         ] {
-            assert_eq!(line([ours, other], largest).against(other), expected, "{ours} {other}");
+            let line = Line { largest, ..Line::new("", "", (1, 0.5), vec![ours, other]) };
+            assert_eq!(line.against(other), expected, "{ours} {other}");
         }
     }
 }

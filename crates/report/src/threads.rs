@@ -2,22 +2,22 @@
 
 use std::sync::Mutex;
 
-/// Works on all items, as many at the same time as there are processors; results come in the order in which they are
-/// done.
+/// Works on all items, as many at the same time as there are processors; results come in the order of the items.
 pub fn side_by_side<T: Send, R: Send>(
     items: impl Iterator<Item = T> + Send,
     work: impl Fn(T) -> R + Sync,
 ) -> Vec<R> {
-    let waiting = Mutex::new(items);
+    let waiting = Mutex::new(items.enumerate());
     let next = || waiting.lock().ok().and_then(|mut items| items.next());
-    let all = || std::iter::from_fn(next).map(&work).collect::<Vec<R>>();
+    let all = || std::iter::from_fn(next).map(|(i, item)| (i, work(item))).collect::<Vec<(usize, R)>>();
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     std::thread::scope(|scope| {
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(all)).collect();
-        let own = all();
-        let joined = others
-            .into_iter()
-            .flat_map(|other| other.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
-        own.into_iter().chain(joined).collect()
+        let mut done = all();
+        for other in others {
+            done.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        done.sort_by_key(|(i, _)| *i);
+        done.into_iter().map(|(_, result)| result).collect()
     })
 }

@@ -3,9 +3,10 @@
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
-use auv::{Current, Vehicle};
+use auv::Current;
 use signals::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
+use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Demand, Row};
 
 /// When things happen (s).
@@ -43,10 +44,9 @@ impl Step {
         Self {
             itae: rows.iter().map(|row| since(row) * left(row).abs() * dt).sum(),
             overshoot: rows.iter().map(|row| -left(row)).fold(0.0, f64::max),
-            settling_time: match outside {
-                None => 0.0,
-                Some(last) => rows.get(last + 1).map_or(f64::INFINITY, |row| since(row)),
-            },
+            settling_time: rows
+                .get(outside.map_or(0, |last| last + 1))
+                .map_or(f64::INFINITY, |row| since(row)),
         }
     }
 }
@@ -86,15 +86,10 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<Flew, Erro
             current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
         }
     };
-    let vehicle: &Vehicle = &subject.inputs.vehicle;
-    let gains = vec![1.0; vehicle.actuators.len()];
-    let flown = fly(subject, law, (vehicle, &gains), (END, demand));
-    let rows = match flown {
+    let rows = match fly(subject, law, (&subject.inputs.vehicle, &[]), (END, demand)) {
         Ok(flight) if flight.surfacing.is_none() => flight.rows,
         Ok(_) => return Ok(Flew::LOST),
-        Err(Error::Flight(squid_flight::error::Error::Trim { speed, reason })) => {
-            return Err(squid_flight::error::Error::Trim { speed, reason }.into());
-        }
+        Err(reason @ Error::Flight(FlightError::Trim { .. })) => return Err(reason),
         Err(_) => return Ok(Flew::LOST),
     };
     let window = |from: f64, to: f64| -> Vec<&Row> {
@@ -121,24 +116,17 @@ impl Flew {
         Self { pitch: Step::LOST, speed: Step::LOST, gust: f64::INFINITY, effort: f64::INFINITY };
 }
 
-/// What the design's manoeuvre came to, a pitch step on a ramp of speed.
-///
-/// # Errors
-/// As [`fly_at`].
-pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> Result<(Step, f64), Error> {
+/// What the design's manoeuvre came to, a pitch step on a ramp of speed, with the largest speed error (m/s).
+pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
     let m = &subject.stored.manoeuvre;
-    let vehicle = &subject.inputs.vehicle;
-    let gains = vec![1.0; vehicle.actuators.len()];
     let course = (m.duration, |time| Demand::of(m, time));
-    let Ok(flight) = fly(subject, law, (vehicle, &gains), course) else {
-        return Ok((Step::LOST, f64::INFINITY));
+    let flown = fly(subject, law, (&subject.inputs.vehicle, &[]), course);
+    let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
+        return (Step::LOST, f64::INFINITY);
     };
-    if flight.surfacing.is_some() {
-        return Ok((Step::LOST, f64::INFINITY));
-    }
     let after: Vec<&Row> = flight.rows.iter().filter(|row| row.time + 1e-9 >= m.step_time).collect();
     let speed = flight.rows.iter().map(|row| row.error(SPEED).abs()).fold(0.0, f64::max);
-    Ok((Step::of(&after, PITCH, m.pitch_step), speed))
+    (Step::of(&after, PITCH, m.pitch_step), speed)
 }
 
 #[cfg(test)]

@@ -66,13 +66,11 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
 
 /// All speeds, side by side.
 fn at_all_speeds(subject: &Subject) -> Vec<Result<SpeedMu, Error>> {
-    let mut all = side_by_side(subject.speeds.iter().copied().enumerate(), |(i, speed)| {
-        let analysis = SpeedMu::new(subject, speed);
+    side_by_side(subject.speeds.iter(), |speed| {
+        let analysis = SpeedMu::new(subject, *speed);
         subject.progress.done("report", &format!("  mu at {speed:.2} m/s"));
-        (i, analysis)
-    });
-    all.sort_by_key(|(i, _)| *i);
-    all.into_iter().map(|(_, found)| found).collect()
+        analysis
+    })
 }
 
 /// Bounds on mu over all frequencies at a speed.

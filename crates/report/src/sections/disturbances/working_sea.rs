@@ -46,7 +46,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (names, squares): (Vec<String>, Vec<_>) = quantities(subject).into_iter().unzip();
     let waves = Sea::of_waves(sea.waves.clone(), sea.depth, SEED)?;
     let jobs = subject.speeds.iter().flat_map(|speed| [0, 1].map(|which| (*speed, which)));
-    let mut found = side_by_side(jobs, |(speed, which)| {
+    let found = side_by_side(jobs, |(speed, which)| {
         let flown = |k| -> Option<Vec<f64>> {
             let flight = fly(subject, both[which], &waves, speed, k).ok()?;
             let rows = flight.surfacing.is_none().then_some(flight.rows)?;
@@ -55,7 +55,6 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         let each: Option<Vec<Vec<f64>>> = (0..SEAS).map(flown).collect();
         (speed, which, each)
     });
-    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut table = Table::new(["speed (m/s)", "made for this sea"]);
     table.head.extend(names);
     for (speed, which, each) in &found {
