@@ -38,6 +38,11 @@ impl Inputs {
         !self.uncertain.is_empty() || self.actuator_gain() != 0.0
     }
 
+    /// The least and the largest output of each actuator.
+    pub fn limits(&self) -> Vec<(f64, f64)> {
+        self.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
+    }
+
     /// A vehicle and a design made in memory, identified by a hash of their content.
     ///
     /// # Errors

@@ -102,7 +102,7 @@ pub struct Answer {
 /// water.
 ///
 /// # Errors
-/// As [`fly_under`]; [`Error::NoReference`], [`Error::ControllerDesign`], [`Error::Tick`].
+/// As [`fly_course`]; [`Error::NoReference`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -172,20 +172,6 @@ pub fn fly_varied(
         }
         Ok(Answer { commands, rho, out_of_range })
     })
-}
-
-/// Flies the vehicle from trim through a manoeuvre in still water, as [`fly_course`].
-///
-/// # Errors
-/// As [`fly_course`].
-pub fn fly_under(
-    vehicle: &Vehicle,
-    level: (f64, &Pitch),
-    manoeuvre: &Manoeuvre,
-    ticks: (f64, &Trim),
-    law: impl FnMut(&Measured) -> Result<Answer, Error>,
-) -> Result<Flight, Error> {
-    fly_course(vehicle, level, (manoeuvre.duration, |time| Demand::of(manoeuvre, time)), ticks, law)
 }
 
 /// What is wanted at a time, and how the water moves.
@@ -294,7 +280,7 @@ fn displaced(state: State, by: Each<f64>) -> State {
 }
 
 /// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch
-/// (rad), up to the surface if it comes there.
+/// from trim (rad), up to the surface if it comes there.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -312,14 +298,14 @@ pub fn fly_open_loop(
     plant.start(0.0, &start)?;
     plant.set_command(actuator, start.actuators[actuator] + step)?;
     let steps = (duration / interval).round() as u64;
-    let mut rows = vec![(0.0, start.pitch)];
+    let mut rows = vec![(0.0, 0.0)];
     for k in 1..=steps {
         let time = k as f64 * interval;
         plant.advance(time)?;
         if out_of_water(plant.state().depth) {
             break;
         }
-        rows.push((time, plant.state().motion.theta));
+        rows.push((time, plant.state().motion.theta - start.pitch));
     }
     Ok(rows)
 }

@@ -136,17 +136,13 @@ impl StepFigures {
         let done = |r: &Row| 1.0 - r.error(place) / height;
         let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
         let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
-        let settling_time = match last_outside {
-            Some(i) if i + 1 < after.len() => after[i + 1].time - step_time,
-            Some(_) => f64::INFINITY,
-            None => 0.0,
-        };
         let tail = &after[after.len() - (after.len() / 10).max(1)..];
         let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
         Self {
             overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
-            settling_time,
+            settling_time: last_outside
+                .map_or(0.0, |last| after.get(last + 1).map_or(f64::INFINITY, |r| r.time - step_time)),
             steady_error: (1.0 - mean_done).abs(),
             speed_deviation: speed_deviation(rows),
             actuator_use: actuator_use(rows, limits),

@@ -4,7 +4,7 @@
 
 use auv::{Actuator, Trim, Vehicle, linearise};
 use nalgebra::DMatrix;
-use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
+use scheduled::{ControllerDesign, Manoeuvre};
 use signals::PITCH;
 use squid_design::inputs::Inputs;
 use squid_design::progress::Progress;
@@ -13,7 +13,7 @@ use squid_design::store::load;
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::trim::retrim;
-use squid_flight::flight::{Answer, fly_under};
+use squid_flight::flight::{Varied, fly_varied};
 use squid_flight::metrics::StepFigures;
 use std::path::Path;
 
@@ -91,27 +91,15 @@ fn fly_over_the_box(
                 worst.too_weak += 1;
                 continue;
             }
-            let mut autopilot = Autopilot::new(design).unwrap();
-            let table = autopilot.trim().clone();
-            let mut started = false;
-            let flown =
-                fly_under(&changed, file.level(), &manoeuvre, (file.sample_time, &table), |signals| {
-                    if !std::mem::replace(&mut started, true) {
-                        autopilot.initialise(0.0, signals).unwrap();
-                    }
-                    autopilot.tick(signals).unwrap();
-                    let outputs = autopilot.outputs();
-                    let commands = outputs.commands.iter().zip(&gains).map(|(command, gain)| command * gain);
-                    let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-                    Ok(Answer { commands: commands.collect(), rho, out_of_range })
-                });
+            let varied = Varied { gains: &gains, ..Varied::default() };
+            let flown = fly_varied(&changed, design, file.level(), &manoeuvre, &varied);
             worst.flights += 1;
             let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
                 worst.lost += 1;
                 continue;
             };
-            let limits: Vec<(f64, f64)> = vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-            let figures = StepFigures::of(&flight.rows, PITCH, (STEP_TIME, manoeuvre.pitch_step), &limits);
+            let figures =
+                StepFigures::of(&flight.rows, PITCH, (STEP_TIME, manoeuvre.pitch_step), &inputs.limits());
             if figures.steady_error.is_nan() || figures.steady_error > 0.1 {
                 worst.lost += 1;
             }

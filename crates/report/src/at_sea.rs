@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::plot::draw;
 use crate::record::panels;
-use crate::simulate::{early_end, heading, limits, out_of_range};
+use crate::simulate::{early_end, heading, out_of_range};
 use crate::subject::Step;
 use signals::SPEED;
 use squid_design::inputs::Inputs;
@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
 
     let as_long = flown.rows.len().min(still.rows.len());
     let step = Step::of(inputs, &stored.manoeuvre);
-    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], step.place, &limits(inputs));
+    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], step.place, &inputs.limits());
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
     let duration = flown.rows[as_long - 1].time;
     let of = |place: &str, flight: &Flight| {

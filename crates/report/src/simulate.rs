@@ -57,7 +57,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         100.0 * SETTLED
     );
     let (mut responses, mut steps, mut ended) = (Vec::new(), Vec::new(), String::new());
-    for speed in step_speeds(inputs) {
+    for speed in inputs.design.spread(STEP_SPEEDS) {
         let step = Manoeuvre {
             speed_from: speed,
             speed_to: speed,
@@ -69,7 +69,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
         let rows = flown.rows;
         let mut figures =
-            StepFigures::of(&rows, stepped.place, (step.step_time, stepped.height), &limits(inputs));
+            StepFigures::of(&rows, stepped.place, (step.step_time, stepped.height), &inputs.limits());
         if flown.surfacing.is_some() {
             figures = figures.cut_short();
         }
@@ -130,14 +130,6 @@ pub(crate) fn heading(inputs: &Inputs) -> String {
     format!("{}{surrogate}", inputs.vehicle.name)
 }
 
-fn step_speeds(inputs: &Inputs) -> Vec<f64> {
-    inputs.design.spread(STEP_SPEEDS)
-}
-
-pub(crate) fn limits(inputs: &Inputs) -> Vec<(f64, f64)> {
-    inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
-}
-
 fn figures_line(speed: f64, f: &StepFigures) -> String {
     let cell = |v: f64, digits| match v {
         v if v.is_nan() => "-".into(),
@@ -161,17 +153,10 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     let actuator = &inputs.vehicle.actuators[0];
     let step = 0.02 * actuator.reach();
     let mut lines = Vec::new();
-    for speed in step_speeds(inputs).into_iter().take(3) {
-        let rows = fly_open_loop(
-            &inputs.vehicle,
-            inputs.design.level(),
-            speed,
-            (0, step),
-            stored.controller.sample_time,
-            60.0,
-        )?;
-        let start = rows[0].1;
-        let points = rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect();
+    for speed in inputs.design.spread(STEP_SPEEDS).into_iter().take(3) {
+        let (level, interval) = (inputs.design.level(), stored.controller.sample_time);
+        let rows = fly_open_loop(&inputs.vehicle, level, speed, (0, step), interval, FLOWN)?;
+        let points = rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect();
         lines.push(line(inputs, speed, points));
     }
     let title = format!(

@@ -272,17 +272,12 @@ impl<'a> Subject<'a> {
     /// The figures of a step flown by [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
         let Step { place, height, .. } = self.step();
-        let figures = StepFigures::of(&flight.rows, place, (STEP_TIME, height), &self.limits());
+        let figures = StepFigures::of(&flight.rows, place, (STEP_TIME, height), &self.inputs.limits());
         if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 
     /// How the loop is sampled.
     pub fn sampling(&self) -> Sampling<'_> {
         Sampling::of(&self.inputs.vehicle.actuators, &self.inputs.design)
-    }
-
-    /// The limits of the actuators.
-    pub fn limits(&self) -> Vec<(f64, f64)> {
-        self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
     }
 }

@@ -74,7 +74,7 @@ impl Flown {
     pub fn of_sampled(sampling: &Sampling, system: &StateSpace) -> Option<Self> {
         let (opened, noise_rms) = opened(sampling, system)?;
         let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
-        let measurements = fed_back(sampling).len();
+        let measurements = sampling.design.fed_back().len();
         let pitch = tracked.iter().position(|t| t.place == PITCH);
         let heave = sampling.design.states.iter().position(|state| state.symbol == "w").unwrap_or(0);
         Some(Self {
@@ -94,16 +94,6 @@ impl Flown {
     }
 }
 
-/// What the controller takes in of the vehicle, its place among the signals and its scale: the measurements, or the
-/// errors. References apart are taken in as they are; there is no loop through them.
-fn fed_back(sampling: &Sampling) -> Vec<(usize, f64)> {
-    let design = sampling.design;
-    match design.measured.is_empty() {
-        true => design.tracked.iter().map(|t| (t.place, t.scale)).collect(),
-        false => design.measured.iter().map(|m| (m.place, m.scale)).collect(),
-    }
-}
-
 /// The loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\]; `None` where
 /// it is not stable. The inputs and outputs are those of [`Wired::injected`](crate::check::sampled::Wired::injected).
 pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f64>)> {
@@ -111,7 +101,7 @@ pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f
     if radius.is_nan() || radius >= 1.0 {
         return None;
     }
-    let (fed_back, m) = (fed_back(sampling), sampling.actuators.len());
+    let (fed_back, m) = (sampling.design.fed_back(), sampling.actuators.len());
     let commands = system.b.ncols() - m;
     let open = commands - fed_back.len();
     let places = open..commands + m;
@@ -143,10 +133,9 @@ impl Step {
         Self {
             overshoot: done.iter().map(|v| v - 1.0).fold(0.0, f64::max),
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
-            settling_time: match last_outside {
-                Some(last) if last + 1 < done.len() => time(last + 1),
-                Some(_) => f64::INFINITY,
-                None => 0.0,
+            settling_time: match last_outside.map_or(0, |last| last + 1) {
+                settled if settled < done.len() => time(settled),
+                _ => f64::INFINITY,
             },
             steady_error: (1.0 - end).abs(),
             late_error: done.last().map_or(f64::NAN, |v| (1.0 - v).abs()),

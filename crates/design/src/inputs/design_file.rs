@@ -247,6 +247,15 @@ impl DesignFile {
         (speed - centre) / half_range
     }
 
+    /// What the controller takes in of the vehicle, each by its place in [`SIGNALS`] with its scale: the measurements,
+    /// or the errors. References apart are taken in as they are; there is no loop through them.
+    pub fn fed_back(&self) -> Vec<(usize, f64)> {
+        match self.measured.is_empty() {
+            true => self.tracked.iter().map(|t| (t.place, t.scale)).collect(),
+            false => self.measured.iter().map(|m| (m.place, m.scale)).collect(),
+        }
+    }
+
     /// The place in y of the measurement of a tracked output, or of its error; `None` for one that is not measured.
     pub fn feedback_row(&self, tracked: usize) -> Option<usize> {
         if self.measured.is_empty() {

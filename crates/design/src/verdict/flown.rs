@@ -76,8 +76,7 @@ impl StepAtSpeed {
             [first, .., last] => last.reference(place) - first.reference(place),
             _ => f64::NAN,
         };
-        let limits: Vec<(f64, f64)> = inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-        let whole = StepFigures::of(rows, place, (STEP_TIME, height), &limits);
+        let whole = StepFigures::of(rows, place, (STEP_TIME, height), &inputs.limits());
         let figures = if flight.is_some_and(|f| f.surfacing.is_none()) { whole } else { whole.cut_short() };
         Self {
             output: SIGNALS[place].name,

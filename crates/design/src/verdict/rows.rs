@@ -153,13 +153,14 @@ fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
 
 /// The names of the places at which the loop can be opened: what is measured, or its errors, and the commands.
 fn places(inputs: &Inputs) -> Vec<String> {
-    let design = &inputs.design;
-    let fed_back: Vec<usize> = match design.measured.is_empty() {
-        true => design.tracked.iter().map(|t| t.place).collect(),
-        false => design.measured.iter().map(|m| m.place).collect(),
-    };
     let commands = inputs.vehicle.actuators.iter().map(|a| a.name.clone());
-    fed_back.into_iter().map(|place| SIGNALS[place].name.to_owned()).chain(commands).collect()
+    inputs
+        .design
+        .fed_back()
+        .into_iter()
+        .map(|(place, _)| SIGNALS[place].name.to_owned())
+        .chain(commands)
+        .collect()
 }
 
 /// A margin at each place and speed.

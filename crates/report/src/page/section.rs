@@ -54,14 +54,8 @@ impl Section {
 
     /// Takes the claims out of it.
     pub fn take_claims(&mut self) -> Vec<Claim> {
-        let (claims, parts) =
-            std::mem::take(&mut self.parts).into_iter().partition(|p| matches!(p, Part::Claim(_)));
-        self.parts = parts;
-        let claims: Vec<Part> = claims;
-        claims
-            .into_iter()
-            .filter_map(|part| if let Part::Claim(claim) = part { Some(claim) } else { None })
-            .collect()
+        let claims = self.parts.extract_if(.., |part| matches!(part, Part::Claim(_)));
+        claims.filter_map(|part| if let Part::Claim(claim) = part { Some(claim) } else { None }).collect()
     }
 
     /// The figures.

@@ -98,8 +98,8 @@ pub fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
     (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
 }
 
-/// Flies a vehicle, whose actuators have gains beside, on a course under a law. The trims are those of the nominal
-/// vehicle.
+/// Flies a vehicle, whose actuators have gains beside, 1 where there are none, on a course under a law. The trims are
+/// those of the nominal vehicle.
 ///
 /// # Errors
 /// As [`fly_course`].

@@ -16,7 +16,7 @@ use auv::{Current, Linearisation};
 use lpv::matrix::complex_singular_values;
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::{EachTracked, Signal};
+use signals::{EachTracked, SIGNALS};
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::{cannot, trapezoidal};
 use squid_design::numbers::readable;
@@ -56,24 +56,20 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME) },
     };
-    let vehicle = &subject.inputs.vehicle;
-    let gains = vec![1.0; vehicle.actuators.len()];
-    fly(subject, &Scheduled(subject), (vehicle, &gains), (SHOWN, demand))
+    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (SHOWN, demand))
 }
 
 /// How much of their reach the commands take for the noise of each sensor, over its frequency.
 fn noise(subject: &Subject) -> Result<Figure, Error> {
     let design = &subject.inputs.design;
-    let sensors: Vec<(&Signal, f64)> = match design.measured.is_empty() {
-        true => design.tracked.iter().map(|t| (t.signal(), t.scale)).collect(),
-        false => design.measured.iter().map(|m| (m.signal(), m.scale)).collect(),
-    };
+    let sensors = design.fed_back();
     let systems = subject.truth.iter().map(|l| noisy(subject, l, sensors.len()));
     let systems = systems.collect::<Result<Vec<StateSpace>, Error>>()?;
     let tick = design.sample_time;
     let omega = |k: i32| 10f64.powf(f64::from(LOWEST) + f64::from(k) / f64::from(IN_A_DECADE));
     let axis: Vec<f64> = (0..).map(omega).take_while(|omega| *omega < PI / tick).collect();
-    let chart = |(j, (signal, scale)): (usize, &(&Signal, f64))| {
+    let chart = |(j, (place, scale)): (usize, &(usize, f64))| {
+        let signal = &SIGNALS[*place];
         let (factor, unit) = readable(signal.unit);
         let (factor, unit) =
             if signal.unit == "rad/s" { (1f64.to_degrees(), "deg/s") } else { (factor, unit) };

@@ -71,9 +71,7 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current::default(),
     };
-    let vehicle = &subject.inputs.vehicle;
-    let gains = vec![1.0; vehicle.actuators.len()];
-    fly(subject, &Scheduled(subject), (vehicle, &gains), (FLOWN, demand))
+    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (FLOWN, demand))
 }
 
 /// The least that the axes of pitch (deg) or depth (m), and of speed (m/s) span: what is less is no motion.

@@ -131,8 +131,7 @@ fn claim(pairs: &[(f64, f64)]) -> Claim {
 fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
     let (interval, level) = (subject.stored.controller.sample_time, subject.inputs.design.level());
     let rows = fly_open_loop(&subject.inputs.vehicle, level, speed, (index, step), interval, FLOWN)?;
-    let start = rows[0].1;
-    Ok(rows.iter().map(|(t, pitch)| (*t, (pitch - start).to_degrees())).collect())
+    Ok(rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect())
 }
 
 /// Until pitch stays within 2 % of where it ends; infinite when that is only in the last fifth of the record, or

@@ -88,9 +88,8 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) 
     let sampled = |k: &StateSpace| trapezoidal(k, subject.stored.controller.sample_time).ok_or_else(cannot);
     let controllers: Vec<StateSpace> = bank.iter().map(sampled).collect::<Result<_, ProofError>>()?;
     let law = Switched { speeds: &subject.speeds, controllers, handover };
-    let gains = vec![1.0; vehicle.actuators.len()];
     let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
-    Ok(fly(subject, &law, (vehicle, &gains), course)?.rows)
+    Ok(fly(subject, &law, (vehicle, &[]), course)?.rows)
 }
 
 fn nearest(speeds: &[f64], v: f64) -> usize {

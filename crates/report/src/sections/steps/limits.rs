@@ -150,7 +150,7 @@ fn fly_held(
 
 /// How long some command is at a limit (s).
 fn limited(subject: &Subject, rows: &[Row]) -> f64 {
-    let limits = subject.limits();
+    let limits = subject.inputs.limits();
     let at = |row: &&Row| row.commands.iter().zip(&limits).any(|(u, (low, high))| u <= low || u >= high);
     rows.iter().filter(at).count() as f64 * subject.inputs.design.sample_time
 }
@@ -160,7 +160,7 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let (step, rows) = (subject.step(), &flight.rows);
     let from = rows.first().map_or(0.0, |row| row.measured(step.place));
     let most = rows.iter().map(|row| (row.measured(step.place) - from).abs()).fold(0.0, f64::max);
-    let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.limits());
+    let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.inputs.limits());
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
     [tidy(step.factor * most, 2), seconds(limited(subject, rows)), seconds(back.settling_time), overshoot]
 }
