@@ -14,7 +14,7 @@ use lpv::mu::worst_case::worst_case_gain;
 use nalgebra::{Complex, DVector};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use squid_design::certify::controller_of;
-use squid_design::error::{Error as DesignError, ProofError};
+use squid_design::error::Error as DesignError;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
 use squid_design::uncertain::model::{Block as Channels, Uncertain};
@@ -51,9 +51,7 @@ pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
     if plan.uncertain.is_empty() {
         return Ok(Vec::new());
     }
-    let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
-    let controller =
-        controller_of(&plan.stored.controller.lft).ok_or_else(wrong).map_err(DesignError::from)?;
+    let controller = controller_of(&plan.stored.controller.lft).map_err(DesignError::from)?;
     let speeds = plan.inputs.design.spread(SPEEDS);
     speeds.par_iter().map(|speed| at(plan, flights, &controller, *speed)).collect()
 }

@@ -147,10 +147,14 @@ pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
     certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The frozen controller's matrices as the theory has them; `None` when they do not fit together.
-pub fn controller_of(lft: &LftMatrices) -> Option<Controller> {
-    let blocks = blocks_of(CONTROLLER, &frozen_rows(lft).named())?;
-    Controller::new(lft.blocks.clone(), &blocks).ok()
+/// The frozen controller's matrices as the theory has them.
+///
+/// # Errors
+/// [`ProofError::Mismatch`] when they do not fit together.
+pub fn controller_of(lft: &LftMatrices) -> Result<Controller, ProofError> {
+    let blocks = blocks_of(CONTROLLER, &frozen_rows(lft).named());
+    let controller = blocks.and_then(|blocks| Controller::new(lft.blocks.clone(), &blocks).ok());
+    controller.ok_or_else(|| ProofError::Mismatch { what: "the shape of a matrix of the controller".into() })
 }
 
 fn residual(error: &ModelError, bound: &GainBound) -> Residual {

@@ -24,7 +24,7 @@ use crate::certify::limits::of_autopilot;
 use crate::certify::sampled;
 use crate::certify::verify;
 use crate::check::check;
-use crate::error::{Error, ProofError, StoreError};
+use crate::error::{Error, StoreError};
 use crate::fit::Model;
 use crate::fit::frequency::{Errors, OUTPUTS, errors};
 use crate::inputs::Inputs;
@@ -35,7 +35,6 @@ use crate::verdict::Verdict;
 use crate::verdict::row::Advice;
 use auv::{Actuator, LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
-use lpv::controller::Controller;
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
@@ -113,16 +112,7 @@ impl Stored {
         unedited::check((&self.controller, &self.plant), inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
-        check(inputs, &plant, &self.lpv_controller()?, bound).map(|_| ())
-    }
-
-    /// The frozen controller as a [`Controller`].
-    ///
-    /// # Errors
-    /// [`ProofError::Mismatch`] when they are ragged.
-    pub fn lpv_controller(&self) -> Result<Controller, ProofError> {
-        controller_of(&self.controller.lft)
-            .ok_or_else(|| ProofError::Mismatch { what: "the shape of a matrix of the controller".into() })
+        check(inputs, &plant, &controller_of(&self.controller.lft)?, bound).map(|_| ())
     }
 }
 
@@ -210,15 +200,13 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     let mut files = Files::default();
     files.add(to("plant.json"), finished.frozen.plant.to_json()?);
     files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
-    let path = to("certificate.json");
-    match &finished.proof {
-        Ok(proof) => files.add(path.clone(), verify::text(&proof.certificate, &path)?),
-        Err(_) => files.remove(path),
-    }
-    let path = to(sampled::CERTIFICATE);
-    match &finished.sampled {
-        Ok(proof) => files.add(path.clone(), verify::text(&proof.certificate, &path)?),
-        Err(_) => files.remove(path),
+    let whole = finished.proof.as_ref().ok().map(|proof| &proof.certificate);
+    let sampled = finished.sampled.as_ref().ok().map(|proof| &proof.certificate);
+    for (name, certificate) in [("certificate.json", whole), (sampled::CERTIFICATE, sampled)] {
+        match certificate {
+            Some(certificate) => files.add(to(name), verify::text(certificate, &to(name))?),
+            None => files.remove(to(name)),
+        }
     }
     files.add_json(to("design.json"), &figures(inputs, finished))?;
     match &finished.robust {

@@ -12,6 +12,7 @@ use lpv::synthesis::{Design, synthesise};
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{DEPTH, PITCH, SIGNALS};
 use squid_design::augment::augment;
+use squid_design::certify::controller_of;
 use squid_design::check::sampled::Sampling;
 use squid_design::error::ModelError;
 use squid_design::fit::Model;
@@ -133,7 +134,7 @@ impl<'a> Subject<'a> {
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(inputs)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
-        let controller = stored.lpv_controller()?;
+        let controller = controller_of(&stored.controller.lft)?;
         let speeds = inputs.design.spread(SPEEDS);
         let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, ModelError>>()?;
         let (alone, proof, verdict) = Default::default();

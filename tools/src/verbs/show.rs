@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use serde_json::{Map, Value};
+use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
@@ -84,7 +85,7 @@ fn shown_controller(
     let directory = directory.display();
     if let Some(stored) = stored {
         let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
-        let (k, gamma) = (stored.lpv_controller()?, &stored.controller.gamma);
+        let (k, gamma) = (controller_of(&stored.controller.lft)?, &stored.controller.gamma);
         let words = tables::controller(inputs, &k, gamma)?;
         let value = values::controller(inputs, &k, gamma)?;
         return Ok((format!("The design in {directory}{robust}\n{words}"), value));

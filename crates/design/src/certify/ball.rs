@@ -111,13 +111,11 @@ pub fn holds(ball: &Residual, held: Option<usize>, inputs: &Inputs, model: &Mode
     let shapeless = || ProofError::Ball { reach: None };
     let (n, m) = (left.nrows(), vehicle.actuators.len());
     let w = right.ncols() - n - m;
-    let rows = |rows: &certificate::Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
-    let e = rows(&ball.e, ball.e.first().map_or(0, Vec::len))?;
-    let parts = [rows(&ball.f, n)?, rows(&ball.fw, w)?, rows(&ball.fu, m)?];
-    if e.nrows() != n || parts.iter().any(|part| part.nrows() != ball.f.len()) {
+    let ModelError { e, f, fw, fu } = ball_of(ball, (n, w, m)).ok_or_else(shapeless)?;
+    if e.nrows() != n || [&fw, &fu].iter().any(|part| part.nrows() != f.nrows()) {
         return Err(shapeless().into());
     }
-    let seen = block(&[&[&parts[0], &parts[1], &parts[2]]]);
+    let seen = block(&[&[&f, &fw, &fu]]);
     let (p, q) = (pseudo_inverse(&e, RANK_TOLERANCE) * &left, &right * pseudo_inverse(&seen, RANK_TOLERANCE));
     let same =
         |found: Mat, wanted: &Mat| (found - wanted).iter().all(|off| off.abs() <= SAME_PLACE * wanted.amax());
@@ -133,6 +131,14 @@ pub fn holds(ball: &Residual, held: Option<usize>, inputs: &Inputs, model: &Mode
     } else {
         Err(ProofError::Ball { reach: reach.is_finite().then_some(reach) }.into())
     }
+}
+
+/// `E`, `F`, `Fw` and `Fu` of a certificate for n states and m commands; `None` when they are ragged.
+pub(crate) fn ball_of(ball: &Residual, (n, w, m): (usize, usize, usize)) -> Option<ModelError> {
+    let columns = ball.e.first().map_or(0, Vec::len);
+    let [e, f, fw, fu] = [(&ball.e, columns), (&ball.f, n), (&ball.fw, w), (&ball.fu, m)]
+        .map(|(rows, columns)| from_rows(rows, columns));
+    Some(ModelError { e: e?, f: f?, fw: fw?, fu: fu? })
 }
 
 /// What the fit misses over the range of speed, and where that is in the plant.

@@ -3,16 +3,17 @@
 //! on the rates of the actuators are such limits on the rates of states of the plant, which has the lags.
 
 use crate::certify::Proof;
+use crate::certify::ball::ball_of;
 use crate::error::{Error, ProofError};
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
 use crate::numbers::readable;
 use auv::Actuator;
-use certificate::{Certificate, Limits, Theorem};
+use certificate::{Certificate, Limits, Rows, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
-use lpv::matrix::{Mat, from_rows, to_rows};
+use lpv::matrix::{from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use scheduled::{ControllerDesign, Kind};
@@ -61,18 +62,13 @@ pub fn with_limits(
     let (n, m) = (plant.a().nrows(), limits.len());
     limits.extend(rates.values());
     let rates: Vec<usize> = rates.into_keys().collect();
-    let matrix = |rows: &certificate::Rows, columns: usize| {
-        from_rows(rows, columns).ok_or(ProofError::Ball { reach: None })
-    };
+    let shapeless = || ProofError::Ball { reach: None };
+    let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
     let states = design.states.len();
-    let all = matrix(&ball.e, ball.e.first().map_or(0, Vec::len))?;
-    let error = ModelError {
-        e: all.columns(0, states).into_owned(),
-        f: matrix(&ball.f, n)?,
-        fw: matrix(&ball.fw, plant.b1().ncols())?,
-        fu: matrix(&ball.fu, m)?,
-    };
-    let quick: Mat = matrix(gain, m)?;
+    let all = ball_of(ball, (n, plant.b1().ncols(), m)).ok_or_else(shapeless)?;
+    let rows_of_delta = all.e.ncols();
+    let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
+    let quick = matrix(gain, m)?;
     let largest = if signal == PITCH { MOST } else { design.depth.max(scale) } / scale;
     let units = matrix(&ball.s, ball.s.len())?;
     let of = |gain| Limited {
@@ -108,7 +104,7 @@ pub fn with_limits(
         beta: 1.0,
         x_held: found.x_held,
         u_held: found.u_held,
-        delta_rows: (states < all.ncols()).then_some(states),
+        delta_rows: (states < rows_of_delta).then_some(states),
         lambda: found.lambda,
         x: to_rows(&found.x),
         s: to_rows(&found.s),

@@ -84,7 +84,7 @@ pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> R
 /// [`ProofError::Mismatch`] with the first part that differs.
 pub fn matches(design: &ControllerDesign, ticks: usize, certificate: &Certificate) -> Result<(), ProofError> {
     let wrong = |what: &str| ProofError::Mismatch { what: format!("the controller's {what}") };
-    let controller = controller_of(&design.lft).ok_or_else(|| wrong("shape"))?;
+    let controller = controller_of(&design.lft).map_err(|_| wrong("shape"))?;
     let late = controller_rows(&controller.late_at_ticks(ticks, design.sample_time));
     match first_unlike(&late.named(), &certificate.controller.named()) {
         Some(name) => Err(wrong(&format!("matrix {name}"))),

@@ -6,7 +6,7 @@
 
 use crate::error::ModelError;
 use crate::fit::Model;
-use crate::inputs::design_file::{DesignFile, Measured, Tracked};
+use crate::inputs::design_file::{DesignFile, scaled_outputs};
 use crate::linearise::{scaled, split, stacked};
 use auv::{Actuator, Linearisation};
 use lpv::matrix::Mat;
@@ -60,10 +60,7 @@ const WORDS: [Words; STATES.len()] = [
 /// # Errors
 /// [`ModelError::NotReached`], [`ModelError::NotSeen`], with the speed and the motion.
 pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result<(), ModelError> {
-    let outputs = match file.measured.is_empty() {
-        true => Tracked::scaled_outputs(&file.tracked, file.states),
-        false => Measured::scaled_outputs(&file.measured, file.states),
-    };
+    let outputs = scaled_outputs(file.fed_back(), file.states);
     for (_, l) in &model.grid {
         let (a, b) = parts(actuators, l);
         let speed = l.trim.speed;

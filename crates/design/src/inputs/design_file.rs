@@ -117,8 +117,7 @@ pub struct Measured {
 impl Measured {
     /// `C` of the measurements in units of their scales, from the states of the linear model.
     pub fn scaled_outputs(measured: &[Self], states: States) -> Mat {
-        let entry = |i: usize, j: usize| measured[i].signal().output(&states[j]) / measured[i].scale;
-        Mat::from_fn(measured.len(), states.len(), entry)
+        scaled_outputs(measured.iter().map(|m| (m.place, m.scale)), states)
     }
 
     /// Its row of the table of signals.
@@ -140,9 +139,14 @@ impl Tracked {
 
     /// The same in units of their scales.
     pub fn scaled_outputs(tracked: &[Self], states: States) -> Mat {
-        let entry = |i: usize, j: usize| tracked[i].signal().output(&states[j]) / tracked[i].scale;
-        Mat::from_fn(tracked.len(), states.len(), entry)
+        scaled_outputs(tracked.iter().map(|t| (t.place, t.scale)), states)
     }
+}
+
+/// `C` of signals by their places and scales, in units of these, from the states of the linear model.
+pub fn scaled_outputs(signals: impl IntoIterator<Item = (usize, f64)>, states: States) -> Mat {
+    let rows: Vec<(usize, f64)> = signals.into_iter().collect();
+    Mat::from_fn(rows.len(), states.len(), |i, j| SIGNALS[rows[i].0].output(&states[j]) / rows[i].1)
 }
 
 /// A design file, checked.

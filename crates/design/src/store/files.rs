@@ -159,12 +159,7 @@ fn remove(path: &Path) -> Result<(), StoreError> {
 }
 
 /// Reads a text file.
-///
-/// # Errors
-/// [`auv::FileError`] with the path.
-pub fn read(path: &Path) -> Result<String, auv::FileError> {
-    auv::read_text(path)
-}
+pub use auv::read_text as read;
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! What is found of a finished design.
 
 use crate::certify::controller_of;
-use crate::error::{Error, ProofError};
+use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
@@ -50,7 +50,7 @@ impl Found {
     /// Those of trim, linearisation and freezing. A loop that is not stable, a flight that is lost and a mu that has no
     /// bound are figures that are not known.
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
-        let k = matrices(controller)?;
+        let k = controller_of(&controller.lft)?;
         let speeds = |count| speeds(inputs, count).into_par_iter();
         let frozen =
             || speeds(effort.frozen).map(|speed| AtSpeed::of(inputs, &k, speed, effort.sampled)).collect();
@@ -72,7 +72,7 @@ impl Found {
         controller: &ControllerDesign,
         count: usize,
     ) -> Result<Self, Error> {
-        Ok(Self { mu: mu(inputs, &matrices(controller)?, count), ..self })
+        Ok(Self { mu: mu(inputs, &controller_of(&controller.lft)?, count), ..self })
     }
 }
 
@@ -83,9 +83,4 @@ fn mu(inputs: &Inputs, k: &Controller, count: usize) -> Vec<MuAtSpeed> {
 /// So many speeds; none for 0.
 fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {
     if count == 0 { vec![] } else { inputs.design.spread(count) }
-}
-
-fn matrices(controller: &ControllerDesign) -> Result<Controller, Error> {
-    let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
-    Ok(controller_of(&controller.lft).ok_or_else(wrong)?)
 }

@@ -4,6 +4,7 @@
 use crate::designs::committed;
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{PITCH, SPEED};
+use squid_design::certify::controller_of;
 use squid_design::check::flown::Flown;
 use squid_design::check::margins::Margins;
 use squid_design::check::sampled::Sampling;
@@ -130,7 +131,7 @@ fn a_wrong_limit_is_refused_by_line() {
 #[test]
 fn frozen_figures_are_those_of_the_check() {
     let (inputs, stored, verdict) = &*SQUID;
-    let k = stored.lpv_controller().unwrap();
+    let k = controller_of(&stored.controller.lft).unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
         let l = linearise_at(inputs, speed).unwrap();

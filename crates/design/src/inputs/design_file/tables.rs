@@ -58,11 +58,11 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let pitch = root.table("trim").map_or(Some(None), |table| pitch(&table).map(Some));
     let measured = measured(&root);
     let tracked = tracked(&root, measured.as_ref().is_none_or(|all| !all.is_empty()));
-    let control = section(&root, "control", "the weight on each actuator, and a disturbance there");
+    let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
-    let synthesis = section(&root, "synthesis", "back_off, how far from the least gamma");
+    let synthesis = root.required_table("synthesis", "back_off, how far from the least gamma");
     let back_off = synthesis.as_ref().and_then(|table| {
         table.allow_only(&["back_off", "rate"]);
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
@@ -70,7 +70,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let bounded = synthesis.filter(|table| table.has("rate"));
     let rate =
         bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));
-    let autopilot = section(&root, "autopilot", "sample_time, one tick each (s)");
+    let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let scale = |place: usize| tracked.iter().flatten().find(|t| t.place == place).map(|t| t.scale);
@@ -80,7 +80,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: scale(DEPTH),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
-    let manoeuvre = section(&root, "manoeuvre", "what the FMU of the whole loop flies");
+    let manoeuvre = root.required_table("manoeuvre", "what the FMU of the whole loop flies");
     let manoeuvre = manoeuvre.and_then(|table| limits.manoeuvre(&table));
     let uncertainty = root.table("uncertainty").map(|table| uncertainty::read(document, &table));
     let require = root.table("require").map_or_else(|| Some(Require::default()), |table| Require::of(&table));
@@ -113,10 +113,6 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         uncertainty,
         require: require?,
     })
-}
-
-fn section<'d>(root: &Table<'d>, key: &str, meaning: &str) -> Option<Table<'d>> {
-    root.required_table(key, meaning)
 }
 
 /// The section `[trim]`: "level", "free", or an angle.
