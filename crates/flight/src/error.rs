@@ -4,6 +4,7 @@ use thiserror::Error as ThisError;
 
 /// Why a flight could not be flown.
 #[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The frozen controller is wrong.
     #[error(transparent)]
@@ -16,15 +17,11 @@ pub enum Error {
     Trim {
         /// Speed along the path, m/s.
         speed: f64,
-        /// Why.
         reason: auv::TrimError,
     },
     /// A step of what the design has no reference of.
     #[error("the manoeuvre has a step of the {signal}, of which the design has no reference: leave it out")]
-    NoReference {
-        /// Its name.
-        signal: &'static str,
-    },
+    NoReference { signal: &'static str },
     /// The sea cannot be.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),
@@ -33,19 +30,13 @@ pub enum Error {
         "the vehicle file of {vehicle} has no [geometry], and the load of waves depends on it: add length and diameter \
             of the hull there, or leave [waves] out of the sea"
     )]
-    NoGeometry {
-        /// Its name.
-        vehicle: String,
-    },
+    NoGeometry { vehicle: String },
     /// A flight that begins at the surface.
     #[error(
         "at the depth of {depth} m where the flight begins, the hull is out of the water: it must begin deeper, by \
             `depth` of the sea"
     )]
-    AtTheSurface {
-        /// m.
-        depth: f64,
-    },
+    AtTheSurface { depth: f64 },
     /// The autopilot could not compute a tick.
     #[error(transparent)]
     Tick(#[from] scheduled::TickError),

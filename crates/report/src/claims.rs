@@ -63,11 +63,6 @@ pub struct Claim {
     pub because: String,
 }
 
-/// Whether a number is at most a limit; not-a-number is no answer.
-fn at_most(v: f64, limit: f64) -> Option<bool> {
-    (!v.is_nan()).then_some(v <= limit)
-}
-
 /// An error below this (%) is rounding: which of two such is smaller says nothing.
 const EXACT: f64 = 1e-8;
 
@@ -108,7 +103,7 @@ pub const LEAST_DAMPING: f64 = 0.35;
 
 /// Whether all damping ratios, of modes and of responses, are at least [`LEAST_DAMPING`].
 pub fn well_damped(ratios: &[f64]) -> Finding {
-    Finding::of(ratios.iter().map(|z| at_most(LEAST_DAMPING, *z).filter(|_| !z.is_nan())))
+    Finding::of(ratios.iter().map(|z| (!z.is_nan()).then_some(*z >= LEAST_DAMPING)))
 }
 
 /// The damping ratio of the second-order system whose impulse response swings back as far as this one, by the

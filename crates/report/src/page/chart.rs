@@ -85,6 +85,16 @@ impl Chart {
         Self { title: title.into(), x: Axis::linear("time (s)"), y: Axis::linear(label), curves }
     }
 
+    /// A chart over the speed along the path (m/s).
+    pub fn over_speed(label: impl Into<String>, curves: Vec<Curve>) -> Self {
+        Self { title: String::new(), x: Axis::linear("speed V (m/s)"), y: Axis::linear(label), curves }
+    }
+
+    /// A chart over frequency (rad/s).
+    pub fn over_frequency(title: impl Into<String>, y: Axis, curves: Vec<Curve>) -> Self {
+        Self { title: title.into(), x: Axis::logarithmic("frequency (rad/s)"), y, curves }
+    }
+
     /// The chart as an `svg` element with more attributes.
     pub fn svg(&self, keys: &[Key], size: Size, attributes: &str) -> String {
         let placed: Vec<(usize, Vec<(f64, f64)>)> = self

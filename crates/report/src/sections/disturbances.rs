@@ -82,12 +82,9 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
             };
             Curve { key, points: axis.iter().filter_map(|omega| at(*omega)).collect() }
         };
-        Chart {
-            title: format!("noise of {}", signal.name),
-            x: Axis::logarithmic("frequency (rad/s)"),
-            y: Axis::logarithmic(format!("commands (% of reach per {unit})")),
-            curves: systems.iter().enumerate().map(curve).collect(),
-        }
+        let y = Axis::logarithmic(format!("commands (% of reach per {unit})"));
+        let curves = systems.iter().enumerate().map(curve).collect();
+        Chart::over_frequency(format!("noise of {}", signal.name), y, curves)
     };
     Ok(Figure {
         name: "noise".into(),

@@ -108,12 +108,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
         let points = fine.map(|rho| (centre + half_range * rho, fit.evaluate(rho)[(i, j)])).collect();
         curves.push(Curve { key: k + 1, points });
     }
-    Chart {
-        title: String::new(),
-        x: Axis::linear("speed V (m/s)"),
-        y: Axis::linear(format!("{rate}' per {state} ({})", UNITS[first + i][first + j])),
-        curves,
-    }
+    Chart::over_speed(format!("{rate}' per {state} ({})", UNITS[first + i][first + j]), curves)
 }
 
 /// The section on Fig. 4: frequency responses from an actuator to pitch, linearised and fitted.
@@ -230,12 +225,7 @@ fn response(
         }
         Curve { key, points }
     };
-    Chart {
-        title: title.into(),
-        x: Axis::logarithmic("frequency (rad/s)"),
-        y: y.clone(),
-        curves: models.iter().enumerate().map(curve).collect(),
-    }
+    Chart::over_frequency(title, y.clone(), models.iter().enumerate().map(curve).collect())
 }
 
 /// Takes whole turns out of a phase in degrees.

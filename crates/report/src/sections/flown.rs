@@ -1,7 +1,6 @@
 //! The loop as it flies, frozen at a speed: margins, steps, a gust, noise.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
@@ -63,10 +62,6 @@ fn curve(frozen: &[AtSpeed], key: usize, of: &dyn Fn(&Flown) -> f64) -> Curve {
     Curve { key, points: points.collect() }
 }
 
-fn chart(label: &str, curves: Vec<Curve>) -> Chart {
-    Chart { title: String::new(), x: Axis::linear("speed V (m/s)"), y: Axis::linear(label), curves }
-}
-
 fn keys(names: &[&str]) -> Vec<Key> {
     names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
 }
@@ -112,10 +107,10 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
         ),
         keys,
         charts: vec![
-            chart("phase (deg)", with(phases, &["phase_margin", "disk_margin"])),
-            chart("gain margin (dB)", with(gains, &["gain_margin"])),
-            chart("delay margin (s)", with(delays, &["delay_margin"])),
-            chart("peak of |S| (-)", vec![curve(6, &|f| f.peak)]),
+            Chart::over_speed("phase (deg)", with(phases, &["phase_margin", "disk_margin"])),
+            Chart::over_speed("gain margin (dB)", with(gains, &["gain_margin"])),
+            Chart::over_speed("delay margin (s)", with(delays, &["delay_margin"])),
+            Chart::over_speed("peak of |S| (-)", vec![curve(6, &|f| f.peak)]),
         ],
     }
 }
@@ -134,7 +129,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
             subject.name()
         ),
         keys,
-        charts: vec![chart("commands under noise, rms (% of reach)", curves)],
+        charts: vec![Chart::over_speed("commands under noise, rms (% of reach)", curves)],
     }
 }
 

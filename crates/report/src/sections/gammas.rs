@@ -1,7 +1,6 @@
 //! The ladder of gammas: what each assumption about the speed costs.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
@@ -129,11 +128,6 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         name: "ladder-of-gammas".into(),
         caption: format!("Gammas of {} over speed.", subject.name()),
         keys,
-        charts: vec![Chart {
-            title: String::new(),
-            x: Axis::linear("speed V (m/s)"),
-            y: Axis::linear("gain gamma (-)"),
-            curves,
-        }],
+        charts: vec![Chart::over_speed("gain gamma (-)", curves)],
     }
 }

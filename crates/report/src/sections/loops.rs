@@ -77,12 +77,7 @@ fn figure(subject: &Subject, loops: &[FrozenLoop], i: usize, name: &str) -> Figu
         all.iter().enumerate().map(|(key, response)| Curve { key, points: of(response) }).collect()
     };
     let gains = |r: &Response| r.iter().map(|(omega, g)| (*omega, decibels(*g))).collect();
-    let over = |title: &str, y: Axis, curves| Chart {
-        title: format!("{title} of {name}"),
-        x: Axis::logarithmic("frequency (rad/s)"),
-        y,
-        curves,
-    };
+    let over = |title: &str, y: Axis, curves| Chart::over_frequency(format!("{title} of {name}"), y, curves);
     let mut nichols = curves(&open, &|r| {
         phases(r).into_iter().zip(r).map(|((_, phase), (_, g))| (phase, decibels(*g))).collect()
     });

@@ -129,12 +129,8 @@ fn figure(subject: &Subject, found: &[SpeedMu]) -> Figure {
             curves.push(Curve { key: dots + key, points: lower });
         }
         let ends = [speeds.first(), speeds.last()].map(|v| v.map_or(f64::NAN, |v| *v));
-        Chart {
-            title: format!("{:.2} to {:.2} m/s", ends[0], ends[1]),
-            x: Axis::logarithmic("frequency (rad/s)"),
-            y: Axis::linear("mu (-)").over(0.0, 1.06 * highest),
-            curves,
-        }
+        let title = format!("{:.2} to {:.2} m/s", ends[0], ends[1]);
+        Chart::over_frequency(title, Axis::linear("mu (-)").over(0.0, 1.06 * highest), curves)
     };
     let charts = subject.speeds.chunks(IN_A_PANEL).map(chart).collect();
     Figure {

@@ -1,7 +1,6 @@
 //! The robust controller against the nominal one, where the design is a robust one.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
@@ -106,12 +105,6 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         key: which,
         points: figures.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
     };
-    let chart = |title: &str, y: Axis, curves: Vec<Curve>| Chart {
-        title: title.into(),
-        x: Axis::linear("speed V (m/s)"),
-        y,
-        curves,
-    };
     let gain = format!("worst-case gain at {} (-)", whole_percent(figures.constant_size));
     Figure {
         name: "robust-and-nominal".into(),
@@ -122,12 +115,8 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         ),
         keys: vec![Key::nth(1, "nominal controller"), Key { dash: "", ..Key::nth(0, "robust controller") }],
         charts: vec![
-            chart("", Axis::linear("mu (-)"), [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
-            chart(
-                "",
-                Axis::linear(gain),
-                [0, 1].map(|i| curve(i, &|f| f.worst[i].map(|(upper, _)| upper))).into(),
-            ),
+            Chart::over_speed("mu (-)", [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
+            Chart::over_speed(gain, [0, 1].map(|i| curve(i, &|f| f.worst[i].map(|(upper, _)| upper))).into()),
         ],
     }
 }

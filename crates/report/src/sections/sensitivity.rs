@@ -132,7 +132,7 @@ fn chart(
         let points = axis.iter().map(|omega| (*omega, factor * limit(*omega))).collect();
         curves.push(Curve { key: loops.len() + k, points });
     }
-    Chart { title, x: Axis::logarithmic("frequency (rad/s)"), y: Axis::logarithmic("magnitude (-)"), curves }
+    Chart::over_frequency(title, Axis::logarithmic("magnitude (-)"), curves)
 }
 
 fn peak_claim(name: &str, peaks: &Both, limit: f64) -> Claim {
