@@ -118,15 +118,13 @@ fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
 mod tests {
     use super::*;
     use crate::fit::Model;
-    use crate::inputs::Inputs;
-    use std::path::Path;
+    use crate::inputs::tests::shipped;
 
     /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the
     /// weight is the identity.
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "paper").unwrap();
+        let inputs = shipped("squid", "paper");
         let model = Model::new(&inputs).unwrap();
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());

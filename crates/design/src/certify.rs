@@ -174,12 +174,12 @@ fn residual(error: &ModelError, bound: &GainBound) -> Residual {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inputs::tests::shipped;
 
     /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is distinguished from others.
     #[test]
     fn a_proof_that_fails_at_rest_is_told_in_words_of_the_vehicle() {
-        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/bluerov2_heavy");
-        let mut inputs = Inputs::read(directory.as_ref(), "design").unwrap();
+        let mut inputs = shipped("bluerov2_heavy", "design");
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);

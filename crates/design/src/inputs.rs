@@ -165,3 +165,14 @@ fn design_path(directory: &Path, name: &str) -> PathBuf {
 pub fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A vehicle that is shipped, with one of its designs.
+    pub(crate) fn shipped(vehicle: &str, design: &str) -> Inputs {
+        let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
+        Inputs::read(&vehicles.join(vehicle), design).unwrap()
+    }
+}

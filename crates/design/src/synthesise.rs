@@ -182,14 +182,13 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::fit::Model;
+    use crate::inputs::tests::shipped;
     use lpv::partition::Group;
     use lpv::regularise::Regularisation;
-    use std::path::Path;
 
     /// By the paper's design, whose controller is computed soon.
     fn squid() -> (Inputs, GeneralisedPlant) {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "paper").unwrap();
+        let inputs = shipped("squid", "paper");
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear())
             .unwrap();
         (inputs, plant)

@@ -136,14 +136,12 @@ mod tests {
     use crate::augment::augment;
     use crate::certify::plant_rows;
     use crate::fit::Model;
-    use crate::inputs::Inputs;
+    use crate::inputs::tests::shipped;
     use lpv::partition::Group::{T, X};
-    use std::path::Path;
 
     /// The plant of Squid with a polynomial of this order.
     fn squid(order: usize) -> GeneralisedPlant {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let mut inputs = Inputs::read(vehicle, "design").unwrap();
+        let mut inputs = shipped("squid", "design");
         inputs.design.order = order;
         augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear()).unwrap()
     }

@@ -258,19 +258,18 @@ pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::augment::{LinearModel, augment};
-    use crate::inputs::Inputs;
+    use crate::inputs::tests::shipped;
     use crate::linearise::linearise_at;
     use lpv::controller::Controller;
     use lpv::partition::Group::{U, X, Y};
     use nalgebra::Complex;
     use signals::PITCH;
-    use std::path::Path;
 
     /// Some numbers below 0.3 in size.
-    fn some(rows: usize, columns: usize, seed: f64) -> Mat {
+    pub(crate) fn some(rows: usize, columns: usize, seed: f64) -> Mat {
         Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
     }
 
@@ -285,8 +284,7 @@ mod tests {
             ("squid", "paper", 1.0, 0.0),
             ("squid", "paper", 1.0, 0.1),
         ] {
-            let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
-            let mut inputs = Inputs::read(&vehicle, design).unwrap();
+            let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
             let l = linearise_at(&inputs, speed).unwrap();
@@ -350,8 +348,7 @@ mod tests {
     /// From tick to tick a loop that is sampled often enough is the loop in continuous time with all lags.
     #[test]
     fn a_loop_sampled_often_is_the_one_in_continuous_time() {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let mut inputs = Inputs::read(vehicle, "design").unwrap();
+        let mut inputs = shipped("squid", "design");
         inputs.design.delay = 5e-4;
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
         let l = linearise_at(&inputs, 1.3).unwrap();

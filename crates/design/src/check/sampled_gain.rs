@@ -122,14 +122,9 @@ impl Held {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inputs::Inputs;
+    use crate::check::sampled::tests::some;
+    use crate::inputs::tests::shipped;
     use crate::linearise::linearise_at;
-    use std::path::Path;
-
-    /// Some numbers below 0.3 in size.
-    fn some(rows: usize, columns: usize, seed: f64) -> Mat {
-        Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
-    }
 
     /// From tick to tick the plant of the design, with its trim held, has the modes of the loop that flies; what else
     /// it has are those of the weights.
@@ -141,8 +136,7 @@ mod tests {
             ("remus100", "design", 1.6, 0.1),
             ("squid", "paper", 1.0, 0.04),
         ] {
-            let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
-            let mut inputs = Inputs::read(&vehicle, design).unwrap();
+            let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
             let l = linearise_at(&inputs, speed).unwrap();

@@ -154,11 +154,10 @@ pub fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
 mod tests {
     use super::*;
     use crate::inputs::Inputs;
-    use std::path::Path;
+    use crate::inputs::tests::shipped;
 
     fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
-        let mut inputs = Inputs::read(&folder, "design").unwrap();
+        let mut inputs = shipped("squid", "design");
         change(&mut inputs);
         let model = Model::new(&inputs).unwrap();
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
@@ -184,8 +183,7 @@ mod tests {
     /// Of REMUS 100 holding a depth: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
-        let mut inputs = Inputs::read(&folder, "depth").unwrap();
+        let mut inputs = shipped("remus100", "depth");
         let model = Model::new(&inputs).unwrap();
         let mut said = |step: f64| {
             inputs.design.manoeuvre.depth_step = step;

@@ -101,15 +101,14 @@ fn errors_of(
 mod tests {
     use super::*;
     use crate::inputs::Inputs;
-    use std::path::Path;
+    use crate::inputs::tests::shipped;
 
     /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the
     /// channel of the paper's Fig. 4 is much farther off than speed and pitch in SI units together, which are mostly
     /// speed.
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let mut inputs = Inputs::read(vehicle, "design").unwrap();
+        let mut inputs = shipped("squid", "design");
         let model = Model::new(&inputs).unwrap();
         let at = |inputs: &Inputs| {
             errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)

@@ -104,11 +104,10 @@ fn concerned(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
 mod tests {
     use super::*;
     use crate::inputs::Inputs;
-    use std::path::Path;
+    use crate::inputs::tests::shipped;
 
     fn squid() -> (Inputs, Model) {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
-        let inputs = Inputs::read(&folder, "design").unwrap();
+        let inputs = shipped("squid", "design");
         let model = Model::new(&inputs).unwrap();
         (inputs, model)
     }

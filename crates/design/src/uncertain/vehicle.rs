@@ -98,16 +98,15 @@ pub fn destabilised_at(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inputs::tests::shipped;
     use crate::uncertain::frozen::at_speed;
     use auv::{Dynamics, Motion};
-    use std::path::Path;
 
     const SPEED: f64 = 1.3;
 
     /// Squid, its uncertain model, and a perturbation: parts of the half ranges by name.
     fn squid(changes: &[(&str, f64)]) -> (Vehicle, FrozenUncertain, Vec<f64>) {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(folder, "design").unwrap();
+        let inputs = shipped("squid", "design");
         let frozen = at_speed(&inputs, SPEED).unwrap();
         let mut delta = vec![0.0; frozen.model.blocks.len()];
         for (name, change) in changes {

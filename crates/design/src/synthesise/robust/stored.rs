@@ -96,6 +96,7 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::certify::{controller_rows, lft_matrices, nominal};
+    use crate::inputs::tests::shipped;
     use crate::progress::Progress;
     use crate::synthesise::synthesise;
     use lpv::robust_bound::RobustLoop;
@@ -104,8 +105,7 @@ mod tests {
     /// certificate beside it does not prove.
     #[test]
     fn only_what_is_proved_is_confirmed() {
-        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
-        let inputs = Inputs::read(vehicle, "design").unwrap();
+        let inputs = shipped("squid", "design");
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
         let model = Model::new(&inputs).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
