@@ -34,6 +34,39 @@ pub struct StepFigures {
 }
 
 impl StepFigures {
+    /// Of a flight that ended before the step: none is known.
+    const NONE: Self = Self {
+        overshoot: f64::NAN,
+        rise_time: f64::NAN,
+        settling_time: f64::NAN,
+        steady_error: f64::NAN,
+        speed_deviation: f64::NAN,
+        actuator_use: f64::NAN,
+    };
+
+    /// Reads the figures off a record with one step at `step_time` (s), of the signal at a place in
+    /// [`signals::SIGNALS`] and by `height` in its unit.
+    pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
+        let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
+        if after.is_empty() {
+            return Self::NONE;
+        }
+        let done = |r: &Row| 1.0 - r.error(place) / height;
+        let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
+        let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
+        let tail = &after[after.len() - (after.len() / 10).max(1)..];
+        let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
+        Self {
+            overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
+            rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
+            settling_time: last_outside
+                .map_or(0.0, |last| after.get(last + 1).map_or(f64::INFINITY, |r| r.time - step_time)),
+            steady_error: (1.0 - mean_done).abs(),
+            speed_deviation: speed_deviation(rows),
+            actuator_use: actuator_use(rows, limits),
+        }
+    }
+
     /// The figures of a flight that ended before its time: it might have left the band again, and no error is steady.
     #[must_use]
     pub fn cut_short(self) -> Self {
@@ -113,41 +146,6 @@ pub fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
     let room = if command >= rest { high - rest } else { rest - low };
     if room > 0.0 { (command - rest).abs() / room } else { 0.0 }
-}
-
-impl StepFigures {
-    /// Of a flight that ended before the step: none is known.
-    const NONE: Self = Self {
-        overshoot: f64::NAN,
-        rise_time: f64::NAN,
-        settling_time: f64::NAN,
-        steady_error: f64::NAN,
-        speed_deviation: f64::NAN,
-        actuator_use: f64::NAN,
-    };
-
-    /// Reads the figures off a record with one step at `step_time` (s), of the signal at a place in
-    /// [`signals::SIGNALS`] and by `height` in its unit.
-    pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
-        let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
-        if after.is_empty() {
-            return Self::NONE;
-        }
-        let done = |r: &Row| 1.0 - r.error(place) / height;
-        let first = |level: f64| after.iter().find(|r| done(r) >= level).map_or(f64::INFINITY, |r| r.time);
-        let last_outside = after.iter().rposition(|r| (done(r) - 1.0).abs() > SETTLED);
-        let tail = &after[after.len() - (after.len() / 10).max(1)..];
-        let mean_done = tail.iter().map(|r| done(r)).sum::<f64>() / tail.len() as f64;
-        Self {
-            overshoot: after.iter().map(|r| done(r) - 1.0).fold(0.0, f64::max),
-            rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
-            settling_time: last_outside
-                .map_or(0.0, |last| after.get(last + 1).map_or(f64::INFINITY, |r| r.time - step_time)),
-            steady_error: (1.0 - mean_done).abs(),
-            speed_deviation: speed_deviation(rows),
-            actuator_use: actuator_use(rows, limits),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 
 pub mod balls;
 
-use crate::certify::constant::balls::{Ball, around};
+use crate::certify::constant::balls::around;
 use crate::certify::{controller_rows, plant_rows, same_plant};
 use crate::error::{ConstantError, Error, ProofError};
 use crate::fit::Model;
@@ -24,6 +24,7 @@ use crate::uncertain::truncate::{Truncated, truncated};
 use certificate::{ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 use lpv::controller::Controller;
 use lpv::matrix::{from_rows, to_rows};
+use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::UncertainPlant;
 use lpv::robust::constant::{ConstantBound, ConstantLoop};
@@ -145,7 +146,7 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
         return Err(wrong("which parameters are constant"));
     }
     let balls = around(inputs, &fewer.model, share, &plant)?;
-    let same = |ball: &Ball, found: &ErrorBall| {
+    let same = |ball: &ModelError, found: &ErrorBall| {
         let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
         pairs.into_iter().all(|(wanted, rows)| {
             from_rows(rows, wanted.ncols()).is_some_and(|m| {
@@ -184,8 +185,15 @@ fn certificate_of(
     controller: &Controller,
     poles: &[Option<f64>],
     bound: &ConstantBound,
-    balls: &[Ball],
+    balls: &[ModelError],
 ) -> ConstantCertificate {
+    let each = poles.iter().enumerate();
+    let error = |(ball, lambda): (&ModelError, &f64)| ErrorBall {
+        e: to_rows(&ball.e),
+        f: to_rows(&ball.f),
+        fu: to_rows(&ball.fu),
+        lambda: *lambda,
+    };
     ConstantCertificate {
         blocks: plant.blocks.clone(),
         controller_blocks: controller.blocks.clone(),
@@ -196,18 +204,9 @@ fn certificate_of(
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         lyapunov: to_rows(&bound.lyapunov),
-        filters: filters(poles),
-        errors: balls.iter().zip(&bound.lambdas).map(|(ball, lambda)| error_ball(ball, *lambda)).collect(),
+        filters: each.filter_map(|(parameter, pole)| Some(Filter { parameter, pole: (*pole)? })).collect(),
+        errors: balls.iter().zip(&bound.lambdas).map(error).collect(),
     }
-}
-
-fn filters(poles: &[Option<f64>]) -> Vec<Filter> {
-    let each = poles.iter().enumerate();
-    each.filter_map(|(parameter, pole)| pole.map(|pole| Filter { parameter, pole })).collect()
-}
-
-fn error_ball(ball: &Ball, lambda: f64) -> ErrorBall {
-    ErrorBall { e: to_rows(&ball.e), f: to_rows(&ball.f), fu: to_rows(&ball.fu), lambda }
 }
 
 impl Constant {

@@ -61,6 +61,15 @@ impl Figure {
             false => worst,
         })
     }
+
+    /// Where it was found, and what else there is to say.
+    pub fn place(&self) -> String {
+        let mut words = vec![];
+        words.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
+        words.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
+        words.extend(self.remark.clone());
+        words.join(", ")
+    }
 }
 
 /// A row of the table.
@@ -110,17 +119,6 @@ impl Display for Outcome {
             Self::Missed => "MISSED",
             Self::Reported => "-",
         })
-    }
-}
-
-impl Figure {
-    /// Where it was found, and what else there is to say.
-    pub fn place(&self) -> String {
-        let mut words = vec![];
-        words.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
-        words.extend(self.frequency.map(|omega| format!("{omega:.3} rad/s")));
-        words.extend(self.remark.clone());
-        words.join(", ")
     }
 }
 

@@ -17,9 +17,6 @@ use lpv::matrix::Mat;
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 
-/// A ball, in the plant's coordinates.
-pub type Ball = ModelError;
-
 /// Speeds, and at each the corners and the points inside at which the model is compared.
 const SPEEDS: usize = 26;
 const CORNERS: usize = 60;
@@ -32,7 +29,7 @@ pub const WIDER: f64 = 1.6;
 const EXACT: f64 = 1e-12;
 const LEAST_COLUMN: f64 = 1e-3;
 
-/// The balls for `share` of the declared box, for the plant of that share.
+/// The balls for `share` of the declared box, in the coordinates of the plant of that share.
 ///
 /// # Errors
 /// [`Error::Uncertain`], those of the linearisation.
@@ -41,7 +38,7 @@ pub fn around(
     model: &UncertainModel,
     share: f64,
     plant: &GeneralisedPlant,
-) -> Result<Vec<Ball>, Error> {
+) -> Result<Vec<ModelError>, Error> {
     let off = differences(inputs, model, share, (SPEEDS, CORNERS, INSIDE, 7))?;
     let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
@@ -120,15 +117,14 @@ fn differences(
 mod tests {
     use super::*;
     use crate::fit::Model;
+    use crate::inputs::tests::shipped;
     use crate::uncertain::over_range;
-    use std::path::Path;
 
     /// Other speeds, corners and points than those that made the balls lie inside them.
     #[test]
     fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
         for name in ["squid", "remus100"] {
-            let folder = format!("{}/../../vehicles/{name}", env!("CARGO_MANIFEST_DIR"));
-            let inputs = Inputs::read(Path::new(&folder), "design").unwrap();
+            let inputs = shipped(name, "design");
             let fit = Model::new(&inputs).unwrap();
             let model = over_range(&inputs, &fit).unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();

@@ -26,7 +26,7 @@ pub(super) const DIGITS: usize = 3;
 pub(super) type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
 
 /// Mean squares of a flight, a number each; `None` of one that ends at the surface, or cannot begin so near to it.
-type Squares = Option<Vec<f64>>;
+pub(super) type Squares = Option<Vec<f64>>;
 
 /// The section on the sea of a file, if there is one: flights at six speeds, and what is left of waves at other depths.
 ///
@@ -47,10 +47,7 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let depths: Vec<f64> = DEPTHS.into_iter().filter(is_flown).map(|part| part * depth).collect();
     let places = depths.iter().flat_map(|depth| subject.speeds.iter().map(move |speed| (*depth, *speed)));
     let mut found = side_by_side(places, |(depth, speed)| {
-        let each: Option<Vec<Vec<f64>>> = (0..SEAS).map(|k| flown(depth, speed, k).ok().flatten()).collect();
-        let root =
-            |i: usize, all: &[Vec<f64>]| (all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt();
-        let roots = each.map(|all| (0..names.len()).map(|i| root(i, &all)).collect::<Vec<f64>>());
+        let roots = roots(|k| flown(depth, speed, k).ok().flatten());
         (depth, speed, roots)
     });
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -88,6 +85,13 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut parts = vec![Part::Words(about(sea, depth)), Part::Table(table)];
     parts.extend((depths.len() > 1 && depth > 0.0).then_some(Part::Figure(figure)));
     Ok(parts)
+}
+
+/// Roots of what the flights in all seas of a kind have on average; `None` where one of them has nothing.
+pub(super) fn roots(flown: impl Fn(u64) -> Squares) -> Squares {
+    let all: Vec<Vec<f64>> = (0..SEAS).map(flown).collect::<Option<_>>()?;
+    let root = |i: usize| (all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt();
+    Some((0..all[0].len()).map(root).collect())
 }
 
 /// Level at a constant speed (m/s), in the k-th sea of a kind.

@@ -7,7 +7,7 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
-use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, fly, quantities};
+use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
 use crate::threads::side_by_side;
 use lpv::matrix::to_rows;
@@ -47,23 +47,19 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let waves = Sea::of_waves(sea.waves.clone(), sea.depth, SEED)?;
     let jobs = subject.speeds.iter().flat_map(|speed| [0, 1].map(|which| (*speed, which)));
     let found = side_by_side(jobs, |(speed, which)| {
-        let flown = |k| -> Option<Vec<f64>> {
+        let flown = |k| -> Squares {
             let flight = fly(subject, both[which], &waves, speed, k).ok()?;
             let rows = flight.surfacing.is_none().then_some(flight.rows)?;
             Some(squares.iter().map(|square| square(&rows)).collect())
         };
-        let each: Option<Vec<Vec<f64>>> = (0..SEAS).map(flown).collect();
-        (speed, which, each)
+        (speed, which, roots(flown))
     });
     let mut table = Table::new(["speed (m/s)", "made for this sea"]);
     table.head.extend(names);
-    for (speed, which, each) in &found {
-        let root = |i: usize| match each {
-            Some(all) => decimals((all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt(), DIGITS),
-            None => "-".into(),
-        };
+    for (speed, which, roots) in &found {
+        let cell = |i: usize| roots.as_ref().map_or("-".into(), |roots| decimals(roots[i], DIGITS));
         let begin = [format!("{speed:.2}"), ["yes", "no"][*which].into()];
-        table.rows.push(begin.into_iter().chain((0..squares.len()).map(root)).collect());
+        table.rows.push(begin.into_iter().chain((0..squares.len()).map(cell)).collect());
     }
     let mut parts = vec![Part::Words(about(sea)), Part::Table(table)];
     // It climbs by a pitch.
