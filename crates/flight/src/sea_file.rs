@@ -61,8 +61,13 @@ fn sound<T>(found: Option<Option<T>>) -> Option<Option<T>> {
 }
 
 /// The value of a key, or a default where it is not there.
-fn optional(table: &Table<'_>, key: &str, default: f64) -> Option<f64> {
-    if table.has(key) { table.float(key, "a number") } else { Some(default) }
+fn optional<T>(table: &Table<'_>, key: &str, default: T, read: impl FnOnce() -> Option<T>) -> Option<T> {
+    if table.has(key) { read() } else { Some(default) }
+}
+
+/// A velocity of the water, 0 where it is not there.
+fn velocity(table: &Table<'_>, key: &str) -> Option<f64> {
+    optional(table, key, 0.0, || table.number(key, is_current, CURRENTS))
 }
 
 fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
@@ -107,10 +112,9 @@ impl Swell {
                 "left out: the spectrum of Pierson and Moskowitz has no such peak",
             );
         }
-        let components = match table.has("components") {
-            true => table.whole("components", |_| true, "how many waves make the sea"),
-            false => Some(Waves::USUAL),
-        };
+        let components = optional(table, "components", Waves::USUAL, || {
+            table.whole("components", |_| true, "how many waves make the sea")
+        });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
         let spectrum = blamed(table, Spectrum::jonswap(height, period, gamma))?;
@@ -124,21 +128,14 @@ impl Swell {
 fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     let Some(table) = table else { return Some((Layers::new(&[[0.0, 0.0]]).ok()?, 0.0)) };
     table.allow_only(&["horizontal", "layers", "vertical"]);
-    let vertical = match table.has("vertical") {
-        true => table.number("vertical", is_current, CURRENTS),
-        false => Some(0.0),
-    };
+    let vertical = velocity(table, "vertical");
     let layers = if table.has("layers") {
         if table.has("horizontal") {
             table.not_allowed("horizontal", "given", "left out beside 'layers', which say it at each depth");
         }
         table.pairs("layers", Layers::ALLOWED)
     } else {
-        let horizontal = match table.has("horizontal") {
-            true => table.number("horizontal", is_current, CURRENTS),
-            false => Some(0.0),
-        };
-        horizontal.map(|velocity| vec![[0.0, velocity]])
+        velocity(table, "horizontal").map(|velocity| vec![[0.0, velocity]])
     };
     let (layers, vertical) = (layers?, vertical?);
     if let Some([_, fast]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
@@ -192,9 +189,9 @@ const SLOWEST: f64 = 1e-3;
 /// The place of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
-    let [noise, bias, quantum, delay] =
-        ["noise", "bias", "quantum", "delay"].map(|key| optional(table, key, 0.0));
-    let rate = optional(table, "rate", f64::INFINITY);
+    let number = |key: &str, default: f64| optional(table, key, default, || table.float(key, "a number"));
+    let [noise, bias, quantum, delay] = ["noise", "bias", "quantum", "delay"].map(|key| number(key, 0.0));
+    let rate = number("rate", f64::INFINITY);
     let signal = SIGNALS[place?];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
     let unit = signal.units[table.one_of("unit", &names)?];

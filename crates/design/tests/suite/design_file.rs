@@ -23,8 +23,15 @@ fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
     (words.lines().map(str::to_owned).collect(), lines)
 }
 
+/// Asserts that one text in place of another makes one mistake, on the line of the latter or so many below.
+fn assert_refused(old: &str, new: &str, below: usize, words: &str) {
+    let (found, lines) = refused(&[(old, new)]);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0] + below)), "{found:?}");
+}
+
 #[test]
-fn wrong_types_are_told_in_one_sentence() {
+fn wrong_types_are_reported_in_one_sentence() {
     for (old, new, words) in [
         (
             "speeds = 26",
@@ -72,10 +79,7 @@ fn wrong_types_are_told_in_one_sentence() {
         ("depth = 50.0", "depth = 1e300", "'model.depth' is 1e300; it must be at most 1e18 in size"),
         ("depth = 50.0", "depth = 50.0\ndepth = 50.0", "'depth' stands here a second time"),
     ] {
-        let (found, lines) = refused(&[(old, new)]);
-        let line = lines[0] + usize::from(new.contains("\ndepth") || new.contains("\nrate"));
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].starts_with(&format!("design.toml:{line}: {words}")), "{found:?}");
+        assert_refused(old, new, usize::from(new.contains("\ndepth") || new.contains("\nrate")), words);
     }
 }
 
@@ -101,9 +105,7 @@ fn what_is_measured_is_checked() {
         ),
         ("sample_time = 0.02", "delay = 0.22\nsample_time = 0.02", "'autopilot.delay' is 0.22; it must be"),
     ] {
-        let (found, lines) = refused(&[(old, new)]);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+        assert_refused(old, new, 0, words);
     }
     let (half, _) = refused(&[("corner = 7.82\n", "")]);
     assert!(half[0].contains("missing key 'control.corner'"), "{half:?}");
@@ -124,7 +126,7 @@ fn what_is_measured_is_checked() {
 
 /// One line each, in the order of the file; a misspelt key is not missing as well.
 #[test]
-fn all_mistakes_are_told_at_once() {
+fn all_mistakes_are_reported_at_once() {
     let (found, lines) = refused(&[
         ("sample_time =", "sampletime ="),
         ("speed_min =", "speedmin ="),
@@ -212,9 +214,7 @@ fn a_manoeuvre_stays_within_the_design() {
             "'manoeuvre.duration' is 20001; it must be above 0 and at most 20000 (s)",
         ),
     ] {
-        let (found, lines) = refused(&[(old, new)]);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].starts_with(&format!("design.toml:{}: {words}", lines[0])), "{found:?}");
+        assert_refused(old, new, 0, words);
     }
     let whole = squid().replacen("speed_to = 2.9", "speed_to = 3", 1).replacen(
         "pitch_step = 10.0",
