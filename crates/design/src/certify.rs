@@ -178,7 +178,7 @@ mod tests {
 
     /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is distinguished from others.
     #[test]
-    fn a_proof_that_fails_at_rest_is_told_in_words_of_the_vehicle() {
+    fn a_proof_that_fails_at_rest_is_explained_by_the_vehicle() {
         let mut inputs = shipped("bluerov2_heavy", "design");
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {

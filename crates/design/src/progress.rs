@@ -39,7 +39,7 @@ impl<'p> Progress<'p> {
         Self(Some(back))
     }
 
-    fn tell(&self, event: Event) {
+    fn call_back(&self, event: Event) {
         if let Some(back) = self.0 {
             back(event);
         }
@@ -47,7 +47,7 @@ impl<'p> Progress<'p> {
 
     /// A stage begins; it ends when the guard is dropped.
     pub fn begin(&self, stage: &str, what: &str) -> Running<'p> {
-        self.tell(Event::Began { stage, what });
+        self.call_back(Event::Began { stage, what });
         Running { progress: *self }
     }
 
@@ -59,12 +59,12 @@ impl<'p> Progress<'p> {
 
     /// Something must be read before any result.
     pub fn warn(&self, words: &str) {
-        self.tell(Event::Warning { words });
+        self.call_back(Event::Warning { words });
     }
 
     /// A stage has a result.
     pub fn done(&self, stage: &str, figures: &str) {
-        self.tell(Event::Done { stage, figures });
+        self.call_back(Event::Done { stage, figures });
     }
 }
 
@@ -82,6 +82,6 @@ pub struct Running<'p> {
 
 impl Drop for Running<'_> {
     fn drop(&mut self) {
-        self.progress.tell(Event::Ended);
+        self.progress.call_back(Event::Ended);
     }
 }

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_added_for_the_design_is_told() {
+    fn what_was_added_for_the_design_is_reported() {
         let (_, plant) = squid();
         let mut design = lpv::synthesis::synthesise(&plant, Options::default()).unwrap();
         let line = |design: &Design| synthesis_line(design, Options::default().back_off, 1.0);

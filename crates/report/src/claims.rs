@@ -180,7 +180,7 @@ pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
 
 /// What a flight under a ramp came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ridden {
+pub struct RampFigures {
     /// The mean square root of the pitch error from the step on, relative to the step.
     pub error: f64,
     /// The same over the last tenth of the flight.
@@ -199,16 +199,16 @@ pub const WORSE: f64 = 1.1;
 /// Whether switching degrades the loop. Confirmed, if a switched flight does not come to rest although the scheduled
 /// one does, or if alternation between stable controllers makes the loop unstable (a growth rate above 0); partly, if
 /// neither, but a switched flight has errors or jumps above [`WORSE`] times those of the scheduled one.
-pub fn switching_harms(scheduled: Ridden, switched: &[Ridden], rates: &[f64]) -> Finding {
-    let numbers = |r: &Ridden| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
+pub fn switching_harms(scheduled: RampFigures, switched: &[RampFigures], rates: &[f64]) -> Finding {
+    let numbers = |r: &RampFigures| !(r.error.is_nan() || r.error_at_end.is_nan() || r.jump.is_nan());
     if switched.is_empty() || !numbers(&scheduled) || !switched.iter().all(numbers) {
         return Finding::Unknown;
     }
-    let rests = |r: &Ridden| r.error_at_end <= AT_REST;
+    let rests = |r: &RampFigures| r.error_at_end <= AT_REST;
     if rates.iter().any(|r| *r > 0.0) || (rests(&scheduled) && !switched.iter().all(rests)) {
         return Finding::Confirmed;
     }
-    let worse = |r: &Ridden| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
+    let worse = |r: &RampFigures| r.error > WORSE * scheduled.error || r.jump > WORSE * scheduled.jump;
     if switched.iter().any(worse) { Finding::Partly } else { Finding::NotConfirmed }
 }
 
@@ -307,15 +307,15 @@ mod tests {
 
     #[test]
     fn switching_both_ways() {
-        let good = Ridden { error: 0.1, error_at_end: 0.01, jump: 0.2 };
-        let rough = Ridden { jump: 0.5, ..good };
-        let lost = Ridden { error_at_end: 2.0, ..good };
+        let good = RampFigures { error: 0.1, error_at_end: 0.01, jump: 0.2 };
+        let rough = RampFigures { jump: 0.5, ..good };
+        let lost = RampFigures { error_at_end: 2.0, ..good };
         assert_eq!(switching_harms(good, &[good], &[-0.1]), Finding::NotConfirmed);
         assert_eq!(switching_harms(good, &[good, rough], &[-0.1]), Finding::Partly);
         assert_eq!(switching_harms(good, &[rough, lost], &[]), Finding::Confirmed);
         assert_eq!(switching_harms(good, &[good], &[-0.1, 0.1]), Finding::Confirmed);
         assert_eq!(switching_harms(lost, &[lost], &[]), Finding::NotConfirmed);
         assert_eq!(switching_harms(good, &[], &[]), Finding::Unknown);
-        assert_eq!(switching_harms(good, &[Ridden { error: f64::NAN, ..good }], &[]), Finding::Unknown);
+        assert_eq!(switching_harms(good, &[RampFigures { error: f64::NAN, ..good }], &[]), Finding::Unknown);
     }
 }

@@ -9,7 +9,7 @@ pub mod tune;
 
 use crate::error::Error;
 use crate::page::section::{Part, Table};
-use crate::peers::course::{Flew, fly_at, fly_ramp};
+use crate::peers::course::{CourseFigures, fly_at, fly_ramp};
 use crate::peers::law::{Blended, Law, Scheduled};
 use crate::peers::survival::{fleet, survival};
 use crate::peers::tune::{sharpness, tuned};
@@ -131,7 +131,7 @@ fn at_speed(
         Ok((fly_at(subject, *law, speed)?, sharp, delay(subject, *law, &l), lives))
     };
     let found = side_by_side(laws.iter(), judged).into_iter().collect::<Result<Vec<_>, Error>>()?;
-    let of_flight = |of: fn(&Flew) -> f64| found.iter().map(|f| of(&f.0)).collect::<Vec<f64>>();
+    let of_flight = |of: fn(&CourseFigures) -> f64| found.iter().map(|f| of(&f.0)).collect::<Vec<f64>>();
     let of_loop = |of: fn(&tune::Sharpness) -> f64| {
         found.iter().map(|f| f.1.as_ref().map_or(f64::INFINITY, of)).collect::<Vec<f64>>()
     };
@@ -355,7 +355,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_row_lost_is_told_as_lost() {
+    fn a_lost_row_counts_as_lost() {
         for (ours, other, largest, expected) in [
             (10.0, 12.0, false, "won"),
             (12.0, 10.0, false, "lost"),

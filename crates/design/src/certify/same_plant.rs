@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn another_plant_is_told() {
+    fn another_plant_is_detected() {
         let wanted = squid(2);
         let mut near = wanted.clone();
         near.parts.block_mut(X, X)[(1, 2)] += 1e-12;

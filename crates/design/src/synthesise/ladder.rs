@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn costs_are_told_against_the_hardest_speed() {
+    fn costs_are_relative_to_the_hardest_speed() {
         let words = best_controllers(&found(), SPEEDS);
         assert!(words.contains("made for 3.00 m/s alone"), "{words}");
         assert!(words.contains("1.0000   +25.0 %"), "{words}");
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn costs_of_the_finished_loop_are_told_against_constant_speed() {
+    fn costs_of_the_finished_loop_are_relative_to_constant_speed() {
         let words = finished_loop(&found(), SPEEDS, 33, 10.0);
         assert!(words.contains("at the worst, 2.50 m/s"), "{words}");
         assert!(words.contains("0.9900   +10.0 %"), "{words}");

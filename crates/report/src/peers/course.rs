@@ -53,7 +53,7 @@ impl Step {
 
 /// What a flight on the course came to; everything infinite where it was lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flew {
+pub struct CourseFigures {
     /// Of the pitch reference, up.
     pub pitch: Step,
     /// Of the speed reference.
@@ -75,7 +75,7 @@ pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
 ///
 /// # Errors
 /// Those of the trim; a flight that diverges or surfaces is not an error.
-pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<Flew, Error> {
+pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigures, Error> {
     let pitch_step = subject.stored.manoeuvre.pitch_step;
     let speed_step = speed_step(subject, speed);
     let demand = |time: f64| {
@@ -88,14 +88,14 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<Flew, Erro
     };
     let rows = match fly(subject, law, (&subject.inputs.vehicle, &[]), (END, demand)) {
         Ok(flight) if flight.surfacing.is_none() => flight.rows,
-        Ok(_) => return Ok(Flew::LOST),
+        Ok(_) => return Ok(CourseFigures::LOST),
         Err(reason @ Error::Flight(FlightError::Trim { .. })) => return Err(reason),
-        Err(_) => return Ok(Flew::LOST),
+        Err(_) => return Ok(CourseFigures::LOST),
     };
     let window = |from: f64, to: f64| -> Vec<&Row> {
         rows.iter().filter(|row| (from..to).contains(&(row.time + 1e-9))).collect()
     };
-    Ok(Flew {
+    Ok(CourseFigures {
         pitch: Step::of(&window(UP, DOWN), PITCH, pitch_step),
         speed: Step::of(&window(SPEED_AT, END), SPEED, speed_step),
         gust: window(GUST_AT, SPEED_AT).iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max),
@@ -110,7 +110,7 @@ fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
         .fold(0.0, f64::max)
 }
 
-impl Flew {
+impl CourseFigures {
     /// A flight that diverged or surfaced.
     pub const LOST: Self =
         Self { pitch: Step::LOST, speed: Step::LOST, gust: f64::INFINITY, effort: f64::INFINITY };

@@ -2,7 +2,7 @@
 //! scheduled controller's.
 
 use crate::error::Error;
-use crate::peers::course::{Flew, fly_at};
+use crate::peers::course::{CourseFigures, fly_at};
 use crate::peers::law::{Law, Scheduled};
 use crate::peers::pid::{Gains, Pid};
 use crate::subject::Subject;
@@ -134,8 +134,8 @@ fn search(
     let work = |(i, start): (usize, Vec<f64>)| -> Result<Found, Error> {
         let l = &truth[i];
         let Some(limits) = sharpness(subject, &ours, l) else { return Ok((i, None)) };
-        let flew = fly_at(subject, &ours, l.trim.speed)?;
-        let found = best(subject, l, (limits, flew), &start, evaluations);
+        let figures = fly_at(subject, &ours, l.trim.speed)?;
+        let found = best(subject, l, (limits, figures), &start, evaluations);
         let outcome = found.map_or("no gains hold the limits".into(), |(cost, _)| format!("cost {cost:.3}"));
         subject.progress.done("report", &format!("  PID at {:.2} m/s: {outcome}", l.trim.speed));
         Ok((i, found))
@@ -158,7 +158,7 @@ fn guess(subject: &Subject, quickness: f64) -> Vec<f64> {
 fn best(
     subject: &Subject,
     l: &Linearisation,
-    (limits, flew): (Sharpness, Flew),
+    (limits, figures): (Sharpness, CourseFigures),
     start: &[f64],
     evaluations: usize,
 ) -> Option<(f64, Gains)> {
@@ -171,7 +171,7 @@ fn best(
         if let Some((_, tried)) = known.borrow().as_ref().filter(|(at, _)| at == x) {
             return *tried;
         }
-        let tried = attempt(subject, l, (limits, flew), gains(x));
+        let tried = attempt(subject, l, (limits, figures), gains(x));
         flights.set(flights.get() + 1);
         let holds = tried.constraints.iter().all(|c| *c >= -MISSED);
         let better = best.borrow().is_none_or(|(cost, _)| tried.cost < cost);
@@ -202,19 +202,24 @@ fn best(
 }
 
 /// Cost and constraints of gains at one speed.
-fn attempt(subject: &Subject, l: &Linearisation, (limits, ours): (Sharpness, Flew), gains: Gains) -> Tried {
+fn attempt(
+    subject: &Subject,
+    l: &Linearisation,
+    (limits, ours): (Sharpness, CourseFigures),
+    gains: Gains,
+) -> Tried {
     let lost = Tried { cost: UNSTABLE, constraints: [-UNSTABLE; 2] };
     let Some(pid) = Pid::new(subject, &[(l, gains)]) else { return lost };
     let Some(found) = sharpness(subject, &pid, l) else { return lost };
     let constraints = [limits.peak / found.peak, limits.roughness / found.roughness].map(f64::ln);
-    let Ok(flew) = fly_at(subject, &pid, l.trim.speed) else { return lost };
+    let Ok(figures) = fly_at(subject, &pid, l.trim.speed) else { return lost };
     let mut ratios = vec![
-        flew.pitch.itae / ours.pitch.itae,
-        flew.pitch.settling_time / ours.pitch.settling_time,
-        flew.gust / ours.gust,
+        figures.pitch.itae / ours.pitch.itae,
+        figures.pitch.settling_time / ours.pitch.settling_time,
+        figures.gust / ours.gust,
     ];
     if !subject.speed_is_given() {
-        ratios.push(flew.speed.itae / ours.speed.itae);
+        ratios.push(figures.speed.itae / ours.speed.itae);
     }
     let cost = ratios.iter().map(|r| r.min(UNSTABLE)).sum::<f64>() / ratios.len() as f64;
     Tried { cost, constraints }

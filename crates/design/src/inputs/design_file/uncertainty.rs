@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_line_and_key() {
+    fn mistakes_come_with_line_and_key() {
         let coefficients = |line: &str| format!("[uncertainty.coefficients]\nM_q = 0.3\n{line}\n");
         let begins = [
             (
@@ -247,7 +247,7 @@ mod tests {
 
     /// One line each, in the order of the file.
     #[test]
-    fn all_mistakes_are_told_at_once() {
+    fn all_mistakes_are_reported_at_once() {
         let section = "[uncertainty.coefficients]\nZ_vw = 0.3\nM_q = 0.3\nx_G = 0.3\n";
         let message = resolve("squid", section).unwrap_err().to_string();
         let lines: Vec<&str> = message.lines().collect();

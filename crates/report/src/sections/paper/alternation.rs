@@ -193,7 +193,7 @@ mod tests {
     /// x' = -u, two integrators in turn: reset, neither ever builds up what the other had; carried, it is one and the
     /// same loop.
     #[test]
-    fn memory_makes_the_difference() {
+    fn the_handover_makes_the_difference() {
         let integrator =
             StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![1.0] };
         let plant = wired(dmatrix![0.0], dmatrix![1.0], dmatrix![1.0]);

@@ -152,7 +152,7 @@ mod tests {
     /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
     /// such a note has no such part.
     #[test]
-    fn poles_are_told_in_pairs() {
+    fn poles_are_listed_in_pairs() {
         let c = Complex::new;
         assert_eq!(poles(&[c(0.174, 0.509), c(0.174, -0.509), c(-2.44, 0.0)]), "-2.440, 0.174 +- 0.509j");
     }

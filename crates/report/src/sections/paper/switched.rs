@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_what_it_says() {
+    fn each_handover_treats_states_as_it_says() {
         for (handover, expected) in
             [(Handover::Reset, 0.0), (Handover::Carried, -3.0), (Handover::Parallel, -3.0)]
         {

@@ -1,6 +1,6 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
-use crate::claims::{AT_REST, Claim, Ridden, WORSE, switching_harms};
+use crate::claims::{AT_REST, Claim, RampFigures, WORSE, switching_harms};
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
@@ -20,7 +20,7 @@ use squid_flight::flight::{Row, fly};
 /// How long after the step its own jump is not counted (s).
 const STEP_RINGS: f64 = 1.0;
 
-const MEMORIES: [(Handover, &str); 3] = [
+const HANDOVERS: [(Handover, &str); 3] = [
     (Handover::Reset, "switched, states reset"),
     (Handover::Carried, "switched, states carried over"),
     (Handover::Parallel, "switched, all running"),
@@ -39,19 +39,20 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &stored.manoeuvre)?.rows,
     )];
     let mut turns = Vec::new();
-    for (handover, name) in MEMORIES {
+    for (handover, name) in HANDOVERS {
         flights.push((name, fly_switched(subject, &bank, handover)?));
         let worst = |which| worst_alternation(subject, &bank, handover, which);
         turns.push(Turns { name, flying: worst(Loop::Flying)?, ideal: worst(Loop::Ideal)? });
     }
-    let ridden: Vec<Ridden> = flights.iter().map(|(_, rows)| ridden(subject, rows)).collect();
+    let ramp_figures: Vec<RampFigures> =
+        flights.iter().map(|(_, rows)| ramp_figures(subject, rows)).collect();
     let mut table = Table::new([
         "controller",
         "rms pitch error after the step, % of it",
         "error at the end, %",
         "largest jump of a command, % of its reach",
     ]);
-    for ((name, _), r) in flights.iter().zip(&ridden) {
+    for ((name, _), r) in flights.iter().zip(&ramp_figures) {
         table.rows.push(vec![
             (*name).into(),
             format!("{:.2}", 100.0 * r.error),
@@ -79,7 +80,7 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
         Part::Table(turns_table(&turns)),
-        Part::Claim(claim(&ridden, &turns)),
+        Part::Claim(claim(&ramp_figures, &turns)),
     ])
 }
 
@@ -91,7 +92,7 @@ fn bank(subject: &Subject) -> Result<Vec<StateSpace>, Error> {
     subject.alone().iter().map(frozen).collect()
 }
 
-fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
+fn ramp_figures(subject: &Subject, rows: &[Row]) -> RampFigures {
     let m = &subject.stored.manoeuvre;
     let after: Vec<&Row> = rows.iter().filter(|r| r.time >= m.step_time).collect();
     let rms = |rows: &[&Row]| {
@@ -107,7 +108,7 @@ fn ridden(subject: &Subject, rows: &[Row]) -> Ridden {
         each.map(|(j, a)| (w[1].commands[j] - w[0].commands[j]).abs() / a.reach()).fold(0.0, f64::max)
     };
     let jumps = rows.windows(2).filter(quiet).map(jump);
-    Ridden { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
+    RampFigures { error: rms(&after), error_at_end: rms(tail), jump: jumps.fold(0.0, f64::max) }
 }
 
 /// The worst that taking turns does to the loop as it flies, and to the one in continuous time.
@@ -144,9 +145,9 @@ fn turns_table(turns: &[Turns]) -> Table {
     table
 }
 
-fn claim(ridden: &[Ridden], turns: &[Turns]) -> Claim {
-    let (scheduled, switched) = (ridden[0], &ridden[1..]);
-    let largest = |of: fn(&Ridden) -> f64| switched.iter().map(of).fold(0.0, f64::max);
+fn claim(ramp_figures: &[RampFigures], turns: &[Turns]) -> Claim {
+    let (scheduled, switched) = (ramp_figures[0], &ramp_figures[1..]);
+    let largest = |of: fn(&RampFigures) -> f64| switched.iter().map(of).fold(0.0, f64::max);
     let resting = switched.iter().filter(|r| r.error_at_end <= AT_REST).count();
     let stable = || turns.iter().filter_map(|t| Some((t.name, t.flying?))).filter(|(_, w)| w.each_stable);
     let rates: Vec<f64> = stable().map(|(_, w)| w.rate).collect();
