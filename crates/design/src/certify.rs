@@ -15,7 +15,8 @@ pub mod verify;
 use crate::certify::ball::{bends_at_rest, smallest_ball};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use auv::Vehicle;
 use certificate::{Certificate, Residual, Rows, Theorem};
 use lpv::analysis::bounded_gain::cleared;
 use lpv::analysis::{GainBound, bounded_gain};
@@ -46,16 +47,17 @@ pub struct Proof {
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::BendsAtRest`] or [`Error::Synthesis`] when
 /// no bound covers the model error.
 pub fn certify(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
     design: &Design,
 ) -> Result<Proof, Error> {
-    let (error, size) = smallest_ball(inputs, model, plant, &design.certified)?;
+    let (error, size) = smallest_ball(vehicle, file, model, plant, &design.certified)?;
     let closed = plant.close(&design.controller);
     let missed = error.close(plant, &design.controller);
-    let covered =
-        bounded_gain(&closed, &missed, &design.certified).map_err(|reason| why_not(inputs, model, reason))?;
+    let covered = bounded_gain(&closed, &missed, &design.certified)
+        .map_err(|reason| why_not(vehicle, file, model, reason))?;
     let proved = |covered: &GainBound| -> Result<(Certificate, Theorem), Error> {
         let mut certificate = nominal(plant, &design.controller, &design.certified);
         certificate.residual = Some(residual(&error, covered));
@@ -73,11 +75,9 @@ pub fn certify(
 }
 
 /// Why no bound covers the model error, in words of the vehicle where they are known.
-fn why_not(inputs: &Inputs, model: &Model, reason: SynthesisError) -> Error {
-    match bends_at_rest(inputs, model) {
-        Ok(true) => {
-            ProofError::BendsAtRest { from: inputs.design.speed_min, to: inputs.design.speed_max }.into()
-        }
+fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
+    match bends_at_rest(vehicle, file, model) {
+        Ok(true) => ProofError::BendsAtRest { from: file.speed_min, to: file.speed_max }.into(),
         _ => reason.into(),
     }
 }
@@ -183,9 +183,9 @@ mod tests {
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
-            let model = Model::new(&inputs).unwrap();
+            let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
             let reason = SynthesisError::Infeasible { stage: "test" };
-            let words = why_not(&inputs, &model, reason).to_string();
+            let words = why_not(&inputs.vehicle, &inputs.design, &model, reason).to_string();
             assert_eq!(words.contains("bends at rest"), bends, "{words}");
             assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
         }

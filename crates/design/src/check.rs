@@ -12,11 +12,10 @@ use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
-use crate::inputs::Inputs;
-use crate::inputs::design_file::SAMPLE_TIME;
+use crate::inputs::design_file::{DesignFile, SAMPLE_TIME};
 use crate::linearise::linearise_at;
 use crate::numbers::rounded_down;
-use auv::Linearisation;
+use auv::{Linearisation, Vehicle};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
 use lpv::plant::{GeneralisedPlant, channels};
@@ -92,12 +91,12 @@ fn sample_time_words(fastest: f64) -> String {
 /// # Errors
 /// [`Error::Refused`] with the first failure; those of trim and linearisation.
 pub fn check(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    design: &DesignFile,
     plant: &GeneralisedPlant,
     controller: &Controller,
     bound: f64,
 ) -> Result<Checks, Error> {
-    let Inputs { vehicle, design, .. } = inputs;
     well_posed(&controller.dtt())?;
     well_posed(&plant.dtt())?;
     let sampling = Sampling::of(&vehicle.actuators, design);
@@ -126,7 +125,7 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let linearisation = linearise_at(inputs, speed)?;
+        let linearisation = linearise_at(vehicle, design, speed)?;
         let truth =
             augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators, design))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;

@@ -8,10 +8,9 @@ pub mod trim_slope;
 use crate::augment::LinearModel;
 use crate::error::ModelError;
 use crate::fit::trim_slope::trim_slope;
-use crate::inputs::Inputs;
-use crate::inputs::design_file::WorkingSea;
+use crate::inputs::design_file::{DesignFile, WorkingSea};
 use crate::linearise::{linearise_at, split, stacked, trim_table};
-use auv::Linearisation;
+use auv::{Linearisation, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
 use lpv::polynomial::{FitResidual, MatrixPolynomial};
@@ -59,13 +58,12 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::Trim`] where the vehicle does not trim, or its trims jump; [`ModelError::Fit`].
-    pub fn new(inputs: &Inputs) -> Result<Self, ModelError> {
-        let design = &inputs.design;
-        let trims = trim_table(inputs)?;
+    pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
+        let trims = trim_table(vehicle, design)?;
         let grid: Vec<(f64, Linearisation)> = design
             .spread(design.speeds)
             .into_iter()
-            .map(|v| Ok((design.rho(v), linearise_at(inputs, v)?)))
+            .map(|v| Ok((design.rho(v), linearise_at(vehicle, design, v)?)))
             .collect::<Result<_, ModelError>>()?;
         let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
         let highest = (design.order + 1).min(samples.len() - 1);
@@ -75,7 +73,7 @@ impl Model {
         let fit = MatrixPolynomial::fit(&samples, design.order)?;
         let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
-        let trim_slope = trim_slope(inputs, &grid, &trims)?;
+        let trim_slope = trim_slope(vehicle, design, &grid, &trims)?;
         let waves = design.sea.as_ref().map(|sea| waves(sea, &grid)).transpose()?;
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }

@@ -5,7 +5,8 @@ pub mod design_file;
 mod judged;
 
 use crate::error::InputError;
-use crate::inputs::design_file::{BANDWIDTH, DesignFile, TRIM_ROWS, UncertainParameter};
+use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
+use crate::linearise::TRIM_ROWS;
 use auv::{Pitch, Vehicle, read_text};
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};

@@ -1,11 +1,13 @@
 //! Trims over the range of speed, and the linear model at each.
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
-use crate::inputs::design_file::TRIM_ROWS;
-use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, linearise_with, trim_with, trims};
+use crate::inputs::design_file::DesignFile;
+use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
+
+/// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
+pub const TRIM_ROWS: usize = 101;
 
 /// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`,
 /// with the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from
@@ -13,8 +15,7 @@ use serde_json::{Map, Value, json};
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
-pub fn linearise_at(inputs: &Inputs, speed: f64) -> Result<Linearisation, ModelError> {
-    let Inputs { vehicle, design: file, .. } = inputs;
+pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
     let (depth, pitch) = file.level();
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
     let still = linearise_with(vehicle, &level, file.has_depth())?;
@@ -30,10 +31,10 @@ pub fn linearise_at(inputs: &Inputs, speed: f64) -> Result<Linearisation, ModelE
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn shown(inputs: &Inputs, speed: f64) -> Result<Value, ModelError> {
-    let l = linearise_at(inputs, speed)?;
+pub fn shown(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Value, ModelError> {
+    let l = linearise_at(vehicle, file, speed)?;
     let t = &l.trim;
-    let outputs = inputs.vehicle.actuators.iter().zip(&t.actuators);
+    let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
     Ok(json!({
         "trim": {
@@ -55,9 +56,9 @@ pub fn shown(inputs: &Inputs, speed: f64) -> Result<Value, ModelError> {
 ///
 /// # Errors
 /// [`ModelError::Trim`]: no trim at a speed, or trims that do not lie on one branch.
-pub fn trim_table(inputs: &Inputs) -> Result<Vec<Trim>, ModelError> {
-    let (depth, pitch) = inputs.design.level();
-    trims(&inputs.vehicle, depth, &inputs.design.spread(TRIM_ROWS), pitch).map_err(ModelError::Trim)
+pub fn trim_table(vehicle: &Vehicle, file: &DesignFile) -> Result<Vec<Trim>, ModelError> {
+    let (depth, pitch) = file.level();
+    trims(vehicle, depth, &file.spread(TRIM_ROWS), pitch).map_err(ModelError::Trim)
 }
 
 /// [`Linearisation::trim_slope`] as a matrix with one column.

@@ -65,7 +65,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
     progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
-    let model = Model::new(inputs)?;
+    let model = Model::new(&inputs.vehicle, &inputs.design)?;
     progress.done("trim", &trim_line(inputs, &model));
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
@@ -76,11 +76,11 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     for words in authority::remarks(&inputs.vehicle.actuators, &inputs.design, &model) {
         progress.done("", &words);
     }
-    let nominal = synthesise(inputs, &plant, progress)?;
+    let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
     let what = "the closed loop against the fit and the true linearisations";
-    let check = || check(inputs, &plant, &design.controller, design.certified.gamma);
+    let check = || check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma);
     let checks = progress.timed("check", what, check).0?;
     progress.done("check", &check_line(&checks, design.certified.gamma));
     if let Some(words) = checks.remark(inputs.design.sample_time, inputs.design.control_weight.low) {
@@ -88,7 +88,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     }
     let proof = certificate_stage(inputs, &model, &plant, &design, progress);
     let sampled = sampled_stage(inputs, &model, &design, progress);
-    let mut frozen = freeze(inputs, &model, &design, proof.is_ok())?;
+    let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
     let proof =
         proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
@@ -110,7 +110,8 @@ fn certificate_stage(
     progress: &Progress,
 ) -> Result<Proof, String> {
     let what = "covering the fit's residual and proving in exact arithmetic";
-    let (proof, seconds) = progress.timed("certify", what, || certify(inputs, model, plant, design));
+    let (proof, seconds) =
+        progress.timed("certify", what, || certify(&inputs.vehicle, &inputs.design, model, plant, design));
     let proof = proof.map_err(|reason| reason.to_string());
     match &proof {
         Ok(proof) => {
@@ -130,7 +131,8 @@ fn sampled_stage(
     progress: &Progress,
 ) -> Result<SampledProof, String> {
     let what = "the gain of the sampled loop, in exact arithmetic";
-    let (proof, seconds) = progress.timed("sampled", what, || sampled(inputs, model, design));
+    let (proof, seconds) =
+        progress.timed("sampled", what, || sampled(&inputs.vehicle, &inputs.design, model, design));
     let proof = proof.map_err(|reason| reason.to_string());
     let words = match &proof {
         Ok(proof) => format!(
@@ -156,7 +158,8 @@ fn anti_windup_stage(
         return Ok(None);
     }
     let what = "a gain for commands beyond the limits";
-    let (found, seconds) = progress.timed("windup", what, || anti_windup(inputs, controller));
+    let (found, seconds) =
+        progress.timed("windup", what, || anti_windup(&inputs.vehicle, &inputs.design, controller));
     match found {
         Ok(found) => {
             let words = format!(
@@ -183,7 +186,7 @@ fn limits_stage(
     progress: &Progress,
 ) -> Proof {
     let what = "how large a step the loop survives at its limits";
-    let claim = || with_limits(&proof, parts, &frozen.controller, inputs);
+    let claim = || with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
     let (found, seconds) = progress.timed("limits", what, claim);
     let words = match &found {
         Ok(None) => return proof,

@@ -107,12 +107,13 @@ impl Stored {
     /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
     /// loops.
     fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
-        let model = Model::new(inputs)?;
-        verify::of_inputs(certificate, inputs, &model)?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
+        verify::of_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
         unedited::check((&self.controller, &self.plant), inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
-        check(inputs, &plant, &controller_of(&self.controller.lft)?, bound).map(|_| ())
+        check(&inputs.vehicle, &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
+            .map(|_| ())
     }
 }
 

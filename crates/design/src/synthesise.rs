@@ -6,10 +6,10 @@ pub mod robust;
 
 use crate::check::fastest_sampled;
 use crate::error::Error;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::progress::Progress;
+use auv::Actuator;
 use lpv::bounded_rate::SlowOptions;
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
@@ -23,11 +23,15 @@ use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 ///
 /// # Errors
 /// [`Error::NoController`].
-pub fn synthesise(inputs: &Inputs, plant: &GeneralisedPlant, progress: &Progress) -> Result<Design, Error> {
-    let file = &inputs.design;
+pub fn synthesise(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    progress: &Progress,
+) -> Result<Design, Error> {
     let (outcome, seconds) = progress.timed("synthesise", "solving the matrix inequalities", || {
         let design = sought(file, plant, options(file));
-        let design = design.map_err(|reason| no_controller(inputs, plant, reason))?;
+        let design = design.map_err(|reason| no_controller(actuators, file, plant, reason))?;
         Ok::<_, Error>(slow_enough(file, plant, design))
     });
     let (design, slowed) = outcome?;
@@ -146,19 +150,18 @@ fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
 
 /// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may
 /// be the cause.
-fn no_controller(inputs: &Inputs, plant: &GeneralisedPlant, reason: SynthesisError) -> Error {
-    let file = &inputs.design;
+fn no_controller(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    reason: SynthesisError,
+) -> Error {
     let unexplained = matches!(reason, SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. });
     let causes = if unexplained { findings(plant) } else { vec![] };
     let mut remarks: Vec<String> = causes.iter().map(ToString::to_string).collect();
     if !remarks.is_empty() {
-        let names: Vec<String> = inputs
-            .vehicle
-            .actuators
-            .iter()
-            .enumerate()
-            .map(|(j, a)| format!("u{} is {}", j + 1, a.name))
-            .collect();
+        let names: Vec<String> =
+            actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
         remarks.push(format!(
             "{}; their weight is 'control.weight' of {}.toml, {}",
             names.join(", "),
@@ -182,6 +185,7 @@ mod tests {
     use super::*;
     use crate::augment::augment;
     use crate::fit::Model;
+    use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
     use lpv::partition::Group;
     use lpv::regularise::Regularisation;
@@ -189,8 +193,12 @@ mod tests {
     /// By the paper's design, whose controller is computed soon.
     fn squid() -> (Inputs, GeneralisedPlant) {
         let inputs = shipped("squid", "paper");
-        let plant = augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear())
-            .unwrap();
+        let plant = augment(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
+        )
+        .unwrap();
         (inputs, plant)
     }
 
@@ -215,11 +223,12 @@ mod tests {
     fn a_failure_that_proves_nothing_comes_with_remarks() {
         let (inputs, mut plant) = squid();
         let failed = || SynthesisError::Numerical { stage: "test", diagnosis: "made up".into() };
-        let words = |plant: &GeneralisedPlant, reason| no_controller(&inputs, plant, reason).to_string();
+        let words = |plant: &GeneralisedPlant, reason| {
+            no_controller(&inputs.vehicle.actuators, &inputs.design, plant, reason).to_string()
+        };
         assert_eq!(words(&plant, failed()), failed().to_string());
-        let mut slow = inputs.clone();
-        slow.design.rate = Some(0.1);
-        let told = no_controller(&slow, &plant, failed()).to_string();
+        let slow = DesignFile { rate: Some(0.1), ..inputs.design.clone() };
+        let told = no_controller(&inputs.vehicle.actuators, &slow, &plant, failed()).to_string();
         assert!(told.contains("remark: leave 'synthesis.rate' out, without which gamma can be 0."), "{told}");
 
         plant.parts.block_mut(Group::Z, Group::U).fill(0.0);

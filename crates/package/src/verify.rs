@@ -107,11 +107,12 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let (mut about, mut step) = (vec![], None);
     if let Some(inputs) = inputs {
         step = ClaimedStep::of_file(&inputs.design, &theorem);
-        let model = Model::new(inputs)?;
-        if sampled::of_inputs(&certificate, inputs, &model)?.is_some() {
+        let Inputs { vehicle, design, .. } = inputs;
+        let model = Model::new(vehicle, design)?;
+        if sampled::of_inputs(&certificate, vehicle, design, &model)?.is_some() {
             return Ok(Verified { theorem, about: at_ticks(path, &certificate, inputs)?, step });
         }
-        of_inputs(&certificate, inputs, &model)?;
+        of_inputs(&certificate, vehicle, design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
             None => {
@@ -215,9 +216,10 @@ fn made_of(
     let plant = match resources.text("plant.json") {
         Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
         Err(_) => {
-            let model = Model::new(inputs).map_err(|e| e.to_string())?;
+            let Inputs { vehicle, design, hashes, .. } = inputs;
+            let model = Model::new(vehicle, design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
-            freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant
+            freeze::frozen(vehicle, design, hashes, &model, lft, gamma).map_err(|e| e.to_string())?.plant
         }
     };
     let manoeuvre = inputs.design.manoeuvre.clone();

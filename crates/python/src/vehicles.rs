@@ -60,7 +60,8 @@ impl Vehicle {
 
     /// Trim and linear model at a speed along the path, as `squid show --speed` has them.
     fn at_speed(&self, speed: f64) -> PyResult<String> {
-        let found = shown(&self.0, speed).map_err(|error| of_design(&error.into()))?;
+        let found =
+            shown(&self.0.vehicle, &self.0.design, speed).map_err(|error| of_design(&error.into()))?;
         Ok(found.to_string())
     }
 

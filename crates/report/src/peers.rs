@@ -123,7 +123,7 @@ fn at_speed(
     speed: f64,
     points: usize,
 ) -> Result<Vec<Line>, Error> {
-    let l = linearise_at(subject.inputs, speed)?;
+    let l = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, speed)?;
     let fleet = fleet(subject, speed, points)?;
     let judged = |(_, law): &(&str, &dyn Law)| -> Result<_, Error> {
         let lives = survival(subject, *law, speed, &fleet);

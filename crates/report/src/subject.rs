@@ -132,11 +132,14 @@ impl<'a> Subject<'a> {
     /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
-        let model = Model::new(inputs)?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let controller = controller_of(&stored.controller.lft)?;
         let speeds = inputs.design.spread(SPEEDS);
-        let truth = speeds.iter().map(|v| linearise_at(inputs, *v)).collect::<Result<_, ModelError>>()?;
+        let truth = speeds
+            .iter()
+            .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
+            .collect::<Result<_, ModelError>>()?;
         let (alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,

@@ -48,7 +48,7 @@ pub fn advise(
     verdict: &mut Verdict,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let model = Model::new(inputs)?;
+    let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let knobs = Knob::all(&inputs.design);
     let long = match wanted {
         Wanted::Robust => "; each is a robust design: many minutes",

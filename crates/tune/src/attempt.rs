@@ -40,16 +40,17 @@ fn designed(
 ) -> Result<(Inputs, ControllerDesign), Error> {
     let mut inputs = inputs.clone();
     turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
+    let (vehicle, design) = (&inputs.vehicle, &inputs.design);
+    let plant = augment(&vehicle.actuators, design, model.linear())?;
     let found = match wanted {
-        Wanted::Quick => synthesise_quickly(&inputs.design, &plant)?,
-        _ => synthesise(&inputs, &plant, &Progress::default())?,
+        Wanted::Quick => synthesise_quickly(design, &plant)?,
+        _ => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
     };
     let found = match wanted {
         Wanted::Robust => search(&inputs, model, &plant, &found, &Progress::default())?.design,
         _ => found,
     };
-    let controller = freeze(&inputs, model, &found, false)?.controller;
+    let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
     Ok((inputs, controller))
 }
 

@@ -78,7 +78,7 @@ pub struct Budget {
 pub fn search(inputs: &Inputs, text: &str, budget: Budget, progress: &Progress) -> Result<Tuned, Error> {
     let search = Search {
         inputs,
-        model: Model::new(inputs)?,
+        model: Model::new(&inputs.vehicle, &inputs.design)?,
         knobs: Knob::all(&inputs.design),
         keys: REQUIREMENTS
             .iter()

@@ -72,7 +72,7 @@ fn a_design_begins_from_the_vehicle_alone() {
         let vehicle = vehicle(&file);
         let design = DesignFile::parse(&start(&vehicle).unwrap(), "design.toml", "design").unwrap();
         let inputs = Inputs::new(vehicle, design).unwrap();
-        Model::new(&inputs).unwrap();
+        Model::new(&inputs.vehicle, &inputs.design).unwrap();
         assert_eq!(Knob::all(&inputs.design).len(), 11);
         begun += 1;
     }

@@ -58,10 +58,10 @@ pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
     let mut shown = Map::new();
     if let Some(v) = speed {
         say(&tables::speed(&inputs, v)?);
-        shown.insert("at_speed".into(), linearise::shown(&inputs, v)?);
+        shown.insert("at_speed".into(), linearise::shown(&inputs.vehicle, &inputs.design, v)?);
     }
     if asked.fit || all {
-        let model = Model::new(&inputs)?;
+        let model = Model::new(&inputs.vehicle, &inputs.design)?;
         say(&tables::fit(&inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }

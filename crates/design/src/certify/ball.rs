@@ -8,8 +8,9 @@
 use crate::augment::{LinearModel, place};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise::linearise_at;
+use auv::Vehicle;
 use certificate::Residual;
 use lpv::analysis::GainBound;
 use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
@@ -54,13 +55,13 @@ const UNITS: (f64, f64) = (1e-3, 1e3);
 /// # Errors
 /// [`Error::Synthesis`] when the bound's Lyapunov matrix is not positive definite; those of the linearisation.
 pub fn smallest_ball(
-    inputs: &Inputs,
+    vehicle: &Vehicle,
+    file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
     bound: &GainBound,
 ) -> Result<(ModelError, f64), Error> {
-    let Inputs { vehicle, design: file, .. } = inputs;
-    let Missed { left, right, residuals } = Missed::of(inputs, model)?;
+    let Missed { left, right, residuals } = Missed::of(vehicle, file, model)?;
     let (states, m, n) = (file.states.len(), vehicle.actuators.len(), plant.a().nrows());
     let (rows, columns) = (left.ncols(), right.nrows());
     // L'XL = C C', so T = C^-T.
@@ -105,9 +106,14 @@ pub fn smallest_ball(
 ///
 /// # Errors
 /// [`ProofError::Ball`] when the ball is too small, or none of this shape; those of the linearisation.
-pub fn holds(ball: &Residual, held: Option<usize>, inputs: &Inputs, model: &Model) -> Result<(), Error> {
-    let Missed { left, right, residuals } = Missed::of(inputs, model)?;
-    let Inputs { vehicle, design: file, .. } = inputs;
+pub fn holds(
+    ball: &Residual,
+    held: Option<usize>,
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<(), Error> {
+    let Missed { left, right, residuals } = Missed::of(vehicle, file, model)?;
     let shapeless = || ProofError::Ball { reach: None };
     let (n, m) = (left.nrows(), vehicle.actuators.len());
     let w = right.ncols() - n - m;
@@ -149,14 +155,13 @@ struct Missed {
 }
 
 impl Missed {
-    fn of(inputs: &Inputs, model: &Model) -> Result<Self, Error> {
-        let Inputs { vehicle, design: file, .. } = inputs;
+    fn of(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Self, Error> {
         let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
         // The trim of an input without a lag or a delay moves no state.
         let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
         let fit = model.linear();
         let at = |v: f64| -> Result<Mat, Error> {
-            let truth = LinearModel::at(&linearise_at(inputs, v)?, &vehicle.actuators, file);
+            let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
             let missed = truth.whole(0.0)? - fit.whole(file.rho(v))?;
             Ok(missed.select_rows(&rows).columns(0, right.nrows()).into_owned())
         };
@@ -205,12 +210,11 @@ fn second_differences(residuals: &[Mat]) -> impl Iterator<Item = f64> {
 ///
 /// # Errors
 /// Those of the linearisation.
-pub fn bends_at_rest(inputs: &Inputs, model: &Model) -> Result<bool, Error> {
-    let file = &inputs.design;
+pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<bool, Error> {
     if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
         return Ok(false);
     }
-    let residuals = Missed::of(inputs, model)?.residuals;
+    let residuals = Missed::of(vehicle, file, model)?.residuals;
     let most = second_differences(&residuals).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
     let speeds = file.spread(SAMPLES);
     Ok(most.is_some_and(|(i, _)| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))

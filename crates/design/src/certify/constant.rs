@@ -130,7 +130,7 @@ fn poles(model: &UncertainModel) -> Vec<Option<f64>> {
 /// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
 pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f64, Error> {
     let wrong = |what: &str| Error::from(ProofError::WrongPlant { what: what.to_owned() });
-    let (fewer, uncertain) = uncertain(inputs, &Model::new(inputs)?)?;
+    let (fewer, uncertain) = uncertain(inputs, &Model::new(&inputs.vehicle, &inputs.design)?)?;
     let found = same_plant::plant_with(&certificate.plant, &certificate.blocks, &uncertain.plant.blocks)?;
     let size = |plant: &GeneralisedPlant| {
         plant.ct().rows(uncertain.scheduled_channels(), uncertain.unknown_channels()).norm()

@@ -5,11 +5,10 @@
 use crate::certify::Proof;
 use crate::certify::ball::ball_of;
 use crate::error::{Error, ProofError};
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
 use crate::numbers::readable;
-use auv::Actuator;
+use auv::{Actuator, Vehicle};
 use certificate::{Certificate, Limits, Rows, Theorem};
 use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
 use lpv::controller::Controller;
@@ -47,9 +46,9 @@ pub fn with_limits(
     proof: &Proof,
     (plant, controller): (&GeneralisedPlant, &Controller),
     frozen: &ControllerDesign,
-    inputs: &Inputs,
+    actuators: &[Actuator],
+    design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let certificate = &proof.certificate;
     let (Some(gain), Some(Stepped { input, signal, scale }), Some(ball)) =
         (&frozen.anti_windup, Stepped::of(frozen), certificate.residual.as_ref())
@@ -144,9 +143,9 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
 ///
 /// # Errors
 /// [`ProofError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
-pub fn of_vehicle(certificate: &Certificate, inputs: &Inputs) -> Result<(), Error> {
+pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
-    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
+    let actuators = &vehicle.actuators;
     let wrong =
         |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
     let rates_there = rates(actuators, design, &certificate.moving_states())?;
@@ -154,7 +153,7 @@ pub fn of_vehicle(certificate: &Certificate, inputs: &Inputs) -> Result<(), Erro
         return wrong("the number of limits");
     }
     let (commands, claimed) = limits.limits.split_at(actuators.len());
-    let trims = trim_table(inputs)?;
+    let trims = trim_table(vehicle, design)?;
     let rows: Vec<&[f64]> = trims.iter().map(|trim| trim.actuators.as_slice()).collect();
     let sides = actuators.iter().enumerate().map(|(j, a)| side(&rows, j, (a.min, a.max)) / a.reach());
     if commands.iter().zip(sides).any(|(claimed, side)| *claimed > (1.0 + SAME_LIMIT) * side) {

@@ -143,7 +143,12 @@ mod tests {
     fn squid(order: usize) -> GeneralisedPlant {
         let mut inputs = shipped("squid", "design");
         inputs.design.order = order;
-        augment(&inputs.vehicle.actuators, &inputs.design, Model::new(&inputs).unwrap().linear()).unwrap()
+        augment(
+            &inputs.vehicle.actuators,
+            &inputs.design,
+            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
+        )
+        .unwrap()
     }
 
     fn check_of(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> Result<(), Error> {

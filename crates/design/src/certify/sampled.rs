@@ -5,8 +5,8 @@ use crate::certify::verify::first_unlike;
 use crate::certify::{controller_of, controller_rows, direct_path, nominal, same_plant};
 use crate::error::{Error, ModelError, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
+use auv::Vehicle;
 use certificate::{Certificate, Plant, Theorem};
 use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
 use lpv::analysis::{AtTicks, GainBound};
@@ -38,9 +38,14 @@ pub struct SampledProof {
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`Error::Synthesis`]
 /// when no bound is found.
-pub fn sampled(inputs: &Inputs, model: &Model, design: &Design) -> Result<SampledProof, Error> {
-    let AtTicks { plant, d22 } = at_ticks(inputs, model)?;
-    let controller = design.controller.late_at_ticks(inputs.design.delay_ticks(), inputs.design.sample_time);
+pub fn sampled(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+    design: &Design,
+) -> Result<SampledProof, Error> {
+    let AtTicks { plant, d22 } = at_ticks(vehicle, file, model)?;
+    let controller = design.controller.late_at_ticks(file.delay_ticks(), file.sample_time);
     let inner = around(&controller, &-&d22).ok_or_else(|| {
         SynthesisError::numerical(
             STAGE,
@@ -56,10 +61,10 @@ pub fn sampled(inputs: &Inputs, model: &Model, design: &Design) -> Result<Sample
 }
 
 /// The plant of the claim. The commands wait in the controller.
-fn at_ticks(inputs: &Inputs, model: &Model) -> Result<AtTicks, Error> {
-    let soon = DesignFile { delay: 0.0, ..inputs.design.clone() };
-    let plant = augment(&inputs.vehicle.actuators, &soon, model.linear())?;
-    Ok(plant.at_ticks(inputs.design.sample_time).map_err(ModelError::Sampled)?)
+fn at_ticks(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
+    let soon = DesignFile { delay: 0.0, ..file.clone() };
+    let plant = augment(&vehicle.actuators, &soon, model.linear())?;
+    Ok(plant.at_ticks(file.sample_time).map_err(ModelError::Sampled)?)
 }
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file at the ticks, computed again.
@@ -67,8 +72,13 @@ fn at_ticks(inputs: &Inputs, model: &Model) -> Result<AtTicks, Error> {
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; those of [`augment`].
-pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<Option<()>, Error> {
-    let Ok(AtTicks { plant, d22 }) = at_ticks(inputs, model) else { return Ok(None) };
+pub fn of_inputs(
+    certificate: &Certificate,
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<Option<()>, Error> {
+    let Ok(AtTicks { plant, d22 }) = at_ticks(vehicle, file, model) else { return Ok(None) };
     if certificate.plant.c1.len() != plant.sizes().z {
         return Ok(None);
     }

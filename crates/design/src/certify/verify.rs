@@ -4,7 +4,8 @@ use crate::augment::augment;
 use crate::certify::{ball, frozen_rows, limits, same_plant};
 use crate::error::{Error, ProofError};
 use crate::fit::Model;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use auv::Vehicle;
 use certificate::{Certificate, Rows};
 use scheduled::{ControllerDesign, LftMatrices};
 use std::path::Path;
@@ -31,15 +32,20 @@ pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
-pub fn of_inputs(certificate: &Certificate, inputs: &Inputs, model: &Model) -> Result<(), Error> {
+pub fn of_inputs(
+    certificate: &Certificate,
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<(), Error> {
     same_plant::check(
         &certificate.plant,
         &certificate.blocks,
-        &augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?,
+        &augment(&vehicle.actuators, file, model.linear())?,
     )?;
-    limits::of_vehicle(certificate, inputs)?;
+    limits::of_vehicle(certificate, vehicle, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
-    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, inputs, model))
+    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, vehicle, file, model))
 }
 
 /// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the

@@ -139,7 +139,7 @@ mod tests {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-            let l = linearise_at(&inputs, speed).unwrap();
+            let l = linearise_at(&inputs.vehicle, file, speed).unwrap();
             let (m, y) = (actuators.len(), file.tracked.len() + file.measured.len());
             let k = StateSpace {
                 a: some(3, 3, 0.0) - Mat::identity(3, 3),

@@ -159,7 +159,7 @@ mod tests {
     fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
         let mut inputs = shipped("squid", "design");
         change(&mut inputs);
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
         let mut inputs = shipped("remus100", "depth");
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         let mut said = |step: f64| {
             inputs.design.manoeuvre.depth_step = step;
             remarks(&inputs.vehicle.actuators, &inputs.design, &model)

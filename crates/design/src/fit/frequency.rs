@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let mut inputs = shipped("squid", "design");
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         let at = |inputs: &Inputs| {
             errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)
                 .into_iter()

@@ -108,7 +108,7 @@ mod tests {
 
     fn squid() -> (Inputs, Model) {
         let inputs = shipped("squid", "design");
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         (inputs, model)
     }
 

@@ -4,9 +4,9 @@
 //! speed: with one common denominator a fit has the poles that a polynomial lacks, for as many channels.
 
 use crate::error::ModelError;
-use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::linearise;
-use auv::{Actuator, Linearisation, Trim};
+use auv::{Actuator, Linearisation, Trim, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
 use lpv::rational::MatrixRational;
@@ -31,8 +31,12 @@ const NEARER: f64 = 0.5;
 ///
 /// # Errors
 /// [`ModelError::Fit`]; [`ModelError::Coefficient`].
-pub fn trim_slope(inputs: &Inputs, grid: &[(f64, Linearisation)], trims: &[Trim]) -> Result<Lft, ModelError> {
-    let Inputs { vehicle, design, .. } = inputs;
+pub fn trim_slope(
+    vehicle: &Vehicle,
+    design: &DesignFile,
+    grid: &[(f64, Linearisation)],
+    trims: &[Trim],
+) -> Result<Lft, ModelError> {
     let actuators = &vehicle.actuators;
     let states = design.states.len();
     let of_states = std::iter::repeat_n(1.0, states);

@@ -24,9 +24,6 @@ pub use sea::WorkingSea;
 use signals::{DEPTH, PITCH, SIGNALS, SPEED, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
-/// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
-pub const TRIM_ROWS: usize = 101;
-
 /// A range of numbers, with its text for messages.
 #[derive(Debug, Clone, Copy)]
 pub struct Range {

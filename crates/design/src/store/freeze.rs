@@ -3,13 +3,13 @@
 use crate::certify::{controller_rows, lft_matrices};
 use crate::error::Error;
 use crate::fit::Model;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
-use auv::{LpvModel, Status, Trim};
+use auv::{LpvModel, Status, Trim, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, Kind, LftMatrices, Scheduling, TrimTable, VehicleName,
+    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Scheduling,
+    TrimTable, VehicleName,
 };
 use signals::Signal;
 
@@ -26,7 +26,14 @@ pub struct Frozen {
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) -> Result<Frozen, Error> {
+pub fn freeze(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    model: &Model,
+    design: &Design,
+    certified: bool,
+) -> Result<Frozen, Error> {
     let gamma = Gamma {
         optimum: design.gamma_optimum,
         bound: design.certified.gamma,
@@ -34,27 +41,39 @@ pub fn freeze(inputs: &Inputs, model: &Model, design: &Design, certified: bool) 
         certified,
     };
     let k = &design.controller;
-    frozen(inputs, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
+    frozen(vehicle, file, hashes, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
 }
 
 /// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
-    let Inputs { vehicle, design: file, .. } = inputs;
-    let trims = trim_table(inputs)?;
+pub fn frozen(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    model: &Model,
+    lft: LftMatrices,
+    gamma: Gamma,
+) -> Result<Frozen, Error> {
+    let trims = trim_table(vehicle, file)?;
     // The depth follows from the other states; the plant has it by itself.
     let others = vehicle.coefficients.surge.states(false).len();
     let (mut a, mut b) = model.coefficients();
     a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
     b.iter_mut().for_each(|b| *b = b.rows(0, others).into_owned());
     let plant = LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?;
-    Ok(Frozen { controller: controller(inputs, lft, gamma, &trims), plant })
+    Ok(Frozen { controller: controller(vehicle, file, hashes, lft, gamma, &trims), plant })
 }
 
-fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -> ControllerDesign {
-    let Inputs { vehicle, design: file, .. } = inputs;
+fn controller(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    lft: LftMatrices,
+    gamma: Gamma,
+    trims: &[Trim],
+) -> ControllerDesign {
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
@@ -94,7 +113,7 @@ fn controller(inputs: &Inputs, lft: LftMatrices, gamma: Gamma, trims: &[Trim]) -
         },
         depth: if file.has_depth() { file.depth } else { 0.0 },
         gamma,
-        inputs: inputs.hashes.clone(),
+        inputs: hashes.clone(),
     }
 }
 

@@ -26,8 +26,9 @@ pub fn check(
     inputs: &Inputs,
     model: &Model,
 ) -> Result<(), Error> {
+    let Inputs { vehicle, design, hashes, .. } = inputs;
     let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
-    let mut expected: Frozen = frozen(inputs, model, lft, gamma)?;
+    let mut expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
     expected.controller.anti_windup.clone_from(&controller.anti_windup);
     compare("controller.json", controller, &expected.controller)?;
     compare("plant.json", plant, &expected.plant)

@@ -6,7 +6,6 @@
 
 use crate::check::sampled::Sampling;
 use crate::error::Error;
-use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::linearise_at;
 use auv::{Linearisation, Vehicle};
@@ -37,10 +36,13 @@ const SHARE: f64 = 0.6;
 ///
 /// # Errors
 /// Those of trim and linearisation; [`Error::Synthesis`] where no gain was found.
-pub fn anti_windup(inputs: &Inputs, controller: &Controller) -> Result<AntiWindup, Error> {
-    let Inputs { vehicle, design, .. } = inputs;
+pub fn anti_windup(
+    vehicle: &Vehicle,
+    design: &DesignFile,
+    controller: &Controller,
+) -> Result<AntiWindup, Error> {
     let loops = design.spread(SPEEDS).into_iter().map(|speed| {
-        let l = linearise_at(inputs, speed)?;
+        let l = linearise_at(vehicle, design, speed)?;
         let frozen = controller.frozen(&vec![design.rho(speed); controller.blocks.len()])?;
         let wired = Sampling::of(&vehicle.actuators, design).ideal(&l);
         let (n, nk) = (wired.a.nrows(), frozen.a.nrows());

@@ -31,7 +31,7 @@ pub struct FrozenUncertain {
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
 pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
     let vehicle = &inputs.vehicle;
-    let nominal = linearise_at(inputs, speed)?;
+    let nominal = linearise_at(vehicle, &inputs.design, speed)?;
     let trim_range = trim_range(inputs, &nominal)?;
     let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
     let mut gradients = [Gradients::at(vehicle, &nominal, &parameters)?];

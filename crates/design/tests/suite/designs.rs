@@ -27,9 +27,9 @@ pub struct Made {
 impl Made {
     fn of(inputs: Inputs) -> Self {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, design).unwrap();
         let plant = augment(actuators, design, model.linear()).unwrap();
-        let design = synthesise(&inputs, &plant, &Progress::default()).unwrap();
+        let design = synthesise(actuators, design, &plant, &Progress::default()).unwrap();
         Self { inputs, model, plant, design }
     }
 
@@ -51,7 +51,7 @@ impl Made {
 
     pub fn proof(&self) -> Proof {
         let Self { inputs, model, plant, design } = self;
-        certify(inputs, model, plant, design).unwrap()
+        certify(&inputs.vehicle, &inputs.design, model, plant, design).unwrap()
     }
 }
 

@@ -17,7 +17,7 @@ use squid_flight::flight::{Row, fly};
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(inputs, speed).unwrap();
+        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
         let k: StateSpace = controller.frozen(&[inputs.design.rho(speed)]).unwrap();
         Flown::of(&sampling, &l, &k).unwrap()
     };
@@ -70,7 +70,7 @@ fn a_box_flies_from_rest() {
     let Made { inputs, model, design, .. } = made;
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
     assert!(made.proof().theorem.gamma_with_model_error.unwrap() < 1.0);
-    let frozen = freeze(inputs, model, design, true).unwrap();
+    let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, model, design, true).unwrap();
     let Frozen { controller, plant } = &frozen;
     assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
 

@@ -134,7 +134,7 @@ fn frozen_figures_are_those_of_the_check() {
     let k = controller_of(&stored.controller.lft).unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(inputs, speed).unwrap();
+        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
         Flown::of(&sampling, &l, &k.frozen(&[inputs.design.rho(speed)]).unwrap()).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();

@@ -27,7 +27,7 @@ pub type Fleet = Vec<(Vehicle, Vec<f64>)>;
 /// Those of the trim; [`UncertainError::Corner`].
 pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Error> {
     let inputs = subject.inputs;
-    let nominal = linearise_at(inputs, speed)?.trim;
+    let nominal = linearise_at(&inputs.vehicle, &inputs.design, speed)?.trim;
     let blocks = match blocks(inputs, &nominal, &[]) {
         Err(UncertainError::NothingUncertain { .. }) => return Ok(vec![]),
         found => found.map_err(squid_design::error::Error::from)?,

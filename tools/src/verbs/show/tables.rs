@@ -16,7 +16,7 @@ use squid_design::numbers::{above, decimals, readable};
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
 pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
-    let l = linearise_at(inputs, speed)?;
+    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
     let t = &l.trim;
     let mut out = format!(
         "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} \
@@ -92,7 +92,11 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
 /// [`ModelError::Lft`](squid_design::error::ModelError::Lft), which would be a defect of this program; those of the
 /// model.
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<String, Error> {
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, Model::new(inputs)?.linear())?;
+    let plant = augment(
+        &inputs.vehicle.actuators,
+        &inputs.design,
+        Model::new(&inputs.vehicle, &inputs.design)?.linear(),
+    )?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\

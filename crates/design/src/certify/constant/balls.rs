@@ -125,7 +125,7 @@ mod tests {
     fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
         for name in ["squid", "remus100"] {
             let inputs = shipped(name, "design");
-            let fit = Model::new(&inputs).unwrap();
+            let fit = Model::new(&inputs.vehicle, &inputs.design).unwrap();
             let model = over_range(&inputs, &fit).unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
             let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();

@@ -107,9 +107,9 @@ mod tests {
     fn only_what_is_proved_is_confirmed() {
         let inputs = shipped("squid", "design");
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-        let model = Model::new(&inputs).unwrap();
+        let model = Model::new(&inputs.vehicle, file).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
-        let design = synthesise(&inputs, &plant, &Progress::default()).unwrap();
+        let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let whole = over_range(&inputs, &model).unwrap();
         let (_, uncertain) = thinned(&inputs, &whole, &model).unwrap();
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();

@@ -71,13 +71,14 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
 
 /// A controller of the same weights, for still water.
 fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
-    let inputs = Inputs { design: DesignFile { sea: None, ..inputs.design.clone() }, ..inputs.clone() };
-    let model = Model::new(&inputs)?;
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
-    let found = synthesise(&inputs, &plant, &Progress::default())?;
-    let frozen = freeze(&inputs, &model, &found, false)?;
-    let gain = match inputs.design.anti_windup {
-        true => Some(to_rows(&anti_windup(&inputs, &found.controller)?.gain)),
+    let design = DesignFile { sea: None, ..inputs.design.clone() };
+    let actuators = &inputs.vehicle.actuators;
+    let model = Model::new(&inputs.vehicle, &design)?;
+    let plant = augment(actuators, &design, model.linear())?;
+    let found = synthesise(actuators, &design, &plant, &Progress::default())?;
+    let frozen = freeze(&inputs.vehicle, &design, &inputs.hashes, &model, &found, false)?;
+    let gain = match design.anti_windup {
+        true => Some(to_rows(&anti_windup(&inputs.vehicle, &design, &found.controller)?.gain)),
         false => None,
     };
     Ok(ControllerDesign { anti_windup: gain, ..frozen.controller })

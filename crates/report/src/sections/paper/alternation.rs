@@ -56,7 +56,7 @@ pub fn worst_alternation(
     let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
     for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
         let speed = 0.5 * (v[0] + v[1]);
-        let model = linearise_at(subject.inputs, speed)?;
+        let model = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, speed)?;
         let turn = match which {
             Loop::Flying => {
                 let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);

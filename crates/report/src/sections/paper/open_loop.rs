@@ -79,7 +79,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// Those of trim and linearisation.
 pub fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = linearise_at(subject.inputs, printed.speed)?;
+    let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
     let heave = computed.pitching()[0];
     let size = computed.a.nrows() - heave;
     let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
