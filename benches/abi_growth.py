@@ -12,23 +12,20 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import zipfile
 from copy import copy
 from pathlib import Path
 
 from abi_peers import (
-    AGREEMENT,
-    ROOT,
-    SLOW_COUNT,
+    HERE,
     Peer,
     by_hand,
+    check_agreement,
     compiled_driver,
-    controller_in,
     from_fmu,
-    in_environment,
     law_of,
-    put,
+    packaged,
 )
+from page import ROOT, in_environment, put
 
 STATES = (4, 8, 12, 16, 20, 24)
 CHANNELS = (0, 2, 4, 6, 8, 10)
@@ -72,10 +69,7 @@ def of_squid(packaged: Peer, design: dict, driver: Path, folder: Path) -> Peer:
 
 def times_of(pair: tuple[Peer, Peer], driver: Path, step: float) -> tuple[float, float]:
     """Check that both compute the same commands, and return the median nanoseconds per step of each."""
-    ends = [peer.measure(driver, step, SLOW_COUNT, 1)[1] for peer in pair]
-    scale = max(max(map(abs, ends[0])), 1.0)
-    if max(abs(a - b) / scale for a, b in zip(*ends, strict=True)) > AGREEMENT:
-        raise SystemExit(f"the laws differ after {SLOW_COUNT} steps: {ends}")
+    check_agreement(pair, driver, step)
     turns = [[peer.measure(driver, step, COUNT, ROUNDS)[0] for peer in pair] for _ in range(TURNS)]
     mine, floor = (statistics.median(column) for column in zip(*turns, strict=True))
     return mine, floor
@@ -88,10 +82,10 @@ def measured(design: dict, fmu: Path) -> Times:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         driver = compiled_driver(folder)
-        packaged = from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT)
+        squid = from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT)
         for n, r in ((n, r) for n in STATES for r in CHANNELS):
             of_size = random_design(design, n, r)
-            pair = (of_squid(packaged, of_size, driver, folder), by_hand(law_of(of_size), actuators, folder))
+            pair = (of_squid(squid, of_size, driver, folder), by_hand(law_of(of_size), actuators, folder))
             times[n, r] = times_of(pair, driver, design["sample_time"])
     return times
 
@@ -105,14 +99,11 @@ def draw(times: Times, path: Path) -> None:
     from matplotlib import pyplot
 
     figure, (left, right) = pyplot.subplots(1, 2, figsize=(9, 4), sharey=True)
-    for color, r in zip(("tab:blue", "tab:orange", "tab:green"), (0, 4, 10), strict=True):
-        for which, style in enumerate(("o-", "s:")):
-            label = f"C, r = {r}" if which else f"r = {r}"
-            left.plot(STATES, [times[n, r][which] for n in STATES], style, color=color, label=label)
-    for color, n in zip(("tab:blue", "tab:orange", "tab:green"), (4, 12, 24), strict=True):
-        for which, style in enumerate(("o-", "s:")):
-            label = f"C, n = {n}" if which else f"n = {n}"
-            right.plot(CHANNELS, [times[n, r][which] for r in CHANNELS], style, color=color, label=label)
+    for color, r, n in zip(("tab:blue", "tab:orange", "tab:green"), (0, 4, 10), (4, 12, 24), strict=True):
+        for which, (style, law) in enumerate((("o-", ""), ("s:", "C, "))):
+            of_n, of_r = ([times[i, r][which] for i in STATES], [times[n, i][which] for i in CHANNELS])
+            left.plot(STATES, of_n, style, color=color, label=f"{law}r = {r}")
+            right.plot(CHANNELS, of_r, style, color=color, label=f"{law}n = {n}")
     left.set_xticks(STATES)
     left.set_xlabel("states n")
     left.set_ylabel("set + step + get, ns")
@@ -139,11 +130,8 @@ def table(times: Times) -> list[str]:
 
 def main() -> int:
     """Measure, draw, and write the table."""
-    in_environment(__file__)
-    controller = controller_in(sys.argv[1:])
-    with zipfile.ZipFile(controller) as archive:
-        design = json.loads(archive.read("resources/controller.json"))
-    times = measured(design, controller)
+    in_environment(__file__, "abi", HERE / "requirements.txt")
+    times = measured(*packaged())
     draw(times, ROOT / "docs" / "step.svg")
     put("abi growth", table(times))
     return 0

@@ -7,41 +7,29 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
 import sysconfig
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-ROOT = Path(__file__).resolve().parents[1]
-HERE = ROOT / "benches" / "abi"
-sys.path.insert(0, str(ROOT / "tools"))
-
-from fly import environment  # noqa: E402
+from page import ROOT, in_environment, put
 
 if TYPE_CHECKING:
     import numpy as np
 
+HERE = ROOT / "benches" / "abi"
 FOLDER = ROOT / "build" / "squid" / "design"
 SIGNALS = ("pitch", "speed", "pitch_rate")
 INPUTS = (*SIGNALS, "pitch_reference", "speed_reference")
 COUNT, SLOW_COUNT = 20_000, 2_000
 TURNS = 9
 AGREEMENT = 1e-9
-
-
-def in_environment(script: str) -> None:
-    """Start a script again in the environment of pythonfmu; create it if it is missing."""
-    if os.environ.get("SQUID_ABI_PEERS") == "1":
-        return
-    found = environment.ready("abi", HERE / "requirements.txt")
-    variables = {**os.environ, **found.variables, "SQUID_ABI_PEERS": "1"}
-    sys.exit(subprocess.run([found.python, script, *sys.argv[1:]], env=variables, check=False).returncode)
 
 
 def law_of(design: dict) -> dict[str, np.ndarray]:
@@ -97,16 +85,18 @@ def y_in_c(law: dict[str, np.ndarray]) -> str:
     return f"#define Y(in, level) {{{', '.join(lines)}}}"
 
 
-def header(law: dict[str, np.ndarray]) -> str:
-    """Return the law as constants of C."""
+def constant(name: str, value: np.ndarray) -> str:
+    """Return a constant of C."""
 
     def literal(value: float | list) -> str:
         return "{" + ", ".join(map(literal, value)) + "}" if isinstance(value, list) else repr(value)
 
-    def constant(name: str, value: np.ndarray) -> str:
-        shape = "".join(f"[{size}]" for size in value.shape)
-        return f"static const double {name}{shape} = {literal(value.tolist())};"
+    shape = "".join(f"[{size}]" for size in value.shape)
+    return f"static const double {name}{shape} = {literal(value.tolist())};"
 
+
+def header(law: dict[str, np.ndarray]) -> str:
+    """Return the law as constants of C."""
     sizes = {"N": law["A"], "R": law["Dtt"], "M": law["Cu"], "ROWS": law["SPEED"], "P": law["SCALE"]}
     lines = [f"enum {{ {', '.join(f'{name} = {len(value)}' for name, value in sizes.items())} }};"]
     lines += [constant(name, value) for name, value in law.items() if not name.startswith("OF_")]
@@ -170,24 +160,24 @@ def peers(design: dict, fmu: Path, folder: Path) -> list[Peer]:
     law = law_of(design)
     actuators = [one["name"] for one in design["actuators"]]
     (folder / "law.json").write_text(json.dumps({n: v.tolist() for n, v in law.items()}), encoding="utf-8")
-    words = [
-        sys.executable,
-        "-m",
-        "pythonfmu",
-        "build",
-        "-f",
-        HERE / "peer.py",
-        "-d",
-        folder,
-        folder / "law.json",
-    ]
-    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", HERE / "peer.py", "-d", folder]
+    subprocess.run([*build, folder / "law.json"], check=True, stdout=subprocess.DEVNULL)
     commands = [f"command{index}" for index in range(len(actuators))]
     return [
         from_fmu("squid's controller", fmu, folder / "controller", actuators, COUNT),
         by_hand(law, actuators, folder),
         from_fmu("pythonfmu, NumPy", folder / "Peer.fmu", folder / "pythonfmu", commands, SLOW_COUNT),
     ]
+
+
+def check_agreement(peers: Sequence[Peer], driver: Path, step: float) -> float:
+    """Return by how much the commands of the others differ from the first one's; raise an error above `AGREEMENT`."""
+    first, *others = (peer.measure(driver, step, SLOW_COUNT, 1)[1] for peer in peers)
+    scale = max(max(map(abs, first)), 1.0)
+    worst = max(abs(a - b) / scale for end in others for a, b in zip(first, end, strict=True))
+    if worst > AGREEMENT:
+        raise SystemExit(f"the laws differ by {worst:.1e} after {SLOW_COUNT} steps")
+    return worst
 
 
 def rows(design: dict, fmu: Path) -> list[str]:
@@ -204,11 +194,7 @@ def rows(design: dict, fmu: Path) -> list[str]:
             "PYTHONPATH": sysconfig.get_path("purelib"),
         }
         step = design["sample_time"]
-        ends = [peer.measure(driver, step, SLOW_COUNT, 1)[1] for peer in found]
-        scale = max(max(map(abs, ends[0])), 1.0)
-        worst = max(abs(a - b) / scale for end in ends[1:] for a, b in zip(ends[0], end, strict=True))
-        if worst > AGREEMENT:
-            raise SystemExit(f"the laws differ by {worst:.1e} after {SLOW_COUNT} steps")
+        worst = check_agreement(found, driver, step)
         turns = [[p.measure(driver, step, p.count, 5)[0] for p in found] for _ in range(TURNS)]
     lines = ["| | ns a step (set + step + get) | over squid |", "|---|---|---|"]
     for index, peer in enumerate(found):
@@ -223,33 +209,20 @@ def rows(design: dict, fmu: Path) -> list[str]:
     return lines
 
 
-def put(name: str, lines: list[str]) -> None:
-    """Print a table, and write it between its markers in docs/benchmarks.md."""
-    path = ROOT / "docs" / "benchmarks.md"
-    text = path.read_text(encoding="utf-8")
-    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-    before, rest = text.split(begin)
-    table = "\n".join(lines)
-    path.write_text(f"{before}{begin}{table}\n{end}{rest.split(end)[1]}", encoding="utf-8")
-    print(f"{platform.machine()}\n{table}", flush=True)
-
-
-def controller_in(words: list[str]) -> Path:
-    """Return the controller's FMU in the folder on the command line, or in that of the main job."""
-    folder = Path(words[0]) if words else FOLDER
+def packaged() -> tuple[dict, Path]:
+    """Return design and controller's FMU in the folder on the command line, or in that of the main job."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     controllers = list(folder.glob("*_controller.fmu"))
     if len(controllers) != 1:
         raise SystemExit(f"{folder} holds {len(controllers)} controllers; run `python3 run.py fly` first")
-    return controllers[0]
+    with zipfile.ZipFile(controllers[0]) as archive:
+        return json.loads(archive.read("resources/controller.json")), controllers[0]
 
 
 def main() -> int:
     """Measure, and write the table."""
-    in_environment(__file__)
-    controller = controller_in(sys.argv[1:])
-    with zipfile.ZipFile(controller) as archive:
-        design = json.loads(archive.read("resources/controller.json"))
-    put("abi", rows(design, controller))
+    in_environment(__file__, "abi", HERE / "requirements.txt")
+    put("abi", rows(*packaged()))
     return 0
 
 

@@ -12,12 +12,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tools"))
-
-from fly import build, environment  # noqa: E402
+from page import ROOT, in_environment, put
 
 VEHICLE = ROOT / "vehicles" / "squid"
 FOLDER = ROOT / "build" / "squid" / "design"
@@ -26,6 +22,8 @@ FLIGHTS, ROUNDS = 256, 5
 
 def campaign(threads: int, flights: int = FLIGHTS) -> tuple[float, float, float]:
     """Return wall-clock and processor time a flight (s), and the memory of the process at its largest (MB)."""
+    from fly import build
+
     with tempfile.TemporaryDirectory() as to:
         words = [build.squid(), "campaign", VEHICLE, "--out", FOLDER, "--no-bound", "--to", to]
         words += ["--flights", str(flights)]
@@ -82,15 +80,10 @@ def rows() -> list[str]:
 
 def main() -> int:
     """Measure, and write the table."""
-    from abi_peers import put
-
+    in_environment(__file__)
     put("campaign", rows())
     return 0
 
 
 if __name__ == "__main__":
-    if os.environ.get("SQUID_BENCH") == "1":
-        sys.exit(main())
-    found = environment.ready()
-    variables = {**os.environ, **found.variables, "SQUID_BENCH": "1"}
-    sys.exit(subprocess.run([found.python, __file__], env=variables, check=False).returncode)
+    sys.exit(main())

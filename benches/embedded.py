@@ -6,18 +6,16 @@ Run `python3 run.py fly` first. Writes a table to docs/benchmarks.md.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+from abi_peers import constant
+from abi_peers import law_of as matrices_of
+from page import ROOT, in_environment, put
+
 HERE = ROOT / "benches" / "embedded"
-sys.path.insert(0, str(ROOT / "tools"))
-
-from fly import build, environment, platforms  # noqa: E402
-
 DESIGN = ROOT / "build" / "squid" / "design"
 COUNT, ROUNDS = 20_000, 101
 AGREEMENT = 1e-9
@@ -27,7 +25,6 @@ AGREEMENT = 1e-9
 def law_of(design: dict) -> str:
     """Return the law as constants of C, in the coordinates of the Schur form of Dtt."""
     import numpy as np
-    from abi_peers import law_of as matrices_of
     from scipy.linalg import schur
 
     law = matrices_of(design)
@@ -46,19 +43,8 @@ def law_of(design: dict) -> str:
     }
     sizes = {"N": n, "R": len(t), "M": len(law["Cu"]), "P": len(law["SCALE"]), "ROWS": len(law["SPEED"])}
     lines = [f"enum {{ {', '.join(f'{name} = {size}' for name, size in sizes.items())} }};"]
-    constant = "static const double {}{} = {};"
-    lines += [constant.format(name, shape(value), literal(value.tolist())) for name, value in tables.items()]
+    lines += [constant(name, value) for name, value in tables.items()]
     return "\n".join([*lines, y_of(design["controller_inputs"]), commands_of(design["actuators"])]) + "\n"
-
-
-def shape(value) -> str:
-    """Return the dimensions of an array of C."""
-    return "".join(f"[{size}]" for size in value.shape)
-
-
-def literal(value: float | list) -> str:
-    """Return an initialiser of C."""
-    return "{" + ", ".join(map(literal, value)) + "}" if isinstance(value, list) else repr(value)
 
 
 def y_of(inputs: list[dict]) -> str:
@@ -79,6 +65,8 @@ def commands_of(actuators: list[dict]) -> str:
 
 def rows(folder: Path) -> list[str]:
     """Check that both compute the same commands, measure them in turn, and return the table."""
+    from fly import build, platforms
+
     words = [build.squid(), "export", ROOT / "vehicles" / "squid", "--out", DESIGN, "--to", folder]
     subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
     design = json.loads((folder / "controller.json").read_text(encoding="utf-8"))
@@ -101,16 +89,11 @@ def rows(folder: Path) -> list[str]:
 
 def main() -> int:
     """Measure, and write the table."""
-    from abi_peers import put
-
+    in_environment(__file__)
     with tempfile.TemporaryDirectory() as name:
         put("embedded", rows(Path(name)))
     return 0
 
 
 if __name__ == "__main__":
-    if os.environ.get("SQUID_BENCH") == "1":
-        sys.exit(main())
-    found = environment.ready()
-    variables = {**os.environ, **found.variables, "SQUID_BENCH": "1"}
-    sys.exit(subprocess.run([found.python, __file__], env=variables, check=False).returncode)
+    sys.exit(main())

@@ -31,7 +31,7 @@ class Plant:
         """Return the plant with inputs and outputs exchanged."""
         names = {"A": "A", "Bt": "Ct", "Ct": "Bt", "B1": "C1", "C1": "B1", "B2": "C2", "C2": "B2", "Dtt": "Dtt"}
         names |= {"Dt1": "D1t", "D1t": "Dt1", "Dt2": "D2t", "D2t": "Dt2", "D11": "D11", "D12": "D21", "D21": "D12"}
-        return Plant({new: self.m[old].T for new, old in names.items()}, self.blocks)
+        return Plant({new: self.m[old].T for new, old in names.items() if old in self.m}, self.blocks)
 
 
 def scaling(blocks: list[int], sign: int) -> cp.Expression:

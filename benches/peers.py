@@ -13,15 +13,13 @@ import subprocess
 import sys
 import tempfile
 import time
-import venv
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-VENV = ROOT / "build" / "bench-venv"
+from page import ROOT, in_environment, put
+
 COMMAND = ROOT / "target" / "release" / "squid"
 EXAMPLES = ROOT / "target" / "release" / "examples"
-DOCS = ROOT / "docs"
 SQUID = ROOT / "tests" / "certificates" / "squid_surrogate.json"
 REMUS = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 RATES = (0.125, 0.3125, 1.25)  # In units of theta per second.
@@ -38,18 +36,6 @@ ROUNDS = 3
 PAIRS = 15
 ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
 PATIENCE = 10.0  # Seconds after which a peer counts as hanging.
-
-
-def in_venv() -> None:
-    """Start again in the peers' environment; create it if it is missing."""
-    python = VENV / ("Scripts" if os.name == "nt" else "bin") / "python"
-    if Path(sys.prefix).resolve() == VENV.resolve():
-        return
-    if not python.exists():
-        venv.create(VENV, with_pip=True)
-        requirements = ROOT / "benches" / "requirements.txt"
-        subprocess.run([python, "-m", "pip", "install", "-q", "-r", requirements], check=True)
-    sys.exit(subprocess.run([python, __file__, *sys.argv[1:]], check=False).returncode)
 
 
 def ours(path: Path, *rate: str) -> dict:
@@ -266,24 +252,13 @@ def growth_rows() -> list[str]:
     right.set_ylabel("peak memory, MB", color="tab:orange")
     left.grid(alpha=0.3)
     figure.tight_layout()
-    figure.savefig(DOCS / "growth.svg", metadata={"Date": None})
+    figure.savefig(ROOT / "docs" / "growth.svg", metadata={"Date": None})
     return rows
-
-
-def put(name: str, rows: list[str]) -> None:
-    """Print a table, and write it between its markers in docs/benchmarks.md."""
-    text = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
-    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-    before, rest = text.split(begin)
-    after = rest.split(end)[1]
-    table = "\n".join(rows)
-    (DOCS / "benchmarks.md").write_text(f"{before}{begin}{table}\n{end}{after}", encoding="utf-8")
-    print(f"{table}\n", flush=True)
 
 
 def main() -> int:
     """Measure the parts named on the command line, or all."""
-    in_venv()
+    in_environment(__file__, "bench", ROOT / "benches" / "requirements.txt")
     words = ["cargo", "build", "--release", "--workspace", "--examples"]
     subprocess.run(words, cwd=ROOT, check=True)
     wanted = [word for word in sys.argv[1:] if not word.startswith("-")] or [*PARTS]

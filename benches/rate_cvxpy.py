@@ -27,12 +27,6 @@ def frozen(p: Plant, theta: float) -> Plant:
     return Plant(closed, [])
 
 
-def dual(p: Plant) -> Plant:
-    """Return the plant with inputs and outputs exchanged."""
-    names = {"A": "A", "B1": "C1", "C1": "B1", "B2": "C2", "C2": "B2", "D11": "D11", "D12": "D21", "D21": "D12"}
-    return Plant({new: p.m[old].T for new, old in names.items()}, [])
-
-
 def projected(p: Plant, gamma: cp.Expression, x: cp.Expression, drift: cp.Expression) -> cp.Expression:
     """Return the bounded-real matrix of the open plant on the kernel of [C2 D21], with X' in its first block."""
     n, w, z = len(p.A), p.B1.shape[1], len(p.C1)
@@ -55,7 +49,7 @@ def least_of(p: Plant, rate: float, varying: str) -> float:
     for theta in np.linspace(-1.0, 1.0, POINTS):
         plant = frozen(p, theta)
         values = {name: sum(m * theta**k for k, m in enumerate(terms)) for name, terms in family.items()}
-        for name, side in (("X", plant), ("Y", dual(plant))):
+        for name, side in (("X", plant), ("Y", plant.dual())):
             terms = family[name]
             slope = sum((m * (k * theta ** (k - 1)) for k, m in enumerate(terms) if k), np.zeros((n, n)))
             for sign in (1, -1) if len(terms) > 1 else (0,):

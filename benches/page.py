@@ -1,0 +1,34 @@
+"""What the scripts share: an environment of their own, and their tables in docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from fly import environment  # noqa: E402
+
+
+def in_environment(script: str, name: str = "", requirements: Path = environment.REQUIREMENTS) -> None:
+    """Start a script again in an environment in build/; create that if it is missing."""
+    if os.environ.get("SQUID_BENCH") == "1":
+        return
+    found = environment.ready(name, requirements)
+    variables = {**os.environ, **found.variables, "SQUID_BENCH": "1"}
+    sys.exit(subprocess.run([found.python, script, *sys.argv[1:]], env=variables, check=False).returncode)
+
+
+def put(name: str, lines: list[str]) -> None:
+    """Print a table, and write it between its markers in docs/benchmarks.md."""
+    path = ROOT / "docs" / "benchmarks.md"
+    text = path.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    before, rest = text.split(begin)
+    table = "\n".join(lines)
+    path.write_text(f"{before}{begin}{table}\n{end}{rest.split(end)[1]}", encoding="utf-8")
+    print(f"{platform.machine()}\n{table}\n", flush=True)
