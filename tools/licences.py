@@ -49,17 +49,7 @@ def compiled_in(shipped: Shipped) -> list[dict]:
 
     `cargo metadata` has their licences, but also lists packages of disabled features; `cargo tree` has those built.
     """
-    words = [
-        "cargo",
-        "tree",
-        "--locked",
-        "--edges",
-        "normal,no-proc-macro",
-        "--prefix",
-        "none",
-        "--format",
-        "{p}",
-    ]
+    words = ["cargo", "tree", "--locked", "--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     for crate in shipped.crates:
         words += ["--package", crate]
     for target in platforms.TARGETS.values():

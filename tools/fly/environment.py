@@ -43,33 +43,25 @@ def ready(name: str = "", requirements: Path = REQUIREMENTS) -> Environment:
     )
     # The same whether the user's Python asks or that of another environment here, made of it.
     expected = stamp.digest([requirements], sys.version, sys.base_prefix)
+    install = ["-m", "pip", "install", "--disable-pip-version-check", "-r", requirements]
     if importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip"):
-        python = _venv(BUILD / f"{own}venv", requirements, expected)
+        home = BUILD / f"{own}venv"
+        python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+        _fill(home, python, expected, venv=[sys.executable, "-m", "venv", home], pip=[python, *install])
         return Environment(python, {"PYTHONPATH": path})
+    # A Python that was packaged without venv.
     if importlib.util.find_spec("pip"):
-        site = _site(BUILD / f"{own}site", requirements, expected)
-        variables = {"PYTHONPATH": os.pathsep.join([str(site), path])}
-        return Environment(Path(sys.executable), variables, shared=True)
+        home, python = BUILD / f"{own}site", Path(sys.executable)
+        _fill(home, python, expected, pip=[python, *install, "--target", home])
+        return Environment(python, {"PYTHONPATH": os.pathsep.join([str(home), path])}, shared=True)
     raise StageError("this Python has neither venv nor pip; on Debian and Ubuntu: apt install python3-venv.")
 
 
-def _venv(home: Path, requirements: Path, expected: str) -> Path:
-    python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+def _fill(home: Path, python: Path, expected: str, **commands: list[str | Path]) -> None:
+    """Fill a folder by commands, each with a log of its name, unless its stamp is fresh and its Python is there."""
     mark = home / "stamp"
     if not (stamp.is_fresh(mark, expected) and python.exists()):
         shutil.rmtree(home, ignore_errors=True)
-        run([sys.executable, "-m", "venv", home], log="venv")
-        run([python, "-m", "pip", "install", "--disable-pip-version-check", "-r", requirements], log="pip")
+        for log, command in commands.items():
+            run(command, log=log)
         stamp.write(mark, expected)
-    return python
-
-
-def _site(home: Path, requirements: Path, expected: str) -> Path:
-    """Install into a folder, for a Python that was packaged without venv."""
-    mark = home / "stamp"
-    if not stamp.is_fresh(mark, expected):
-        shutil.rmtree(home, ignore_errors=True)
-        install = [sys.executable, "-m", "pip", "install", "--disable-pip-version-check"]
-        run([*install, "--target", home, "-r", requirements], log="pip")
-        stamp.write(mark, expected)
-    return home

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
@@ -38,44 +39,33 @@ def run(
     words = [str(word) for word in command]
     environment = {**os.environ, **(variables or {})}
     if log is None:
-        code = call(words, environment, None)
-        if code != 0:
-            raise StageError(f"`{' '.join(words)}` ended with exit code {code}.")
-        return
-    LOGS.mkdir(parents=True, exist_ok=True)
-    path = LOGS / f"{log}.log"
-    code = call(words, environment, path)
-    if code != 0:
-        sys.stderr.write(path.read_text(encoding="utf-8", errors="replace"))
-        raise StageError(f"`{' '.join(words)}` ended with exit code {code}; its output is in {path}.")
+        done, where = call(words, env=environment), "."
+    else:
+        LOGS.mkdir(parents=True, exist_ok=True)
+        path = LOGS / f"{log}.log"
+        with path.open("wb") as file:
+            done = call(words, env=environment, stdout=file, stderr=subprocess.STDOUT)
+        where = f"; its output is in {path}."
+        if done.returncode != 0:
+            sys.stderr.write(path.read_text(encoding="utf-8", errors="replace"))
+    if done.returncode != 0:
+        raise StageError(f"`{' '.join(words)}` ended with exit code {done.returncode}{where}")
 
 
 def answer(command: Sequence[str | Path]) -> str:
     """Run a command in the root of the repository and return its standard output."""
     words = [str(word) for word in command]
-    try:
-        done = subprocess.run(words, cwd=ROOT, capture_output=True, encoding="utf-8", check=False)
-    except FileNotFoundError:
-        raise missing(words[0]) from None
+    done = call(words, capture_output=True, encoding="utf-8")
     if done.returncode != 0:
         raise StageError(f"`{' '.join(words)}` failed: {done.stderr.strip()}")
     return done.stdout
 
 
-def missing(program: str) -> StageError:
-    """Return the error of a program that is not installed."""
-    hint = " Install Rust from https://rustup.rs." if program == "cargo" else ""
-    return StageError(f"the program `{program}` was not found.{hint}")
-
-
-def call(words: Sequence[str], environment: Mapping[str, str], log: Path | None) -> int:
-    """Run a command and return its exit code."""
+def call(words: Sequence[str], **options: Any) -> subprocess.CompletedProcess:
+    """Run a program with options of `subprocess.run`; raise an error where it is not installed."""
     sys.stdout.flush()
     try:
-        if log is None:
-            return subprocess.run(words, cwd=ROOT, env=environment, check=False).returncode
-        with log.open("wb") as file:
-            streams = {"stdout": file, "stderr": subprocess.STDOUT}
-            return subprocess.run(words, cwd=ROOT, env=environment, check=False, **streams).returncode
+        return subprocess.run(words, cwd=ROOT, check=False, **options)
     except FileNotFoundError:
-        raise missing(words[0]) from None
+        hint = " Install Rust from https://rustup.rs." if words[0] == "cargo" else ""
+        raise StageError(f"the program `{words[0]}` was not found.{hint}") from None
