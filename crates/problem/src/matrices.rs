@@ -59,9 +59,6 @@ impl Reader {
     }
 
     /// The entries of the object `data`, or of the whole where there is none.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn data<'a>(&self, value: &'a Json) -> Result<&'a Entries, Error> {
         let top = self.object(value, "")?;
         find(top, "data").map_or(Ok(top), |data| self.object(data, "data"))
@@ -69,9 +66,6 @@ impl Reader {
 
     /// Refuses a key that is none of those `here` but was meant to be one: spelt otherwise, or one of those
     /// `elsewhere`, which stand in another object. Other keys are ignored.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn meant(&self, entries: &Entries, here: &[&str], elsewhere: (&[&str], &str)) -> Result<(), Error> {
         let (others, place) = elsewhere;
         for (key, _) in entries.iter().filter(|(key, _)| !here.contains(&key.as_str())) {
@@ -97,9 +91,6 @@ impl Reader {
     }
 
     /// The entries of an object.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn object<'a>(&self, value: &'a Json, key: &str) -> Result<&'a Entries, Error> {
         match value {
             Json::Object(entries) => Ok(entries),
@@ -111,9 +102,6 @@ impl Reader {
     }
 
     /// The repetitions of the parameters.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn blocks(&self, data: &Entries) -> Result<Vec<usize>, Error> {
         const ALLOWED: &str = "it must be a list of whole numbers from 1 to 1000";
         let value = find(data, "blocks").ok_or_else(|| self.wrong("blocks", "is missing".into()))?;
@@ -132,28 +120,51 @@ impl Reader {
 
     /// A matrix; one without rows has as many columns as `columns` says.
     fn matrix(&self, key: &str, value: &Json, columns: usize) -> Result<Mat, Error> {
+        let rows = self.rows(key, value, "numbers", |entry, place| self.number(key, entry, place))?;
+        let width = rows.first().map_or(columns, Vec::len);
+        from_rows(&rows, width).ok_or_else(|| self.ragged(key, width))
+    }
+
+    /// The rows of a matrix of `what`, each entry read by `read` with its row and column.
+    pub fn rows<T>(
+        &self,
+        key: &str,
+        value: &Json,
+        what: &str,
+        read: impl Fn(&Json, (usize, usize)) -> Result<T, Error>,
+    ) -> Result<Vec<Vec<T>>, Error> {
         let not_rows = |found: &Json, place: String| {
-            self.wrong(key, format!("is {}{place}; it must be a list of rows of numbers", found.describe()))
+            self.wrong(key, format!("is {}{place}; it must be a list of rows of {what}", found.describe()))
         };
         let Json::List(list) = value else { return Err(not_rows(value, String::new())) };
-        let mut rows = Vec::with_capacity(list.len());
-        for (i, row) in list.iter().enumerate() {
-            let Json::List(entries) = row else {
-                return Err(not_rows(row, format!(" in row {}", i + 1)));
-            };
-            let number = |(j, entry)| self.number(key, entry, (i + 1, j + 1));
-            rows.push(entries.iter().enumerate().map(number).collect::<Result<Vec<f64>, Error>>()?);
+        let row = |(i, row): (usize, &Json)| match row {
+            Json::List(row) => row.iter().enumerate().map(|(j, entry)| read(entry, (i + 1, j + 1))).collect(),
+            other => Err(not_rows(other, format!(" in row {}", i + 1))),
+        };
+        list.iter().enumerate().map(row).collect()
+    }
+
+    /// The error of a matrix whose rows are not all as long as the first.
+    pub fn ragged(&self, key: &str, width: usize) -> Error {
+        self.wrong(key, format!("has rows of different lengths; the first has {width} numbers"))
+    }
+
+    /// The number of a key, if the key is there; `allowed` says what `is_allowed` accepts.
+    pub fn optional_number(
+        &self,
+        entries: &Entries,
+        key: &str,
+        allowed: &str,
+        is_allowed: impl Fn(f64) -> bool,
+    ) -> Result<Option<f64>, Error> {
+        match find(entries, key) {
+            None => Ok(None),
+            Some(Json::Number(v)) if is_allowed(*v) => Ok(Some(*v)),
+            Some(other) => Err(self.wrong(key, format!("is {}; it must be {allowed}", other.describe()))),
         }
-        let width = rows.first().map_or(columns, Vec::len);
-        from_rows(&rows, width).ok_or_else(|| {
-            self.wrong(key, format!("has rows of different lengths; the first has {width} numbers"))
-        })
     }
 
     /// A finite number that is an entry of a matrix.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn number(&self, key: &str, entry: &Json, (row, column): (usize, usize)) -> Result<f64, Error> {
         let wrong = |found: String, words: &str| {
             self.wrong(key, format!("is {found} in row {row}, column {column}; it must be {words}"))
@@ -201,39 +212,24 @@ fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
 /// The matrices of one plant.
 #[derive(Debug)]
 pub struct Matrices<'a> {
-    reader: &'a Reader,
-    entries: &'a Entries,
+    /// Names the file in errors.
+    pub reader: &'a Reader,
+    /// Those of the object with the matrices.
+    pub entries: &'a Entries,
 }
 
-impl<'a> Matrices<'a> {
-    /// The matrices among the entries of an object.
-    ///
-    /// # Errors
-    /// [`Error::Problem`] when there is no `A`.
-    pub fn read(reader: &'a Reader, entries: &'a Entries) -> Result<Self, Error> {
-        match find(entries, "A") {
-            Some(_) => Ok(Self { reader, entries }),
-            None => Err(reader.wrong("A", "is missing".into())),
-        }
-    }
-
+impl Matrices<'_> {
     fn find(&self, key: &str, columns: usize) -> Result<Option<Mat>, Error> {
         find(self.entries, key).map(|value| self.reader.matrix(key, value, columns)).transpose()
     }
 
     /// A matrix. One that has no entries may be left out, unless it is required.
-    ///
-    /// # Errors
-    /// [`Error::Problem`].
     pub fn get(&self, key: &str, size: Size) -> Result<Mat, Error> {
-        let empty = size.rows == 0 || size.columns == 0;
+        let is_optional = (size.rows == 0 || size.columns == 0) && !size.required;
         match self.find(key, size.columns)? {
-            Some(matrix) if matrix.is_empty() && empty && !size.required => {
-                Ok(Mat::zeros(size.rows, size.columns))
-            }
-            Some(matrix) => Ok(matrix),
-            None if empty && !size.required => Ok(Mat::zeros(size.rows, size.columns)),
-            None => Err(self.reader.wrong(key, "is missing".into())),
+            Some(matrix) if !(is_optional && matrix.is_empty()) => Ok(matrix),
+            None if !is_optional => Err(self.reader.wrong(key, "is missing".into())),
+            _ => Ok(Mat::zeros(size.rows, size.columns)),
         }
     }
 
@@ -253,29 +249,14 @@ impl<'a> Matrices<'a> {
         }
     }
 
-    /// The columns of the first of these matrices that has rows.
-    ///
-    /// # Errors
-    /// [`Error::Problem`] when one cannot be read.
-    pub fn columns(&self, keys: &[&str]) -> Result<usize, Error> {
-        self.first(keys).map(|first| first.map_or(0, |m| m.ncols()))
-    }
-
-    /// The rows of the first of these matrices that has any.
-    ///
-    /// # Errors
-    /// [`Error::Problem`] when one cannot be read.
-    pub fn rows(&self, keys: &[&str]) -> Result<usize, Error> {
-        self.first(keys).map(|first| first.map_or(0, |m| m.nrows()))
-    }
-
-    fn first(&self, keys: &[&str]) -> Result<Option<Mat>, Error> {
+    /// The shape of the first of these matrices that has rows, `(0, 0)` if none has.
+    pub fn shape(&self, keys: &[&str]) -> Result<(usize, usize), Error> {
         for key in keys {
             if let Some(matrix) = self.find(key, 0)?.filter(|m| m.nrows() > 0) {
-                return Ok(Some(matrix));
+                return Ok(matrix.shape());
             }
         }
-        Ok(None)
+        Ok((0, 0))
     }
 
     /// Checks that the matrix `key`, if present, has the allowed entries.

@@ -16,7 +16,6 @@ use crate::error::Error;
 use crate::matrices::{Entries, Matrices, Reader, Size, find};
 use crate::source::Source;
 use certificate::Json;
-use lpv::matrix::Mat;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
@@ -84,15 +83,8 @@ fn pair(value: &Json, least: f64) -> Option<(i64, i64)> {
 fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, f64)>, Error> {
     const ALLOWED: &str =
         "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
-    let size = match find(data, "size") {
-        None => 1.0,
-        Some(Json::Number(v)) if *v > 0.0 => *v,
-        Some(other) => {
-            let words =
-                format!("is {}; it must be a number above 0, the size of the perturbation", other.describe());
-            return Err(reader.wrong("size", words));
-        }
-    };
+    const SIZE: &str = "a number above 0, the size of the perturbation";
+    let size = reader.optional_number(data, "size", SIZE, |v| v > 0.0)?.unwrap_or(1.0);
     let Some(value) = find(data, "performance") else { return Ok(None) };
     match pair(value, 1.0) {
         Some((w, z)) => Ok(Some((w as usize, z as usize, size))),
@@ -119,24 +111,14 @@ fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
 }
 
 fn complex_matrix(reader: &Reader, value: &Json) -> Result<CMat, Error> {
-    const ROWS: &str = "it must be a list of rows of [re, im] pairs or of numbers";
-    let wrong =
-        |found: &Json, place: String| reader.wrong("M", format!("is {}{place}; {ROWS}", found.describe()));
-    let Json::List(list) = value else { return Err(wrong(value, String::new())) };
-    let mut rows: Vec<Vec<Complex<f64>>> = Vec::with_capacity(list.len());
-    for (i, row) in list.iter().enumerate() {
-        let Json::List(entries) = row else { return Err(wrong(row, format!(" in row {}", i + 1))) };
-        let entry = |(j, e): (usize, &Json)| complex(reader, e, (i + 1, j + 1));
-        rows.push(entries.iter().enumerate().map(entry).collect::<Result<_, _>>()?);
-    }
+    const ENTRIES: &str = "[re, im] pairs or of numbers";
+    let rows = reader.rows("M", value, ENTRIES, |entry, place| complex(reader, entry, place))?;
     let width = rows.first().map_or(0, Vec::len);
     if width == 0 {
-        return Err(reader.wrong("M", format!("is empty; {ROWS}")));
+        return Err(reader.wrong("M", format!("is empty; it must be a list of rows of {ENTRIES}")));
     }
     if rows.iter().any(|row| row.len() != width) {
-        return Err(
-            reader.wrong("M", format!("has rows of different lengths; the first has {width} numbers"))
-        );
+        return Err(reader.ragged("M", width));
     }
     Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j]))
 }
@@ -159,11 +141,8 @@ fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Compl
 }
 
 /// A system of A, B, C and D.
-///
-/// # Errors
-/// [`Error::Problem`].
 pub fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
-    let m = Matrices::read(reader, entries)?;
+    let m = Matrices { reader, entries };
     let a = m.get("A", Size::own())?;
     let n = a.nrows();
     let d = m.get("D", Size::own())?;
@@ -173,15 +152,14 @@ pub fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
     let expected = [("A", &a, (n, n)), ("B", &b, (n, inputs)), ("C", &c, (outputs, n))];
     for (key, matrix, (rows, columns)) in expected {
         if matrix.shape() != (rows, columns) {
-            let words = format!("is {}; with the other matrices it must be {rows} x {columns}", size(matrix));
+            let (found_rows, found_columns) = matrix.shape();
+            let words = format!(
+                "is {found_rows} x {found_columns}; with the other matrices it must be {rows} x {columns}"
+            );
             return Err(reader.wrong(key, words));
         }
     }
     Ok(StateSpace { a, b, c, d })
-}
-
-fn size(m: &Mat) -> String {
-    format!("{} x {}", m.nrows(), m.ncols())
 }
 
 fn fits(

@@ -9,7 +9,7 @@
 //! ticks; with `held` all of w is held from tick to tick.
 
 use crate::error::Error;
-use crate::matrices::{Entries, Reader, find};
+use crate::matrices::{Reader, find};
 use crate::mu_file::system;
 use crate::problem_file::of_sampled_loop;
 use crate::source::Source;
@@ -38,6 +38,8 @@ pub struct Report {
 /// The longest delay, in ticks, as in a design file.
 const LONGEST: f64 = 10.0;
 
+const SAMPLE_TIMES: &str = "a number above 0, in seconds";
+
 /// Bounds the gain of the loop of a file.
 ///
 /// # Errors
@@ -49,10 +51,12 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     reader.meant(data, &["P", "blocks", "K", "sample_time", "delay", "held"], (&[], ""))?;
     let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
     let k = system(&reader, reader.object(k, "K")?)?;
-    let time = number(&reader, data, "sample_time", None, "a number above 0, in seconds", |v| v > 0.0)?;
-    let ticks = number(&reader, data, "delay", Some(0.0), "a whole number of ticks from 0 to 10", |v| {
-        (0.0..=LONGEST).contains(&v) && v.fract() == 0.0
-    })?;
+    let time = reader.optional_number(data, "sample_time", SAMPLE_TIMES, |v| v > 0.0)?;
+    let missing = || reader.wrong("sample_time", format!("is missing; it must be {SAMPLE_TIMES}"));
+    let time = time.ok_or_else(missing)?;
+    let is_delay = |v: f64| (0.0..=LONGEST).contains(&v) && v.fract() == 0.0;
+    let ticks = reader.optional_number(data, "delay", "a whole number of ticks from 0 to 10", is_delay)?;
+    let ticks = ticks.unwrap_or(0.0);
     let w = match find(data, "held") {
         None | Some(Json::Bool(false)) => Exogenous::Any,
         Some(Json::Bool(true)) => Exogenous::Held,
@@ -68,23 +72,6 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     let reason = (status == "unstable").then(|| "the loop is not stable from tick to tick".to_owned());
     let [lower, upper] = [lower, upper].map(|v| Some(v).filter(|v| v.is_finite()));
     Ok(Report { status, lower, upper, seconds: Some(begin.elapsed().as_secs_f64()), reason })
-}
-
-/// A number of a key, or its default.
-fn number(
-    reader: &Reader,
-    data: &Entries,
-    key: &str,
-    default: Option<f64>,
-    allowed: &str,
-    is_allowed: impl Fn(f64) -> bool,
-) -> Result<f64, Error> {
-    match (find(data, key), default) {
-        (None, Some(default)) => Ok(default),
-        (None, None) => Err(reader.wrong(key, format!("is missing; it must be {allowed}"))),
-        (Some(Json::Number(v)), _) if is_allowed(*v) => Ok(*v),
-        (Some(other), _) => Err(reader.wrong(key, format!("is {}; it must be {allowed}", other.describe()))),
-    }
 }
 
 impl Report {
