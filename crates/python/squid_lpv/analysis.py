@@ -59,7 +59,7 @@ def mu(M: Any, blocks: Sequence[Sequence[int]]) -> Mu:
             raise InputError("M must be a matrix of finite numbers, or a system with A, B, C, D")
         data = {"M": [[[v.real, v.imag] for v in row] for row in m.tolist()]}
     data["blocks"] = np.atleast_2d(np.asarray(blocks)).tolist()
-    report = json.loads(_core.mu(json.dumps({"data": data}), "M"))
+    report = json.loads(_core.mu(json.dumps({"data": data})))
     found = report["delta"]
     delta = None if found is None else np.array([[complex(*v) for v in row] for row in found])
     frequency = float("inf") if report["frequency"] == "infinity" else report["frequency"]
@@ -103,7 +103,7 @@ def lpvgain(
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
     data |= without_none(rate=rate, dt=dt)
-    text, certificate = _core.gain(json.dumps({"data": data}), "P", progress)
+    text, certificate = _core.gain(json.dumps({"data": data}), progress)
     report = json.loads(text)
     keys = ("proved", "constant_upper", "constant_lower", "constant_theta", "reasons")
     return LpvGain(

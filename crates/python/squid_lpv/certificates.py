@@ -46,4 +46,4 @@ class Certificate:
             InputError: the text is no certificate.
 
         """
-        return Theorem(**json.loads(_core.prove(self.text, "certificate")))
+        return Theorem(**json.loads(_core.prove(self.text)))

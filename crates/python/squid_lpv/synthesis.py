@@ -121,27 +121,14 @@ def hinfsyn_proved(
     data = partition(plant, nmeas, ncon)
     if plant.dt:
         data["dt"] = plant.sample_time
-    options = {
-        "back_off": back_off,
-        "gamma_limit": gamma_limit,
-        "fastest_mode": fastest_mode,
-        "reduce": reduce,
-    }
-    report, rows, certificate = solve({"data": data}, "P", options, progress)
-    k = StateSpace(
-        *(systems.matrix(key, rows[key]).reshape(shape) for key, shape in _shapes(rows, ncon, nmeas)),
-        plant.dt,
-    )
+    report, rows, certificate = solve(data, back_off, gamma_limit, fastest_mode, reduce, progress)
+    matrices = lpv_controller(rows).matrices
+    k = StateSpace(*(matrices[key] for key in ("A", "By", "Cu", "Duy")), plant.dt)
     loop = systems.lower_lft(plant, k)
     d12, d21 = plant.D[: outputs - nmeas, inputs - ncon :], plant.D[outputs - nmeas :, : inputs - ncon]
     rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
     found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
     return Proved(found, report["gamma"], report["remarks"], certificate)
-
-
-def _shapes(rows: Mapping[str, Any], ncon: int, nmeas: int) -> list[tuple[str, tuple[int, int]]]:
-    n = len(rows["A"])
-    return [("A", (n, n)), ("By", (n, nmeas)), ("Cu", (ncon, n)), ("Duy", (ncon, nmeas))]
 
 
 def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, Any]:
@@ -156,39 +143,36 @@ def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, Any]:
 
 
 def solve(
-    problem: Mapping[str, Any], name: str, options: Mapping[str, Any], progress: Progress | None
+    data: Mapping[str, Any],
+    back_off: float,
+    gamma_limit: float | None,
+    fastest_mode: float | None,
+    reduce: bool,
+    progress: Progress | None,
 ) -> tuple[dict[str, Any], dict[str, Any], Certificate]:
     """Return report, controller and certificate of a problem as `squid lpv synth` reads it.
 
     Raises:
         InfeasibleError: there is no controller.
         NumericalError: nothing is known.
-        InputError: the problem is wrong.
+        InputError: the problem is wrong, or an option is outside what the command line allows.
 
     """
-    checked(options)
-    text, controller, certificate = _core.synth(json.dumps(problem), name, progress=progress, **options)
+    if not 1e-3 <= back_off <= 1.0:
+        raise InputError(f"back_off is {back_off}; it must be from 0.001 to 1")
+    for name, value in (("gamma_limit", gamma_limit), ("fastest_mode", fastest_mode)):
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} is {value}; it must be above 0")
+    problem = json.dumps({"data": data})
+    text, controller, certificate = _core.synth(
+        problem, back_off, gamma_limit, fastest_mode, reduce, progress
+    )
     report = json.loads(text)
     if report["status"] == "infeasible":
         raise InfeasibleError(report["reason"])
     if controller is None or certificate is None:
         raise NumericalError("; ".join([report["reason"] or "no controller was found", *report["remarks"]]))
     return report, json.loads(controller), Certificate(certificate)
-
-
-def checked(options: Mapping[str, Any]) -> None:
-    """Check the options of a synthesis, as the command line does.
-
-    Raises:
-        InputError: one is outside what is allowed.
-
-    """
-    if not 1e-3 <= options["back_off"] <= 1.0:
-        raise InputError(f"back_off is {options['back_off']}; it must be from 0.001 to 1")
-    for name in ("gamma_limit", "fastest_mode"):
-        value = options[name]
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} is {value}; it must be above 0")
 
 
 def _condition(m: Matrix) -> float:
@@ -279,13 +263,7 @@ def lpvsyn(
     data |= without_none(rate=rate, dt=dt)
     if limits is not None:
         data["limits"] = np.asarray(limits, dtype=float).tolist()
-    options = {
-        "back_off": back_off,
-        "gamma_limit": gamma_limit,
-        "fastest_mode": fastest_mode,
-        "reduce": reduce,
-    }
-    report, rows, certificate = solve({"data": data}, "P", options, progress)
+    report, rows, certificate = solve(data, back_off, gamma_limit, fastest_mode, reduce, progress)
     return LpvSynthesis(
         lpv_controller(rows, dt or 0.0),
         report["certified_gamma"],

@@ -13,12 +13,9 @@ use squid_problem::source::Source;
 
 /// Synthesis: the report, and the controller and the certificate where there is a proof.
 #[pyfunction]
-#[pyo3(signature = (problem, name, back_off, gamma_limit=None, fastest_mode=None, reduce=false, progress=None))]
-#[allow(clippy::too_many_arguments, reason = "they are Python's keywords")]
 pub fn synth(
     python: Python<'_>,
     problem: String,
-    name: String,
     back_off: f64,
     gamma_limit: Option<f64>,
     fastest_mode: Option<f64>,
@@ -26,44 +23,41 @@ pub fn synth(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Option<String>, Option<String>)> {
     let options = Options { back_off, gamma_limit, fastest_mode, ..Options::default() };
-    let source = Source { name, text: problem };
-    let found = job::run(python, progress, move |progress| {
+    let source = Source { name: "P".into(), text: problem };
+    let report = job::run(python, progress, move |progress| {
         let _running = progress.begin("synth", "solving the matrix inequalities");
         squid_problem::synth::run(&source, options, reduce)
-    })?;
-    let report = found.map_err(|error| of_problem(&error))?;
+    })?
+    .map_err(|error| of_problem(&error))?;
     Ok((text(&report)?, report.controller().map(|k| text(&k)).transpose()?, certificate(report.proved())?))
 }
 
 /// The gain of a finished loop: the report, and the certificate where there is a proof.
 #[pyfunction]
-#[pyo3(signature = (problem, name, progress=None))]
 pub fn gain(
     python: Python<'_>,
     problem: String,
-    name: String,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Option<String>)> {
-    let source = Source { name, text: problem };
-    let found = job::run(python, progress, move |progress| {
+    let source = Source { name: "P".into(), text: problem };
+    let report = job::run(python, progress, move |progress| {
         let _running = progress.begin("gain", "solving the matrix inequalities");
         squid_problem::gain::run(&source)
-    })?;
-    let report = found.map_err(|error| of_problem(&error))?;
+    })?
+    .map_err(|error| of_problem(&error))?;
     Ok((text(&report)?, certificate(report.proved())?))
 }
 
 /// mu of a matrix or a system: the report.
 #[pyfunction]
-pub fn mu(python: Python<'_>, problem: String, name: String) -> PyResult<String> {
-    let source = Source { name, text: problem };
+pub fn mu(python: Python<'_>, problem: String) -> PyResult<String> {
+    let source = Source { name: "M".into(), text: problem };
     let found = job::run(python, None, move |_| squid_problem::mu::run(&source))?;
     text(&found.map_err(|error| of_problem(&error))?)
 }
 
 /// The H-infinity norm of a system, in discrete time with a sample time (s), and the frequency of its peak (rad/s).
 #[pyfunction]
-#[pyo3(signature = (a, b, c, d, inputs, sample_time=None))]
 pub fn hinfnorm(
     python: Python<'_>,
     a: Vec<Vec<f64>>,
@@ -93,8 +87,8 @@ pub fn hinfnorm(
 
 /// Proves a certificate again: what it proves as a sentence, its gain, and that with model error.
 #[pyfunction]
-pub fn prove(python: Python<'_>, certificate: String, name: String) -> PyResult<String> {
-    let source = Source { name, text: certificate };
+pub fn prove(python: Python<'_>, certificate: String) -> PyResult<String> {
+    let source = Source { name: "certificate".into(), text: certificate };
     let theorem = job::run(python, None, move |_| squid_problem::check::prove(&source))?;
     let theorem = theorem.map_err(|error| of_problem(&error))?;
     text(&json!({

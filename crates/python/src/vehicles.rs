@@ -2,7 +2,7 @@
 
 use crate::failure::{InputError, NumericalError, of_design};
 use crate::job;
-use pyo3::{Py, PyAny, PyResult, Python, pyclass, pymethods};
+use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyclass, pymethods};
 use scheduled::Manoeuvre;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::shown;
@@ -12,6 +12,7 @@ use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{fly, fly_at_sea};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -22,22 +23,22 @@ pub struct Vehicle(Arc<Inputs>);
 /// A record of a flight: name, unit and values of each variable, and where the flight ended early.
 type Flown = (Vec<(String, String, Vec<f64>)>, Option<String>);
 
+fn wrong(error: impl Display) -> PyErr {
+    InputError::new_err(error.to_string())
+}
+
 #[pymethods]
 impl Vehicle {
     /// Reads `vehicle.toml` and a design file of a directory.
     #[staticmethod]
     fn read(directory: PathBuf, design: &str) -> PyResult<Self> {
-        let inputs =
-            Inputs::read(&directory, design).map_err(|error| InputError::new_err(error.to_string()))?;
-        Ok(Self(Arc::new(inputs)))
+        Ok(Self(Arc::new(Inputs::read(&directory, design).map_err(wrong)?)))
     }
 
     /// The same from the texts of both files.
     #[staticmethod]
     fn of(vehicle: &str, design: &str) -> PyResult<Self> {
-        let inputs =
-            Inputs::parse(vehicle, design).map_err(|error| InputError::new_err(error.to_string()))?;
-        Ok(Self(Arc::new(inputs)))
+        Ok(Self(Arc::new(Inputs::parse(vehicle, design).map_err(wrong)?)))
     }
 
     /// Its name.
@@ -66,7 +67,6 @@ impl Vehicle {
     }
 
     /// Designs, and writes the files of the design to a directory.
-    #[pyo3(signature = (directory, robust=false, progress=None))]
     fn design(
         &self,
         python: Python<'_>,
@@ -84,7 +84,6 @@ impl Vehicle {
 
     /// Flies the design in a directory: a manoeuvre as in `manoeuvre.json`, the default one if there is none; in the
     /// sea of a text, if one is given.
-    #[pyo3(signature = (directory, manoeuvre=None, sea=None))]
     fn simulate(
         &self,
         python: Python<'_>,
@@ -94,21 +93,19 @@ impl Vehicle {
     ) -> PyResult<Flown> {
         let inputs = Arc::clone(&self.0);
         let stored = store::load(&directory, &inputs).map_err(|error| of_design(&error))?;
-        let wrong = |words: String| InputError::new_err(words);
         let manoeuvre = match manoeuvre {
-            Some(text) => Manoeuvre::from_json(text).map_err(|error| wrong(error.to_string()))?,
+            Some(text) => Manoeuvre::from_json(text).map_err(wrong)?,
             None => stored.manoeuvre.clone(),
         };
-        let sea =
-            sea.map(|text| Sea::parse(text, "sea")).transpose().map_err(|error| wrong(error.to_string()))?;
+        let sea = sea.map(|text| Sea::parse(text, "sea")).transpose().map_err(wrong)?;
         let (vehicle, level) = (&inputs.vehicle, inputs.design.level());
-        sea.iter().try_for_each(|sea| sea.check(vehicle)).map_err(|error| wrong(error.to_string()))?;
+        sea.iter().try_for_each(|sea| sea.check(vehicle)).map_err(wrong)?;
         let flown = python.detach(|| match &sea {
             Some(sea) => fly_at_sea(vehicle, &stored.controller, level, &manoeuvre, sea),
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
         let flight = flown.map_err(|error| match error {
-            FlightError::NoReference { .. } => wrong(error.to_string()),
+            FlightError::NoReference { .. } => wrong(error),
             _ => NumericalError::new_err(error.to_string()),
         })?;
         let record = Record::of(&flight, &vehicle.actuators, &stored.controller);
