@@ -66,11 +66,6 @@ class Probe:
         return fmu
 
 
-def wrong_guid(probe: Probe) -> None:
-    """Instantiate with another GUID."""
-    probe.load("{00000000-0000-0000-0000-000000000000}").instantiate()
-
-
 def no_resources(probe: Probe) -> None:
     """Instantiate without the folder of resources."""
     shutil.rmtree(probe.folder / "resources")
@@ -118,41 +113,11 @@ def null_resource_location(probe: Probe) -> None:
         raise RuntimeError("refused")
 
 
-def nan_input(probe: Probe) -> None:
-    """Set an input to not-a-number."""
-    probe.running().setReal([probe.one("input")], [math.nan])
-
-
-def infinite_input(probe: Probe) -> None:
-    """Set an input to infinity."""
-    probe.running().setReal([probe.one("input")], [math.inf])
-
-
-def zero_step(probe: Probe) -> None:
-    """Step by nothing."""
-    probe.running().doStep(0.0, 0.0)
-
-
-def negative_step(probe: Probe) -> None:
-    """Step backwards."""
-    probe.running().doStep(0.0, -0.1)
-
-
-def nan_step(probe: Probe) -> None:
-    """Step by not-a-number."""
-    probe.running().doStep(0.0, math.nan)
-
-
 def gap_between_steps(probe: Probe) -> None:
     """Begin a step elsewhere than the last one ended."""
     fmu = probe.running()
     fmu.doStep(0.0, 0.1)
     fmu.doStep(0.5, 0.1)
-
-
-def step_before_initialisation(probe: Probe) -> None:
-    """Step a fresh instance."""
-    probe.instantiated().doStep(0.0, 0.1)
 
 
 def step_after_the_end(probe: Probe) -> None:
@@ -162,57 +127,30 @@ def step_after_the_end(probe: Probe) -> None:
     fmu.doStep(0.0, 0.1)
 
 
-def initialise_twice(probe: Probe) -> None:
-    """Enter initialisation while running."""
-    probe.running().enterInitializationMode()
-
-
-def unknown_reference_get(probe: Probe) -> None:
-    """Get a variable that does not exist."""
-    probe.running().getReal([UNKNOWN])
-
-
-def unknown_reference_set(probe: Probe) -> None:
-    """Set a variable that does not exist."""
-    probe.running().setReal([UNKNOWN], [1.0])
-
-
-def wrong_type(probe: Probe) -> None:
-    """Get a real as if it were a string."""
-    probe.running().getString([probe.one("output")])
-
-
-def set_an_output(probe: Probe) -> None:
-    """Set an output."""
-    probe.running().setReal([probe.one("output")], [1.0])
-
-
 CASES: dict[str, Callable[[Probe], None]] = {
-    case.__name__: case
-    for case in (
-        wrong_guid,
-        no_resources,
-        missing_resource,
-        truncated_resource,
-        binary_resource,
-        changed_resource,
-        changed_certificate,
-        null_resource_location,
-        nan_input,
-        infinite_input,
-        zero_step,
-        negative_step,
-        nan_step,
-        gap_between_steps,
-        step_before_initialisation,
-        step_after_the_end,
-        initialise_twice,
-        unknown_reference_get,
-        unknown_reference_set,
-        wrong_type,
-        set_an_output,
-    )
+    "wrong_guid": lambda probe: probe.load("{00000000-0000-0000-0000-000000000000}").instantiate(),
+    "no_resources": no_resources,
+    "missing_resource": missing_resource,
+    "truncated_resource": truncated_resource,
+    "binary_resource": binary_resource,
+    "changed_resource": changed_resource,
+    "changed_certificate": changed_certificate,
+    "null_resource_location": null_resource_location,
+    "nan_input": lambda probe: probe.running().setReal([probe.one("input")], [math.nan]),
+    "infinite_input": lambda probe: probe.running().setReal([probe.one("input")], [math.inf]),
+    "zero_step": lambda probe: probe.running().doStep(0.0, 0.0),
+    "negative_step": lambda probe: probe.running().doStep(0.0, -0.1),
+    "nan_step": lambda probe: probe.running().doStep(0.0, math.nan),
+    "gap_between_steps": gap_between_steps,
+    "step_before_initialisation": lambda probe: probe.instantiated().doStep(0.0, 0.1),
+    "step_after_the_end": step_after_the_end,
+    "initialise_twice": lambda probe: probe.running().enterInitializationMode(),
+    "unknown_reference_get": lambda probe: probe.running().getReal([UNKNOWN]),
+    "unknown_reference_set": lambda probe: probe.running().setReal([UNKNOWN], [1.0]),
+    "wrong_type": lambda probe: probe.running().getString([probe.one("output")]),
+    "set_an_output": lambda probe: probe.running().setReal([probe.one("output")], [1.0]),
 }
+"""The misuses by their names."""
 
 
 def status_of(case: Callable[[Probe], None], probe: Probe) -> int:
