@@ -56,23 +56,8 @@ pub enum Verb {
     Design {
         #[command(flatten)]
         which: Which,
-        /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
-        #[arg(long)]
-        ladder: bool,
-        /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute; tens
-        /// of minutes where it misses a requirement and --no-advise is not given)
-        #[arg(long)]
-        robust: bool,
-        /// Also prove a gain for every constant value of the declared uncertain coefficients (half a
-        /// minute to minutes)
-        #[arg(long)]
-        constant: bool,
-        /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
-        #[arg(long)]
-        no_advise: bool,
-        /// Exit with code 5 where a requirement is missed
-        #[arg(long)]
-        strict: bool,
+        #[command(flatten)]
+        asked: Design,
     },
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
@@ -195,18 +180,8 @@ pub enum Verb {
     Show {
         #[command(flatten)]
         which: Which,
-        /// Trim, A, B and eigenvalues at this speed along the path, m/s
-        #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
-        speed: Option<f64>,
-        /// The polynomial fit and its residuals
-        #[arg(long)]
-        fit: bool,
-        /// The controller and its poles: the stored one, or a new design if the default directory has none
-        #[arg(long)]
-        controller: bool,
-        /// The uncertain parameters, their channels in the LFT, and the model's errors
-        #[arg(long)]
-        uncertainty: bool,
+        #[command(flatten)]
+        asked: Show,
     },
     /// Prove the gain bound of an FMU, of a source in C, or of a certificate.json, in exact arithmetic
     ///
@@ -274,6 +249,45 @@ pub enum Verb {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Default, Args)]
+pub struct Design {
+    /// Also show gamma under each assumption about the speed: frozen, slow, arbitrarily fast
+    #[arg(long)]
+    pub ladder: bool,
+    /// Look for a controller that tolerates more of the declared uncertainty, and compare the two (a minute; tens
+    /// of minutes where it misses a requirement and --no-advise is not given)
+    #[arg(long)]
+    pub robust: bool,
+    /// Also prove a gain for every constant value of the declared uncertain coefficients (half a
+    /// minute to minutes)
+    #[arg(long)]
+    pub constant: bool,
+    /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
+    #[arg(long)]
+    pub no_advise: bool,
+    /// Exit with code 5 where a requirement is missed
+    #[arg(long)]
+    pub strict: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Show {
+    /// Trim, A, B and eigenvalues at this speed along the path, m/s
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    pub speed: Option<f64>,
+    /// The polynomial fit and its residuals
+    #[arg(long)]
+    pub fit: bool,
+    /// The controller and its poles: the stored one, or a new design if the default directory has none
+    #[arg(long)]
+    pub controller: bool,
+    /// The uncertain parameters, their channels in the LFT, and the model's errors
+    #[arg(long)]
+    pub uncertainty: bool,
 }
 
 #[allow(missing_docs)] // Doc comments here are the help.

@@ -5,7 +5,6 @@ use serde_json::json;
 use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed};
-use squid::verbs::show::Asked;
 use squid::verbs::{
     campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
 };
@@ -74,9 +73,7 @@ fn defect(panic: &(dyn Any + Send)) -> Error {
 
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
-        Verb::Design { which, ladder, robust, constant, no_advise, strict } => {
-            design::run(&which, &design::Asked { ladder, robust, constant, no_advise, strict })
-        }
+        Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Tune { vehicle, design, to, minutes, designs } => {
             tune::run(&vehicle, &design, to.as_deref(), (minutes, designs))
         }
@@ -90,9 +87,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea } => report::run(&which, paper, sea.as_deref()),
-        Verb::Show { which, speed, fit, controller, uncertainty } => {
-            show::run(&which, &Asked { speed, fit, controller, uncertainty })
-        }
+        Verb::Show { which, asked } => show::run(&which, &asked),
         Verb::Verify { file, c, vehicle, design, bandwidth } => {
             verify::run(file.as_deref(), c.as_deref(), vehicle.as_deref(), &design, bandwidth)
         }

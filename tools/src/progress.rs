@@ -15,7 +15,13 @@ const TICK: Duration = Duration::from_millis(120);
 /// Shows an event. Results go to standard output, the moving line to the terminal.
 pub fn show(event: Event) {
     match event {
-        Event::Began { stage, what } => begin(&format!("{stage:<12} {what}")),
+        Event::Began { stage, what } => {
+            let words = format!("{stage:<12} {what}");
+            let bar = moving(ProgressBar::new_spinner(), "{spinner} {msg} {elapsed}", &words);
+            if let Ok(mut all) = RUNNING.lock() {
+                all.push(bar);
+            }
+        }
         Event::Ended => {
             if let Some(bar) = RUNNING.lock().ok().and_then(|mut all| all.pop()) {
                 bar.finish_and_clear();
@@ -30,43 +36,16 @@ pub fn show(event: Event) {
     }
 }
 
-fn begin(words: &str) {
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
+/// A moving line that counts up to a number; it is cleared with `finish_and_clear`, or when it is dropped.
+pub fn counter(stage: &str, up_to: u64) -> ProgressBar {
+    moving(ProgressBar::new(up_to), "{spinner} {msg:<12} {pos} of {len} {wide_bar} {eta}", stage)
+}
+
+fn moving(bar: ProgressBar, template: &str, words: &str) -> ProgressBar {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar.set_message(words.to_owned());
     bar.enable_steady_tick(TICK);
-    if let Ok(mut all) = RUNNING.lock() {
-        all.push(bar);
-    }
-}
-
-/// A moving line that counts.
-#[derive(Debug)]
-pub struct Counter(ProgressBar);
-
-impl Counter {
-    /// Of a stage, up to a number.
-    pub fn new(stage: &str, up_to: u64) -> Self {
-        let bar = ProgressBar::new(up_to);
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg:<12} {pos} of {len} {wide_bar} {eta}")
-        {
-            bar.set_style(style);
-        }
-        bar.set_message(stage.to_owned());
-        bar.enable_steady_tick(TICK);
-        Self(bar)
-    }
-
-    /// So many are done.
-    pub fn at(&self, done: u64) {
-        self.0.set_position(done);
-    }
-}
-
-impl Drop for Counter {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
-    }
+    bar
 }

@@ -5,7 +5,7 @@ mod fmus;
 use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
-use crate::progress::{Counter, show};
+use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
@@ -137,16 +137,16 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     }
     write(&to.join(ABOUT), json(&about)?.as_bytes())?;
     let flown = flights.end - flights.start - left;
-    let counter = Counter::new("campaign", flights.end - flights.start);
-    counter.at(flown);
-    let back = |done| counter.at(flown + done);
+    let counter = counter("campaign", flights.end - flights.start);
+    counter.set_position(flown);
+    let back = |done| counter.set_position(flown + done);
     match &asked.records {
         None => fly_missing(&plan, &parts, &to, &|flight| plan.row(flight), &back)?,
         Some(records) => {
             fly_missing(&plan, &parts, &to, &|flight| fmus::judged(&plan, records, flight), &back)?
         }
     }
-    drop(counter);
+    counter.finish_and_clear();
     if asked.only.is_some() {
         say(&format!("{left} flights flown, in {}", to.display()));
         return Ok(answer(&json!({ "directory": to, "flights": left }))?);

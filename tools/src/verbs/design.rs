@@ -1,6 +1,6 @@
 //! `squid design`: designs a controller and prints the result.
 
-use crate::cli::Which;
+use crate::cli::{Design, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -20,22 +20,11 @@ use squid_tune::advise::advise;
 use squid_tune::attempt::Wanted;
 use std::path::Path;
 
-/// What was asked for besides the design.
-#[derive(Debug, Clone, Copy, Default)]
-#[allow(missing_docs, clippy::struct_excessive_bools, reason = "they are the options of the command line")]
-pub struct Asked {
-    pub ladder: bool,
-    pub robust: bool,
-    pub constant: bool,
-    pub no_advise: bool,
-    pub strict: bool,
-}
-
 /// Designs a controller, writes the files of the design, and prints the result.
 ///
 /// # Errors
 /// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
-pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
+pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let progress = Progress::new(&show);
     let finished = designed(&inputs, &directory, asked, &progress)?;
@@ -99,7 +88,7 @@ pub(crate) fn missed(row: &Row) -> String {
 fn designed(
     inputs: &Inputs,
     directory: &Path,
-    asked: &Asked,
+    asked: &Design,
     progress: &Progress,
 ) -> Result<Finished, Error> {
     let mut finished = run_with(inputs, progress, asked.robust)?;
@@ -134,7 +123,7 @@ pub fn load_or_design(inputs: &Inputs, directory: &Path) -> Result<Stored, Error
         }
         other => return Ok(other?),
     }
-    designed(inputs, directory, &Asked::default(), &progress)?;
+    designed(inputs, directory, &Design::default(), &progress)?;
     say("");
     Ok(store::load(directory, inputs)?)
 }

@@ -18,63 +18,52 @@ struct Tool {
     remedy: &'static str,
 }
 
+const VERSION: &[&str] = &["--version"];
+
+impl Tool {
+    /// A program without which `run.py fly` fails.
+    const fn required(
+        names: &'static [&'static str],
+        needed_for: &'static str,
+        remedy: &'static str,
+    ) -> Self {
+        Self { names, version: VERSION, needed_for, required: true, remedy }
+    }
+
+    /// A program without which some tests or flights are left out.
+    const fn optional(
+        names: &'static [&'static str],
+        needed_for: &'static str,
+        remedy: &'static str,
+    ) -> Self {
+        Self { required: false, ..Self::required(names, needed_for, remedy) }
+    }
+}
+
 const TOOLS: [Tool; 8] = [
+    Tool::required(&["cargo"], "building everything", "install Rust from https://rustup.rs"),
+    Tool::required(&["cc", "gcc", "clang"], "linking", "apt install gcc libc6-dev"),
+    Tool::required(&["python3"], "run.py; 3.10 or later, 3.11 for the tests", "apt install python3"),
     Tool {
-        names: &["cargo"],
-        version: &["--version"],
-        needed_for: "building everything",
-        required: true,
-        remedy: "install Rust from https://rustup.rs",
-    },
-    Tool {
-        names: &["cc", "gcc", "clang"],
-        version: &["--version"],
-        needed_for: "linking",
-        required: true,
-        remedy: "apt install gcc libc6-dev",
-    },
-    Tool {
-        names: &["python3"],
-        version: &["--version"],
-        needed_for: "run.py; 3.10 or later, 3.11 for the tests",
-        required: true,
-        remedy: "apt install python3",
-    },
-    Tool {
-        names: &["python3"],
         version: &["-c", "import venv, ensurepip, sys; print('venv of', sys.version.split()[0])"],
-        needed_for: "flights by FMPy, tests; pip does as well",
-        required: false,
-        remedy: "apt install python3-venv",
+        ..Tool::optional(&["python3"], "flights by FMPy, tests; pip does as well", "apt install python3-venv")
     },
-    Tool {
-        names: &["valgrind"],
-        version: &["--version"],
-        needed_for: "tests of the FMUs' memory",
-        required: false,
-        remedy: "apt install valgrind libc6-dbg",
-    },
-    Tool {
-        names: &["wine64", "/usr/lib/wine/wine64"],
-        version: &["--version"],
-        needed_for: "tests of the FMUs for Windows",
-        required: false,
-        remedy: "apt install wine64",
-    },
-    Tool {
-        names: &["qemu-aarch64"],
-        version: &["--version"],
-        needed_for: "tests of the FMUs for 64-bit ARM",
-        required: false,
-        remedy: "apt install qemu-user libc6-arm64-cross",
-    },
-    Tool {
-        names: &["chromium", "chromium-browser", "google-chrome"],
-        version: &["--version"],
-        needed_for: "tests of the report's pages",
-        required: false,
-        remedy: "apt install chromium",
-    },
+    Tool::optional(&["valgrind"], "tests of the FMUs' memory", "apt install valgrind libc6-dbg"),
+    Tool::optional(
+        &["wine64", "/usr/lib/wine/wine64"],
+        "tests of the FMUs for Windows",
+        "apt install wine64",
+    ),
+    Tool::optional(
+        &["qemu-aarch64"],
+        "tests of the FMUs for 64-bit ARM",
+        "apt install qemu-user libc6-arm64-cross",
+    ),
+    Tool::optional(
+        &["chromium", "chromium-browser", "google-chrome"],
+        "tests of the report's pages",
+        "apt install chromium",
+    ),
 ];
 
 /// Prints what is there and what is missing.

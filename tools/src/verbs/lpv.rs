@@ -5,13 +5,15 @@ use crate::output::{answer, say};
 use crate::progress::show;
 use clap::{Args, Subcommand};
 use lpv::synthesis::Options;
+use serde::Serialize;
 use serde_json::json;
 use squid_design::progress::Progress;
 use squid_design::store::files::check_directory;
 use squid_problem::check::check as proved;
+use squid_problem::error::Error as ProblemError;
 use squid_problem::source::Source;
 use squid_problem::{gain, mu, sampled, synth};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// What `squid lpv` can do.
@@ -39,7 +41,12 @@ pub enum LpvVerb {
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 1, not_proved: the certificate fails, or is of another
     /// plant; 1, error: a file is wrong; 64: the command line is wrong.
-    Check(Check),
+    Check {
+        /// The problem file
+        problem: PathBuf,
+        /// The certificate that `squid lpv synth` wrote
+        certificate: PathBuf,
+    },
     /// Bound the structured singular value mu from both sides: of a matrix, or of a system over all frequencies
     ///
     /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where real entries may be plain numbers, or
@@ -57,7 +64,10 @@ pub enum LpvVerb {
     ///
     /// Exit codes, and the word `status` of --json: 0, bounded; 1, error: a file is wrong, the system is unstable
     /// without any perturbation, or the intervals do not close; 64: the command line is wrong.
-    Mu(Mu),
+    Mu {
+        /// The problem file
+        problem: PathBuf,
+    },
     /// Bound the gain of a sampled loop from both sides, with what happens between its ticks
     ///
     /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant
@@ -70,7 +80,10 @@ pub enum LpvVerb {
     ///
     /// Exit codes, and the word `status` of --json: 0, bounded; 2, unstable; 1, error: a file is wrong; 64: the command
     /// line is wrong.
-    Sampled(Sampled),
+    Sampled {
+        /// The problem file
+        problem: PathBuf,
+    },
     /// Bound the gain of a finished loop: for parameters that move however fast, at a bounded rate, and constant ones
     ///
     /// Reads a plant as `synth` does, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
@@ -87,7 +100,13 @@ pub enum LpvVerb {
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
     /// 1, error: a file is wrong; 64: the command line is wrong.
-    Gain(Gain),
+    Gain {
+        /// The problem file
+        problem: PathBuf,
+        /// Write certificate.json to this directory
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
 }
 
 /// The options of `squid lpv synth`.
@@ -115,39 +134,6 @@ pub struct Synth {
     reduce: bool,
 }
 
-/// The options of `squid lpv check`.
-#[derive(Debug, Args)]
-pub struct Check {
-    /// The problem file
-    problem: PathBuf,
-    /// The certificate that `squid lpv synth` wrote
-    certificate: PathBuf,
-}
-
-/// The options of `squid lpv mu`.
-#[derive(Debug, Args)]
-pub struct Mu {
-    /// The problem file
-    problem: PathBuf,
-}
-
-/// The options of `squid lpv sampled`.
-#[derive(Debug, Args)]
-pub struct Sampled {
-    /// The problem file
-    problem: PathBuf,
-}
-
-/// The options of `squid lpv gain`.
-#[derive(Debug, Args)]
-pub struct Gain {
-    /// The problem file
-    problem: PathBuf,
-    /// Write certificate.json to this directory
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
-
 /// Runs a verb.
 ///
 /// # Errors
@@ -155,29 +141,39 @@ pub struct Gain {
 pub fn run(verb: &LpvVerb) -> Result<ExitCode, Error> {
     match verb {
         LpvVerb::Synth(options) => synth(options),
-        LpvVerb::Check(options) => check(options),
-        LpvVerb::Mu(options) => mu(options),
-        LpvVerb::Sampled(options) => sampled(options),
-        LpvVerb::Gain(options) => gain(options),
+        LpvVerb::Check { problem, certificate } => check(problem, certificate),
+        LpvVerb::Mu { problem } => mu(problem),
+        LpvVerb::Sampled { problem } => sampled(problem),
+        LpvVerb::Gain { problem, out } => gain(problem, out.as_deref()),
     }
 }
 
-fn mu(mu: &Mu) -> Result<ExitCode, Error> {
-    let outcome = Source::read(&mu.problem).and_then(|source| mu::run(&source));
+/// Prints bounds in words and for programs; for programs also why there are none.
+fn shown<Report: Serialize>(
+    outcome: Result<Report, ProblemError>,
+    words: impl Fn(&Report) -> String,
+    refused: impl Fn(&ProblemError) -> Report,
+) -> Result<Report, Error> {
     match &outcome {
         Ok(report) => {
-            say(&report.words());
+            say(&words(report));
             answer(report)?;
         }
-        Err(error) => answer(&mu::Report::refused(error))?,
+        Err(error) => answer(&refused(error))?,
     }
-    Ok(outcome.map(|_| ExitCode::SUCCESS)?)
+    Ok(outcome?)
 }
 
-fn gain(gain: &Gain) -> Result<ExitCode, Error> {
-    gain.out.as_deref().map_or(Ok(()), check_directory)?;
-    let report = gain::run(&Source::read(&gain.problem)?)?;
-    if let Some(directory) = &gain.out {
+fn mu(problem: &Path) -> Result<ExitCode, Error> {
+    let outcome = Source::read(problem).and_then(|source| mu::run(&source));
+    shown(outcome, mu::Report::words, mu::Report::refused)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn gain(problem: &Path, out: Option<&Path>) -> Result<ExitCode, Error> {
+    out.map_or(Ok(()), check_directory)?;
+    let report = gain::run(&Source::read(problem)?)?;
+    if let Some(directory) = out {
         report.save(directory)?;
     }
     say(&report.words());
@@ -188,23 +184,17 @@ fn gain(gain: &Gain) -> Result<ExitCode, Error> {
 /// The exit code where no bound was found.
 const NOT_FOUND: u8 = 3;
 
-fn sampled(sampled: &Sampled) -> Result<ExitCode, Error> {
-    let outcome = Source::read(&sampled.problem).and_then(|source| sampled::run(&source));
-    match &outcome {
-        Ok(report) => {
-            say(&report.words());
-            answer(report)?;
-        }
-        Err(error) => answer(&sampled::Report::refused(error))?,
-    }
-    Ok(outcome.map(|report| ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))?)
+fn sampled(problem: &Path) -> Result<ExitCode, Error> {
+    let outcome = Source::read(problem).and_then(|source| sampled::run(&source));
+    let report = shown(outcome, sampled::Report::words, sampled::Report::refused)?;
+    Ok(ExitCode::from(if report.upper.is_some() { 0 } else { UNSTABLE }))
 }
 
 /// The exit code of a sampled loop that is not stable.
 const UNSTABLE: u8 = 2;
 
-fn check(check: &Check) -> Result<ExitCode, Error> {
-    let theorem = proved(&Source::read(&check.problem)?, &Source::read(&check.certificate)?)?;
+fn check(problem: &Path, certificate: &Path) -> Result<ExitCode, Error> {
+    let theorem = proved(&Source::read(problem)?, &Source::read(certificate)?)?;
     say(&format!("PROVED: {theorem}"));
     let mut found = json!({ "status": "proved", "gamma": theorem.gamma, "reason": null });
     theorem.gamma_with_model_error.iter().for_each(|gamma| found["gamma_with_model_error"] = json!(gamma));

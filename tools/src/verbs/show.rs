@@ -4,7 +4,7 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::Which;
+use crate::cli::{Show, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -18,24 +18,11 @@ use squid_design::progress::Progress;
 use squid_design::store::{self, Stored};
 use std::path::Path;
 
-/// What `squid show` prints; without any of these, all but the uncertainty.
-#[derive(Debug, Clone, Copy)]
-pub struct Asked {
-    /// The model at this speed along the path, m/s.
-    pub speed: Option<f64>,
-    /// The fit.
-    pub fit: bool,
-    /// The controller.
-    pub controller: bool,
-    /// The uncertain parameters.
-    pub uncertainty: bool,
-}
-
-/// Prints what is asked for.
+/// Prints what is asked for; where nothing is, all but the uncertainty.
 ///
 /// # Errors
 /// Those of the files and the model; [`Error::Argument`].
-pub fn run(which: &Which, asked: &Asked) -> Result<(), Error> {
+pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     let (inputs, directory) = which.read()?;
     let all = asked.speed.is_none() && !asked.fit && !asked.controller && !asked.uncertainty;
     let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
@@ -83,21 +70,19 @@ fn shown_controller(
     directory: &Path,
 ) -> Result<(String, Value), Error> {
     let directory = directory.display();
-    if let Some(stored) = stored {
+    let finished;
+    let (whose, k, gamma) = if let Some(stored) = stored {
         let robust = if stored.robust.is_some() { ", made with --robust" } else { "" };
-        let (k, gamma) = (controller_of(&stored.controller.lft)?, &stored.controller.gamma);
-        let words = tables::controller(inputs, &k, gamma)?;
-        let value = values::controller(inputs, &k, gamma)?;
-        return Ok((format!("The design in {directory}{robust}\n{words}"), value));
-    }
-    let running = Progress::new(&show).begin("design", "solving the matrix inequalities");
-    let finished = squid_design::run::run(inputs, &Progress::default())?;
-    drop(running);
-    let (k, gamma) = (&finished.design.controller, &finished.frozen.controller.gamma);
+        let whose = format!("The design in {directory}{robust}");
+        (whose, &controller_of(&stored.controller.lft)?, &stored.controller.gamma)
+    } else {
+        let running = Progress::new(&show).begin("design", "solving the matrix inequalities");
+        finished = squid_design::run::run(inputs, &Progress::default())?;
+        drop(running);
+        let whose =
+            format!("No design of these files is in {directory}; this is the result of `squid design`");
+        (whose, &finished.design.controller, &finished.frozen.controller.gamma)
+    };
     let words = tables::controller(inputs, k, gamma)?;
-    let value = values::controller(inputs, k, gamma)?;
-    Ok((
-        format!("No design of these files is in {directory}; this is the result of `squid design`\n{words}"),
-        value,
-    ))
+    Ok((format!("{whose}\n{words}"), values::controller(inputs, k, gamma)?))
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use lpv::controller::Controller;
-use lpv::matrix::Mat;
+use lpv::matrix::to_rows;
 use nalgebra::Complex;
 use scheduled::Gamma;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ pub fn fit(model: &Model) -> Value {
             "order": r.order,
             "rms_relative": r.a.relative_rms,
             "rms_relative_to_variation": r.relative_to_variation,
-            "largest": rows(&r.whole.largest),
+            "largest": to_rows(&r.whole.largest),
         })
     };
     json!({
@@ -69,10 +69,6 @@ pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
         "parameters": joint.blocks.iter().map(block).collect::<Vec<_>>(),
         "channels_of_rho": joint.scheduled,
     }))
-}
-
-fn rows(m: &Mat) -> Vec<Vec<f64>> {
-    m.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 /// Real and imaginary parts.
