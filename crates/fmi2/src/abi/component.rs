@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::logger::Logger;
 use crate::abi::types::{self, Status};
+use crate::instance::Outcome;
 use crate::{Failure, Function, Instance, Model, Refusal};
 
 /// An instance with its logger, and the texts that the importer may still read.
@@ -17,8 +18,6 @@ pub(crate) struct Component<M: Model> {
     /// Status of the last `fmi2DoStep` that left the instance ready for another one.
     pub(crate) last_step: Status,
 }
-
-pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 
 /// Runs one call: checks handle and state table, catches panics, logs what went wrong, returns the status.
 ///
@@ -59,23 +58,29 @@ pub(crate) unsafe fn call<M: Model>(
     }
 }
 
-/// C functions that take nothing but the instance, each with what it does.
-macro_rules! calls {
-    ($($(#[$about:meta])* $name:ident = $function:ident, $body:expr;)+) => {
+/// C functions that take an instance and return its status: name, further arguments, row of the state table, and what the
+/// function does.
+macro_rules! functions {
+    ($($(#[$about:meta])* $name:ident($($argument:ident: $type:ty),*) = $function:ident, |$own:ident| $body:expr;)+) => {
         $(
             $(#[$about])*
             ///
             /// # Safety
-            /// `component` is NULL or a live handle of this model.
-            pub unsafe extern "C" fn $name<M: Model>(component: types::Component) -> Status {
-                let body: fn(&mut Component<M>) -> crate::abi::component::Outcome<M> = $body;
+            /// `component` is NULL or a live handle of this model. Every other pointer is NULL or what the standard
+            /// says: an array of the length given, a text that ends with NUL, a place to write to, or a state of the
+            /// same model.
+            pub unsafe extern "C" fn $name<M: Model>(
+                component: types::Component,
+                $($argument: $type),*
+            ) -> Status {
+                let body = |$own: &mut Component<M>| -> Outcome<M> { $body };
                 // SAFETY: the importer vouches for the handle.
                 unsafe { call(component, Function::$function, body) }
             }
         )+
     };
 }
-pub(crate) use calls;
+pub(crate) use functions;
 
 /// The text of a panic.
 pub(crate) fn panic_text(payload: &(dyn Any + Send)) -> &str {

@@ -3,10 +3,11 @@
 use std::ffi::{c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::abi::component::{Component, call, calls, panic_text};
+use crate::abi::component::{Component, call, functions, panic_text};
 use crate::abi::logger::Logger;
 use crate::abi::pointers::{slice, text};
 use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, MODEL_EXCHANGE, Status};
+use crate::instance::Outcome;
 use crate::log::{Category, Filter};
 use crate::{Experiment, Function, Instance, Interface, Model, Refusal, Resources, describe, path_of};
 
@@ -96,68 +97,39 @@ pub unsafe extern "C" fn free_instance<M: Model>(component: types::Component) {
     let _ = catch_unwind(AssertUnwindSafe(|| drop(component)));
 }
 
-/// `fmi2SetDebugLogging`.
-///
-/// # Safety
-/// As [`free_instance`]; `categories` points to `count` texts.
-pub unsafe extern "C" fn set_debug_logging<M: Model>(
-    component: types::Component,
-    logging_on: c_int,
-    count: usize,
-    categories: *const *const c_char,
-) -> Status {
-    let body = |component: &mut Component<M>| {
-        // SAFETY: the importer vouches for its pointers.
+functions! {
+    /// `fmi2SetDebugLogging`.
+    set_debug_logging(logging_on: c_int, count: usize, categories: *const *const c_char) = SetDebugLogging, |own| {
+        // SAFETY: the importer vouches for its array.
         let names = unsafe { slice(categories, count, "categories") }?;
         let mut listed = Vec::with_capacity(count);
         for &name in names {
-            // SAFETY: the importer vouches for its pointers.
+            // SAFETY: the importer vouches for its texts.
             let name = unsafe { text(name, "categories") }?;
             let known = Category::ALL.into_iter().find(|known| known.name() == name);
             listed.push(known.ok_or_else(|| Refusal::UnknownCategory { category: name.to_owned() })?);
         }
-        component.logger.filter = match logging_on != 0 && count > 0 {
+        own.logger.filter = match logging_on != 0 && count > 0 {
             true => Filter::listed(&listed),
             false => Filter::ALL,
         };
         Ok(())
     };
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::SetDebugLogging, body) }
-}
-
-/// `fmi2SetupExperiment`.
-///
-/// # Safety
-/// As [`free_instance`].
-pub unsafe extern "C" fn setup_experiment<M: Model>(
-    component: types::Component,
-    tolerance_defined: c_int,
-    tolerance: f64,
-    start: f64,
-    stop_defined: c_int,
-    stop: f64,
-) -> Status {
-    let experiment = Experiment {
-        start,
-        // An infinite stop time means none.
-        stop: (stop_defined != 0 && stop != f64::INFINITY).then_some(stop),
-        tolerance: (tolerance_defined != 0).then_some(tolerance),
+    /// `fmi2SetupExperiment`; an infinite stop time means none.
+    setup_experiment(tolerance_defined: c_int, tolerance: f64, start: f64, stop_defined: c_int, stop: f64)
+        = SetupExperiment, |own| {
+        let stop = (stop_defined != 0 && stop != f64::INFINITY).then_some(stop);
+        let tolerance = (tolerance_defined != 0).then_some(tolerance);
+        Ok(own.instance.set_up(Experiment { start, stop, tolerance })?)
     };
-    let body = |component: &mut Component<M>| Ok(component.instance.set_up(experiment)?);
-    // SAFETY: the importer vouches for the handle.
-    unsafe { call(component, Function::SetupExperiment, body) }
-}
-
-calls! {
     /// `fmi2EnterInitializationMode`.
-    enter_initialization_mode = EnterInitializationMode, |own| Ok(own.instance.enter_initialization()?);
+    enter_initialization_mode() = EnterInitializationMode, |own| Ok(own.instance.enter_initialization()?);
     /// `fmi2ExitInitializationMode`.
-    exit_initialization_mode = ExitInitializationMode, |own| own.instance.exit_initialization(&mut own.logger);
+    exit_initialization_mode() = ExitInitializationMode, |own| own.instance.exit_initialization(&mut own.logger);
     /// `fmi2Terminate`.
-    terminate = Terminate, |own| Ok(own.instance.terminate()?);
+    terminate() = Terminate, |own| Ok(own.instance.terminate()?);
     /// `fmi2Reset`.
-    reset = Reset, |own| {
+    reset() = Reset, |own| {
         own.last_step = Status::Ok;
         Ok(own.instance.reset()?)
     };
