@@ -12,6 +12,7 @@
 
 mod check;
 mod description;
+pub mod element;
 mod enumeration;
 mod guid;
 mod problem;

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::xml::number;
+
 /// A unit with its base-unit exponents and the display units that a tool may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
@@ -84,6 +86,13 @@ impl Unit {
         }
         let display_units = display_units(name, base);
         Ok(Self { name: name.to_owned(), base, factor: 1.0, display_units })
+    }
+
+    /// Its definition as attributes of an element `BaseUnit`: the powers that are not zero, and a factor that is not 1.
+    pub fn in_base_units(&self) -> Vec<(&'static str, String)> {
+        let powers = BaseUnit::SYMBOLS.into_iter().zip(self.base.exponents).filter(|(_, power)| *power != 0);
+        let factor = (self.factor != 1.0).then(|| ("factor", number(self.factor)));
+        powers.map(|(symbol, power)| (symbol, power.to_string())).chain(factor).collect()
     }
 }
 

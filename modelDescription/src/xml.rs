@@ -1,13 +1,12 @@
 //! Writes `modelDescription.xml` in the order of the schema (`fmi2ModelDescription.xsd`, FMI 2.0.4).
 
+use std::fmt::Debug;
 use std::io;
 
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
-
+use crate::element::{NONE, Xml, document, leaf, parent};
 use crate::{
-    BaseUnit, Causality, DependencyKind, Enumeration, Initial, Kind, LogCategory, ModelDescription, Problem,
-    RealType, ScalarVariable, Unit, Unknown, Variability,
+    DependencyKind, Enumeration, Kind, LogCategory, ModelDescription, Problem, RealType, ScalarVariable,
+    Unit, Unknown,
 };
 
 /// Why the XML could not be written.
@@ -27,7 +26,6 @@ fn joined(problems: &[Problem]) -> String {
 }
 
 type Attributes = Vec<(&'static str, String)>;
-type Xml = Writer<Vec<u8>>;
 
 impl ModelDescription {
     /// The XML with the given GUID, checked first; the same description gives the same bytes.
@@ -39,27 +37,25 @@ impl ModelDescription {
         if !problems.is_empty() {
             return Err(WriteError::Problems { problems });
         }
-        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-        xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-        parent(&mut xml, "fmiModelDescription", self.root(guid), |xml| {
-            if self.model_exchange {
-                leaf(xml, "ModelExchange", self.of_model_exchange())?;
-            }
-            leaf(xml, "CoSimulation", self.of_co_simulation())?;
-            list(xml, "UnitDefinitions", &self.units(), write_unit)?;
-            self.write_types(xml)?;
-            list(xml, "LogCategories", &self.log_categories, |xml, category| {
-                let LogCategory { name, description } = category;
-                leaf(xml, "Category", vec![("name", name.clone()), ("description", description.clone())])
-            })?;
-            leaf(xml, "DefaultExperiment", self.experiment())?;
-            parent(xml, "ModelVariables", Vec::new(), |xml| {
-                self.variables.iter().try_for_each(|variable| self.write_variable(xml, variable))
-            })?;
-            self.write_structure(xml)
+        let bytes = document(|xml| {
+            parent(xml, "fmiModelDescription", &self.root(guid), |xml| {
+                if self.model_exchange {
+                    leaf(xml, "ModelExchange", &self.of_model_exchange())?;
+                }
+                leaf(xml, "CoSimulation", &self.of_co_simulation())?;
+                list(xml, "UnitDefinitions", &self.units(), write_unit)?;
+                self.write_types(xml)?;
+                list(xml, "LogCategories", &self.log_categories, |xml, category| {
+                    let LogCategory { name, description } = category;
+                    leaf(xml, "Category", &[("name", name), ("description", description)])
+                })?;
+                leaf(xml, "DefaultExperiment", &self.experiment())?;
+                parent(xml, "ModelVariables", NONE, |xml| {
+                    self.variables.iter().try_for_each(|variable| self.write_variable(xml, variable))
+                })?;
+                self.write_structure(xml)
+            })
         })?;
-        let mut bytes = xml.into_inner();
-        bytes.push(b'\n');
         String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error).into())
     }
 
@@ -131,7 +127,7 @@ impl ModelDescription {
         if self.enumerations.is_empty() && types.is_empty() {
             return Ok(());
         }
-        parent(xml, "TypeDefinitions", Vec::new(), |xml| {
+        parent(xml, "TypeDefinitions", NONE, |xml| {
             types.iter().try_for_each(|one| write_real_type(xml, one))?;
             self.enumerations.iter().try_for_each(|one| write_enumeration(xml, one))
         })
@@ -142,20 +138,20 @@ impl ModelDescription {
             ("name", variable.name.clone()),
             ("valueReference", variable.value_reference.to_string()),
             ("description", variable.description.clone()),
-            ("causality", causality(variable.causality).to_owned()),
-            ("variability", variability(variable.variability).to_owned()),
+            ("causality", word(variable.causality)),
+            ("variability", word(variable.variability)),
         ];
-        attributes.extend(variable.initial().map(|one| ("initial", initial(one).to_owned())));
+        attributes.extend(variable.initial().map(|one| ("initial", word(one))));
         let (element, mut of_kind) = kind(&variable.kind);
         of_kind.splice(0..0, variable.real_type().map(|one| ("declaredType", one.name.to_owned())));
         let state = variable.derivative_of.as_deref().and_then(|state| self.position(state));
         of_kind.extend(state.map(|position| ("derivative", (position + 1).to_string())));
-        parent(xml, "ScalarVariable", attributes, |xml| leaf(xml, element, of_kind))
+        parent(xml, "ScalarVariable", &attributes, |xml| leaf(xml, element, &of_kind))
     }
 
     fn write_structure(&self, xml: &mut Xml) -> io::Result<()> {
         let structure = self.structure();
-        parent(xml, "ModelStructure", Vec::new(), |xml| {
+        parent(xml, "ModelStructure", NONE, |xml| {
             list(xml, "Outputs", &structure.outputs, write_unknown)?;
             list(xml, "Derivatives", &structure.derivatives, write_unknown)?;
             list(xml, "InitialUnknowns", &structure.initial_unknowns, write_unknown)
@@ -164,39 +160,31 @@ impl ModelDescription {
 }
 
 fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
-    parent(xml, "Unit", vec![("name", unit.name.clone())], |xml| {
-        let powers = BaseUnit::SYMBOLS.into_iter().zip(unit.base.exponents);
-        let powers = powers.filter(|(_, power)| *power != 0);
-        let factor = (unit.factor != 1.0).then(|| ("factor", number(unit.factor)));
-        let powers = powers.map(|(symbol, power)| (symbol, power.to_string()));
-        leaf(xml, "BaseUnit", powers.chain(factor).collect())?;
+    parent(xml, "Unit", &[("name", &unit.name)], |xml| {
+        leaf(xml, "BaseUnit", &unit.in_base_units())?;
         unit.display_units.iter().try_for_each(|display| {
-            leaf(xml, "DisplayUnit", vec![("name", display.name.clone()), ("factor", number(display.factor))])
+            leaf(xml, "DisplayUnit", &[("name", display.name.clone()), ("factor", number(display.factor))])
         })
     })
 }
 
 fn write_real_type(xml: &mut Xml, one: &RealType) -> io::Result<()> {
-    let attributes = vec![("name", one.name.to_owned()), ("description", one.description.to_owned())];
+    let attributes = [("name", one.name), ("description", one.description)];
     let mut of_real = vec![("quantity", one.quantity.to_owned()), ("unit", one.unit.to_owned())];
     of_real.extend(one.display_unit().map(|unit| ("displayUnit", unit)));
     of_real.extend(one.min.map(|min| ("min", number(min))));
     of_real.extend(one.max.map(|max| ("max", number(max))));
-    parent(xml, "SimpleType", attributes, |xml| leaf(xml, "Real", of_real))
+    parent(xml, "SimpleType", &attributes, |xml| leaf(xml, "Real", &of_real))
 }
 
 fn write_enumeration(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
-    let attributes =
-        vec![("name", enumeration.name.clone()), ("description", enumeration.description.clone())];
-    parent(xml, "SimpleType", attributes, |xml| {
-        parent(xml, "Enumeration", Vec::new(), |xml| {
+    let attributes = [("name", &enumeration.name), ("description", &enumeration.description)];
+    parent(xml, "SimpleType", &attributes, |xml| {
+        parent(xml, "Enumeration", NONE, |xml| {
             enumeration.items.iter().enumerate().try_for_each(|(position, item)| {
-                let attributes = vec![
-                    ("name", item.name.clone()),
-                    ("value", (position + 1).to_string()),
-                    ("description", item.description.clone()),
-                ];
-                leaf(xml, "Item", attributes)
+                let value = (position + 1).to_string();
+                let (name, description) = (&item.name, &item.description);
+                leaf(xml, "Item", &[("name", name), ("value", &value), ("description", description)])
             })
         })
     })
@@ -245,9 +233,9 @@ fn write_unknown(xml: &mut Xml, unknown: &Unknown) -> io::Result<()> {
             dependencies.iter().map(text).collect::<Vec<_>>().join(" ")
         };
         attributes.push(("dependencies", joined(|(index, _)| index.to_string())));
-        attributes.push(("dependenciesKind", joined(|(_, kind)| dependency_kind(*kind).to_owned())));
+        attributes.push(("dependenciesKind", joined(|(_, kind)| word(*kind))));
     }
-    leaf(xml, "Unknown", attributes)
+    leaf(xml, "Unknown", &attributes)
 }
 
 /// An element with its items; none without items.
@@ -260,63 +248,17 @@ fn list<T>(
     if items.is_empty() {
         return Ok(());
     }
-    parent(xml, element, Vec::new(), |xml| items.iter().try_for_each(|item| write(xml, item)))
-}
-
-fn leaf(xml: &mut Xml, element: &'static str, attributes: Attributes) -> io::Result<()> {
-    let attributes = attributes.iter().map(|(name, value)| (*name, value.as_str()));
-    xml.create_element(element).with_attributes(attributes).write_empty().map(|_| ())
-}
-
-fn parent(
-    xml: &mut Xml,
-    element: &'static str,
-    attributes: Attributes,
-    content: impl FnOnce(&mut Xml) -> io::Result<()>,
-) -> io::Result<()> {
-    let attributes = attributes.iter().map(|(name, value)| (*name, value.as_str()));
-    xml.create_element(element).with_attributes(attributes).write_inner_content(content).map(|_| ())
+    parent(xml, element, NONE, |xml| items.iter().try_for_each(|item| write(xml, item)))
 }
 
 /// The shortest decimal that reads back to the same number.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-fn causality(causality: Causality) -> &'static str {
-    match causality {
-        Causality::Parameter => "parameter",
-        Causality::CalculatedParameter => "calculatedParameter",
-        Causality::Input => "input",
-        Causality::Output => "output",
-        Causality::Local => "local",
-    }
-}
-
-fn variability(variability: Variability) -> &'static str {
-    match variability {
-        Variability::Constant => "constant",
-        Variability::Fixed => "fixed",
-        Variability::Tunable => "tunable",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    }
-}
-
-fn initial(initial: Initial) -> &'static str {
-    match initial {
-        Initial::Exact => "exact",
-        Initial::Approx => "approx",
-        Initial::Calculated => "calculated",
-    }
-}
-
-fn dependency_kind(kind: DependencyKind) -> &'static str {
-    match kind {
-        DependencyKind::Dependent => "dependent",
-        DependencyKind::Constant => "constant",
-        DependencyKind::Fixed => "fixed",
-        DependencyKind::Tunable => "tunable",
-        DependencyKind::Discrete => "discrete",
-    }
+/// A variant as the schema spells it, with a small first letter.
+fn word(variant: impl Debug) -> String {
+    let mut word = format!("{variant:?}");
+    word[..1].make_ascii_lowercase();
+    word
 }

@@ -18,8 +18,9 @@ use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
 use crate::ssp::units::{of_connectors, units};
-use crate::xml::{Xml, document, real};
+use crate::xml::real;
 use auv::TrimPoint;
+use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
 use signals::{SIGNALS, measured, tracked};
 use squid_design::store::Stored;
@@ -148,31 +149,24 @@ impl System<'_> {
                 ("name", self.variant),
                 ("generationTool", TOOL),
             ];
-            xml.create_element("ssd:SystemStructureDescription").with_attributes(root).write_inner_content(
-                |xml| {
-                    let about =
-                        format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
-                    xml.create_element("ssd:System")
-                        .with_attributes([("name", self.name), ("description", about.as_str())])
-                        .write_inner_content(|xml| self.system(xml))?;
-                    let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
-                    units(xml, "ssd:Units", of_all.collect())?;
-                    let stop = format!("{:?}", self.duration);
-                    xml.create_element("ssd:DefaultExperiment")
-                        .with_attributes([("startTime", "0.0"), ("stopTime", stop.as_str())])
-                        .write_empty()?;
-                    Ok(())
-                },
-            )?;
-            Ok(())
+            parent(xml, "ssd:SystemStructureDescription", &root, |xml| {
+                let about =
+                    format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
+                let system = [("name", self.name), ("description", about.as_str())];
+                parent(xml, "ssd:System", &system, |xml| self.system(xml))?;
+                let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
+                units(xml, "ssd:Units", of_all.collect())?;
+                let stop = format!("{:?}", self.duration);
+                leaf(xml, "ssd:DefaultExperiment", &[("startTime", "0.0"), ("stopTime", stop.as_str())])
+            })
         })
     }
 
     fn system(&self, xml: &mut Xml) -> io::Result<()> {
-        xml.create_element("ssd:Elements").write_inner_content(|xml| {
+        parent(xml, "ssd:Elements", NONE, |xml| {
             self.components.iter().try_for_each(|(kind, packed)| self.component(xml, *kind, packed))
         })?;
-        xml.create_element("ssd:Connections").write_inner_content(|xml| {
+        parent(xml, "ssd:Connections", NONE, |xml| {
             let [plant, controller] = self.components;
             connections(xml, plant, controller)?;
             connections(xml, controller, plant)
@@ -187,12 +181,11 @@ impl System<'_> {
         let master =
             [("description", "oms-ma"), ("stepSize", step.as_str()), ("relativeTolerance", UNUSED_TOLERANCE)];
         let annotation = [("type", "org.openmodelica"), ("xmlns:oms", OMS)];
-        nested(xml, "ssd:Annotations", &[], |xml| {
-            nested(xml, "ssc:Annotation", &annotation, |xml| {
-                nested(xml, "oms:Annotations", &[], |xml| {
-                    nested(xml, "oms:SimulationInformation", &[], |xml| {
-                        xml.create_element("oms:FixedStepMaster").with_attributes(master).write_empty()?;
-                        Ok(())
+        parent(xml, "ssd:Annotations", NONE, |xml| {
+            parent(xml, "ssc:Annotation", &annotation, |xml| {
+                parent(xml, "oms:Annotations", NONE, |xml| {
+                    parent(xml, "oms:SimulationInformation", NONE, |xml| {
+                        leaf(xml, "oms:FixedStepMaster", &master)
                     })
                 })
             })
@@ -207,35 +200,24 @@ impl System<'_> {
             ("source", fmu.as_str()),
             ("implementation", "CoSimulation"),
         ];
-        xml.create_element("ssd:Component").with_attributes(attributes).write_inner_content(|xml| {
-            xml.create_element("ssd:Connectors")
-                .write_inner_content(|xml| connectors(xml, &packed.description))?;
+        parent(xml, "ssd:Component", &attributes, |xml| {
+            parent(xml, "ssd:Connectors", NONE, |xml| connectors(xml, &packed.description))?;
             let values = values_file(kind, self.variant);
-            xml.create_element("ssd:ParameterBindings").write_inner_content(|xml| {
-                let binding = [("type", "application/x-ssp-parameter-set"), ("source", values.as_str())];
-                xml.create_element("ssd:ParameterBinding").with_attributes(binding).write_empty()?;
-                Ok(())
-            })?;
-            Ok(())
-        })?;
-        Ok(())
+            let binding = [("type", "application/x-ssp-parameter-set"), ("source", values.as_str())];
+            parent(xml, "ssd:ParameterBindings", NONE, |xml| leaf(xml, "ssd:ParameterBinding", &binding))
+        })
     }
 }
 
 /// A connector for each real input and output, with its unit (section 5.3.1).
 fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
-    for variable in real(description) {
-        let name = variable.name.as_str();
+    real(description).try_for_each(|variable| {
         let kind = if variable.causality == Causality::Input { "input" } else { "output" };
-        xml.create_element("ssd:Connector")
-            .with_attributes([("name", name), ("kind", kind)])
-            .write_inner_content(|xml| {
-                let unit = variable.unit().map(|unit| ("unit", unit));
-                xml.create_element("ssc:Real").with_attributes(unit).write_empty()?;
-                Ok(())
-            })?;
-    }
-    Ok(())
+        let unit = variable.unit().map(|unit| ("unit", unit));
+        parent(xml, "ssd:Connector", &[("name", variable.name.as_str()), ("kind", kind)], |xml| {
+            leaf(xml, "ssc:Real", unit.as_slice())
+        })
+    })
 }
 
 /// Wires each output of one component to the input of that name of the other (section 5.3.3).
@@ -250,7 +232,7 @@ fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io:
                 ("endElement", component(to.0)),
                 ("endConnector", name),
             ];
-            xml.create_element("ssd:Connection").with_attributes(ends).write_empty()?;
+            leaf(xml, "ssd:Connection", &ends)?;
         }
     }
     Ok(())
@@ -267,35 +249,20 @@ fn parameter_set(name: &str, of: &ModelDescription, values: &[(&str, f64)]) -> i
             ("name", name),
             ("generationTool", TOOL),
         ];
-        xml.create_element("ssv:ParameterSet").with_attributes(root).write_inner_content(|xml| {
-            xml.create_element("ssv:Parameters").write_inner_content(|xml| {
+        parent(xml, "ssv:ParameterSet", &root, |xml| {
+            parent(xml, "ssv:Parameters", NONE, |xml| {
                 values.iter().try_for_each(|(name, value)| parameter(xml, name, *value, unit(name)))
             })?;
             units(xml, "ssv:Units", values.iter().filter_map(|(name, _)| unit(name)).collect())
-        })?;
-        Ok(())
+        })
     })
 }
 
 fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::Result<()> {
     let text = format!("{value:?}");
-    let attributes = [("value", text.as_str())].into_iter().chain(unit.map(|unit| ("unit", unit)));
-    xml.create_element("ssv:Parameter").with_attribute(("name", name)).write_inner_content(|xml| {
-        xml.create_element("ssv:Real").with_attributes(attributes).write_empty()?;
-        Ok(())
-    })?;
-    Ok(())
-}
-
-/// An element with attributes and content.
-fn nested(
-    xml: &mut Xml,
-    name: &str,
-    attributes: &[(&str, &str)],
-    content: impl FnOnce(&mut Xml) -> io::Result<()>,
-) -> io::Result<()> {
-    xml.create_element(name).with_attributes(attributes.iter().copied()).write_inner_content(content)?;
-    Ok(())
+    let mut attributes = vec![("value", text.as_str())];
+    attributes.extend(unit.map(|unit| ("unit", unit)));
+    parent(xml, "ssv:Parameter", &[("name", name)], |xml| leaf(xml, "ssv:Real", &attributes))
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! of FMI 2.0 too.
 
 use crate::kind::Kind;
-use crate::xml::{Xml, document};
 use model_description::ModelDescription;
+use model_description::element::{NONE, Xml, document, leaf, parent};
 use scheduled::ControllerDesign;
 use signals::SIGNALS;
 use std::io;
@@ -30,23 +30,18 @@ pub(crate) fn terminals(
     };
     let plug = [("name", name), ("matchingRule", "plug"), ("description", about)];
     let text = document(|xml| {
-        let root = xml.create_element("fmiTerminalsAndIcons").with_attribute(("fmiVersion", "3.0"));
-        root.write_inner_content(|xml| {
-            xml.create_element("Terminals").write_inner_content(|xml| {
-                xml.create_element("Terminal").with_attributes(plug).write_inner_content(|xml| {
+        parent(xml, "fmiTerminalsAndIcons", &[("fmiVersion", "3.0")], |xml| {
+            parent(xml, "Terminals", NONE, |xml| {
+                parent(xml, "Terminal", &plug, |xml| {
                     members(of, design).try_for_each(|member| signal(xml, member))
-                })?;
-                Ok(())
-            })?;
-            Ok(())
-        })?;
-        Ok(())
+                })
+            })
+        })
     })?;
     Ok(Some(text))
 }
 
 fn signal(xml: &mut Xml, name: &str) -> io::Result<()> {
     let member = [("variableName", name), ("memberName", name), ("variableKind", "signal")];
-    xml.create_element("TerminalMemberVariable").with_attributes(member).write_empty()?;
-    Ok(())
+    leaf(xml, "TerminalMemberVariable", &member)
 }

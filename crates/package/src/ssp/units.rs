@@ -1,7 +1,8 @@
 //! Units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP 1.0).
 
-use crate::xml::{Xml, real};
-use model_description::{BaseUnit, ModelDescription, ScalarVariable, Unit};
+use crate::xml::real;
+use model_description::element::{NONE, Xml, leaf, parent};
+use model_description::{ModelDescription, ScalarVariable, Unit};
 use std::collections::BTreeSet;
 use std::io;
 
@@ -15,23 +16,10 @@ pub(crate) fn units(xml: &mut Xml, element: &str, names: BTreeSet<&str>) -> io::
     if names.is_empty() {
         return Ok(());
     }
-    xml.create_element(element)
-        .write_inner_content(|xml| names.into_iter().try_for_each(|name| unit(xml, name)))?;
-    Ok(())
+    parent(xml, element, NONE, |xml| names.into_iter().try_for_each(|name| unit(xml, name)))
 }
 
 fn unit(xml: &mut Xml, name: &str) -> io::Result<()> {
-    let Unit { base, factor, .. } =
-        Unit::parse(name).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
-    let powers: Vec<_> =
-        BaseUnit::SYMBOLS.into_iter().zip(base.exponents.map(|power| power.to_string())).collect();
-    let factor = (factor != 1.0).then(|| format!("{factor:?}"));
-    let powers =
-        powers.iter().filter(|(_, power)| power != "0").map(|(symbol, power)| (*symbol, power.as_str()));
-    let powers = powers.chain(factor.as_deref().map(|factor| ("factor", factor)));
-    xml.create_element("ssc:Unit").with_attribute(("name", name)).write_inner_content(|xml| {
-        xml.create_element("ssc:BaseUnit").with_attributes(powers).write_empty()?;
-        Ok(())
-    })?;
-    Ok(())
+    let unit = Unit::parse(name).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
+    parent(xml, "ssc:Unit", &[("name", name)], |xml| leaf(xml, "ssc:BaseUnit", &unit.in_base_units()))
 }
