@@ -2,9 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::{
-    Causality, DependencyKind, Initial, Kind, ModelDescription, Problem, ScalarVariable, Unit, Variability,
-};
+use crate::{Causality, Initial, Kind, ModelDescription, Problem, ScalarVariable, Unit, Variability};
 
 impl ModelDescription {
     /// Returns every violation of the standard; the description is valid if the list is empty.
@@ -196,11 +194,10 @@ fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
     ] {
         for unknown in unknowns {
             let name = || description.variables[unknown.index - 1].name.clone();
-            for &(index, kind) in unknown.dependencies.iter().flatten() {
+            for &(index, _) in unknown.dependencies.iter().flatten() {
                 let on = &description.variables[index - 1];
                 let known = if initial { is_initially_known(on) } else { is_known(description, on) };
-                let legal = !initial || matches!(kind, DependencyKind::Dependent | DependencyKind::Constant);
-                if !known || !legal {
+                if !known {
                     found.push(Problem::NoKnown { name: name(), on: on.name.clone(), list });
                 }
             }

@@ -121,19 +121,13 @@ pub struct Dependency {
     pub kind: DependencyKind,
 }
 
-/// Way in which one variable depends on another.
+/// Way in which one variable depends on another, as far as it is told apart here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DependencyKind {
     /// No particular structure.
     Dependent,
     /// A constant factor.
     Constant,
-    /// A factor fixed after initialisation.
-    Fixed,
-    /// A factor that the user may tune.
-    Tunable,
-    /// A factor that changes at events only.
-    Discrete,
 }
 
 impl ScalarVariable {

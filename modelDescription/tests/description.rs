@@ -200,13 +200,6 @@ fn finds_problems_of_states_and_dependencies() {
         |d| d.variables[5].initially_depends_on = Some(vec![on("x")]),
         "cannot depend on 'x' in this way in InitialUnknowns",
     );
-    assert_problem(
-        |d| {
-            let fixed = Dependency { on: "label".to_owned(), kind: DependencyKind::Fixed };
-            d.variables[5].initially_depends_on = Some(vec![fixed]);
-        },
-        "cannot depend on 'label' in this way in InitialUnknowns",
-    );
     let mut twice = description();
     let mut second = twice.variables[rate].clone();
     (second.name, second.value_reference) = ("der(y)".to_owned(), 12);
