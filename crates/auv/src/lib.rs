@@ -51,8 +51,8 @@ pub use motion::trim_error::TrimError;
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
-/// The curve of a thruster.
-pub use signals::Curve;
+/// The curve of a thruster, and how well a vehicle is known.
+pub use signals::{Curve, Status};
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
@@ -72,5 +72,5 @@ pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
-pub use vehicle::{PublishedLinearModel, Status, Vehicle};
+pub use vehicle::{PublishedLinearModel, Vehicle};
 pub use words::{number, rounded};

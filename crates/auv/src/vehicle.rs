@@ -13,35 +13,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Complex;
+use signals::Status;
 
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::Coefficients;
 use crate::vehicle::geometry::Geometry;
-
-/// How well the coefficients of a vehicle are known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// Derived from geometry and general formulae: no number of the real vehicle.
-    Surrogate,
-    /// Published by others, with a source.
-    Published,
-    /// Identified from trials of the vehicle itself.
-    Measured,
-}
-
-impl Status {
-    /// Every status.
-    pub const ALL: [Self; 3] = [Self::Surrogate, Self::Published, Self::Measured];
-
-    /// Its name in a vehicle file.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Surrogate => "surrogate",
-            Self::Published => "published",
-            Self::Measured => "measured",
-        }
-    }
-}
 
 /// A vehicle as read from a vehicle file.
 #[derive(Clone, Debug, PartialEq)]

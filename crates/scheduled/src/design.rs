@@ -1,7 +1,7 @@
 //! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{Curve, DEPTH, PITCH, SPEED, place};
+use signals::{Curve, DEPTH, PITCH, SPEED, Status, place};
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -52,31 +52,8 @@ pub struct ControllerDesign {
 pub struct VehicleName {
     /// Name of the vehicle.
     pub name: String,
-    /// Where its coefficients come from.
+    /// How well its coefficients are known.
     pub status: Status,
-}
-
-/// Where a vehicle's coefficients come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Status {
-    /// Derived from geometry, in place of an unpublished vehicle.
-    Surrogate,
-    /// From a publication.
-    Published,
-    /// Measured.
-    Measured,
-}
-
-impl Status {
-    /// As the file has it.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Surrogate => "surrogate",
-            Self::Published => "published",
-            Self::Measured => "measured",
-        }
-    }
 }
 
 /// `rho = (V - centre)/half_range`, V the speed along the path in trim.

@@ -38,7 +38,7 @@ mod validate;
 pub use autopilot::{Advance, Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, MOST_DELAY_TICKS,
-    Rows, Scheduling, Status, TrimTable, VehicleName,
+    Rows, Scheduling, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;
@@ -46,6 +46,8 @@ pub use lft::matrix::Matrix;
 pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use ports::{Inputs, Outputs};
+/// How well the vehicle of a design is known.
+pub use signals::Status;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use tangent::OutputTangents;
 pub use trim::{FARTHEST, Trim};

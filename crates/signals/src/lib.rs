@@ -10,9 +10,36 @@ mod curve;
 
 pub use curve::{COMMAND_UNITS, Curve, CurveError, Law, POINTS};
 
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 const DEGREE: f64 = PI / 180.0;
+
+/// How well the coefficients of a vehicle are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Derived from geometry and general formulae: no number of the real vehicle.
+    Surrogate,
+    /// Published by others, with a source.
+    Published,
+    /// Identified from trials of the vehicle itself.
+    Measured,
+}
+
+impl Status {
+    /// Every status.
+    pub const ALL: [Self; 3] = [Self::Surrogate, Self::Published, Self::Measured];
+
+    /// Its name in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Surrogate => "surrogate",
+            Self::Published => "published",
+            Self::Measured => "measured",
+        }
+    }
+}
 
 /// A state of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
-use auv::{LpvModel, Status, Trim, Vehicle};
+use auv::{LpvModel, Trim, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Scheduling,
@@ -77,7 +77,7 @@ fn controller(
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
-        vehicle: VehicleName { name: vehicle.name.clone(), status: status(vehicle.status) },
+        vehicle: VehicleName { name: vehicle.name.clone(), status: vehicle.status },
         design: file.name.clone(),
         sample_time: file.sample_time,
         delay_ticks: file.delay_ticks(),
@@ -129,12 +129,4 @@ fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {
     let tracked = file.tracked.iter().map(|t| input(t.signal(), kind, t.scale));
     let measured = file.measured.iter().map(|m| input(m.signal(), Kind::Measurement, m.scale));
     tracked.chain(measured).collect()
-}
-
-fn status(status: Status) -> scheduled::Status {
-    match status {
-        Status::Surrogate => scheduled::Status::Surrogate,
-        Status::Published => scheduled::Status::Published,
-        Status::Measured => scheduled::Status::Measured,
-    }
 }
