@@ -25,7 +25,7 @@ struct File {
     vehicle: VehicleName,
     design: String,
     sample_time: f64,
-    #[serde(default, skip_serializing_if = "no_ticks")]
+    #[serde(default, skip_serializing_if = "is_default")]
     delay_ticks: usize,
     scheduling: Scheduling,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -35,27 +35,22 @@ struct File {
     /// The inner one is null without filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     reference_filter: Option<Option<f64>>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "is_default")]
     speed_given: bool,
     actuators: Vec<Actuator>,
     lft: LftMatrices,
     #[serde(skip_serializing_if = "Option::is_none")]
     anti_windup: Option<Rows>,
     trim: TrimTable,
-    #[serde(default, skip_serializing_if = "no_depth")]
+    #[serde(default, skip_serializing_if = "is_default")]
     depth: f64,
     gamma: Gamma,
     inputs: InputHashes,
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
-fn no_depth(depth: &f64) -> bool {
-    *depth == 0.0
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
-fn no_ticks(ticks: &usize) -> bool {
-    *ticks == 0
+/// Whether a key is left out.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// One input: `name` is that of an error in the first format, `signal` and `kind` are of the second.

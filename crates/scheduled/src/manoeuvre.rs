@@ -5,6 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 use signals::{DEPTH, EachTracked, PITCH, only};
 
+use crate::json::is_default;
+
 /// The manoeuvre in `resources/`.
 pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
 
@@ -41,7 +43,7 @@ pub struct Manoeuvre {
     /// Height of the step above the trim pitch \[rad\].
     pub pitch_step: f64,
     /// How much deeper the step goes \[m\].
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub depth_step: f64,
     /// When the step begins \[s\].
     pub step_time: f64,
@@ -57,12 +59,6 @@ pub struct Manoeuvre {
     pub ramp_duration: f64,
     /// How long the flight lasts unless the user says otherwise \[s\].
     pub duration: f64,
-}
-
-/// Whether there is no step.
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
-fn is_none(step: &f64) -> bool {
-    *step == 0.0
 }
 
 /// Why a manoeuvre cannot be flown; `key` is the key in the JSON file and the name of the FMU's parameter.
