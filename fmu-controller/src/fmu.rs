@@ -49,8 +49,7 @@ impl Model for Controller {
 
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
         self.keeps_up(from)?;
-        let done = self.autopilot.advance(to, &self.inputs)?;
-        if done.left_range {
+        if self.autopilot.advance(to, &self.inputs)? {
             self.warn_of_range(log);
         }
         Ok(())

@@ -72,7 +72,7 @@ impl Controller {
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ControllerError> {
-        if self.autopilot.tick(&self.inputs)?.left_range {
+        if self.autopilot.tick(&self.inputs)? {
             self.warn_of_range(log);
         }
         Ok(())

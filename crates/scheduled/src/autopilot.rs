@@ -10,15 +10,6 @@ use crate::{
 };
 use signals::{DEPTH, SPEED, place};
 
-/// Result of [`Autopilot::advance`] or [`Autopilot::tick`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Advance {
-    /// Number of ticks that were run.
-    pub ticks: u64,
-    /// The speed left the scheduled range at one of them.
-    pub left_range: bool,
-}
-
 /// The constant part of an autopilot.
 #[derive(Debug)]
 pub(crate) struct Plan {
@@ -246,25 +237,24 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Runs the ticks that are due before the time `to` in s, with the inputs held.
+    /// Runs the ticks that are due before the time `to` in s, with the inputs held. Returns whether the speed left the
+    /// scheduled range at one of them.
     ///
     /// # Errors
     /// [`TickError`].
-    pub fn advance(&mut self, to: f64, inputs: &Inputs) -> Result<Advance, TickError> {
-        let mut done = Advance::default();
+    pub fn advance(&mut self, to: f64, inputs: &Inputs) -> Result<bool, TickError> {
+        let mut left_range = false;
         while self.is_due_before(to) {
-            let tick = self.tick(inputs)?;
-            done.ticks += tick.ticks;
-            done.left_range |= tick.left_range;
+            left_range |= self.tick(inputs)?;
         }
-        Ok(done)
+        Ok(left_range)
     }
 
-    /// Runs the next tick, whatever the time.
+    /// Runs the next tick, whatever the time. Returns whether the speed left the scheduled range at it.
     ///
     /// # Errors
     /// [`TickError`].
-    pub fn tick(&mut self, inputs: &Inputs) -> Result<Advance, TickError> {
+    pub fn tick(&mut self, inputs: &Inputs) -> Result<bool, TickError> {
         self.compute_outputs(inputs)?;
         self.controller.update();
         if let Some(gain) = &self.plan.anti_windup {
@@ -277,7 +267,7 @@ impl Autopilot {
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;
-        Ok(Advance { ticks: 1, left_range })
+        Ok(left_range)
     }
 
     /// Whether commands come out later than the tick that computes them.

@@ -35,7 +35,7 @@ mod tangent;
 mod trim;
 mod validate;
 
-pub use autopilot::{Advance, Autopilot, ROUNDING_OF_RHO};
+pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, MOST_DELAY_TICKS,
     Rows, Scheduling, TrimTable, VehicleName,

@@ -121,7 +121,7 @@ proptest! {
             let mut autopilot = autopilot.clone();
             match initial {
                 true => autopilot.initialise(0.0, &moved).unwrap(),
-                false => assert_eq!(autopilot.tick(&moved).unwrap().ticks, 1),
+                false => _ = autopilot.tick(&moved).unwrap(),
             }
             autopilot.outputs().clone()
         };
