@@ -45,14 +45,6 @@ impl Spectrum {
         Ok(Self { height, period, gamma })
     }
 
-    /// A fully developed sea of significant height Hs \[m\] and peak period Tp \[s\].
-    ///
-    /// # Errors
-    /// As [`Spectrum::jonswap`].
-    pub fn pierson_moskowitz(height: f64, period: f64) -> Result<Self, SeaError> {
-        Self::jonswap(height, period, 1.0)
-    }
-
     /// The significant height Hs \[m\].
     pub fn height(&self) -> f64 {
         self.height
