@@ -69,7 +69,7 @@ impl Range<'_> {
         let at = |speed: f64, _: f64| trim_with(self.vehicle, Speed::Path(speed), self.depth, pitch);
         let trims = self.speeds.iter().map(|speed| at(*speed, 0.0)).collect::<Result<Vec<_>, _>>()?;
         for pair in trims.windows(2) {
-            self.reach(&pair[0], &pair[1], &at, HALVINGS)?;
+            self.follow(&pair[0], pair[1].clone(), &at, HALVINGS)?;
         }
         Ok(trims)
     }
@@ -87,7 +87,8 @@ impl Range<'_> {
         let Some((first, others)) = speeds.split_first() else { return Ok(Vec::new()) };
         let mut trims = vec![trim_with(self.vehicle, Speed::Path(*first), self.depth, &Pitch::Free)?];
         for speed in others {
-            let next = self.follow(&trims[trims.len() - 1], *speed, &near, HALVINGS)?;
+            let last = &trims[trims.len() - 1];
+            let next = self.follow(last, near(*speed, last.pitch)?, &near, HALVINGS)?;
             trims.push(next);
         }
         if downwards {
@@ -96,40 +97,23 @@ impl Range<'_> {
         Ok(trims)
     }
 
-    /// The trim at `speed` on the branch of `from`, by steps as long as the branch allows.
+    /// The trim at the speed of `found` on the branch of `from`, by steps as long as the branch allows; `near` finds a
+    /// trim at a speed, from the pitch of the one before.
     fn follow(
         &self,
         from: &Trim,
-        speed: f64,
+        found: Trim,
         near: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
         halvings: usize,
     ) -> Result<Trim, TrimError> {
-        let found = near(speed, from.pitch)?;
         match self.joined(from, &found) {
             Ok(()) => Ok(found),
             Err(jump) if halvings == 0 => Err(jump),
             Err(_) => {
-                let middle = self.follow(from, 0.5 * (from.speed + speed), near, halvings - 1)?;
-                self.follow(&middle, speed, near, halvings - 1)
-            }
-        }
-    }
-
-    /// Checks that trims at two speeds lie on one branch of the trims that `at` finds.
-    fn reach(
-        &self,
-        from: &Trim,
-        to: &Trim,
-        at: &impl Fn(f64, f64) -> Result<Trim, TrimError>,
-        halvings: usize,
-    ) -> Result<(), TrimError> {
-        match self.joined(from, to) {
-            Ok(()) => Ok(()),
-            Err(jump) if halvings == 0 => Err(jump),
-            Err(_) => {
-                let middle = at(0.5 * (from.speed + to.speed), 0.0)?;
-                self.reach(from, &middle, at, halvings - 1)?;
-                self.reach(&middle, to, at, halvings - 1)
+                let middle = near(0.5 * (from.speed + found.speed), from.pitch)?;
+                let middle = self.follow(from, middle, near, halvings - 1)?;
+                let end = near(found.speed, middle.pitch)?;
+                self.follow(&middle, end, near, halvings - 1)
             }
         }
     }
