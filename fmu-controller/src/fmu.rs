@@ -1,7 +1,7 @@
 //! The autopilot behind the interface of an FMU.
 
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{About, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable};
+use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
 use scheduled::ControllerDesign;
 
 use crate::model::{Controller, ControllerError, RESOURCE};
@@ -55,12 +55,24 @@ impl Model for Controller {
         Ok(())
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        self.write(state);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.read(state)
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        state.reals(&mut self.inputs.measured)?;
+        state.reals(&mut self.inputs.references)?;
+        let mut snapshot = self.autopilot.snapshot();
+        state.reals(&mut snapshot.state)?;
+        state.each(&mut [&mut snapshot.filtered_speed, &mut snapshot.depth])?;
+        let outputs = &mut snapshot.outputs;
+        state.reals(&mut outputs.commands)?;
+        state.each(&mut [&mut outputs.scheduling_parameter, &mut outputs.trim_pitch])?;
+        state.boolean(&mut outputs.out_of_range)?;
+        state.reals(&mut snapshot.waiting)?;
+        state.real(&mut snapshot.start)?;
+        state.integer(&mut snapshot.ticks)?;
+        state.boolean(&mut snapshot.outside)?;
+        match state.is_read() {
+            true => self.autopilot.restore(&snapshot).map_err(StateError::inconsistent),
+            false => Ok(()),
+        }
     }
 
     fn tangents() -> Option<Tangents<Self>> {

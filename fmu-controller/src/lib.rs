@@ -9,7 +9,6 @@
 
 mod fmu;
 mod model;
-mod state;
 mod tangents;
 mod variables;
 

@@ -4,10 +4,9 @@
 //! actuator that lags. The equations have no jumps, only corners, where a velocity or the Reynolds number
 //! of friction passes its threshold and where a command or its rate passes a limit, so that no event is needed.
 
-use auv::{Instant, Rates, Slopes};
-use fmi2::{ContinuousModel, Log};
+use auv::{Instant, Rates};
 
-use crate::{PlantError, PlantModel, Quantity};
+use crate::{PlantError, PlantModel};
 
 impl PlantModel {
     /// The present motion under the present inputs; a new current does not change the velocity over ground.
@@ -60,68 +59,5 @@ impl PlantModel {
     pub(crate) fn lagging(&self) -> impl Iterator<Item = usize> {
         let actuators = self.vehicle.actuators.iter().enumerate();
         actuators.filter(|(_, actuator)| actuator.lag > 0.0).map(|(index, _)| index)
-    }
-}
-
-impl ContinuousModel for PlantModel {
-    fn states(&self, states: &mut [f64]) {
-        let now = self.plant.instant();
-        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, now.distance, now.depth];
-        let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
-        for (state, value) in states.iter_mut().zip(motion.into_iter().chain(outputs)) {
-            *state = value;
-        }
-    }
-
-    fn set_states(&mut self, states: &[f64]) {
-        let [surge, heave, pitch_rate, pitch, distance, depth, outputs @ ..] = states else { return };
-        let (surge, heave, pitch_rate, pitch) = (*surge, *heave, *pitch_rate, *pitch);
-        let (distance, depth) = (*distance, *depth);
-        let instant = Instant { surge, heave, pitch_rate, pitch, distance, depth, ..self.plant.instant() };
-        self.plant.set_motion_over_ground(&instant);
-        let mut outputs = outputs.iter();
-        for index in 0..self.vehicle.actuators.len() {
-            if self.vehicle.actuators[index].lag > 0.0
-                && let Some(&output) = outputs.next()
-            {
-                self.plant.set_output(index, output);
-            }
-        }
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.plant.set_time(time);
-    }
-
-    fn apply_inputs(&mut self) -> Result<(), PlantError> {
-        self.obey_commands()?;
-        self.plant.set_current(self.inputs.current)?;
-        self.plant.set_given_speed(self.inputs.given_speed)?;
-        Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
-    }
-
-    fn derivatives(&self, rates: &mut [f64]) {
-        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = self.rates();
-        let motion = [surge, heave, pitch_rate, pitch, distance, depth];
-        let outputs = self.lagging().map(|index| self.output_rate(index));
-        for (rate, value) in rates.iter_mut().zip(motion.into_iter().chain(outputs)) {
-            *rate = value;
-        }
-    }
-
-    fn input_rates(&self, tangents: &mut [f64]) {
-        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
-        for (index, &rate) in commands.iter().enumerate() {
-            tangents[Quantity::Command(index).number()] = rate;
-        }
-        tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
-        tangents[Quantity::CurrentVertical.number()] = current.vertical;
-        tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
-        tangents[Quantity::GivenSpeed.number()] = *given_speed;
-        tangents[Quantity::Time.number()] = 1.0;
-    }
-
-    fn step_completed(&mut self, log: &mut dyn Log) {
-        self.warn(log);
     }
 }

@@ -1,11 +1,8 @@
 //! The plant behind the interface of an FMU.
 
-use auv::{Fidelity, LpvModel, State, Vehicle};
+use auv::{Fidelity, Instant, LpvModel, Rates, Slopes, State, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{
-    About, Continuous, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
-    rounding_of_time,
-};
+use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable, rounding_of_time};
 
 use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 use crate::variables::{fidelities, inputs, outputs, parameters};
@@ -63,16 +60,8 @@ impl Model for PlantModel {
         Ok(())
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        self.write(state);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.read(state)
-    }
-
-    fn continuous() -> Option<Continuous<Self>> {
-        Some(Continuous::of())
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        self.pass(state)
     }
 
     fn tangents() -> Option<Tangents<Self>> {
@@ -84,6 +73,69 @@ impl Model for PlantModel {
 
     fn quantities(&self) -> usize {
         Quantity::count(self.vehicle.actuators.len())
+    }
+
+    const MODEL_EXCHANGE: bool = true;
+
+    fn states(&self, states: &mut [f64]) {
+        let now = self.plant.instant();
+        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, now.distance, now.depth];
+        let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
+        for (state, value) in states.iter_mut().zip(motion.into_iter().chain(outputs)) {
+            *state = value;
+        }
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        let [surge, heave, pitch_rate, pitch, distance, depth, outputs @ ..] = states else { return };
+        let (surge, heave, pitch_rate, pitch) = (*surge, *heave, *pitch_rate, *pitch);
+        let (distance, depth) = (*distance, *depth);
+        let instant = Instant { surge, heave, pitch_rate, pitch, distance, depth, ..self.plant.instant() };
+        self.plant.set_motion_over_ground(&instant);
+        let mut outputs = outputs.iter();
+        for index in 0..self.vehicle.actuators.len() {
+            if self.vehicle.actuators[index].lag > 0.0
+                && let Some(&output) = outputs.next()
+            {
+                self.plant.set_output(index, output);
+            }
+        }
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.plant.set_time(time);
+    }
+
+    fn apply_inputs(&mut self) -> Result<(), PlantError> {
+        self.obey_commands()?;
+        self.plant.set_current(self.inputs.current)?;
+        self.plant.set_given_speed(self.inputs.given_speed)?;
+        Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
+    }
+
+    fn derivatives(&self, rates: &mut [f64]) {
+        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = self.rates();
+        let motion = [surge, heave, pitch_rate, pitch, distance, depth];
+        let outputs = self.lagging().map(|index| self.output_rate(index));
+        for (rate, value) in rates.iter_mut().zip(motion.into_iter().chain(outputs)) {
+            *rate = value;
+        }
+    }
+
+    fn input_rates(&self, tangents: &mut [f64]) {
+        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
+        for (index, &rate) in commands.iter().enumerate() {
+            tangents[Quantity::Command(index).number()] = rate;
+        }
+        tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
+        tangents[Quantity::CurrentVertical.number()] = current.vertical;
+        tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
+        tangents[Quantity::GivenSpeed.number()] = *given_speed;
+        tangents[Quantity::Time.number()] = 1.0;
+    }
+
+    fn step_completed(&mut self, log: &mut dyn Log) {
+        self.warn(log);
     }
 }
 

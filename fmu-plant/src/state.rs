@@ -1,56 +1,30 @@
-//! The state of a flight as bytes.
+//! What is in the saved state of a flight.
 
-use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Slopes, Snapshot, State};
-use fmi2::{StateError, StateReader, StateWriter};
+use auv::{COEFFICIENTS, Coefficients, Fidelity, Snapshot};
+use fmi2::{SavedState, StateError};
 
 use crate::PlantModel;
 
 impl PlantModel {
-    /// Writes settings, inputs, trim and the whole motion.
-    pub(crate) fn write(&self, to: &mut StateWriter) {
-        write_coefficients(&self.settings.coefficients, to);
-        to.reals(&[self.settings.initial_speed, self.settings.initial_depth]);
-        to.boolean(self.settings.fidelity == Fidelity::Lpv);
-        self.settings.waves.write(to);
-        to.boolean(self.surroundings.is_some());
-        to.reals(&self.inputs.commands);
-        to.reals(&[
-            self.inputs.current.horizontal,
-            self.inputs.current.vertical,
-            self.inputs.operating_speed,
-        ]);
-        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
-        to.reals(commands);
-        to.reals(&[current.horizontal, current.vertical, *operating_speed]);
-        let trim = &self.trim;
-        to.reals(&[trim.speed, trim.forward_speed, trim.heave, trim.incidence, trim.pitch, trim.depth]);
-        to.real(trim.residual);
-        to.reals(&trim.actuators);
-        to.boolean(self.above_surface);
-        to.boolean(self.out_of_range);
-        let snapshot = self.plant.snapshot();
-        write_memory(&snapshot, to);
-        if self.takes_a_speed() {
-            to.reals(&[self.inputs.given_speed, *given_speed, snapshot.given_speed]);
-        }
-    }
-
-    /// Reads what [`PlantModel::write`] wrote, into a plant of the same vehicle.
-    pub(crate) fn read(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        read_coefficients(&mut self.settings.coefficients, from)?;
-        self.settings.initial_speed = from.finite()?;
-        self.settings.initial_depth = from.finite()?;
-        self.settings.fidelity = read_fidelity(from)?;
-        self.settings.waves.read(from)?;
-        let in_waves = from.boolean()?;
-        from.reals(&mut self.inputs.commands)?;
-        self.inputs.current = read_current(from)?;
-        self.inputs.operating_speed = from.finite()?;
-        from.reals(&mut self.slopes.commands)?;
-        self.slopes.current = read_current(from)?;
-        self.slopes.operating_speed = from.finite()?;
+    /// Writes settings, inputs, trim and the whole motion, or reads them into a plant of the same vehicle.
+    pub(crate) fn pass(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        let mut in_waves = self.surroundings.is_some();
+        let settings = &mut self.settings;
+        pass_coefficients(&mut settings.coefficients, state)?;
+        state.each(&mut [&mut settings.initial_speed, &mut settings.initial_depth])?;
+        pass_fidelity(&mut settings.fidelity, state)?;
+        settings.waves.pass(state)?;
+        state.boolean(&mut in_waves)?;
+        let inputs = &mut self.inputs;
+        state.reals(&mut inputs.commands)?;
+        let current = &mut inputs.current;
+        state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut inputs.operating_speed])?;
+        let slopes = &mut self.slopes;
+        state.reals(&mut slopes.commands)?;
+        let current = &mut slopes.current;
+        state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut slopes.operating_speed])?;
         let trim = &mut self.trim;
-        for number in [
+        state.each(&mut [
             &mut trim.speed,
             &mut trim.forward_speed,
             &mut trim.heave,
@@ -58,74 +32,66 @@ impl PlantModel {
             &mut trim.pitch,
             &mut trim.depth,
             &mut trim.residual,
-        ] {
-            *number = from.finite()?;
-        }
-        from.reals(&mut trim.actuators)?;
-        self.above_surface = from.boolean()?;
-        self.out_of_range = from.boolean()?;
+        ])?;
+        state.reals(&mut trim.actuators)?;
+        state.boolean(&mut self.above_surface)?;
+        state.boolean(&mut self.out_of_range)?;
         let mut snapshot = self.plant.snapshot();
-        read_memory(&mut snapshot, from)?;
+        pass_motion(&mut snapshot, state)?;
         if self.takes_a_speed() {
-            let mut speeds = [0.0; 3];
-            from.reals(&mut speeds)?;
-            [self.inputs.given_speed, self.slopes.given_speed, snapshot.given_speed] = speeds;
+            let (input, slope) = (&mut self.inputs.given_speed, &mut self.slopes.given_speed);
+            state.each(&mut [input, slope, &mut snapshot.given_speed])?;
         }
+        match state.is_read() {
+            true => self.restore(&snapshot, in_waves),
+            false => Ok(()),
+        }
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot, in_waves: bool) -> Result<(), StateError> {
+        let vehicle = self.with(&snapshot.coefficients);
         self.surroundings = match in_waves {
+            true => self.settings.waves.about(&vehicle).map_err(StateError::inconsistent)?,
             false => None,
-            true => self
-                .settings
-                .waves
-                .about(&self.with(&snapshot.coefficients))
-                .map_err(StateError::inconsistent)?,
         };
         self.plant.set_water(self.surroundings.clone());
-        self.plant.restore(&snapshot).map_err(StateError::inconsistent)
+        self.plant.restore(snapshot).map_err(StateError::inconsistent)
     }
 }
 
-fn write_memory(snapshot: &Snapshot, to: &mut StateWriter) {
-    write_coefficients(&snapshot.coefficients, to);
-    to.boolean(snapshot.fidelity == Fidelity::Lpv);
-    let State { motion: Motion { u, w, q, theta }, x, depth } = snapshot.state;
-    to.reals(&[snapshot.time, u, w, q, theta, x, depth]);
-    to.reals(&snapshot.outputs);
-    to.reals(&snapshot.commands);
-    to.reals(&[snapshot.current.horizontal, snapshot.current.vertical]);
-    to.reals(&[snapshot.operating_speed, snapshot.integrator_step]);
+fn pass_motion(snapshot: &mut Snapshot, state: &mut dyn SavedState) -> Result<(), StateError> {
+    pass_coefficients(&mut snapshot.coefficients, state)?;
+    pass_fidelity(&mut snapshot.fidelity, state)?;
+    let place = &mut snapshot.state;
+    let motion = &mut place.motion;
+    state.each(&mut [
+        &mut snapshot.time,
+        &mut motion.u,
+        &mut motion.w,
+        &mut motion.q,
+        &mut motion.theta,
+        &mut place.x,
+        &mut place.depth,
+    ])?;
+    state.reals(&mut snapshot.outputs)?;
+    state.reals(&mut snapshot.commands)?;
+    let current = &mut snapshot.current;
+    state.each(&mut [&mut current.horizontal, &mut current.vertical])?;
+    state.each(&mut [&mut snapshot.operating_speed, &mut snapshot.integrator_step])
 }
 
-fn read_memory(snapshot: &mut Snapshot, from: &mut StateReader<'_>) -> Result<(), StateError> {
-    read_coefficients(&mut snapshot.coefficients, from)?;
-    snapshot.fidelity = read_fidelity(from)?;
-    let mut motion = [0.0; 7];
-    from.reals(&mut motion)?;
-    let [time, u, w, q, theta, x, depth] = motion;
-    snapshot.time = time;
-    snapshot.state = State { motion: Motion { u, w, q, theta }, x, depth };
-    from.reals(&mut snapshot.outputs)?;
-    from.reals(&mut snapshot.commands)?;
-    snapshot.current = read_current(from)?;
-    snapshot.operating_speed = from.finite()?;
-    snapshot.integrator_step = from.finite()?;
+fn pass_fidelity(fidelity: &mut Fidelity, state: &mut dyn SavedState) -> Result<(), StateError> {
+    let mut is_lpv = *fidelity == Fidelity::Lpv;
+    state.boolean(&mut is_lpv)?;
+    *fidelity = if is_lpv { Fidelity::Lpv } else { Fidelity::Nonlinear };
     Ok(())
 }
 
-fn read_current(from: &mut StateReader<'_>) -> Result<Current, StateError> {
-    Ok(Current { horizontal: from.finite()?, vertical: from.finite()? })
-}
-
-fn read_fidelity(from: &mut StateReader<'_>) -> Result<Fidelity, StateError> {
-    Ok(if from.boolean()? { Fidelity::Lpv } else { Fidelity::Nonlinear })
-}
-
-fn write_coefficients(coefficients: &Coefficients, to: &mut StateWriter) {
-    COEFFICIENTS.iter().for_each(|spec| to.real((spec.get)(coefficients)));
-}
-
-fn read_coefficients(coefficients: &mut Coefficients, from: &mut StateReader<'_>) -> Result<(), StateError> {
+fn pass_coefficients(coefficients: &mut Coefficients, state: &mut dyn SavedState) -> Result<(), StateError> {
     for spec in COEFFICIENTS {
-        (spec.set)(coefficients, from.finite()?);
+        let mut value = (spec.get)(coefficients);
+        state.real(&mut value)?;
+        (spec.set)(coefficients, value);
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use auv::{Surroundings, Vehicle};
-use fmi2::{StateError, StateReader, StateWriter};
+use fmi2::{SavedState, StateError};
 use squid_sea::{SeaError, Spectrum, Waves};
 
 use crate::PlantError;
@@ -52,16 +52,11 @@ impl WaveParameters {
         Ok(Some(Arc::new(Surroundings::still(coefficients).with_waves(waves, geometry, coefficients)?)))
     }
 
-    pub(crate) fn write(&self, to: &mut StateWriter) {
-        let Self { height, period, gamma, heading, seed } = *self;
-        to.reals(&[height, period, gamma, heading, f64::from(seed)]);
-    }
-
-    pub(crate) fn read(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        let mut numbers = [0.0; 5];
-        from.reals(&mut numbers)?;
-        let [height, period, gamma, heading, seed] = numbers;
-        *self = Self { height, period, gamma, heading, seed: seed as i32 };
+    pub(crate) fn pass(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        let mut seed = f64::from(self.seed);
+        let Self { height, period, gamma, heading, .. } = self;
+        state.each(&mut [height, period, gamma, heading, &mut seed])?;
+        self.seed = seed as i32;
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The loop of plant and autopilot, in the order in which a master steps the two.
 
-use fmi2::{ContinuousModel, Log, Model};
+use fmi2::{Log, Model};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 
@@ -18,13 +18,6 @@ pub struct Override {
     pub references: EachTracked<f64>,
     /// The rates of the references \[SI per s\]; [`ClosedLoop::advance`] advances the references.
     pub slopes: EachTracked<f64>,
-}
-
-impl Override {
-    /// Every number of it.
-    pub(crate) fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
-        self.references.iter_mut().chain(&mut self.slopes)
-    }
 }
 
 /// A vehicle and its autopilot, flying a manoeuvre or external references.

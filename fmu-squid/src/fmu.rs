@@ -1,9 +1,7 @@
 //! The loop behind the interface of an FMU.
 
 use fmi2::model_description::{DefaultExperiment, identifier};
-use fmi2::{
-    About, Continuous, Log, Model, Resources, StateError, StateReader, StateWriter, Tangents, Variable,
-};
+use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
 use fmu_controller::Controller;
 use fmu_plant::{PlantModel, fidelities};
 
@@ -60,16 +58,13 @@ impl Model for ClosedLoop {
         self.advance(to, log)
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        self.write(state);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.read(state)
-    }
-
-    fn continuous() -> Option<Continuous<Self>> {
-        Some(Continuous::of())
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        state.each(&mut self.manoeuvre.numbers())?;
+        state.boolean(&mut self.outside.manual)?;
+        state.reals(&mut self.outside.references)?;
+        state.reals(&mut self.outside.slopes)?;
+        self.plant.pass_state(state)?;
+        self.controller.pass_state(state)
     }
 
     fn tangents() -> Option<Tangents<Self>> {
@@ -78,5 +73,48 @@ impl Model for ClosedLoop {
 
     fn quantities(&self) -> usize {
         Own::count(self.plant.vehicle().actuators.len())
+    }
+
+    // For an importer that integrates, the states are those of the plant, and every tick of the autopilot is an event.
+    const MODEL_EXCHANGE: bool = true;
+
+    fn states(&self, states: &mut [f64]) {
+        self.plant.states(states);
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        self.plant.set_states(states);
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.plant.set_time(time);
+    }
+
+    fn apply_inputs(&mut self) -> Result<(), ClosedLoopError> {
+        Ok(self.plant.apply_inputs()?)
+    }
+
+    fn derivatives(&self, rates: &mut [f64]) {
+        self.plant.derivatives(rates);
+    }
+
+    fn input_rates(&self, tangents: &mut [f64]) {
+        self.plant.input_rates(tangents);
+    }
+
+    fn next_event(&self) -> Option<f64> {
+        Some(self.controller.autopilot().next_tick_time())
+    }
+
+    /// Runs the tick that is due; one at a time, so that no event can take long.
+    fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        if self.controller.autopilot().is_due_at(time) {
+            self.tick(log)?;
+        }
+        Ok(())
+    }
+
+    fn step_completed(&mut self, log: &mut dyn Log) {
+        self.plant.step_completed(log);
     }
 }

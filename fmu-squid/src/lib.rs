@@ -13,9 +13,7 @@
 
 mod closed_loop;
 mod error;
-mod exchange;
 mod fmu;
-mod state;
 mod tangents;
 mod variables;
 

@@ -7,19 +7,6 @@ use crate::log::Category;
 use crate::refusal::LoadError;
 use crate::{Model, Resources, Table};
 
-/// A loaded model with the data that an instance needs.
-#[derive(Debug)]
-pub struct Loaded<M> {
-    /// The model with its start values.
-    pub model: M,
-    /// Its variables.
-    pub table: Table<M>,
-    /// Its description.
-    pub description: ModelDescription,
-    /// GUID over description and resources.
-    pub guid: String,
-}
-
 /// A loaded model with its XML.
 #[derive(Debug)]
 pub struct Described<M> {
@@ -33,12 +20,6 @@ pub struct Described<M> {
     pub guid: String,
     /// `modelDescription.xml`.
     pub xml: String,
-}
-
-impl<M> From<Described<M>> for Loaded<M> {
-    fn from(Described { model, table, description, guid, .. }: Described<M>) -> Self {
-        Self { model, table, description, guid }
-    }
 }
 
 /// Why a model cannot be described.
@@ -57,10 +38,13 @@ pub enum DescribeError {
 /// # Errors
 /// [`DescribeError`].
 pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, DescribeError> {
-    let Loaded { model, table, description, guid } = load(resources)?;
+    let (model, table, description, guid) = load(resources)?;
     let xml = description.to_xml(&guid)?;
     Ok(Described { model, table, description, guid, xml })
 }
+
+/// A model with its variables, its description and its GUID.
+type Loaded<M> = (M, Table<M>, ModelDescription, String);
 
 /// Loads a model. The packager has checked its description against the standard, and the GUID shows that it is the
 /// same.
@@ -72,7 +56,7 @@ pub(crate) fn load<M: Model>(resources: &Resources) -> Result<Loaded<M>, LoadErr
     let table = Table::of(&model);
     let description = description_of(&model, &table);
     let guid = guid(&description, resources.iter());
-    Ok(Loaded { model, table, description, guid })
+    Ok((model, table, description, guid))
 }
 
 fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
@@ -87,7 +71,7 @@ fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
         copyright: concat!("Copyright ", env!("CARGO_PKG_AUTHORS")).to_owned(),
         license: env!("CARGO_PKG_LICENSE").to_owned(),
         generation_tool: concat!("squid ", env!("CARGO_PKG_VERSION")).to_owned(),
-        model_exchange: M::continuous().is_some(),
+        model_exchange: M::MODEL_EXCHANGE,
         capabilities: Capabilities {
             can_get_and_set_fmu_state: true,
             can_serialize_fmu_state: true,
@@ -96,7 +80,7 @@ fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {
         co_simulation: CoSimulation {
             can_handle_variable_communication_step_size: true,
             can_interpolate_inputs: table.interpolates(),
-            max_output_derivative_order: u32::from(M::continuous().is_some() && M::tangents().is_some()),
+            max_output_derivative_order: u32::from(M::MODEL_EXCHANGE && M::tangents().is_some()),
         },
         enumerations: about.enumerations,
         log_categories: Category::ALL.map(Category::described).to_vec(),

@@ -1,7 +1,7 @@
 //! Model exchange: the importer integrates (section 3).
 
 use crate::instance::Outcome;
-use crate::{Continuous, Failure, Function, Instance, Log, Model, Phase, Refusal};
+use crate::{Failure, Function, Instance, Log, Model, Phase, Refusal};
 
 /// Result of `fmi2NewDiscreteStates`; the states never jump, and one call is always enough.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,12 +27,11 @@ impl<M: Model> Instance<M> {
     /// A refused call, or that the model could not compute.
     pub fn new_discrete_states(&mut self, log: &mut dyn Log) -> Result<Events, Failure<M::Error>> {
         self.allows(Function::NewDiscreteStates)?;
-        let continuous = continuous::<M>()?;
         self.update(log)?;
-        let outcome = (continuous.event)(&mut self.now.model, self.now.time, log);
+        let outcome = self.now.model.event(self.now.time, log);
         self.settle(outcome)?;
         self.now.stale = true;
-        Ok(Events { next: (continuous.next_event)(&self.now.model) })
+        Ok(Events { next: self.now.model.next_event() })
     }
 
     /// `fmi2EnterContinuousTimeMode`.
@@ -51,9 +50,8 @@ impl<M: Model> Instance<M> {
     /// A refused call, or that the model could not compute.
     pub fn integrator_step_completed(&mut self, log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::CompletedIntegratorStep)?;
-        let continuous = continuous::<M>()?;
         self.update(log)?;
-        (continuous.step_completed)(&mut self.now.model, log);
+        self.now.model.step_completed(log);
         Ok(())
     }
 
@@ -67,10 +65,8 @@ impl<M: Model> Instance<M> {
             return Err(Refusal::BadTime { time });
         }
         self.now.time = time;
-        if let Some(continuous) = M::continuous() {
-            (continuous.set_time)(&mut self.now.model, time);
-            self.now.stale = true;
-        }
+        self.now.model.set_time(time);
+        self.now.stale = true;
         Ok(())
     }
 
@@ -80,13 +76,12 @@ impl<M: Model> Instance<M> {
     /// A refused call; [`Refusal::WrongCount`], [`Refusal::NotFinite`].
     pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Refusal> {
         self.allows(Function::SetContinuousStates)?;
-        let continuous = continuous::<M>()?;
         self.counts("continuous states", states.len(), self.table.states().len())?;
         if let Some(index) = states.iter().position(|state| !state.is_finite()) {
             let name = self.name(self.table.states()[index]);
             return Err(Refusal::NotFinite { name, value: states[index] });
         }
-        (continuous.set_states)(&mut self.now.model, states);
+        self.now.model.set_states(states);
         self.now.stale = true;
         Ok(())
     }
@@ -97,10 +92,9 @@ impl<M: Model> Instance<M> {
     /// A refused call, or that the model could not compute.
     pub fn continuous_states(&mut self, states: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::GetContinuousStates)?;
-        let continuous = continuous::<M>()?;
         self.counts("continuous states", states.len(), self.table.states().len())?;
         self.update(log)?;
-        (continuous.states)(&self.now.model, states);
+        self.now.model.states(states);
         Ok(())
     }
 
@@ -110,10 +104,9 @@ impl<M: Model> Instance<M> {
     /// A refused call, or that the model could not compute; [`Refusal::Undefined`] where the states are impossible.
     pub fn derivatives(&mut self, rates: &mut [f64], log: &mut dyn Log) -> Outcome<M> {
         self.allows(Function::GetDerivatives)?;
-        let continuous = continuous::<M>()?;
         self.counts("continuous states", rates.len(), self.table.states().len())?;
         self.update(log)?;
-        (continuous.derivatives)(&self.now.model, rates);
+        self.now.model.derivatives(rates);
         self.defined("the derivative of state", self.table.states(), rates)
     }
 
@@ -123,7 +116,6 @@ impl<M: Model> Instance<M> {
     /// A refused call; [`Refusal::WrongCount`].
     pub fn event_indicators(&self, indicators: &mut [f64]) -> Result<(), Refusal> {
         self.allows(Function::GetEventIndicators)?;
-        continuous::<M>()?;
         self.counts("event indicators", indicators.len(), 0)
     }
 
@@ -133,7 +125,6 @@ impl<M: Model> Instance<M> {
     /// A refused call; [`Refusal::WrongCount`].
     pub fn nominals(&self, nominals: &mut [f64]) -> Result<(), Refusal> {
         self.allows(Function::GetNominalsOfContinuousStates)?;
-        continuous::<M>()?;
         self.counts("continuous states", nominals.len(), self.table.states().len())?;
         for (nominal, &state) in nominals.iter_mut().zip(self.table.states()) {
             *nominal = self.table.nominal(state);
@@ -147,8 +138,4 @@ impl<M: Model> Instance<M> {
             false => Err(Refusal::WrongCount { what, found, expected }),
         }
     }
-}
-
-fn continuous<M: Model>() -> Result<Continuous<M>, Refusal> {
-    M::continuous().ok_or(Refusal::Unsupported { flag: "no ModelExchange" })
 }

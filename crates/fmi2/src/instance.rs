@@ -1,12 +1,10 @@
 //! One instance of a model, from instantiation to the end, without the C interface.
 
-use std::sync::Arc;
-
 use crate::refusal::Failure;
 use crate::states::bytes::identity;
 use crate::states::snapshot::Slopes;
 use crate::variables::values::Value;
-use crate::{Experiment, Function, Interface, Loaded, Log, Model, Phase, Refusal, Snapshot, Table};
+use crate::{Described, Experiment, Function, Interface, Log, Model, Phase, Refusal, Snapshot, Table};
 
 /// A step longer than a day \[s\] is refused: it is probably a mistake, and would take long.
 const LONGEST_STEP: f64 = 86_400.0;
@@ -20,7 +18,7 @@ pub fn rounding_of_time(time: f64) -> f64 {
 /// A running model: life cycle, time and access to variables.
 #[derive(Debug)]
 pub struct Instance<M: Model> {
-    pub(crate) table: Arc<Table<M>>,
+    pub(crate) table: Table<M>,
     pub(crate) fresh: M,
     pub(crate) now: Snapshot<M>,
     /// Workspace for derivatives.
@@ -32,17 +30,20 @@ pub(crate) type Outcome<M> = Result<(), Failure<<M as Model>::Error>>;
 
 impl<M: Model> Instance<M> {
     /// An instance of a described model for co-simulation.
-    pub fn new(model: impl Into<Loaded<M>>) -> Self {
-        Self::made_for(Interface::CoSimulation, model)
+    pub fn new(described: Described<M>) -> Self {
+        Self::made_for(Interface::CoSimulation, described)
     }
 
     /// An instance of a described model.
-    pub fn made_for(interface: Interface, model: impl Into<Loaded<M>>) -> Self {
-        let loaded = model.into();
-        let now = Snapshot::fresh(&loaded.model, identity(&loaded.guid), interface);
-        let table = Arc::new(loaded.table);
-        let (tangents, rates) = (vec![0.0; loaded.model.quantities()], vec![0.0; table.states().len()]);
-        Self { table, fresh: loaded.model, now, tangents, rates }
+    pub fn made_for(interface: Interface, described: Described<M>) -> Self {
+        Self::of(interface, described.model, described.table, &described.guid)
+    }
+
+    /// An instance of a model that was just loaded.
+    pub(crate) fn of(interface: Interface, fresh: M, table: Table<M>, guid: &str) -> Self {
+        let now = Snapshot::fresh(&fresh, identity(guid), interface);
+        let (tangents, rates) = (vec![0.0; fresh.quantities()], vec![0.0; table.states().len()]);
+        Self { table, fresh, now, tangents, rates }
     }
 
     /// The phase of the instance.
@@ -235,10 +236,9 @@ impl<M: Model> Instance<M> {
         }
         let outcome = match self.now.phase {
             Phase::Initialization => self.now.model.initialise(self.now.experiment.start, log),
-            Phase::Step | Phase::Event | Phase::Continuous | Phase::Terminated => match M::continuous() {
-                Some(continuous) => (continuous.apply_inputs)(&mut self.now.model),
-                None => Ok(()),
-            },
+            Phase::Step | Phase::Event | Phase::Continuous | Phase::Terminated => {
+                self.now.model.apply_inputs()
+            }
             _ => Ok(()),
         };
         self.settle(outcome)?;

@@ -2,12 +2,12 @@
 
 use model_description::{DefaultExperiment, Enumeration};
 
-use crate::{Log, ResourceError, Resources, StateError, StateReader, StateWriter, Variable};
+use crate::{Log, ResourceError, Resources, SavedState, StateError, Variable};
 
 /// A model that can be stepped in time; it is independent of FMI.
 ///
 /// A clone is a complete snapshot, used by `fmi2GetFMUstate` and `fmi2Reset`. Heavy data that never changes
-/// belongs in an `Arc`. A state is serialised by [`Model::save`] and [`Model::restore`].
+/// belongs in an `Arc`. [`Model::pass_state`] lists what is in a serialised state.
 pub trait Model: Clone + Send + Sync + 'static {
     /// Error of the model; its text is logged as one sentence.
     type Error: std::error::Error + From<ResourceError> + Send + Sync + 'static;
@@ -41,21 +41,13 @@ pub trait Model: Clone + Send + Sync + 'static {
     /// The step cannot be computed; the instance then accepts only reset, an earlier state, or free.
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), Self::Error>;
 
-    /// Writes everything that [`Model::restore`] needs to continue; data that follow from the resources are omitted.
-    fn save(&self, state: &mut StateWriter);
-
-    /// Puts a freshly loaded model of the same resources into a saved state.
+    /// Passes every number that a saved state needs to `state`, always in the same order; data that follow from the
+    /// resources are omitted. A state is read into a freshly loaded model of the same resources, which then continues
+    /// from it.
     ///
     /// # Errors
-    /// [`StateError`]: the bytes end early, or are not a state of this model.
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
-
-    /// The continuous states, if an importer may integrate them itself. With them the inputs act at once in
-    /// co-simulation too ([`ContinuousModel::apply_inputs`](crate::ContinuousModel::apply_inputs)); without them the
-    /// outputs change during a step only.
-    fn continuous() -> Option<Continuous<Self>> {
-        None
-    }
+    /// Of a state that is read: the bytes end early, or are not a state of this model.
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError>;
 
     /// The model's exact derivatives, if it has them.
     fn tangents() -> Option<Tangents<Self>> {
@@ -66,6 +58,55 @@ pub trait Model: Clone + Send + Sync + 'static {
     fn quantities(&self) -> usize {
         0
     }
+
+    /// Whether an importer may integrate the continuous states `x' = f(x, u)` itself, with events at known times. The
+    /// inputs then act at once in co-simulation too ([`Model::apply_inputs`]); otherwise the outputs change during a
+    /// step only, and the functions below keep their defaults.
+    ///
+    /// States and derivatives are in the order of the variables that [`Variable::derivative_of`] marks.
+    const MODEL_EXCHANGE: bool = false;
+
+    /// Reads the states.
+    fn states(&self, _states: &mut [f64]) {}
+
+    /// Sets the states.
+    fn set_states(&mut self, _states: &[f64]) {}
+
+    /// Goes to a time in s, the states as they are; a model whose rates do not depend on time keeps this default.
+    fn set_time(&mut self, _time: f64) {}
+
+    /// Applies the present inputs to the values that outputs are read from; the states do not change.
+    ///
+    /// # Errors
+    /// An input is not allowed.
+    fn apply_inputs(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
+    fn derivatives(&self, _rates: &mut [f64]) {}
+
+    /// Fills in the tangents of the inputs that change at a rate, by their [quantities](Variable::quantity), and of
+    /// time.
+    ///
+    /// Models whose inputs have no [slope](Variable::slope) and that do not depend on time keep this default.
+    fn input_rates(&self, _tangents: &mut [f64]) {}
+
+    /// The time in s of the next event, if one is known.
+    fn next_event(&self) -> Option<f64> {
+        None
+    }
+
+    /// Does what is due at an event at the given time in s.
+    ///
+    /// # Errors
+    /// It cannot be computed.
+    fn event(&mut self, _time: f64, _log: &mut dyn Log) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// Is called after a completed step of the importer's integrator.
+    fn step_completed(&mut self, _log: &mut dyn Log) {}
 }
 
 /// Derivatives along one direction: `tangents[q]` is the derivative of quantity q, as [`Variable::quantity`] numbers
@@ -99,82 +140,4 @@ pub struct About {
     pub enumerations: Vec<Enumeration>,
     /// Default start, stop and step.
     pub default_experiment: DefaultExperiment,
-}
-
-/// A model with continuous states `x' = f(x, u)`, whose inputs act at once, and with events at known times.
-///
-/// States and derivatives are in the order of the variables that
-/// [`Variable::derivative_of`](crate::Variable::derivative_of) marks.
-pub trait ContinuousModel: Model {
-    /// Reads the states.
-    fn states(&self, states: &mut [f64]);
-
-    /// Sets the states.
-    fn set_states(&mut self, states: &[f64]);
-
-    /// Goes to a time in s, the states as they are; a model whose rates do not depend on time keeps this default.
-    fn set_time(&mut self, _time: f64) {}
-
-    /// Applies the present inputs to the values that outputs are read from; the states do not change.
-    ///
-    /// # Errors
-    /// An input is not allowed.
-    fn apply_inputs(&mut self) -> Result<(), Self::Error>;
-
-    /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
-    fn derivatives(&self, rates: &mut [f64]);
-
-    /// Fills in the tangents of the inputs that change at a rate, by their [quantities](crate::Variable::quantity), and
-    /// of time.
-    ///
-    /// Models whose inputs have no [slope](crate::Variable::slope) and that do not depend on time keep this default.
-    fn input_rates(&self, _tangents: &mut [f64]) {}
-
-    /// The time in s of the next event, if one is known.
-    fn next_event(&self) -> Option<f64> {
-        None
-    }
-
-    /// Does what is due at an event at the given time in s.
-    ///
-    /// # Errors
-    /// It cannot be computed.
-    fn event(&mut self, _time: f64, _log: &mut dyn Log) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    /// Is called after a completed step of the importer's integrator.
-    fn step_completed(&mut self, _log: &mut dyn Log) {}
-}
-
-type EventOf<M> = fn(&mut M, f64, &mut dyn Log) -> Result<(), <M as Model>::Error>;
-
-/// The functions of a [`ContinuousModel`], for code generic over [`Model`].
-pub struct Continuous<M: Model> {
-    pub(crate) states: fn(&M, &mut [f64]),
-    pub(crate) set_states: fn(&mut M, &[f64]),
-    pub(crate) set_time: fn(&mut M, f64),
-    pub(crate) apply_inputs: fn(&mut M) -> Result<(), M::Error>,
-    pub(crate) derivatives: fn(&M, &mut [f64]),
-    pub(crate) input_rates: fn(&M, &mut [f64]),
-    pub(crate) next_event: fn(&M) -> Option<f64>,
-    pub(crate) event: EventOf<M>,
-    pub(crate) step_completed: fn(&mut M, &mut dyn Log),
-}
-
-impl<M: ContinuousModel> Continuous<M> {
-    /// Those of `M`.
-    pub fn of() -> Self {
-        Self {
-            states: M::states,
-            set_states: M::set_states,
-            set_time: M::set_time,
-            apply_inputs: M::apply_inputs,
-            derivatives: M::derivatives,
-            input_rates: M::input_rates,
-            next_event: M::next_event,
-            event: M::event,
-            step_completed: M::step_completed,
-        }
-    }
 }

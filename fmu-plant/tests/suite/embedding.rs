@@ -3,7 +3,7 @@
 use crate::common::{squid, vehicle};
 use auv::{Fidelity, LpvModel};
 use fmi2::model_description::DefaultExperiment;
-use fmi2::{About, Log, Model, Resources, Silent, StateError, StateReader, StateWriter, Table, Variable};
+use fmi2::{About, Log, Model, Resources, SavedState, Silent, StateError, Table, Variable};
 use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, fidelities, outputs, parameters};
 
 /// A plant whose commands come from inside.
@@ -51,12 +51,8 @@ impl Model for Tow {
         self.plant.step(from, to, log)
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        self.plant.save(state);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.plant.restore(state)
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        self.plant.pass_state(state)
     }
 }
 

@@ -66,7 +66,7 @@ fn derivatives_agree<M: Model>(files: Files, interface: Interface, prepare: fn(&
     knowns.extend(instance.table().states());
     let lists = [structure.outputs, structure.derivatives].concat();
     // At the start a tick is due, in which the inputs of the controller act; they do so in the step that follows.
-    if M::continuous().is_some() {
+    if M::MODEL_EXCHANGE {
         holds(&mut instance, &named(&description, &lists), &knowns);
     }
 }

@@ -64,7 +64,7 @@ fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Re
     if name.is_empty() {
         return Err(Refusal::EmptyName);
     }
-    let interface = match (fmu_type, M::continuous().is_some()) {
+    let interface = match (fmu_type, M::MODEL_EXCHANGE) {
         (CO_SIMULATION, _) => Interface::CoSimulation,
         (MODEL_EXCHANGE, true) => Interface::ModelExchange,
         (given, true) => {
@@ -76,11 +76,11 @@ fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Re
         (given, false) => return Err(Refusal::WrongFmuType { given, supported: "1 (co-simulation)" }),
     };
     let resources = Resources::from_folder(&path_of(location)?)?;
-    let loaded = describe::load::<M>(&resources)?;
-    if loaded.guid != guid {
-        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: loaded.guid });
+    let (model, table, _, expected) = describe::load::<M>(&resources)?;
+    if expected != guid {
+        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected });
     }
-    Ok(Instance::made_for(interface, loaded))
+    Ok(Instance::of(interface, model, table, guid))
 }
 
 /// `fmi2FreeInstance`.

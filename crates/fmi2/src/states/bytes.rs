@@ -53,39 +53,72 @@ impl StateError {
     }
 }
 
-/// Writes the numbers of a state.
+/// A saved state that is written or read, one value after the other: one list of values serves both.
+///
+/// # Errors
+/// All of its functions return [`StateError`] where a state is read that ends here, or has another value than it can.
+#[allow(clippy::missing_errors_doc, reason = "the same for all")]
+pub trait SavedState {
+    /// Whether values are read, into what is passed; otherwise they are written.
+    fn is_read(&self) -> bool;
+
+    /// A number, bit by bit; one that is read must be finite.
+    fn real(&mut self, value: &mut f64) -> Result<(), StateError>;
+
+    /// A whole number.
+    fn integer(&mut self, value: &mut u64) -> Result<(), StateError>;
+
+    /// A truth value.
+    fn boolean(&mut self, value: &mut bool) -> Result<(), StateError>;
+
+    /// A text.
+    fn text(&mut self, value: &mut String) -> Result<(), StateError>;
+
+    /// Numbers; their count is not in the state.
+    fn reals(&mut self, values: &mut [f64]) -> Result<(), StateError> {
+        values.iter_mut().try_for_each(|value| self.real(value))
+    }
+
+    /// The same for numbers that do not lie side by side.
+    fn each(&mut self, values: &mut [&mut f64]) -> Result<(), StateError> {
+        values.iter_mut().try_for_each(|value| self.real(value))
+    }
+}
+
+/// Writes the values of a state.
 #[derive(Debug, Default)]
-pub struct StateWriter {
+pub(crate) struct StateWriter {
     bytes: Vec<u8>,
 }
 
-impl StateWriter {
-    /// Adds a number, bit by bit.
-    pub fn real(&mut self, value: f64) {
+impl SavedState for StateWriter {
+    fn is_read(&self) -> bool {
+        false
+    }
+
+    fn real(&mut self, value: &mut f64) -> Result<(), StateError> {
         self.bytes.extend(value.to_le_bytes());
+        Ok(())
     }
 
-    /// Adds numbers; their count is not written.
-    pub fn reals(&mut self, values: &[f64]) {
-        values.iter().for_each(|&value| self.real(value));
-    }
-
-    /// Adds a whole number.
-    pub fn integer(&mut self, value: u64) {
+    fn integer(&mut self, value: &mut u64) -> Result<(), StateError> {
         self.bytes.extend(value.to_le_bytes());
+        Ok(())
     }
 
-    /// Adds a truth value.
-    pub fn boolean(&mut self, value: bool) {
-        self.bytes.push(u8::from(value));
+    fn boolean(&mut self, value: &mut bool) -> Result<(), StateError> {
+        self.bytes.push(u8::from(*value));
+        Ok(())
     }
 
-    /// Adds a text.
-    pub fn text(&mut self, value: &str) {
-        self.integer(value.len() as u64);
+    fn text(&mut self, value: &mut String) -> Result<(), StateError> {
+        self.integer(&mut (value.len() as u64))?;
         self.bytes.extend(value.as_bytes());
+        Ok(())
     }
+}
 
+impl StateWriter {
     /// The bytes of a state of the FMU with the given identity.
     pub(crate) fn sealed(self, identity: &Identity) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(HEAD + self.bytes.len() + HASH);
@@ -100,9 +133,9 @@ impl StateWriter {
     }
 }
 
-/// Reads the numbers of a state in the order in which they were written.
+/// Reads the values of a state in the order in which they were written.
 #[derive(Debug)]
-pub struct StateReader<'a> {
+pub(crate) struct StateReader<'a> {
     rest: &'a [u8],
 }
 
@@ -138,67 +171,6 @@ impl<'a> StateReader<'a> {
         Ok(Self { rest: content })
     }
 
-    /// Reads a number.
-    ///
-    /// # Errors
-    /// [`StateError`]: the state ends here, as for the other functions.
-    pub fn real(&mut self) -> Result<f64, StateError> {
-        self.array().map(f64::from_le_bytes)
-    }
-
-    /// Reads a number that must be finite.
-    ///
-    /// # Errors
-    /// [`StateError::Inconsistent`].
-    pub fn finite(&mut self) -> Result<f64, StateError> {
-        let value = self.real()?;
-        if value.is_finite() {
-            return Ok(value);
-        }
-        Err(StateError::inconsistent(format_args!("it holds the number {value}")))
-    }
-
-    /// Reads as many finite numbers as the slice has room for.
-    ///
-    /// # Errors
-    /// [`StateError::Inconsistent`].
-    pub fn reals(&mut self, values: &mut [f64]) -> Result<(), StateError> {
-        for value in values {
-            *value = self.finite()?;
-        }
-        Ok(())
-    }
-
-    /// Reads a whole number.
-    ///
-    /// # Errors
-    /// As [`StateReader::real`].
-    pub fn integer(&mut self) -> Result<u64, StateError> {
-        self.array().map(u64::from_le_bytes)
-    }
-
-    /// Reads a truth value.
-    ///
-    /// # Errors
-    /// [`StateError::Inconsistent`].
-    pub fn boolean(&mut self) -> Result<bool, StateError> {
-        match self.array()? {
-            [0] => Ok(false),
-            [1] => Ok(true),
-            [other] => Err(StateError::inconsistent(format_args!("the truth value {other}"))),
-        }
-    }
-
-    /// Reads a text.
-    ///
-    /// # Errors
-    /// [`StateError::Inconsistent`].
-    pub fn text(&mut self) -> Result<String, StateError> {
-        let length = usize::try_from(self.integer()?).unwrap_or(usize::MAX);
-        let bytes = self.take(length)?.to_vec();
-        String::from_utf8(bytes).map_err(StateError::inconsistent)
-    }
-
     /// Checks that everything was read.
     pub(crate) fn finish(self) -> Result<(), StateError> {
         match self.rest.len() {
@@ -221,27 +193,69 @@ impl<'a> StateReader<'a> {
     }
 }
 
+impl SavedState for StateReader<'_> {
+    fn is_read(&self) -> bool {
+        true
+    }
+
+    fn real(&mut self, value: &mut f64) -> Result<(), StateError> {
+        *value = f64::from_le_bytes(self.array()?);
+        if value.is_finite() {
+            return Ok(());
+        }
+        Err(StateError::inconsistent(format_args!("it holds the number {value}")))
+    }
+
+    fn integer(&mut self, value: &mut u64) -> Result<(), StateError> {
+        *value = u64::from_le_bytes(self.array()?);
+        Ok(())
+    }
+
+    fn boolean(&mut self, value: &mut bool) -> Result<(), StateError> {
+        *value = match self.array()? {
+            [0] => false,
+            [1] => true,
+            [other] => return Err(StateError::inconsistent(format_args!("the truth value {other}"))),
+        };
+        Ok(())
+    }
+
+    fn text(&mut self, value: &mut String) -> Result<(), StateError> {
+        let mut length = 0;
+        self.integer(&mut length)?;
+        let bytes = self.take(usize::try_from(length).unwrap_or(usize::MAX))?.to_vec();
+        *value = String::from_utf8(bytes).map_err(StateError::inconsistent)?;
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn sealed() -> Vec<u8> {
         let mut writer = StateWriter::default();
-        writer.real(-0.0);
-        writer.integer(7);
-        writer.boolean(true);
-        writer.text("Äther");
+        pass(&mut writer, &mut (-0.0, 7, true, "Äther".to_owned())).unwrap();
         writer.sealed(&identity("{a}"))
+    }
+
+    type Values = (f64, u64, bool, String);
+
+    fn pass(state: &mut dyn SavedState, values: &mut Values) -> Result<(), StateError> {
+        state.real(&mut values.0)?;
+        state.integer(&mut values.1)?;
+        state.boolean(&mut values.2)?;
+        state.text(&mut values.3)
     }
 
     #[test]
     fn reads_back_what_was_written() {
         let bytes = sealed();
         let mut reader = StateReader::unsealed(&bytes, &identity("{a}")).unwrap();
-        assert_eq!(reader.real().unwrap().to_bits(), (-0.0f64).to_bits());
-        assert_eq!(reader.integer().unwrap(), 7);
-        assert!(reader.boolean().unwrap());
-        assert_eq!(reader.text().unwrap(), "Äther");
+        let mut values = Values::default();
+        pass(&mut reader, &mut values).unwrap();
+        assert_eq!(values.0.to_bits(), (-0.0f64).to_bits());
+        assert_eq!((values.1, values.2, values.3.as_str()), (7, true, "Äther"));
         reader.finish().unwrap();
     }
 
@@ -264,11 +278,11 @@ mod tests {
     fn a_reader_that_asks_for_more_is_told_so() {
         let bytes = StateWriter::default().sealed(&identity(""));
         let mut reader = StateReader::unsealed(&bytes, &identity("")).unwrap();
-        assert!(reader.real().unwrap_err().to_string().contains("8 more bytes are missing"));
+        assert!(reader.real(&mut 0.0).unwrap_err().to_string().contains("8 more bytes are missing"));
         let mut writer = StateWriter::default();
-        writer.integer(u64::MAX);
+        writer.integer(&mut u64::MAX.clone()).unwrap();
         let bytes = writer.sealed(&identity(""));
-        assert!(StateReader::unsealed(&bytes, &identity("")).unwrap().text().is_err());
+        assert!(StateReader::unsealed(&bytes, &identity("")).unwrap().text(&mut String::new()).is_err());
         let left = StateReader::unsealed(&bytes, &identity("")).unwrap().finish().unwrap_err();
         assert!(left.to_string().contains("8 bytes are left over"));
     }

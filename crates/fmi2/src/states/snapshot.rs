@@ -1,7 +1,7 @@
 //! Stored states of an instance: `fmi2GetFMUstate` to `fmi2DeSerializeFMUstate` (section 2.1.8).
 
-use crate::states::bytes::Identity;
-use crate::{Interface, Model, Phase, StateError, StateReader, StateWriter};
+use crate::states::bytes::{Identity, StateReader, StateWriter};
+use crate::{Interface, Model, Phase, SavedState, StateError};
 
 /// Which step the rates of the inputs belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,45 +60,46 @@ impl<M: Model> Snapshot<M> {
         }
     }
 
-    pub(crate) fn save(&self) -> Vec<u8> {
+    pub(crate) fn save(&self) -> Result<Vec<u8>, StateError> {
         let mut state = StateWriter::default();
-        state.boolean(self.interface == Interface::CoSimulation);
-        state.integer(self.phase as u64);
-        for limit in [Some(self.experiment.start), self.experiment.stop, self.experiment.tolerance] {
-            state.boolean(limit.is_some());
-            state.real(limit.unwrap_or(0.0));
-        }
-        state.real(self.time);
-        state.boolean(self.stale);
-        state.integer(self.slopes as u64);
-        self.model.save(&mut state);
-        state.sealed(&self.identity)
+        self.clone().pass(&mut state)?;
+        Ok(state.sealed(&self.identity))
     }
 
     pub(crate) fn restore(bytes: &[u8], fresh: &M, identity: &Identity) -> Result<Self, StateError> {
         let mut state = StateReader::unsealed(bytes, identity)?;
-        let interface = match state.boolean()? {
-            true => Interface::CoSimulation,
-            false => Interface::ModelExchange,
-        };
-        let mut snapshot = Self::fresh(fresh, *identity, interface);
-        let number = state.integer()?;
-        let phase = Phase::ALL.into_iter().find(|phase| *phase as u64 == number);
-        let possible = phase.filter(|phase| *phase != Phase::Fatal && phase.occurs_in(interface));
-        snapshot.phase =
-            possible.ok_or_else(|| StateError::inconsistent(format_args!("the phase {number}")))?;
-        let mut limit = || Ok::<_, StateError>((state.boolean()?, state.finite()?));
-        let [start, stop, tolerance] = [limit()?, limit()?, limit()?];
-        let given = |(given, value): (bool, f64)| given.then_some(value);
-        snapshot.experiment = Experiment { start: start.1, stop: given(stop), tolerance: given(tolerance) };
-        snapshot.time = state.finite()?;
-        snapshot.stale = state.boolean()?;
-        let number = state.integer()?;
-        let slopes = Slopes::ALL.into_iter().find(|slopes| *slopes as u64 == number);
-        snapshot.slopes =
-            slopes.ok_or_else(|| StateError::inconsistent(format_args!("the slopes {number}")))?;
-        snapshot.model.restore(&mut state)?;
+        let mut snapshot = Self::fresh(fresh, *identity, Interface::CoSimulation);
+        snapshot.pass(&mut state)?;
         state.finish()?;
         Ok(snapshot)
+    }
+
+    /// Writes or reads everything but the identity.
+    fn pass(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        let mut steps_itself = self.interface == Interface::CoSimulation;
+        state.boolean(&mut steps_itself)?;
+        self.interface = if steps_itself { Interface::CoSimulation } else { Interface::ModelExchange };
+        let mut number = self.phase as u64;
+        state.integer(&mut number)?;
+        let phase = Phase::ALL.into_iter().find(|phase| *phase as u64 == number);
+        let possible = phase.filter(|phase| *phase != Phase::Fatal && phase.occurs_in(self.interface));
+        self.phase = possible.ok_or_else(|| StateError::inconsistent(format_args!("the phase {number}")))?;
+        let mut limit = |limit: Option<f64>| {
+            let (mut given, mut value) = (limit.is_some(), limit.unwrap_or(0.0));
+            state.boolean(&mut given)?;
+            state.real(&mut value)?;
+            Ok::<_, StateError>((given, value))
+        };
+        let Experiment { start, stop, tolerance } = self.experiment;
+        let [start, stop, tolerance] = [limit(Some(start))?, limit(stop)?, limit(tolerance)?];
+        let given = |(given, value): (bool, f64)| given.then_some(value);
+        self.experiment = Experiment { start: start.1, stop: given(stop), tolerance: given(tolerance) };
+        state.real(&mut self.time)?;
+        state.boolean(&mut self.stale)?;
+        let mut number = self.slopes as u64;
+        state.integer(&mut number)?;
+        let slopes = Slopes::ALL.into_iter().find(|slopes| *slopes as u64 == number);
+        self.slopes = slopes.ok_or_else(|| StateError::inconsistent(format_args!("the slopes {number}")))?;
+        self.model.pass_state(state)
     }
 }

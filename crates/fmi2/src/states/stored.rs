@@ -30,7 +30,7 @@ impl<M: Model> Instance<M> {
     pub fn serialise(&self, snapshot: &Snapshot<M>) -> Result<Vec<u8>, Refusal> {
         self.allows(Function::SerializeFmuState)?;
         self.accepts(snapshot)?;
-        Ok(snapshot.save())
+        Ok(snapshot.save()?)
     }
 
     /// `fmi2DeSerializeFMUstate`.

@@ -94,8 +94,7 @@ impl<M: Model> Instance<M> {
             return Ok(());
         }
         let flag = "maxOutputDerivativeOrder = 0";
-        let (tangents, continuous) =
-            M::tangents().zip(M::continuous()).ok_or(Refusal::Unsupported { flag })?;
+        let tangents = M::tangents().filter(|_| M::MODEL_EXCHANGE).ok_or(Refusal::Unsupported { flag })?;
         for (&reference, &order) in references.iter().zip(orders) {
             self.table.output(reference)?;
             if order != 1 {
@@ -103,13 +102,13 @@ impl<M: Model> Instance<M> {
             }
         }
         self.update(log)?;
-        (continuous.derivatives)(&self.now.model, &mut self.rates);
+        self.now.model.derivatives(&mut self.rates);
         self.tangents.fill(0.0);
         for (&state, &rate) in self.table.states().iter().zip(&self.rates) {
             let quantity = self.table.known(state, Phase::Step)?;
             self.tangents[quantity] = rate;
         }
-        (continuous.input_rates)(&self.now.model, &mut self.tangents);
+        self.now.model.input_rates(&mut self.tangents);
         self.carry(tangents)?;
         for (&reference, value) in references.iter().zip(&mut *values) {
             *value = self.table.output(reference)?.map_or(0.0, |quantity| self.tangents[quantity]);

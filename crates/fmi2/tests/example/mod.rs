@@ -3,8 +3,7 @@
 
 use fmi2::model_description::{DefaultExperiment, Enumeration};
 use fmi2::{
-    About, Continuous, ContinuousModel, Log, Model, Moment, ResourceError, Resources, Role, StateError,
-    StateReader, StateWriter, Tangents, Variable,
+    About, Log, Model, Moment, ResourceError, Resources, Role, SavedState, StateError, Tangents, Variable,
 };
 
 #[derive(Debug, Clone)]
@@ -106,25 +105,16 @@ impl Model for Lag {
         Ok(())
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        state.reals(&[self.gain, self.u, self.y]);
-        state.integer(self.count as u64);
-        state.boolean(self.armed);
-        state.text(&self.label);
-        state.integer(self.method as u64);
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        [self.gain, self.u, self.y] = [state.finite()?, state.finite()?, state.finite()?];
-        self.count = i32::try_from(state.integer()?).map_err(StateError::inconsistent)?;
-        self.armed = state.boolean()?;
-        self.label = state.text()?;
-        self.method = i32::try_from(state.integer()?).map_err(StateError::inconsistent)?;
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        state.each(&mut [&mut self.gain, &mut self.u, &mut self.y])?;
+        let [mut count, mut method] = [self.count as u64, self.method as u64];
+        state.integer(&mut count)?;
+        state.boolean(&mut self.armed)?;
+        state.text(&mut self.label)?;
+        state.integer(&mut method)?;
+        self.count = i32::try_from(count).map_err(StateError::inconsistent)?;
+        self.method = i32::try_from(method).map_err(StateError::inconsistent)?;
         Ok(())
-    }
-
-    fn continuous() -> Option<Continuous<Self>> {
-        Some(Continuous::of())
     }
 
     fn tangents() -> Option<Tangents<Self>> {
@@ -141,27 +131,15 @@ impl Model for Lag {
     fn quantities(&self) -> usize {
         3
     }
-}
 
-impl Lag {
-    /// There is none beyond a million.
-    fn rate(&self) -> f64 {
-        let target = if self.armed { self.gain * self.u } else { 0.0 };
-        if self.y > 1e6 { f64::NAN } else { (target - self.y) / TAU }
-    }
-}
+    const MODEL_EXCHANGE: bool = true;
 
-impl ContinuousModel for Lag {
     fn states(&self, states: &mut [f64]) {
         states[0] = self.y;
     }
 
     fn set_states(&mut self, states: &[f64]) {
         self.y = states[0];
-    }
-
-    fn apply_inputs(&mut self) -> Result<(), LagError> {
-        Ok(())
     }
 
     fn derivatives(&self, rates: &mut [f64]) {
@@ -178,5 +156,13 @@ impl ContinuousModel for Lag {
             self.count += 1;
         }
         Ok(())
+    }
+}
+
+impl Lag {
+    /// There is none beyond a million.
+    fn rate(&self) -> f64 {
+        let target = if self.armed { self.gain * self.u } else { 0.0 };
+        if self.y > 1e6 { f64::NAN } else { (target - self.y) / TAU }
     }
 }

@@ -158,7 +158,7 @@ fn go_on<M: Model>(c: Component, interface: Interface, at: f64) {
 }
 
 fn survives<M: Model>(fmu: &Unpacked<M>, case: &Changed) -> Seen {
-    let exchange = case.exchange && M::continuous().is_some();
+    let exchange = case.exchange && M::MODEL_EXCHANGE;
     let interface = if exchange { Interface::ModelExchange } else { Interface::CoSimulation };
     let c = fmu.started(interface);
     for k in (0..case.steps).filter(|_| !exchange) {
