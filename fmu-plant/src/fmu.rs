@@ -125,7 +125,7 @@ impl Model for PlantModel {
     fn input_rates(&self, tangents: &mut [f64]) {
         let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
         for (index, &rate) in commands.iter().enumerate() {
-            tangents[Quantity::Command(index).number()] = rate;
+            tangents[Quantity::command(index)] = rate;
         }
         tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
         tangents[Quantity::CurrentVertical.number()] = current.vertical;

@@ -1,6 +1,6 @@
 //! The quantities with exact derivatives in the plant.
 
-/// One quantity; those of actuators count from 0.
+/// One quantity that does not belong to an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Quantity {
@@ -29,13 +29,10 @@ pub enum Quantity {
     GivenSpeed,
     /// By which waves change.
     Time,
-    Command(usize),
-    Output(usize),
-    OutputRate(usize),
 }
 
-/// Quantities that do not belong to an actuator.
-const FIXED: usize = 20;
+/// Quantities that do not belong to an actuator; every actuator adds three.
+const FIXED: usize = Quantity::Time as usize + 1;
 
 impl Quantity {
     /// Number of quantities of a vehicle with a number of actuators.
@@ -43,32 +40,23 @@ impl Quantity {
         FIXED + 3 * actuators
     }
 
-    /// The number of the quantity; every actuator adds three.
+    /// The number of the quantity.
     pub fn number(self) -> usize {
-        match self {
-            Self::CurrentHorizontal => 0,
-            Self::CurrentVertical => 1,
-            Self::OperatingSpeed => 2,
-            Self::SurgeOverGround => 3,
-            Self::HeaveOverGround => 4,
-            Self::PitchRate => 5,
-            Self::Pitch => 6,
-            Self::Distance => 7,
-            Self::Depth => 8,
-            Self::SurgeAcceleration => 9,
-            Self::HeaveAcceleration => 10,
-            Self::PitchAcceleration => 11,
-            Self::RateOfPitch => 12,
-            Self::RateOfDistance => 13,
-            Self::RateOfDepth => 14,
-            Self::Speed => 15,
-            Self::Heave => 16,
-            Self::PathSpeed => 17,
-            Self::GivenSpeed => 18,
-            Self::Time => 19,
-            Self::Command(index) => FIXED + 3 * index,
-            Self::Output(index) => FIXED + 3 * index + 1,
-            Self::OutputRate(index) => FIXED + 3 * index + 2,
-        }
+        self as usize
+    }
+
+    /// The number of the command of an actuator.
+    pub fn command(actuator: usize) -> usize {
+        FIXED + 3 * actuator
+    }
+
+    /// The number of the output of an actuator.
+    pub fn output(actuator: usize) -> usize {
+        FIXED + 3 * actuator + 1
+    }
+
+    /// The number of the rate of the output of an actuator.
+    pub fn output_rate(actuator: usize) -> usize {
+        FIXED + 3 * actuator + 2
     }
 }

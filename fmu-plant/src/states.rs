@@ -83,7 +83,7 @@ fn force_of(actuator: &Actuator) -> String {
 
 fn output_rate(index: usize, actuator: &Actuator) -> Variable {
     let (own, unit) = (format!("{}_output", actuator.name), format!("{}/s", actuator.unit()));
-    let one = rate(&own, &unit, move |m| m.output_rate(index)).quantity(Quantity::OutputRate(index).number());
+    let one = rate(&own, &unit, move |m| m.output_rate(index)).quantity(Quantity::output_rate(index));
     match actuator.rate {
         None => one.depends_on(&[&actuator.name]).depends_linearly_on(&own),
         Some(_) => one.depends_on(&[&actuator.name, &own]),

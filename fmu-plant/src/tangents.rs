@@ -23,8 +23,8 @@ impl PlantModel {
         for (index, actuator) in actuators.iter().enumerate() {
             let output = self.seeded_output(index, tangents);
             let rate = actuator.output_rate(output, self.seeded_command(index, tangents));
-            tangents[Q::Output(index).number()] = output.eps;
-            tangents[Q::OutputRate(index).number()] = rate.eps;
+            tangents[Q::output(index)] = output.eps;
+            tangents[Q::output_rate(index)] = rate.eps;
         }
         let square = motion.u * motion.u + motion.w * motion.w;
         for (quantity, value) in [
@@ -88,13 +88,13 @@ impl PlantModel {
     /// The output that an input asks an actuator for.
     fn seeded_command(&self, index: usize, tangents: &[f64]) -> Dual64 {
         let (asked, slope) = self.plant.actuators()[index].asked(self.inputs.commands[index]);
-        Dual64::new(asked, slope * tangents[Q::Command(index).number()])
+        Dual64::new(asked, slope * tangents[Q::command(index)])
     }
 
     fn seeded_output(&self, index: usize, tangents: &[f64]) -> Dual64 {
         let actuator = &self.plant.actuators()[index];
         match actuator.lag > 0.0 {
-            true => Dual64::new(self.plant.outputs()[index], tangents[Q::Output(index).number()]),
+            true => Dual64::new(self.plant.outputs()[index], tangents[Q::output(index)]),
             false => actuator.saturate(self.seeded_command(index, tangents)),
         }
     }

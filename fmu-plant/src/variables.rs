@@ -98,7 +98,7 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
         .unit(actuator.taken_unit())
         .range(least, most)
         .nominal(least.abs().max(most.abs()))
-        .quantity(Quantity::Command(index).number())
+        .quantity(Quantity::command(index))
         .slope(move |m, v| m.slopes.commands[index] = v)
 }
 
@@ -196,7 +196,7 @@ fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Var
     let one = output(&own, &description, unit, move |m| m.actuator_outputs()[index])
         .range(*min, *max)
         .nominal(actuator.reach())
-        .quantity(Quantity::Output(index).number());
+        .quantity(Quantity::output(index));
     match *lag > 0.0 {
         true => one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim(model)),
         false => one.depends_on(&[name]).initially_depends_on(&[name]),

@@ -59,7 +59,7 @@ impl ClosedLoop {
             tangents[own(Own::TrimPitch)] = moved.trim_pitch;
             for (index, command) in moved.commands.into_iter().enumerate() {
                 tangents[own(Own::Command(index))] = command;
-                tangents[Quantity::Command(index).number()] = command;
+                tangents[Quantity::command(index)] = command;
             }
             tangents[Quantity::GivenSpeed.number()] = references[SPEED];
             let slope = autopilot.trim().speed_slope(self.outside.references[SPEED]);
