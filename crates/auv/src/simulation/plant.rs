@@ -283,11 +283,6 @@ impl Plant {
         Ok(())
     }
 
-    /// The rates at which the inputs change.
-    pub fn slopes(&self) -> &Slopes {
-        &self.slopes
-    }
-
     /// Advances the outputs of the actuators and the inputs.
     pub(crate) fn carry_inputs(&mut self, duration: f64) {
         let actuators = self.actuators.iter().zip(&mut self.outputs);
@@ -340,34 +335,14 @@ impl Plant {
         &self.outputs
     }
 
-    /// The command of each actuator \[N or rad\].
-    pub fn commands(&self) -> &[f64] {
-        &self.commands
-    }
-
     /// The current.
     pub fn current(&self) -> Current {
         self.current
     }
 
-    /// The equations of motion in use.
-    pub fn fidelity(&self) -> Fidelity {
-        self.fidelity
-    }
-
     /// Speed through the water, sqrt(u^2 + w^2) \[m/s\].
     pub fn speed(&self) -> f64 {
         self.body[0].hypot(self.body[1])
-    }
-
-    /// The equations of motion.
-    pub fn dynamics(&self) -> &Dynamics {
-        &self.dynamics
-    }
-
-    /// The LPV model, if there is one.
-    pub fn lpv(&self) -> Option<&LpvModel> {
-        self.lpv.as_deref()
     }
 
     /// Velocity over ground along the body axes \[m/s\]: surge, heave.
@@ -433,7 +408,7 @@ mod tests {
             plant.set_current(current(1.0)).unwrap();
         }
         let [(ramp, _), (stairs, _)] = plants;
-        assert_eq!(ramp.commands()[0], 220.0, "the input has moved along");
+        assert_eq!(ramp.commands[0], 220.0, "the input has moved along");
         let (Motion { u, w, q, theta }, other) = (ramp.state().motion, stairs.state().motion);
         for (one, other) in [(u, other.u), (w, other.w), (q, other.q), (theta, other.theta)] {
             assert!((one - other).abs() < 1e-6 * (1.0 + other.abs()), "{one} and {other}");

@@ -170,8 +170,8 @@ impl Plant {
     fn pushed<D: Scalar>(&self, instant: &Instant<D>) -> Option<[D; 3]> {
         let water = self.water.as_ref()?;
         let [time, x, depth, pitch] = instant.place().map(|one| one.re());
-        let push = self.dynamics().pushed(water.at(time, x, depth, pitch).load);
-        let slopes = water.load_slopes(time, x, depth, pitch).map(|slope| self.dynamics().pushed(slope));
+        let push = self.dynamics.pushed(water.at(time, x, depth, pitch).load);
+        let slopes = water.load_slopes(time, x, depth, pitch).map(|slope| self.dynamics.pushed(slope));
         Some([0, 1, 2].map(|i| along(instant, push[i], slopes.map(|slope| slope[i]))))
     }
 
@@ -182,9 +182,9 @@ impl Plant {
     /// changes the velocities over ground by its load alone.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
-        let (actuators, dynamics) = (self.actuators(), self.dynamics());
+        let (actuators, dynamics) = (self.actuators(), &self.dynamics);
         let outputs = (0..actuators.len()).map(output);
-        let [du, dw, dq, dtheta] = match (self.fidelity(), self.lpv()) {
+        let [du, dw, dq, dtheta] = match (self.fidelity, &self.lpv) {
             (Fidelity::Lpv, Some(model)) => model.derivative(
                 instant.operating_speed,
                 [motion.u, motion.w, motion.q, motion.theta],
@@ -308,7 +308,7 @@ mod tests {
             assert!(expected != 0.0, "{name}");
         }
         for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
-            let rate = actuator.output_rate(outputs[index], plant.commands()[index]);
+            let rate = actuator.output_rate(outputs[index], plant.commands[index]);
             let mean = (plant.outputs()[index] - outputs[index]) / h;
             assert!((mean - rate).abs() < 1e-3 * (1.0 + rate.abs()), "{}", actuator.name);
         }

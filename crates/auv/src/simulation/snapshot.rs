@@ -50,16 +50,16 @@ impl Plant {
     /// Returns the whole state; a plant restored from it continues identically, bit for bit.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
-            coefficients: self.dynamics().coefficients().clone(),
-            fidelity: self.fidelity(),
-            time: self.time(),
+            coefficients: self.dynamics.coefficients().clone(),
+            fidelity: self.fidelity,
+            time: self.time,
             state: self.state(),
-            outputs: self.outputs().to_vec(),
-            commands: self.commands().to_vec(),
-            current: self.current(),
-            operating_speed: self.operating_speed(),
-            given_speed: self.given_speed(),
-            slopes: self.slopes().clone(),
+            outputs: self.outputs.clone(),
+            commands: self.commands.clone(),
+            current: self.current,
+            operating_speed: self.operating_speed,
+            given_speed: self.given_speed,
+            slopes: self.slopes.clone(),
             integrator_step: self.integrator.step(),
         }
     }
