@@ -55,7 +55,7 @@ impl Autopilot {
         let mut commands = vec![0.0; plan.actuators.len()];
         let mut computed = commands.clone();
         self.controller.tangent((&y, &dy), (theta, &[drho][..plan.parameters]), &mut commands)?;
-        self.controller.peek(&y, theta, &mut computed)?;
+        self.controller.clone().output(&y, theta, &mut computed)?;
         for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
             let [scale, minimum, maximum] = plan.actuators[index];
             let value = plan.trim.command(speed, index) + scale * *computed;

@@ -160,15 +160,6 @@ impl LftController {
         lft.dut.add_product(&dw, du);
         Ok(())
     }
-
-    /// Computes the result of [`output`](Self::output) and changes nothing.
-    ///
-    /// # Errors
-    /// [`TickError::SingularLoop`].
-    #[inline]
-    pub(crate) fn peek(&self, y: &[f64], theta: &[f64], u: &mut [f64]) -> Result<(), TickError> {
-        self.clone().output(y, theta, u)
-    }
 }
 
 impl Law {
