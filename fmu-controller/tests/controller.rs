@@ -2,10 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod example;
+#[path = "../../crates/fmi2/tests/flight/mod.rs"]
+mod flight;
 
 use example::{design, with_pitch_rate};
+use flight::{Flight, Remember};
 use fmi2::model_description::Causality;
-use fmi2::{Experiment, Instance, Log, Resources, Silent};
+use fmi2::{Resources, Silent};
 use fmu_controller::{Controller, RESOURCE, describe};
 use serde_json::{Value, json};
 
@@ -13,43 +16,12 @@ fn resources(design: &Value) -> Resources {
     [(RESOURCE, design.to_string())].into_iter().collect()
 }
 
-#[derive(Default)]
-struct Remember(Vec<String>);
-
-impl Log for Remember {
-    fn warn(&mut self, message: &str) {
-        self.0.push(message.to_owned());
-    }
+fn start() -> Flight<Controller> {
+    start_of(&design())
 }
 
-struct Flight {
-    instance: Instance<Controller>,
-}
-
-impl Flight {
-    fn start() -> Self {
-        Self::of(&design())
-    }
-
-    fn of(design: &Value) -> Self {
-        let mut instance = Instance::new(describe(&resources(design)).unwrap());
-        instance.set_up(Experiment::default()).unwrap();
-        instance.enter_initialization().unwrap();
-        instance.exit_initialization(&mut Silent).unwrap();
-        Self { instance }
-    }
-
-    fn set(&mut self, name: &str, value: f64) {
-        let reference = self.instance.table().reference(name).unwrap();
-        self.instance.set(&[reference], |_| value).unwrap();
-    }
-
-    fn get(&mut self, name: &str) -> f64 {
-        let reference = self.instance.table().reference(name).unwrap();
-        let mut found = f64::NAN;
-        self.instance.get(&[reference], &mut Silent, |_, value| found = value).unwrap();
-        found
-    }
+fn start_of(design: &Value) -> Flight<Controller> {
+    Flight::started(describe(&resources(design)).unwrap())
 }
 
 #[test]
@@ -98,7 +70,7 @@ fn takes_in_what_the_design_measures_and_follows() {
 /// The fin opposes the pitch rate at once, and turns to a new trim as the filtered reference does.
 #[test]
 fn flies_by_pitch_rate_and_filtered_reference() {
-    let mut flight = Flight::of(&with_pitch_rate());
+    let mut flight = start_of(&with_pitch_rate());
     let fin = flight.get("fin");
     flight.set("pitch_rate", 0.1);
     flight.instance.step(0.0, 0.02, &mut Silent).unwrap();
@@ -121,7 +93,7 @@ fn the_guid_follows_the_design() {
 
 #[test]
 fn is_quiet_by_default() {
-    let mut flight = Flight::start();
+    let mut flight = start();
     let (thrust, fin) = (flight.get("thruster"), flight.get("fin"));
     for k in 0..100 {
         flight.instance.step(f64::from(k) * 0.1, 0.1, &mut Silent).unwrap();
@@ -133,7 +105,7 @@ fn is_quiet_by_default() {
 
 #[test]
 fn outputs_hold_until_the_next_step() {
-    let mut flight = Flight::start();
+    let mut flight = start();
     let fin = flight.get("fin");
     flight.set("pitch_reference", 0.1);
     assert_eq!(flight.get("fin"), fin, "no output follows an input without a step");
@@ -143,7 +115,7 @@ fn outputs_hold_until_the_next_step() {
 
 #[test]
 fn warns_once_per_entry() {
-    let mut flight = Flight::start();
+    let mut flight = start();
     let mut log = Remember::default();
     for (k, speed) in [1.0, 3.5, 3.6, 2.0, 0.1, 0.1].into_iter().enumerate() {
         flight.set("speed", speed);
@@ -188,7 +160,7 @@ fn refuses_designs_that_make_no_fmu() {
 #[test]
 fn an_absurd_speed_is_out_of_range_and_no_more() {
     for (speed, rho) in [(1e308, 1.0), (-1e308, -1.0)] {
-        let mut flight = Flight::start();
+        let mut flight = start();
         flight.set("speed", speed);
         flight.instance.step(0.0, 0.1, &mut Silent).unwrap();
         assert_eq!(flight.get("scheduling_parameter"), rho);

@@ -2,11 +2,16 @@
 
 #![allow(dead_code, reason = "not every test needs everything")]
 
+#[path = "../../../crates/fmi2/tests/flight/mod.rs"]
+mod flight;
+
 use std::path::Path;
 
 use auv::{Curve, Effect, LpvModel, Speed, Surge, Trim, Vehicle, linearise, trim};
-use fmi2::{Experiment, Failure, Instance, Log, Resources};
-use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, VEHICLE_RESOURCE, describe};
+use fmi2::Resources;
+use fmu_plant::{LPV_RESOURCE, PlantModel, VEHICLE_RESOURCE, describe};
+
+pub use flight::Flight;
 
 pub const DEPTH: f64 = 50.0;
 
@@ -68,70 +73,22 @@ fn of(vehicle: &Vehicle, speeds: [f64; 3]) -> Resources {
     [(VEHICLE_RESOURCE, vehicle.to_json().unwrap()), (LPV_RESOURCE, model)].into_iter().collect()
 }
 
-#[derive(Default)]
-pub struct Remember(pub Vec<String>);
-
-impl Log for Remember {
-    fn warn(&mut self, message: &str) {
-        self.0.push(message.to_owned());
-    }
-}
-
-/// An instance with its log.
-pub struct Flight {
-    pub instance: Instance<PlantModel>,
-    pub log: Remember,
-}
-
-impl Flight {
-    /// Instantiates, sets parameters and enters initialization mode.
-    pub fn prepare(resources: &Resources, parameters: &[(&str, f64)]) -> Self {
-        let instance = Instance::new(describe(resources).unwrap());
-        let mut flight = Self { instance, log: Remember::default() };
-        for &(name, value) in parameters {
-            flight.set(name, value);
-        }
-        flight.instance.set_up(Experiment::default()).unwrap();
-        flight.instance.enter_initialization().unwrap();
-        flight
-    }
-
-    pub fn start(resources: &Resources, parameters: &[(&str, f64)]) -> Self {
-        let mut flight = Self::prepare(resources, parameters);
-        flight.exit().unwrap();
-        flight
-    }
-
-    pub fn exit(&mut self) -> Result<(), Failure<PlantError>> {
-        self.instance.exit_initialization(&mut self.log)
-    }
-
-    fn reference(&self, name: &str) -> u32 {
-        self.instance.table().reference(name).unwrap_or_else(|| panic!("no variable {name}"))
-    }
-
-    /// Sets a variable; `fidelity` by its number.
-    pub fn set(&mut self, name: &str, value: f64) {
-        let reference = self.reference(name);
+/// A plant in initialization mode, with parameters; `fidelity` by its number.
+pub fn prepare(resources: &Resources, parameters: &[(&str, f64)]) -> Flight<PlantModel> {
+    let mut flight = Flight::prepare(describe(resources).unwrap(), 0.0);
+    for &(name, value) in parameters {
         match name {
-            "fidelity" => self.instance.set(&[reference], |_| value as i32).unwrap(),
-            _ => self.instance.set(&[reference], |_| value).unwrap(),
+            "fidelity" => flight.set(name, value as i32),
+            _ => flight.set(name, value),
         }
     }
+    flight.instance.enter_initialization().unwrap();
+    flight
+}
 
-    pub fn get(&mut self, name: &str) -> f64 {
-        let reference = self.reference(name);
-        let mut found = f64::NAN;
-        self.instance.get(&[reference], &mut self.log, |_, value| found = value).unwrap();
-        found
-    }
-
-    /// Steps to a time in equal steps.
-    pub fn fly(&mut self, to: f64, steps: u32) {
-        let from = self.instance.time();
-        let size = (to - from) / f64::from(steps);
-        for k in 0..steps {
-            self.instance.step(from + f64::from(k) * size, size, &mut self.log).unwrap();
-        }
-    }
+/// A plant ready to step.
+pub fn start(resources: &Resources, parameters: &[(&str, f64)]) -> Flight<PlantModel> {
+    let mut flight = prepare(resources, parameters);
+    flight.exit().unwrap();
+    flight
 }

@@ -1,6 +1,6 @@
 //! What the plant says of itself, and which files it refuses.
 
-use crate::common::{Flight, remus100, squid, vehicle};
+use crate::common::{prepare, remus100, squid, vehicle};
 use auv::{COEFFICIENTS, LpvModel};
 use fmi2::Resources;
 use fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
@@ -73,7 +73,7 @@ fn every_coefficient_is_a_fixed_parameter() {
     for (name, resources) in [("squid", squid()), ("remus100", remus100())] {
         let vehicle = vehicle(name);
         let variables = describe(&resources).unwrap().description.variables;
-        let mut flight = Flight::prepare(&resources, &[]);
+        let mut flight = prepare(&resources, &[]);
         for (position, spec) in COEFFICIENTS.iter().enumerate() {
             let entry = variable(&variables, spec.key);
             assert_eq!((entry.causality, entry.variability), (Causality::Parameter, Variability::Fixed));

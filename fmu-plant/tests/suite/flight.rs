@@ -1,11 +1,12 @@
 //! The plant flown as an FMU, without C: start in trim, inputs, fidelity, warnings, refusals.
 
-use crate::common::{DEPTH, Flight, remus100, squid, vehicle};
+use crate::common::{DEPTH, Flight, prepare, remus100, squid, start, vehicle};
 use auv::{Speed, trim};
+use fmu_plant::PlantModel;
 
 const THRUSTERS: [&str; 3] = ["lower", "upper_port", "upper_starboard"];
 
-fn command_trim(flight: &mut Flight) {
+fn command_trim(flight: &mut Flight<PlantModel>) {
     for name in THRUSTERS {
         let value = flight.get(&format!("trim_{name}"));
         flight.set(name, value);
@@ -17,7 +18,7 @@ fn starts_in_trim_and_stays_there() {
     let vehicle = vehicle("squid");
     for speed in [0.5, 1.0, 2.2, 3.0] {
         let level = trim(&vehicle, Speed::Path(speed), 20.0).unwrap();
-        let mut flight = Flight::prepare(&squid(), &[("initial_speed", speed), ("initial_depth", 20.0)]);
+        let mut flight = prepare(&squid(), &[("initial_speed", speed), ("initial_depth", 20.0)]);
         command_trim(&mut flight);
         flight.exit().unwrap();
         for (name, expected) in [
@@ -30,7 +31,7 @@ fn starts_in_trim_and_stays_there() {
         ] {
             assert_eq!(flight.get(name), expected, "{name}");
         }
-        flight.fly(60.0, 600);
+        flight.fly_in(60.0, 600);
         assert!((flight.get("pitch") - level.pitch).abs() < 1e-9);
         assert!((flight.get("path_speed") - speed).abs() < 1e-9);
         assert!((flight.get("depth") - 20.0).abs() < 1e-8);
@@ -42,24 +43,24 @@ fn starts_in_trim_and_stays_there() {
 
 #[test]
 fn is_quiet_by_default() {
-    let mut flight = Flight::start(&squid(), &[]);
+    let mut flight = start(&squid(), &[]);
     let pitch = flight.get("pitch");
-    flight.fly(60.0, 600);
+    flight.fly_in(60.0, 600);
     assert!((flight.get("pitch") - pitch).abs() < 1e-9);
     assert!((flight.get("path_speed") - 1.75).abs() < 1e-9);
 }
 
 #[test]
 fn commands_act_through_lag_and_limits_from_the_start_on() {
-    let mut flight = Flight::prepare(&squid(), &[]);
+    let mut flight = prepare(&squid(), &[]);
     let trim = flight.get("trim_lower");
     flight.set("lower", 500.0);
     flight.exit().unwrap();
     assert_eq!(flight.get("lower_output"), trim, "the output starts at trim whatever the command");
-    flight.fly(0.1, 4);
+    flight.fly_in(0.1, 4);
     let expected = 100.0 + (trim - 100.0) * (-0.1_f64 / 0.2).exp();
     assert!((flight.get("lower_output") - expected).abs() < 1e-11);
-    flight.fly(10.0, 100);
+    flight.fly_in(10.0, 100);
     assert!((flight.get("lower_output") - 100.0).abs() < 1e-10 && flight.get("lower_output") <= 100.0);
     assert_eq!(flight.get("lower"), 500.0, "the command reads back as it was set");
 }
@@ -68,8 +69,8 @@ fn commands_act_through_lag_and_limits_from_the_start_on() {
 /// step alone.
 #[test]
 fn without_a_step_a_current_moves_the_water_alone() {
-    let mut flight = Flight::start(&squid(), &[]);
-    flight.fly(1.0, 10);
+    let mut flight = start(&squid(), &[]);
+    flight.fly_in(1.0, 10);
     let held = ["pitch", "surge_over_ground", "depth", "lower_output"];
     let before = held.map(|name| flight.get(name));
     let (pitch, speed, heave) = (flight.get("pitch"), flight.get("speed"), flight.get("heave"));
@@ -78,17 +79,17 @@ fn without_a_step_a_current_moves_the_water_alone() {
     assert_eq!(held.map(|name| flight.get(name)), before);
     assert!((flight.get("speed") - speed + 0.5 * pitch.cos()).abs() < 1e-14);
     assert!((flight.get("heave") - heave + 0.5 * pitch.sin()).abs() < 1e-14);
-    flight.fly(1.1, 1);
+    flight.fly_in(1.1, 1);
     assert!(held.map(|name| flight.get(name)).iter().zip(before).all(|(after, before)| *after != before));
 }
 
 #[test]
 fn the_step_size_does_not_matter() {
     let ends = [5, 500, 5000].map(|steps| {
-        let mut flight = Flight::start(&squid(), &[]);
+        let mut flight = start(&squid(), &[]);
         flight.set("lower", 30.0);
         flight.set("current_vertical", 0.1);
-        flight.fly(10.0, steps);
+        flight.fly_in(10.0, steps);
         ["pitch", "speed", "heave", "depth", "distance"].map(|name| flight.get(name))
     });
     assert!((ends[0][0]).abs() > 0.05, "the vehicle must have moved");
@@ -99,26 +100,26 @@ fn the_step_size_does_not_matter() {
 
 #[test]
 fn a_current_from_the_start_carries_the_vehicle() {
-    let mut flight = Flight::prepare(&squid(), &[]);
+    let mut flight = prepare(&squid(), &[]);
     flight.set("current_horizontal", 0.25);
     flight.exit().unwrap();
     let pitch = flight.get("pitch");
     assert!((flight.get("path_speed") - 1.75).abs() < 1e-12, "trim is through the water");
-    flight.fly(20.0, 200);
+    flight.fly_in(20.0, 200);
     assert!((flight.get("distance") - 20.0 * (1.75 + 0.25)).abs() < 1e-8);
     assert!((flight.get("pitch") - pitch).abs() < 1e-9);
 }
 
 #[test]
 fn a_coefficient_changes_the_trim_and_the_flight() {
-    let mut light = Flight::start(&squid(), &[("buoyancy", 664.0), ("initial_speed", 1.0)]);
-    let mut plain = Flight::start(&squid(), &[("initial_speed", 1.0)]);
+    let mut light = start(&squid(), &[("buoyancy", 664.0), ("initial_speed", 1.0)]);
+    let mut plain = start(&squid(), &[("initial_speed", 1.0)]);
     assert!(light.get("trim_pitch") < plain.get("trim_pitch") - 0.02, "more lift downwards is needed");
-    let mut stiff = Flight::start(&squid(), &[("z_G", 0.06)]);
-    let mut soft = Flight::start(&squid(), &[]);
+    let mut stiff = start(&squid(), &[("z_G", 0.06)]);
+    let mut soft = start(&squid(), &[]);
     for flight in [&mut stiff, &mut soft] {
         flight.set("lower", 20.0);
-        flight.fly(5.0, 50);
+        flight.fly_in(5.0, 50);
     }
     assert!(stiff.get("pitch") < soft.get("pitch") - 0.02);
 }
@@ -126,10 +127,10 @@ fn a_coefficient_changes_the_trim_and_the_flight() {
 #[test]
 fn the_lpv_model_follows_the_nonlinear_one_near_trim() {
     let nudged = |fidelity: f64| {
-        let mut flight = Flight::prepare(&squid(), &[("fidelity", fidelity), ("initial_speed", 1.75)]);
+        let mut flight = prepare(&squid(), &[("fidelity", fidelity), ("initial_speed", 1.75)]);
         flight.set("lower", flight.instance.model().inputs.commands[0] + 0.5);
         flight.exit().unwrap();
-        flight.fly(10.0, 100);
+        flight.fly_in(10.0, 100);
         (flight.get("pitch") - flight.get("trim_pitch"), flight.log.0)
     };
     let ((nonlinear, _), (lpv, log)) = (nudged(1.0), nudged(2.0));
@@ -140,10 +141,10 @@ fn the_lpv_model_follows_the_nonlinear_one_near_trim() {
 
 #[test]
 fn warns_once_per_excursion() {
-    let mut flight = Flight::start(&squid(), &[("fidelity", 2.0)]);
+    let mut flight = start(&squid(), &[("fidelity", 2.0)]);
     for (k, speed) in [3.0, 3.5, 3.6, 2.0, 0.4, 0.3].into_iter().enumerate() {
         flight.set("operating_speed", speed);
-        flight.fly(0.01 * (k as f64 + 1.0), 1);
+        flight.fly_in(0.01 * (k as f64 + 1.0), 1);
     }
     let found = &flight.log.0;
     assert_eq!(found.len(), 2, "{found:?}");
@@ -151,15 +152,15 @@ fn warns_once_per_excursion() {
         found[0].contains("3.5 m/s lies outside the 0.5 to 3 m/s of the LPV model, which stands at 3 m/s")
     );
     assert!(found[1].contains("0.4 m/s lies outside"));
-    let mut nonlinear = Flight::start(&squid(), &[]);
+    let mut nonlinear = start(&squid(), &[]);
     nonlinear.set("operating_speed", 9.0);
-    nonlinear.fly(1.0, 10);
+    nonlinear.fly_in(1.0, 10);
     assert!(nonlinear.log.0.is_empty());
 }
 
 #[test]
 fn warns_of_coefficients_that_the_lpv_model_does_not_know() {
-    let warned = |parameters: &[(&str, f64)]| Flight::start(&squid(), parameters).log.0;
+    let warned = |parameters: &[(&str, f64)]| start(&squid(), parameters).log.0;
     assert!(
         warned(&[("fidelity", 2.0), ("Z_uw", -60.0)])[0]
             .contains("with the coefficients of the vehicle file")
@@ -169,9 +170,9 @@ fn warns_of_coefficients_that_the_lpv_model_does_not_know() {
 
 #[test]
 fn warns_above_the_surface() {
-    let mut flight = Flight::start(&squid(), &[("initial_depth", 0.05)]);
+    let mut flight = start(&squid(), &[("initial_depth", 0.05)]);
     flight.set("current_vertical", -0.1);
-    flight.fly(3.0, 30);
+    flight.fly_in(3.0, 30);
     assert!(flight.get("depth") < 0.0);
     assert_eq!(flight.log.0.len(), 1);
     // The vehicle drifts up with the water, for which 0.05 m take half a second, and comes up behind it, for it has
@@ -188,11 +189,11 @@ fn warns_above_the_surface() {
 #[test]
 fn warns_where_the_hull_breaks_the_waves() {
     let shallow = [("initial_depth", 1.5), ("wave_height", 2.0), ("wave_period", 8.0)];
-    let mut flight = Flight::start(&squid(), &shallow);
+    let mut flight = start(&squid(), &shallow);
     flight.set("current_vertical", -0.05);
     let mut seconds = (1..=18).map(f64::from);
     while flight.log.0.is_empty() {
-        flight.fly(seconds.next().unwrap(), 10);
+        flight.fly_in(seconds.next().unwrap(), 10);
     }
     let words = flight.log.0.first().unwrap();
     assert!(words.contains(" m out of the waves, at a depth of "), "{words}");
@@ -205,7 +206,7 @@ fn refuses_waves_that_cannot_be() {
         (2.0, 8.0, 0.0, "at an initial_depth of 0 m its hull is "),
     ] {
         let waves = [("wave_height", height), ("wave_period", period), ("initial_depth", depth)];
-        let message = Flight::prepare(&squid(), &waves).exit().unwrap_err().to_string();
+        let message = prepare(&squid(), &waves).exit().unwrap_err().to_string();
         assert!(message.contains(expected) && message.starts_with("the vehicle cannot start"), "{message}");
     }
 }
@@ -223,7 +224,7 @@ fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
         ("Z_ww", 3.0, "the vehicle cannot start: Z_ww is 3 kg/m, and must be zero or a negative number"),
         ("z_G", 1.0, "the vehicle cannot start: the mass matrix"),
     ] {
-        let mut flight = Flight::prepare(&squid(), &[(parameter, value)]);
+        let mut flight = prepare(&squid(), &[(parameter, value)]);
         let message = flight.exit().unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
         flight.instance.reset().unwrap();
@@ -235,29 +236,29 @@ fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
 
 #[test]
 fn a_snapshot_brings_back_every_bit() {
-    let mut flight = Flight::start(&squid(), &[]);
+    let mut flight = start(&squid(), &[]);
     flight.set("lower", 30.0);
-    flight.fly(2.0, 20);
+    flight.fly_in(2.0, 20);
     let names = ["pitch", "speed", "heave", "pitch_rate", "depth", "distance", "lower_output"];
     let snapshot = flight.instance.snapshot().unwrap();
-    flight.fly(4.0, 20);
+    flight.fly_in(4.0, 20);
     let first = names.map(|name| flight.get(name));
     flight.instance.restore(&snapshot).unwrap();
     assert!(flight.instance.time() < 2.1);
-    flight.fly(4.0, 20);
+    flight.fly_in(4.0, 20);
     assert_eq!(names.map(|name| flight.get(name)), first);
 }
 
 #[test]
 fn a_vehicle_with_stern_planes_flies_too() {
-    let mut flight = Flight::start(&remus100(), &[("initial_speed", 1.54)]);
+    let mut flight = start(&remus100(), &[("initial_speed", 1.54)]);
     let (propeller, planes) = (flight.get("trim_propeller"), flight.get("trim_stern_planes"));
     flight.set("propeller", propeller);
     flight.set("stern_planes", planes);
-    flight.fly(10.0, 100);
+    flight.fly_in(10.0, 100);
     assert!((flight.get("pitch") - flight.get("trim_pitch")).abs() < 1e-9);
     assert!((flight.get("depth") - DEPTH).abs() < 1e-8);
     flight.set("stern_planes", planes - 0.05);
-    flight.fly(12.0, 20);
+    flight.fly_in(12.0, 20);
     assert!(flight.get("pitch") > flight.get("trim_pitch") + 0.02, "planes down by the stern lift the bow");
 }

@@ -66,6 +66,14 @@ pub fn instance<M: Model>(interface: Interface) -> Instance<M> {
     SQUID.instance(interface)
 }
 
+/// An instance ready to step, or in event mode.
+pub fn started<M: Model>(interface: Interface) -> Instance<M> {
+    let mut instance = instance(interface);
+    instance.exit_initialization(&mut Silent).unwrap();
+    instance
+}
+
+/// The Real variables of a causality: reference, start and nominal value.
 pub fn real_of(description: &ModelDescription, causality: Causality) -> Vec<(u32, f64, f64)> {
     let all = description.variables.iter().filter(|one| one.causality == causality);
     let number = |one: &fmi2::model_description::ScalarVariable| match one.kind {

@@ -8,12 +8,11 @@ mod plant;
 use std::sync::LazyLock;
 
 use auv::{Speed, Vehicle, trim};
-use fmi2::{Described, Experiment, Failure, Instance, Model, Resources, Value};
+use fmi2::Resources;
 use scheduled::*;
-use scheduled::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre};
 use signals::{SIGNALS, place};
 
-pub use plant::{DEPTH, Remember};
+pub use plant::{DEPTH, Flight};
 
 /// Ten degrees at 2 s, from 0.8 to 2.4 m/s between 3 s and 13 s.
 pub fn manoeuvre() -> Manoeuvre {
@@ -189,53 +188,7 @@ fn trim_table(vehicle: &Vehicle) -> TrimTable {
     }
 }
 
-/// An instance with its log.
-pub struct Flight<M: Model> {
-    pub instance: Instance<M>,
-    pub log: Remember,
-}
-
-impl<M: Model> Flight<M> {
-    /// Instantiates at a start time; [`Flight::begin`] follows.
-    pub fn prepare(described: Described<M>, start: f64) -> Self {
-        let mut instance = Instance::new(described);
-        instance.set_up(Experiment { start, ..Experiment::default() }).unwrap();
-        Self { instance, log: Remember::default() }
-    }
-
-    pub fn begin(&mut self) -> Result<(), Failure<M::Error>> {
-        self.instance.enter_initialization()?;
-        self.instance.exit_initialization(&mut self.log)
-    }
-
-    fn reference(&self, name: &str) -> u32 {
-        self.instance.table().reference(name).unwrap_or_else(|| panic!("no variable {name}"))
-    }
-
-    pub fn set<T: Value + Clone>(&mut self, name: &str, value: T) {
-        let reference = self.reference(name);
-        self.instance.set(&[reference], |_| value.clone()).unwrap();
-    }
-
-    pub fn get(&mut self, name: &str) -> f64 {
-        let reference = self.reference(name);
-        let mut found = f64::NAN;
-        self.instance.get(&[reference], &mut self.log, |_, value| found = value).unwrap();
-        found
-    }
-
-    /// Steps to a time; the last step is shorter when they do not fit.
-    pub fn fly(&mut self, to: f64, step: f64) {
-        while self.instance.time() < to - 1e-9 {
-            let now = self.instance.time();
-            self.instance.step(now, step.min(to - now), &mut self.log).unwrap();
-        }
-    }
-}
-
 /// The loop of these files, ready to step.
 pub fn started(resources: &Resources) -> Flight<fmu_squid::ClosedLoop> {
-    let mut flight = Flight::prepare(fmu_squid::describe(resources).unwrap(), 0.0);
-    flight.begin().unwrap();
-    flight
+    Flight::started(fmu_squid::describe(resources).unwrap())
 }

@@ -1,39 +1,13 @@
 //! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
 
-use crate::case::set_waves;
+use crate::case::{read, real_of, references, set_waves};
 use crate::example::{resources, with_given_speed, with_two_degrees};
-use fmi2::model_description::{Causality, Kind};
+use fmi2::model_description::{Causality, ModelDescription};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 use proptest::prelude::*;
-
-/// The Real inputs and outputs of a model, by value reference.
-struct Signals {
-    inputs: Vec<(u32, f64, f64)>,
-    outputs: Vec<u32>,
-}
-
-fn signals<M: Model>(resources: &Resources) -> Signals {
-    let description = describe::<M>(resources).unwrap().description;
-    let real = |causality: Causality| {
-        let all = description.variables.iter();
-        all.filter(move |one| one.causality == causality && matches!(one.kind, Kind::Real { .. }))
-    };
-    let middle = |kind: &Kind| match kind {
-        Kind::Real { start: Some(start), nominal, .. } => (*start, nominal.unwrap_or(1.0)),
-        _ => unreachable!("an input has a start value"),
-    };
-    let input = |one: &fmi2::model_description::ScalarVariable| {
-        let (start, nominal) = middle(&one.kind);
-        (one.value_reference, start, nominal)
-    };
-    Signals {
-        inputs: real(Causality::Input).map(input).collect(),
-        outputs: real(Causality::Output).map(|one| one.value_reference).collect(),
-    }
-}
 
 /// One step: its size \[s\], and how far the inputs are from their start values in units of their nominal ones.
 type Move = (f64, Vec<f64>);
@@ -60,14 +34,17 @@ fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Inst
     instance
 }
 
-fn run<M: Model>(instance: &mut Instance<M>, signals: &Signals, moves: &[Move]) -> Vec<u64> {
+/// Makes the moves, and returns the bits of the outputs after each.
+fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, moves: &[Move]) -> Vec<u64> {
+    let inputs = real_of(description, Causality::Input);
+    let outputs = references(&real_of(description, Causality::Output));
     let mut bits = Vec::new();
     for (size, offsets) in moves {
-        for (&(reference, start, nominal), offset) in signals.inputs.iter().zip(offsets) {
+        for (&(reference, start, nominal), offset) in inputs.iter().zip(offsets) {
             instance.set(&[reference], |_| start + offset * nominal).unwrap();
         }
         instance.step(instance.time(), *size, &mut Silent).unwrap();
-        instance.get(&signals.outputs, &mut Silent, |_, value: f64| bits.push(value.to_bits())).unwrap();
+        bits.extend(read(instance, &outputs).into_iter().map(f64::to_bits));
     }
     bits
 }
@@ -82,19 +59,19 @@ fn goes_on_alike_from<M: Model>(
     before: &[Move],
     after: &[Move],
 ) {
-    let signals = signals::<M>(resources);
-    run(&mut first, &signals, before);
+    let description = describe::<M>(resources).unwrap().description;
+    run(&mut first, &description, before);
     let snapshot = first.snapshot().unwrap();
     let bytes = first.serialise(&snapshot).unwrap();
-    let expected = run(&mut first, &signals, after);
+    let expected = run(&mut first, &description, after);
     first.restore(&snapshot).unwrap();
     assert_eq!(first.serialise(&first.snapshot().unwrap()).unwrap(), bytes, "nothing is forgotten");
-    assert_eq!(run(&mut first, &signals, after), expected, "restored from snapshot");
+    assert_eq!(run(&mut first, &description, after), expected, "restored from snapshot");
     // An instance that never ran, and one that ran elsewhere.
     for mut other in [instance::<M>(resources), first] {
         let read = other.deserialise(&bytes).unwrap();
         other.restore(&read).unwrap();
-        assert_eq!(run(&mut other, &signals, after), expected, "restored from bytes");
+        assert_eq!(run(&mut other, &description, after), expected, "restored from bytes");
     }
     assert!(expected.len() > after.len());
 }

@@ -1,7 +1,8 @@
 //! Steps as importers send them: time never drifts, and how an interval is cut does not matter.
 
+use crate::case::{described, read, real_of, references, started};
 use crate::example::resources;
-use fmi2::model_description::{Causality, Kind};
+use fmi2::model_description::Causality;
 use fmi2::{Experiment, Instance, Interface, Model, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
@@ -11,30 +12,14 @@ use proptest::prelude::*;
 /// The sizes of steps that importers were seen to send for 0.01 s.
 const NEARLY_A_HUNDREDTH: [f64; 4] = [0.01, 0.00999999999999934, 0.010000000000000009, 0.009999999999999787];
 
-fn started<M: Model>(interface: Interface) -> Instance<M> {
-    let mut instance = Instance::made_for(interface, describe::<M>(&resources()).unwrap());
-    instance.set_up(Experiment::default()).unwrap();
-    instance.enter_initialization().unwrap();
-    instance.exit_initialization(&mut Silent).unwrap();
-    instance
-}
-
 fn outputs<M: Model>(instance: &mut Instance<M>) -> Vec<f64> {
-    let description = describe::<M>(&resources()).unwrap().description;
-    let real = |kind: &Kind| matches!(kind, Kind::Real { .. });
-    let wanted =
-        description.variables.iter().filter(|one| one.causality == Causality::Output && real(&one.kind));
-    let references: Vec<u32> = wanted.map(|one| one.value_reference).collect();
-    let mut values = Vec::new();
-    instance.get(&references, &mut Silent, |_, value: f64| values.push(value)).unwrap();
-    values
+    read(instance, &references(&real_of(&described::<M>(), Causality::Output)))
 }
 
 /// Pushes an input off its start, so that something moves.
 fn disturb<M: Model>(instance: &mut Instance<M>, name: &str, by: f64) {
     let reference = instance.table().reference(name).unwrap();
-    let mut start = 0.0;
-    instance.get(&[reference], &mut Silent, |_, value: f64| start = value).unwrap();
+    let start = read(instance, &[reference])[0];
     instance.set(&[reference], |_| start + by).unwrap();
 }
 
@@ -122,15 +107,7 @@ type Setting = (usize, usize, f64);
 
 /// Outputs after three seconds in which inputs are set, each hundredth cut into so many steps.
 fn flown_under<M: Model>(settings: &[Setting], pieces: usize, summed: bool) -> Vec<f64> {
-    let description = describe::<M>(&resources()).unwrap().description;
-    let inputs = description.variables.iter().filter(|one| one.causality == Causality::Input);
-    let real = inputs.filter_map(|one| match one.kind {
-        Kind::Real { start: Some(start), nominal, .. } => {
-            Some((one.value_reference, start, nominal.unwrap_or(1.0)))
-        }
-        _ => None,
-    });
-    let inputs: Vec<(u32, f64, f64)> = real.collect();
+    let inputs = real_of(&described::<M>(), Causality::Input);
     let mut instance = started::<M>(Interface::CoSimulation);
     if let Some(manual) = instance.table().reference("manual") {
         instance.set(&[manual], |_| true).unwrap();

@@ -1,5 +1,6 @@
 //! `ModelStructure` tells the truth: what is not listed among the dependencies of an unknown does not move it.
 
+use crate::case::{read, real_of, references};
 use crate::example::{resources, with_curves, with_given_speed, with_two_degrees, without_lag};
 use fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
@@ -50,8 +51,7 @@ fn holds<M: Model>(instance: &mut Instance<M>, list: &[(u32, Vec<u32>)], knowns:
 }
 
 fn inputs(description: &ModelDescription) -> Vec<u32> {
-    let inputs = description.variables.iter().filter(|one| one.causality == Causality::Input && is_real(one));
-    inputs.map(|one| one.value_reference).collect()
+    references(&real_of(description, Causality::Input))
 }
 
 fn derivatives_agree<M: Model>(files: Files, interface: Interface, prepare: fn(&mut Instance<M>)) {
@@ -104,11 +104,6 @@ fn values_move_as_listed<M: Model>(files: Files, at_least: usize) {
     let state = instance.snapshot().unwrap();
     let mut moved = 0;
     for input in inputs(&description) {
-        let read = |instance: &mut Instance<M>, reference: &[u32]| {
-            let mut values = Vec::new();
-            instance.get(reference, &mut Silent, |_, value: f64| values.push(value)).unwrap();
-            values
-        };
         instance.restore(&state).unwrap();
         let (before, start) = (read(&mut instance, &unknowns), read(&mut instance, &[input])[0]);
         let mut slopes = vec![f64::NAN; unknowns.len()];
@@ -197,11 +192,7 @@ fn obeys_at_once(interface: Interface) {
     let reference = |name: &str| instance.table().reference(name).unwrap();
     let (command, output, other) =
         (reference(&name), reference(&format!("{name}_output")), reference("initial_depth"));
-    let at = |instance: &mut Instance<PlantModel>| {
-        let mut found = f64::NAN;
-        instance.get(&[output], &mut Silent, |_, value| found = value).unwrap();
-        found
-    };
+    let at = |instance: &mut Instance<PlantModel>| read(instance, &[output])[0];
     instance.set(&[command], |_| 3.5).unwrap();
     instance.enter_initialization().unwrap();
     assert_eq!(at(&mut instance), 3.5);
@@ -234,8 +225,7 @@ fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
         instance.exit_initialization(&mut Silent).unwrap();
         let pair = [name.clone(), format!("{name}_output")];
         let pair = pair.map(|name| instance.table().reference(&name).unwrap());
-        let mut found = [f64::NAN; 2];
-        instance.get(&pair, &mut Silent, |position, value| found[position] = value).unwrap();
+        let found = read(&mut instance, &pair);
         let trim = *instance.model().plant.trim().actuators.last().unwrap();
         assert!(found[0] == found[1] && (found[0] - trim).abs() > 1.0, "{found:?} and {trim}");
     }
