@@ -27,10 +27,7 @@ pub enum PlantError {
     Coefficients(#[from] CoefficientError),
     /// The initial depth is above the surface.
     #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
-    AboveSurface {
-        /// The initial depth \[m\].
-        depth: f64,
-    },
+    AboveSurface { depth: f64 },
     /// A number of the waves is not allowed.
     #[error("the vehicle cannot start in these waves (the parameters wave_...): {0}")]
     Waves(#[from] SeaError),
@@ -39,20 +36,12 @@ pub enum PlantError {
         "the vehicle cannot start: at an initial_depth of {depth} m its hull is {out:.2} m out of the waves; linear \
          theory ends at the surface"
     )]
-    BreaksSurface {
-        /// The initial depth \[m\].
-        depth: f64,
-        /// By how much \[m\].
-        out: f64,
-    },
+    BreaksSurface { depth: f64, out: f64 },
     /// The initial speed is not one of flight ahead, and the vehicle's trims are.
     #[error(
         "the vehicle cannot start: initial_speed is {speed} m/s, and must be above zero, as the speeds of its trims"
     )]
-    NotAhead {
-        /// The initial speed \[m/s\].
-        speed: f64,
-    },
+    NotAhead { speed: f64 },
     /// There is no level trim to start from.
     #[error("the vehicle cannot start: {0}")]
     Trim(#[from] TrimError),

@@ -25,34 +25,14 @@ pub enum TrimError {
             left)",
         Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
     )]
-    NotFound {
-        /// The speed asked for \[m/s\].
-        speed: f64,
-        /// The depth asked for \[m\].
-        depth: f64,
-        /// The weight \[N\].
-        weight: f64,
-        /// The buoyancy at that depth \[N\].
-        buoyancy: f64,
-        /// The last incidence tried \[deg\].
-        incidence_deg: f64,
-        /// The largest remaining acceleration \[m/s2 or rad/s2\].
-        residual: f64,
-    },
+    NotFound { speed: f64, depth: f64, weight: f64, buoyancy: f64, incidence_deg: f64, residual: f64 },
     /// No level trim, and no thruster that pushes along the hull.
     #[error(
         "no level trim at {} m/s and {} m: {}; add a thruster that pushes along the hull, or say [surge] speed = \
             \"given\" in the vehicle file of a vehicle whose speed is given from outside",
         Rounded(*speed), Rounded(*depth), unbalanced(*drag)
     )]
-    NoThrust {
-        /// The speed asked for \[m/s\].
-        speed: f64,
-        /// The depth asked for \[m\].
-        depth: f64,
-        /// The drag along the hull at that speed \[N\].
-        drag: f64,
-    },
+    NoThrust { speed: f64, depth: f64, drag: f64 },
     /// No outputs balance the forces at the pitch that is held.
     #[error(
         "no trim at {} m/s and {} m with the pitch held at {} deg: at best {} N of surge force, {} N of heave force \
@@ -61,20 +41,7 @@ pub enum TrimError {
         Rounded(*speed), Rounded(*depth), Rounded(*pitch_deg), part(*surge, [*heave, *moment]),
         part(*heave, [*surge, *moment]), part(*moment, [*surge, *heave])
     )]
-    NotHeld {
-        /// The speed asked for \[m/s\].
-        speed: f64,
-        /// The depth asked for \[m\].
-        depth: f64,
-        /// The pitch that is held \[deg\].
-        pitch_deg: f64,
-        /// The remaining surge force \[N\].
-        surge: f64,
-        /// The remaining heave force \[N\].
-        heave: f64,
-        /// The remaining pitching moment \[N.m\].
-        moment: f64,
-    },
+    NotHeld { speed: f64, depth: f64, pitch_deg: f64, surge: f64, heave: f64, moment: f64 },
     /// Trims at neighbouring speeds lie on different branches.
     #[error(
         "the level trim jumps at {} m/s: {quantity} goes from {} to {} {unit} at once, however close the speeds; hold \
@@ -82,17 +49,7 @@ pub enum TrimError {
             side of the jump",
         Rounded(*speed), Rounded(*before), Rounded(*after)
     )]
-    Jump {
-        /// Where \[m/s\].
-        speed: f64,
-        /// `pitch`, or the name of an actuator.
-        quantity: String,
-        /// On one side \[deg or N\].
-        before: f64,
-        /// On the other side.
-        after: f64,
-        unit: &'static str,
-    },
+    Jump { speed: f64, quantity: String, before: f64, after: f64, unit: &'static str },
     /// The forward speed, by which an autopilot looks up the trim, does not rise with the speed along the path.
     #[error(
         "at {} m/s along the path, where the pitch in level trim is {} deg, that pitch changes so fast with the speed \
@@ -108,9 +65,7 @@ pub enum TrimError {
         Rounded(*speed), Rounded(*depth), Rounded(*needed), Rounded(*excess), Rounded(*min), Rounded(*max)
     )]
     BeyondLimits {
-        /// The speed asked for \[m/s\].
         speed: f64,
-        /// The depth asked for \[m\].
         depth: f64,
         actuator: String,
         needed: f64,

@@ -95,10 +95,7 @@ pub enum LpvModelError {
     NotFinite { key: &'static str, found: f64 },
     /// The half range of speed is not positive.
     #[error("`speed_half_range` is {found} m/s, and must be above zero")]
-    HalfRange {
-        /// The half range in the file \[m/s\].
-        found: f64,
-    },
+    HalfRange { found: f64 },
     /// The speeds of the trim table do not rise.
     #[error("`trim[{row}].speed` is {found} m/s after {previous} m/s, and speeds must rise")]
     SpeedsNotRising { row: usize, found: f64, previous: f64 },

@@ -100,16 +100,7 @@ pub enum FileProblem {
          (a weight in kg or pounds, or a mass in pounds?)",
         rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
-    MassAndWeight {
-        /// The weight \[N\].
-        weight: f64,
-        /// Mass times gravity \[N\].
-        expected: f64,
-        /// Gravity \[m/s2\].
-        gravity: f64,
-        /// How far they may differ, relative.
-        tolerance: f64,
-    },
+    MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
     /// The mass matrix is not positive definite.
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
