@@ -5,37 +5,33 @@ use std::collections::BTreeSet;
 use crate::{Causality, Initial, Kind, ModelDescription, Problem, ScalarVariable, Unit, Variability};
 
 impl ModelDescription {
-    /// Returns every violation of the standard; the description is valid if the list is empty.
+    /// Returns every violation of the standard, in the order of the variables; the description is valid if the list is
+    /// empty.
     pub fn check(&self) -> Vec<Problem> {
-        problems(self)
-    }
-}
-
-/// All problems of a description, in the order of its variables.
-fn problems(description: &ModelDescription) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    check_root(description, &mut problems);
-    for text in [&description.model_name, &description.description, &description.version] {
-        check_text(&description.model_identifier, text, &mut problems);
-    }
-    let (mut names, mut references) = (BTreeSet::new(), BTreeSet::new());
-    for variable in &description.variables {
-        let name = || variable.name.clone();
-        if !names.insert(&variable.name) {
-            problems.push(Problem::DuplicateName { name: name() });
+        let mut problems = Vec::new();
+        check_root(self, &mut problems);
+        for text in [&self.model_name, &self.description, &self.version] {
+            check_text(&self.model_identifier, text, &mut problems);
         }
-        if !references.insert(variable.value_reference) {
-            let value_reference = variable.value_reference;
-            problems.push(Problem::DuplicateValueReference { name: name(), value_reference });
+        let (mut names, mut references) = (BTreeSet::new(), BTreeSet::new());
+        for variable in &self.variables {
+            let name = || variable.name.clone();
+            if !names.insert(&variable.name) {
+                problems.push(Problem::DuplicateName { name: name() });
+            }
+            if !references.insert(variable.value_reference) {
+                let value_reference = variable.value_reference;
+                problems.push(Problem::DuplicateValueReference { name: name(), value_reference });
+            }
+            check_text(&variable.name, &variable.description, &mut problems);
+            check_role(variable, &mut problems);
+            check_kind(self, variable, &mut problems);
+            check_dependencies(self, variable, &mut problems);
+            check_derivative(self, variable, &mut problems);
         }
-        check_text(&variable.name, &variable.description, &mut problems);
-        check_role(variable, &mut problems);
-        check_kind(description, variable, &mut problems);
-        check_dependencies(description, variable, &mut problems);
-        check_derivative(description, variable, &mut problems);
+        check_structure(self, &mut problems);
+        problems
     }
-    check_structure(description, &mut problems);
-    problems
 }
 
 fn check_root(description: &ModelDescription, found: &mut Vec<Problem>) {

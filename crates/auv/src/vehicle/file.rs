@@ -48,41 +48,36 @@ impl Vehicle {
     /// # Errors
     /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
-        parse(text, file)
+        let document = Document::parse(text, file)?;
+        let root = document.root();
+        let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
+        sections.extend([published_model::SECTION, non_dimensional::SECTION, surge_table::SECTION]);
+        sections.push(geometry_table::SECTION);
+        sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
+        root.allow_only(&sections);
+
+        let mut sources = BTreeMap::new();
+        let head = root.required_table("vehicle", "name, status and description of the vehicle");
+        let head = head.and_then(|table| vehicle_table(&table));
+        let units = Units::read(&root);
+        let coefficients = coefficients(&root, &units, &mut sources);
+        let actuators = actuator_tables::read(&root, &units, &mut sources);
+        let geometry = geometry_table::read(&root, &mut sources);
+        let published_linear_model = published_model::read(&root).map(Arc::new);
+        document.check()?;
+        check_matrix(&root, &coefficients);
+        let (name, status, description) = document.finish(head)?;
+        Ok(Vehicle {
+            name,
+            status,
+            description,
+            coefficients,
+            actuators,
+            geometry,
+            sources,
+            published_linear_model,
+        })
     }
-}
-
-/// Reads and validates the text of a vehicle file.
-fn parse(text: &str, file: &str) -> Result<Vehicle, FileError> {
-    let document = Document::parse(text, file)?;
-    let root = document.root();
-    let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
-    sections.extend([published_model::SECTION, non_dimensional::SECTION, surge_table::SECTION]);
-    sections.push(geometry_table::SECTION);
-    sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));
-    root.allow_only(&sections);
-
-    let mut sources = BTreeMap::new();
-    let head = root.required_table("vehicle", "name, status and description of the vehicle");
-    let head = head.and_then(|table| vehicle_table(&table));
-    let units = Units::read(&root);
-    let coefficients = coefficients(&root, &units, &mut sources);
-    let actuators = actuator_tables::read(&root, &units, &mut sources);
-    let geometry = geometry_table::read(&root, &mut sources);
-    let published_linear_model = published_model::read(&root).map(Arc::new);
-    document.check()?;
-    check_matrix(&root, &coefficients);
-    let (name, status, description) = document.finish(head)?;
-    Ok(Vehicle {
-        name,
-        status,
-        description,
-        coefficients,
-        actuators,
-        geometry,
-        sources,
-        published_linear_model,
-    })
 }
 
 /// Name, status and description.
