@@ -15,4 +15,3 @@ pub mod platform;
 pub mod ssp;
 mod terminals;
 pub mod verify;
-mod xml;

@@ -1,10 +1,16 @@
 //! Units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP 1.0).
 
-use crate::xml::real;
 use model_description::element::{NONE, Xml, leaf, parent};
-use model_description::{ModelDescription, ScalarVariable, Unit};
+use model_description::{Causality, Kind, ModelDescription, ScalarVariable, Unit};
 use std::collections::BTreeSet;
 use std::io;
+
+/// The Real inputs and outputs of a component, which are its connectors, in their order.
+pub(crate) fn real(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
+    let is_connected = |one: &&ScalarVariable| matches!(one.causality, Causality::Input | Causality::Output);
+    let variables = description.variables.iter();
+    variables.filter(move |one| is_connected(one) && matches!(one.kind, Kind::Real { .. }))
+}
 
 /// The units of the connectors of a component.
 pub(crate) fn of_connectors(description: &ModelDescription) -> impl Iterator<Item = &str> {
