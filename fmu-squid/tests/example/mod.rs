@@ -4,15 +4,17 @@
 
 #[path = "../../../fmu-plant/tests/common/mod.rs"]
 mod plant;
+#[path = "../../../crates/scheduled/tests/example/mod.rs"]
+mod small;
 
 use std::sync::LazyLock;
 
 use auv::{Speed, Vehicle, trim};
 use fmi2::Resources;
 use scheduled::*;
-use signals::{SIGNALS, place};
 
 pub use plant::{DEPTH, Flight};
+pub use small::input;
 
 /// Ten degrees at 2 s, from 0.8 to 2.4 m/s between 3 s and 13 s.
 pub fn manoeuvre() -> Manoeuvre {
@@ -86,7 +88,7 @@ fn together(mut resources: Resources, design: &ControllerDesign, manoeuvre: &Man
 /// PID on pitch by differential thrust, its proportional part scheduled, and PI on speed by total thrust.
 ///
 /// The states are the integral of the pitch error, the low-passed pitch error, and the integral of the speed error.
-/// Its trims are computed once.
+/// Speeds, inputs and sample time are those of the example of `scheduled`. Its trims are computed once.
 pub fn design() -> ControllerDesign {
     static MADE: LazyLock<ControllerDesign> = LazyLock::new(by_hand);
     MADE.clone()
@@ -113,18 +115,6 @@ fn by_hand() -> ControllerDesign {
     ControllerDesign {
         vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },
         design: "by hand".to_owned(),
-        sample_time: 0.02,
-        scheduling: Scheduling {
-            quantity: "speed".to_owned(),
-            minimum: 0.5,
-            maximum: 3.0,
-            centre: 1.75,
-            half_range: 1.25,
-        },
-        controller_inputs: vec![input("pitch", Kind::Error, 0.17), input("speed", Kind::Error, 0.3)],
-        delay_ticks: 0,
-        reference_filter: None,
-        speed_given: false,
         actuators: vehicle.actuators.iter().map(actuator).collect(),
         lft: LftMatrices {
             blocks: vec![1],
@@ -138,17 +128,9 @@ fn by_hand() -> ControllerDesign {
             dty: vec![vec![1.0, 0.0]],
             dtt: vec![vec![0.1]],
         },
-        anti_windup: None,
         trim: trim_table(&vehicle),
-        depth: 0.0,
-        gamma: Gamma { optimum: 0.8, bound: 0.9, back_off: 1.1, certified: false },
-        inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
+        ..small::design()
     }
-}
-
-pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
-    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
-    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
 }
 
 /// References and measurements as inputs of their own, with damping by the pitch rate, and the speed reference

@@ -1,10 +1,11 @@
 //! Random designs that differ in everything that the source depends on.
 
-use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Rows, Scheduling,
-    Status, TrimTable, VehicleName,
-};
-use signals::{Curve, SIGNALS, place};
+#[path = "../../../scheduled/tests/example/mod.rs"]
+mod example;
+
+use example::input;
+use scheduled::{Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, Rows, TrimTable};
+use signals::Curve;
 
 /// Numbers that look random, the same ones for a seed (G. Marsaglia, Xorshift RNGs, 2003).
 pub struct Random(u64);
@@ -36,11 +37,6 @@ impl Random {
     fn rows(&mut self, rows: usize, columns: usize, size: f64) -> Rows {
         (0..rows).map(|_| (0..columns).map(|_| self.between(-size, size)).collect()).collect()
     }
-}
-
-fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
-    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
-    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
 }
 
 /// The inputs of the controller, by errors alone or with measurements; without those of the speed where it is given.
@@ -127,17 +123,8 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     a.iter_mut().enumerate().for_each(|(index, row)| row[index] -= 2.0);
     let reference_filter = (!speed_given && seed % 2 == 1).then_some(1.7);
     ControllerDesign {
-        vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
         // What would end a comment, or be read as something else.
         design: "a */ b /* c ??/ \\ @f@".to_owned(),
-        sample_time: 0.02,
-        scheduling: Scheduling {
-            quantity: "speed".to_owned(),
-            minimum: 0.5,
-            maximum: 3.0,
-            centre: 1.75,
-            half_range: 1.25,
-        },
         controller_inputs,
         delay_ticks: random.below(4),
         reference_filter,
@@ -158,7 +145,6 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
         trim: trim(random, m),
         depth: 12.5,
         actuators,
-        gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
-        inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
+        ..example::design()
     }
 }
