@@ -235,21 +235,6 @@ fn refuses_starts_that_cannot_be_and_recovers_by_reset() {
 }
 
 #[test]
-fn a_snapshot_brings_back_every_bit() {
-    let mut flight = start(&squid(), &[]);
-    flight.set("lower", 30.0);
-    flight.fly_in(2.0, 20);
-    let names = ["pitch", "speed", "heave", "pitch_rate", "depth", "distance", "lower_output"];
-    let snapshot = flight.instance.snapshot().unwrap();
-    flight.fly_in(4.0, 20);
-    let first = names.map(|name| flight.get(name));
-    flight.instance.restore(&snapshot).unwrap();
-    assert!(flight.instance.time() < 2.1);
-    flight.fly_in(4.0, 20);
-    assert_eq!(names.map(|name| flight.get(name)), first);
-}
-
-#[test]
 fn a_vehicle_with_stern_planes_flies_too() {
     let mut flight = start(&remus100(), &[("initial_speed", 1.54)]);
     let (propeller, planes) = (flight.get("trim_propeller"), flight.get("trim_stern_planes"));

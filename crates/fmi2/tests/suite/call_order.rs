@@ -227,30 +227,3 @@ fn every_spelling_of_the_location_will_do() {
     }
     quiet();
 }
-
-/// In the initialization FMI lists parameters among the knowns; they are refused in a sentence that says what to do.
-#[test]
-fn derivatives_by_parameters_are_refused() {
-    let fmu = unpack();
-    let c = fmu.instantiate(false);
-    let mut result = f64::NAN;
-    let by =
-        |known, result: *mut f64| unsafe { fmi2GetDirectionalDerivative(c, &Y, 1, &known, 1, &1.0, result) };
-    unsafe {
-        assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
-        assert_eq!(by(U, &mut result), Status::Ok);
-        assert_eq!(result, 2.0);
-        assert_eq!(by(GAIN, &mut result), Status::Error);
-        assert!(messages()[0].contains("derivatives by parameters, such as 'gain', are not computed"));
-        assert_eq!(by(Y, &mut result), Status::Error);
-        assert!(messages()[0].contains(
-            "by variable 'y' can be asked for in state 'initialization mode', only by inputs, for"
-        ));
-        assert_eq!(fmi2ExitInitializationMode(c), Status::Ok);
-        assert_eq!(by(GAIN, &mut result), Status::Error);
-        assert!(messages()[0].contains("such as 'gain', are not computed"));
-        assert_eq!(by(Y, &mut result), Status::Ok);
-        fmi2FreeInstance(c);
-    }
-    quiet();
-}
