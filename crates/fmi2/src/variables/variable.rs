@@ -21,6 +21,9 @@ pub enum Access<M> {
     Enumeration(Get<M, i32>, Option<Set<M, i32>>, i32),
 }
 
+/// Makes an [`Access`] of getter and setter.
+type MakeAccess<'a, M, T> = &'a dyn Fn(Get<M, T>, Option<Set<M, T>>) -> Access<M>;
+
 /// One entry of a model's table of variables.
 ///
 /// A constructor names the type, how to read the value, and the [`Role`] with how to write it; then come unit, range
@@ -55,16 +58,36 @@ impl<M> Variable<M> {
         get: impl Fn(&M) -> f64 + Send + Sync + 'static,
         role: Role<M, f64>,
     ) -> Self {
-        Self::real_of(name.into(), description.into(), Box::new(get), role)
-    }
-
-    /// [`real`](Self::real), compiled once for all the ways to read.
-    fn real_of(name: Cow<'_, str>, description: Cow<'_, str>, get: Get<M, f64>, role: Role<M, f64>) -> Self {
         let kind =
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
-        let variability = role.variability.unwrap_or(Variability::Continuous);
-        let meta = meta(name, description, &role, variability, kind);
-        Self { meta, access: Access::Real(get, role.set), quantity: None, slope: None }
+        let usual = Variability::Continuous;
+        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Real)
+    }
+
+    /// A variable of any type, compiled once for all the ways to read; `usual` is the variability where the role has
+    /// none.
+    fn of<T>(
+        name: Cow<'_, str>,
+        description: Cow<'_, str>,
+        usual: Variability,
+        kind: Kind,
+        get: Get<M, T>,
+        role: Role<M, T>,
+        access: MakeAccess<'_, M, T>,
+    ) -> Self {
+        let meta = ScalarVariable {
+            name: name.into_owned(),
+            value_reference: 0,
+            description: description.into_owned(),
+            causality: role.causality,
+            variability: role.variability.unwrap_or(usual),
+            initial: None,
+            kind,
+            derivative_of: None,
+            depends_on: None,
+            initially_depends_on: None,
+        };
+        Self { meta: Box::new(meta), access: access(get, role.set), quantity: None, slope: None }
     }
 
     /// An integer variable.
@@ -75,9 +98,8 @@ impl<M> Variable<M> {
         role: Role<M, i32>,
     ) -> Self {
         let kind = Kind::Integer { min: None, max: None, start: None };
-        let variability = role.variability.unwrap_or(Variability::Discrete);
-        let meta = meta(name.into(), description.into(), &role, variability, kind);
-        Self { meta, access: Access::Integer(Box::new(get), role.set), quantity: None, slope: None }
+        let usual = Variability::Discrete;
+        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Integer)
     }
 
     /// A truth value.
@@ -87,9 +109,8 @@ impl<M> Variable<M> {
         get: impl Fn(&M) -> bool + Send + Sync + 'static,
         role: Role<M, bool>,
     ) -> Self {
-        let variability = role.variability.unwrap_or(Variability::Discrete);
-        let meta = meta(name.into(), description.into(), &role, variability, Kind::Boolean { start: None });
-        Self { meta, access: Access::Boolean(Box::new(get), role.set), quantity: None, slope: None }
+        let (usual, kind) = (Variability::Discrete, Kind::Boolean { start: None });
+        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Boolean)
     }
 
     /// A text variable.
@@ -99,9 +120,8 @@ impl<M> Variable<M> {
         get: impl Fn(&M) -> String + Send + Sync + 'static,
         role: Role<M, String>,
     ) -> Self {
-        let variability = role.variability.unwrap_or(Variability::Discrete);
-        let meta = meta(name.into(), description.into(), &role, variability, Kind::String { start: None });
-        Self { meta, access: Access::String(Box::new(get), role.set), quantity: None, slope: None }
+        let (usual, kind) = (Variability::Discrete, Kind::String { start: None });
+        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::String)
     }
 
     /// A choice among the items of `of_type`, counted from 1; a number outside them is refused before the setter.
@@ -113,10 +133,9 @@ impl<M> Variable<M> {
         role: Role<M, i32>,
     ) -> Self {
         let kind = Kind::Enumeration { declared_type: of_type.name.clone(), start: None };
-        let variability = role.variability.unwrap_or(Variability::Discrete);
-        let meta = meta(name.into(), description.into(), &role, variability, kind);
         let last = i32::try_from(of_type.items.len()).unwrap_or(i32::MAX);
-        Self { meta, access: Access::Enumeration(Box::new(get), role.set, last), quantity: None, slope: None }
+        let (usual, access) = (Variability::Discrete, |get, set| Access::Enumeration(get, set, last));
+        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &access)
     }
 
     /// Unit of a Real variable; if it contains radians to the first power, degrees become the display unit.
@@ -245,27 +264,6 @@ impl<M> Variable<M> {
         }
         meta
     }
-}
-
-fn meta<M, T>(
-    name: Cow<'_, str>,
-    description: Cow<'_, str>,
-    role: &Role<M, T>,
-    variability: Variability,
-    kind: Kind,
-) -> Box<ScalarVariable> {
-    Box::new(ScalarVariable {
-        name: name.into_owned(),
-        value_reference: 0,
-        description: description.into_owned(),
-        causality: role.causality,
-        variability,
-        initial: None,
-        kind,
-        derivative_of: None,
-        depends_on: None,
-        initially_depends_on: None,
-    })
 }
 
 fn dependencies(names: &[&str]) -> Vec<Dependency> {
