@@ -2,7 +2,7 @@
 
 use crate::case::*;
 use crate::example::resources;
-use fmi2::model_description::Causality;
+use fmi2::model_description::{Causality, ModelDescription};
 use fmi2::{Instance, Interface, Model, Silent, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
@@ -20,6 +20,19 @@ fn assert_slopes(names: &[&str], exact: &[f64], size: &[f64], step: f64, value: 
         let agrees = slopes.iter().any(|slope| (slope - exact[position]).abs() < tolerance);
         assert!(agrees, "{name}: {} and {slopes:?}", exact[position]);
     }
+}
+
+/// `at + step by`.
+fn along(at: &[f64], by: &[f64], step: f64) -> Vec<f64> {
+    at.iter().zip(by).map(|(at, by)| at + step * by).collect()
+}
+
+/// The rates and the outputs, with their names.
+fn unknowns(description: &ModelDescription) -> (Vec<u32>, Vec<&str>) {
+    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
+    let unknowns: Vec<u32> = rates.chain(references(&real_of(description, Causality::Output))).collect();
+    let names = unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    (unknowns, names)
 }
 
 /// Rates and outputs of a model under its own states and inputs, in continuous-time mode, along a direction.
@@ -43,18 +56,12 @@ fn hold_in_continuous_time<M: Model>(case: Case, offsets: &[f64], direction: &[f
     let seed: Vec<f64> = sizes.zip(direction.iter().cycle()).map(|(size, along)| size * along).collect();
     let (along_states, along_inputs) = seed.split_at(states.len());
     let input_references = references(&inputs);
-    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
-    let unknowns: Vec<u32> = rates.chain(references(&real_of(&description, Causality::Output))).collect();
-    let names: Vec<&str> =
-        unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    let (unknowns, names) = unknowns(&description);
     let values = |step: f64| {
         let mut moved = Instance::<M>::made_for(Interface::ModelExchange, case.describe());
         moved.restore(&instance.snapshot().unwrap()).unwrap();
-        let along = |at: &[f64], by: &[f64]| -> Vec<f64> {
-            at.iter().zip(by).map(|(at, by)| at + step * by).collect()
-        };
-        write(&mut moved, &input_references, &along(&at_inputs, along_inputs));
-        moved.set_continuous_states(&along(&at_states, along_states)).unwrap();
+        write(&mut moved, &input_references, &along(&at_inputs, along_inputs, step));
+        moved.set_continuous_states(&along(&at_states, along_states, step)).unwrap();
         read(&mut moved, &unknowns)
     };
     let size: Vec<f64> = values(0.0).iter().map(|value| value.abs() + 1e-2).collect();
@@ -126,7 +133,7 @@ fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
     now.directional_derivative(&outputs, &inputs, &seed, &mut exact, &mut Silent).unwrap();
     let values = |step: f64| {
         let mut moved = case.instance::<Controller>(Interface::CoSimulation);
-        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        let at = along(&place, &seed, step);
         write(&mut moved, &inputs, &at);
         read(&mut moved, &outputs)
     };
@@ -149,7 +156,7 @@ fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) 
     let values = |step: f64| {
         let mut moved = case.instance::<Controller>(Interface::CoSimulation);
         moved.restore(&before).unwrap();
-        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        let at = along(&place, &seed, step);
         write(&mut moved, &inputs, &at);
         moved.step(moved.time(), 1e-3, &mut Silent).unwrap();
         read(&mut moved, &outputs)
@@ -179,14 +186,11 @@ fn hold_at_the_start<M: Model>(
     let place: Vec<f64> = inputs.iter().zip(offsets.iter().cycle()).map(offset).collect();
     let seed: Vec<f64> =
         inputs.iter().zip(direction.iter().cycle()).map(|(one, along)| 0.1 * one.2 * along).collect();
-    let rates = description.structure().derivatives.into_iter().map(|one| one.index as u32 - 1);
-    let unknowns: Vec<u32> = rates.chain(references(&real_of(&description, Causality::Output))).collect();
-    let names: Vec<&str> =
-        unknowns.iter().map(|&one| description.variables[one as usize].name.as_str()).collect();
+    let (unknowns, names) = unknowns(&description);
     let start = |step: f64| {
         let mut instance = case.instance::<M>(Interface::CoSimulation);
         prepare(&mut instance);
-        let at: Vec<f64> = place.iter().zip(&seed).map(|(at, by)| at + step * by).collect();
+        let at = along(&place, &seed, step);
         write(&mut instance, &references(&inputs), &at);
         instance
     };
