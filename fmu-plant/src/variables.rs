@@ -24,48 +24,48 @@ pub fn fidelities() -> Enumeration {
     Enumeration::new("Fidelity", "which equations of motion are integrated", &items)
 }
 
+/// An input with the name of its field, and of that of its rate.
+macro_rules! input {
+    ($name:expr, $description:expr, $quantity:ident, $($field:ident).+) => {
+        Variable::real(
+            $name,
+            $description,
+            |m| m.inputs.$($field).+,
+            Role::input(|m: &mut PlantModel, v| m.inputs.$($field).+ = v),
+        )
+        .unit("m/s")
+        .nominal(1.0)
+        .quantity(Quantity::$quantity.number())
+        .slope(|m, v| m.slopes.$($field).+ = v)
+    };
+}
+
+/// A parameter with the name of its field.
+macro_rules! parameter {
+    ($name:expr, $unit:literal, $description:expr, $($field:ident).+) => {
+        Variable::real(
+            $name,
+            $description,
+            |m| m.settings.$($field).+,
+            Role::parameter(|m, v| m.settings.$($field).+ = v),
+        )
+        .unit($unit)
+    };
+}
+
 /// Commands, current, and the operating speed of the LPV model.
 pub fn inputs(model: &PlantModel) -> Vec<Variable> {
-    let mut table: Vec<_> =
-        model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator)).collect();
-    table.extend([
-        Variable::real(
-            "current_horizontal",
-            "horizontal velocity of the current, positive the way of distance",
-            |m| m.inputs.current.horizontal,
-            Role::input(|m, v| m.inputs.current.horizontal = v),
-        )
-        .unit("m/s")
-        .nominal(1.0)
-        .quantity(Quantity::CurrentHorizontal.number())
-        .slope(|m, v| m.slopes.current.horizontal = v),
-        Variable::real(
-            "current_vertical",
-            "vertical velocity of the current, positive down",
-            |m| m.inputs.current.vertical,
-            Role::input(|m, v| m.inputs.current.vertical = v),
-        )
-        .unit("m/s")
-        .nominal(1.0)
-        .quantity(Quantity::CurrentVertical.number())
-        .slope(|m, v| m.slopes.current.vertical = v),
-        ahead(
-            model,
-            Variable::real(
-                "operating_speed",
-                "speed along the path through the water, V, about whose trim the LPV model stands; fidelity \
-                    nonlinear does not use it",
-                |m| m.inputs.operating_speed,
-                Role::input(|m, v| m.inputs.operating_speed = v),
-            ),
-        )
-        .unit("m/s")
-        .nominal(1.0)
-        .quantity(Quantity::OperatingSpeed.number())
-        .slope(|m, v| m.slopes.operating_speed = v),
-    ]);
-    table.extend(given_speed(model));
-    table
+    let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
+    let horizontal = "horizontal velocity of the current, positive the way of distance";
+    let vertical = "vertical velocity of the current, positive down";
+    let operating_speed = "speed along the path through the water, V, about whose trim the LPV model stands; \
+                           fidelity nonlinear does not use it";
+    let others = [
+        input!("current_horizontal", horizontal, CurrentHorizontal, current.horizontal),
+        input!("current_vertical", vertical, CurrentVertical, current.vertical),
+        ahead(model, input!("operating_speed", operating_speed, OperatingSpeed, operating_speed)),
+    ];
+    commands.chain(others).chain(given_speed(model)).collect()
 }
 
 /// A speed along the path, which is no less than zero where the vehicle flies ahead alone.
@@ -78,10 +78,7 @@ fn given_speed(model: &PlantModel) -> Option<Variable> {
     let Surge::Given { lag } = model.vehicle().coefficients.surge else { return None };
     let description =
         format!("forward speed through the water that is given; speed follows it with a lag of {lag} s");
-    let set = Role::input(|m: &mut PlantModel, v| m.inputs.given_speed = v);
-    let one =
-        Variable::real(GIVEN_SPEED, description, |m| m.inputs.given_speed, set).unit("m/s").nominal(1.0);
-    Some(one.quantity(Quantity::GivenSpeed.number()).slope(|m, v| m.slopes.given_speed = v))
+    Some(input!(GIVEN_SPEED, description, GivenSpeed, given_speed))
 }
 
 /// The input of a vehicle that is given its speed.
@@ -225,23 +222,10 @@ pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
 /// The start, the fidelity, the waves, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
-    let initial_speed = Variable::real(
-        "initial_speed",
-        format!("speed along the path through the water at the start, in level trim, {sign}"),
-        |m| m.settings.initial_speed,
-        Role::parameter(|m, v| m.settings.initial_speed = v),
-    );
+    let speed = format!("speed along the path through the water at the start, in level trim, {sign}");
     let mut table = vec![
-        ahead(model, initial_speed).unit("m/s").nominal(1.0),
-        Variable::real(
-            "initial_depth",
-            "depth at the start",
-            |m| m.settings.initial_depth,
-            Role::parameter(|m, v| m.settings.initial_depth = v),
-        )
-        .unit("m")
-        .at_least(0.0)
-        .nominal(10.0),
+        ahead(model, parameter!("initial_speed", "m/s", speed, initial_speed)).nominal(1.0),
+        parameter!("initial_depth", "m", "depth at the start", initial_depth).at_least(0.0).nominal(10.0),
         Variable::enumeration(
             "fidelity",
             "which equations of motion are integrated",
@@ -261,42 +245,18 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         return vec![];
     }
     let [height, period, gamma, heading, seed] = WAVES;
+    let of_height = "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none";
+    let of_period =
+        "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break";
+    let of_gamma = "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on \
+                    average";
+    let of_heading =
+        "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one";
     vec![
-        Variable::real(
-            height,
-            "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none",
-            |m| m.settings.waves.height,
-            Role::parameter(|m, v| m.settings.waves.height = v),
-        )
-        .unit("m")
-        .at_least(0.0)
-        .nominal(1.0),
-        Variable::real(
-            period,
-            "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break",
-            |m| m.settings.waves.period,
-            Role::parameter(|m, v| m.settings.waves.period = v),
-        )
-        .unit("s")
-        .range(0.5, 30.0)
-        .nominal(10.0),
-        Variable::real(
-            gamma,
-            "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on average",
-            |m| m.settings.waves.gamma,
-            Role::parameter(|m, v| m.settings.waves.gamma = v),
-        )
-        .unit("1")
-        .range(1.0, 7.0)
-        .nominal(1.0),
-        Variable::real(
-            heading,
-            "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one",
-            |m| m.settings.waves.heading,
-            Role::parameter(|m, v| m.settings.waves.heading = v),
-        )
-        .unit("rad")
-        .nominal(1.0),
+        parameter!(height, "m", of_height, waves.height).at_least(0.0).nominal(1.0),
+        parameter!(period, "s", of_period, waves.period).range(0.5, 30.0).nominal(10.0),
+        parameter!(gamma, "1", of_gamma, waves.gamma).range(1.0, 7.0).nominal(1.0),
+        parameter!(heading, "rad", of_heading, waves.heading).nominal(1.0),
         Variable::integer(
             seed,
             "seed of the frequencies and phases of the waves, 0 or more: the same seed, the same waves",
