@@ -130,7 +130,7 @@ def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
     """Return the lines on the gain of the closed loop."""
     proof = "PROVED in exact arithmetic" if achieved["certified"] else "not proved"
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
-    what = f"a bound of the loop's L2 gain for any course of speed ({proof})"
+    what = f"a bound of the loop's L2 gain for any trajectory of speed ({proof})"
     lines = [("gamma", f"{rounded_up(bound):.4f}, {what}")]
     with_error = achieved["gamma_bound_with_model_error"]
     if with_error is not None:

@@ -17,7 +17,7 @@ use serde::Serialize;
 /// Value of the key `format`.
 pub const CONSTANT_FORMAT: &str = "lpv-constant-certificate/1";
 
-/// The claim `gain from w to z < gamma` for every course of some parameters and every constant value of the others,
+/// The claim `gain from w to z < gamma` for every trajectory of some parameters and every constant value of the others,
 /// with the matrices that prove it.
 ///
 /// With n states of plant and controller, r channels of both, and k channels of the parameters with a filter, X is
@@ -47,7 +47,7 @@ pub struct ConstantCertificate {
     /// A Lyapunov matrix of the loop where all parameters are 0; n x n.
     #[serde(rename = "L")]
     pub lyapunov: Rows,
-    /// The filter of each constant parameter that has one; all other parameters may take any course.
+    /// The filter of each constant parameter that has one; all other parameters may take any trajectory.
     pub filters: Vec<Filter>,
     /// Model errors: `[A B2]` of the plant becomes `[A B2]` plus the sum of all `E Delta(t) [F Fu]`.
     pub errors: Vec<ErrorBall>,

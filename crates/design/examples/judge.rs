@@ -5,7 +5,7 @@
 //! ```
 //!
 //! or that of `squid design --robust`; prints mu for robust stability and for robust performance at six frozen speeds,
-//! and then proves a gain for constant coefficients and any course of the speed. See `DesignFile::judged_by`.
+//! and then proves a gain for constant coefficients and any trajectory of the speed. See `DesignFile::judged_by`.
 //!
 //! 'No controller below': mu is at least m for every controller, with the same measurements, if some perturbation of
 //! size 1/m leaves even the one that is made for it a gain of m; perturbations are searched.

@@ -39,7 +39,7 @@ pub fn synthesise(
     progress.done(
         "bound",
         &format!(
-            "the finished loop has a gain below {} for any course of speed in the range\n\
+            "the finished loop has a gain below {} for any trajectory of speed in the range\n\
              (by eigenvalues in floating point, the nearest at {:.1e})",
             above(design.certified.gamma),
             design.certified.largest_eigenvalue
@@ -116,7 +116,7 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
 fn without_rate(plant: &GeneralisedPlant) -> String {
     let gamma = match least_gamma(plant, ScalingClass::SymmetricAndSkew) {
         Ok((_, least)) => {
-            format!(", without which gamma can be {:.4} for any course of the speed", least.gamma)
+            format!(", without which gamma can be {:.4} for any trajectory of the speed", least.gamma)
         }
         Err(_) => String::new(),
     };

@@ -1,6 +1,6 @@
 //! Bounds on the gain of a finished loop.
 //!
-//! - [`bounded_gain()`]: for every course of the parameters, however fast;
+//! - [`bounded_gain()`]: for every trajectory of the parameters, however fast;
 //! - [`rate`]: when the parameter moves at a bounded rate, on a grid;
 //! - [`sampled_gain()`]: of a plant without parameters and a controller that is sampled, between the ticks, too;
 //! - [`at_ticks`]: the loop in discrete time that has the same bounds, for every sequence of the parameters;

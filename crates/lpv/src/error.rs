@@ -84,17 +84,18 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// At each frozen parameter the plant may be stabilised, but not for every course of the parameters by one
+    /// At each frozen parameter the plant may be stabilised, but not for every trajectory of the parameters by one
     /// Lyapunov function.
     #[error(
-        "no gamma will do: the control cannot stabilise the plant for every course of the parameters \
+        "no gamma will do: the control cannot stabilise the plant for every trajectory of the parameters \
          (quadratically, with these scalings); narrow the range of the parameters, or reach what they drive"
     )]
     NotQuadraticallyStabilisable,
     /// The same for what the measurements show.
     #[error(
-        "no gamma will do: the measurements do not show enough to observe the plant for every course of the parameters \
-         (quadratically, with these scalings); narrow the range of the parameters, or measure what they drive"
+        "no gamma will do: the measurements do not show enough to observe the plant for every trajectory of the \
+         parameters (quadratically, with these scalings); narrow the range of the parameters, or measure what they \
+         drive"
     )]
     NotQuadraticallyDetectable,
     /// The solver proved that no gamma works.

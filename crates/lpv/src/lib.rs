@@ -8,7 +8,7 @@
 //!
 //! A plant that depends on parameters in `[-1, 1]`, measured while it runs, is written as a linear fractional
 //! transformation (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller that comes out is
-//! an LFT in the same parameters, and the gain of the closed loop is bounded for every course of the parameters,
+//! an LFT in the same parameters, and the gain of the closed loop is bounded for every trajectory of the parameters,
 //! however fast.
 //!
 //! The files are in wings, whose own files say more:
@@ -53,7 +53,7 @@
 //! let design = synthesise(&plant, Options::default())?;
 //! assert!((design.gamma_optimum - 1.7877).abs() < 1e-3);
 //!
-//! // The bound of the finished loop, for every course of the parameter, with the matrices that show it.
+//! // The bound of the finished loop, for every trajectory of the parameter, with the matrices that show it.
 //! let bound = &design.certified;
 //! assert!(bound.largest_eigenvalue < 0.0);
 //! let closed = plant.close(&design.controller);

@@ -31,7 +31,7 @@ use std::time::Instant;
 /// The result, as `--json` prints it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// `proved`: there is a bound for every course of the parameters; `not_found`: none was found.
+    /// `proved`: there is a bound for every trajectory of the parameters; `not_found`: none was found.
     pub status: &'static str,
     /// The least bound of the inequalities, symmetric and skew scalings; at a bounded rate that at seven values of the
     /// parameter, and not a bound.
@@ -170,7 +170,7 @@ impl Report {
         if self.rate.is_some() {
             out += &format!("proved at that rate   {}\n", at_most(self.proved_at_rate));
         }
-        out += &format!("proved, any course    {}\n", at_most(self.proved));
+        out += &format!("proved at any rate    {}\n", at_most(self.proved));
         out += &match (self.constant_lower, self.constant_upper) {
             (Some(lower), Some(_)) => {
                 let least = digits(lower, f64::floor);

@@ -238,7 +238,7 @@ def lpvsyn(
     reduce: bool = False,
     progress: Progress | None = None,
 ) -> LpvSynthesis:
-    """Return a controller that is scheduled by measured parameters, with a gain that is proved for all their courses.
+    """Return a controller scheduled by measured parameters, with a gain that is proved for all their trajectories.
 
     Args:
         P: the matrices A, Bt, B1, B2, Ct, ... of the plant by name (see `PLANT`): `wt = blkdiag(theta_i I_ri) zt`.

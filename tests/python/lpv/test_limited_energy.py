@@ -106,7 +106,7 @@ def test_independent_check_agrees(run_squid: Run, found: Found) -> None:
     bounded = [beta for _, beta in told if beta is not None]
     assert len(bounded) > 1 and bounded == sorted(bounded) and told == sorted(told, key=lambda one: one[0])
     assert told[0][0] > found.report["certified_gamma"]
-    # A plant that is stable for every course of its parameters allows a claim about every w, no other does.
+    # A plant that is stable for every trajectory of its parameters allows a claim about every w, no other does.
     assert (told[-1][1] is None) == (found.problem.stem == "tanks")
     path = found.problem.with_name("certificate.json")
     for words in (("lpv", "check", found.problem, path), ("verify", path)):

@@ -156,7 +156,7 @@ def test_parameter_that_no_controller_tames(run_squid: Run, tmp_path: Path, case
     p["Bt"][0] = p["Bt"][1] = [0.0, 0.0]
     code, report, _ = synth(run_squid, tmp_path / "p.json", case)
     assert (code, report["status"]) == (2, "infeasible"), report
-    assert "every course of the parameters" in report["reason"]
+    assert "every trajectory of the parameters" in report["reason"]
 
 
 def test_gamma_above_the_limit(run_squid: Run, tmp_path: Path, case: dict) -> None:

@@ -64,7 +64,7 @@ def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, pl
 
 
 def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> None:
-    """The gain is smaller than that for any course of the parameter; words and check say for which rate."""
+    """The gain is smaller than that for any trajectory of the parameter; words and check say for which rate."""
     done = run_squid("lpv", "synth", GOLDEN, "--json")
     fast = json.loads(done.stdout)
     path = tmp_path / "p.json"

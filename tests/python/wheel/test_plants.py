@@ -199,7 +199,7 @@ def test_a_scheduled_controller_with_limits(sq: ModuleType) -> None:
 
 
 def test_the_gain_of_a_loop(sq: ModuleType) -> None:
-    """IQClab's first demonstration at 0.3: published 2.683535 for any course, 2.00650064 for constant parameters."""
+    """IQClab's first demonstration at 0.3: published 2.683535 for any trajectory, 2.00650064 if constant."""
     P = {
         "A": [[-2, -3], [1, 1]], "Bt": [[0.3, 0], [0, 0]], "B1": [[1], [0]], "Ct": [[1, 0], [0, 0]], "C1": [[1, 0]],
         "Dtt": [[0.3, -0.6], [0.3, -0.3]], "Dt1": [[0], [1]], "D1t": [[0, 0.3]], "D11": [[0]],
@@ -211,7 +211,7 @@ def test_the_gain_of_a_loop(sq: ModuleType) -> None:
 
 
 def test_the_gain_of_a_loop_in_discrete_time(sq: ModuleType) -> None:
-    """`x+ = (0.25 + 0.25 theta) x + w` from w to x: 2 at theta = 1, and no course of theta is worse."""
+    """`x+ = (0.25 + 0.25 theta) x + w` from w to x: 2 at theta = 1, and no trajectory of theta is worse."""
     P = {
         key: [[value]] for key, value in {"A": 0.25, "Bt": 0.25, "B1": 1, "Ct": 1, "C1": 1, "D11": 0}.items()
     }

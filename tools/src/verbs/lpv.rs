@@ -91,8 +91,8 @@ pub enum LpvVerb {
     /// I_ri) zt, |theta_i| <= 1. "rate" beside "blocks" bounds |theta'| of the only parameter; "dt" is
     /// the sample time of a loop in discrete time.
     ///
-    /// The bound for every course of the parameters, by a constant Lyapunov matrix with symmetric and skew scalings, is
-    /// proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case gain over
+    /// The bound for every trajectory of the parameters, by a constant Lyapunov matrix with symmetric and skew
+    /// scalings, is proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case gain over
     /// all frequencies, from both sides: see `mu`.
     ///
     /// --json prints `gamma`, `gamma_symmetric`, `proved`, `rate`, `proved_at_rate`, `constant_upper`,

@@ -4,7 +4,7 @@
 //!
 //! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
 //! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter is constant, anywhere in
-//! `[-1, 1]`; every other may take any measurable course in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
+//! `[-1, 1]`; every other may take any measurable trajectory in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
 //! Fu]` of `errors` may be added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through
 //! the parameters is well posed, the closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
@@ -30,8 +30,8 @@
 //!
 //! - *G is stable*, by 2, and so are the filters. So 4 gives the strict inequality at every frequency: with `xi = (j
 //!   omega - A)^-1 B (wt, w_D, w)` the terms of X cancel. X need not be definite.
-//! - *The constraint of a parameter of any course.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt = (1 - tau^2 theta^2)
-//!   zt'S zt >= 0` at every instant, and `wt'T zt = 0`.
+//! - *The constraint of a parameter with any trajectory.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt =
+//!   (1 - tau^2 theta^2) zt'S zt >= 0` at every instant, and `wt'T zt = 0`.
 //! - *The constraint of a constant one.* A constant delta commutes with the filter: `psi wt = tau delta psi zt` from
 //!   rest, so that the terms in S are `(1 - tau^2 delta^2) (psi zt)'S (psi zt) >= 0`, and those in T are 0.
 //! - *The constraint of Delta.* `lambda (|z_D|^2 - |tau Delta z_D|^2) >= 0` at every instant.
@@ -40,9 +40,9 @@
 //!   negative, S on the channels that are not filtered being a diagonal block of S: a contradiction. The values form a
 //!   compact set, so that the inverse is bounded. w_D acts on x' alone, so that it is determined, too.
 //! - *Stability.* By the theorem wt and w_D have finite energy, bounded by that of what acts on the loop, the response
-//!   to an initial state among it, with one constant for all courses of the parameters. So x has finite energy, bounded
-//!   by |x(0)|^2, from whatever time one begins; the loop is linear with bounded coefficients, so it is exponentially
-//!   stable (R. Datko, SIAM J. Math. Analysis 3(3), 1972).
+//!   to an initial state among it, with one constant for all trajectories of the parameters. So x has finite energy,
+//!   bounded by |x(0)|^2, from whatever time one begins; the loop is linear with bounded coefficients, so it is
+//!   exponentially stable (R. Datko, SIAM J. Math. Analysis 3(3), 1972).
 //! - *Gain.* From rest, with w of finite energy, all signals have finite energy. Integrating 4 along them, the terms of
 //!   X vanish at both ends and those of the constraints are not negative: the energy of z is below gamma^2 times that
 //!   of w.

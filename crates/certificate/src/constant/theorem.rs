@@ -9,7 +9,7 @@ use std::fmt;
 pub struct ConstantTheorem {
     /// The L2 gain from w to z is below this.
     pub gamma: f64,
-    /// Parameters that may take any course in `[-1, 1]`.
+    /// Parameters that may take any trajectory in `[-1, 1]`.
     pub varying: usize,
     /// Parameters that have any constant value in `[-1, 1]`.
     pub constant: usize,

@@ -30,7 +30,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
             above(slow.gamma)
         )
     });
-    format!("gain below {} for every course of speed in the range{covered}{slow}", above(theorem.gamma))
+    format!("gain below {} for every trajectory of speed in the range{covered}{slow}", above(theorem.gamma))
 }
 
 /// The claim about commands at their limits, if there is one.
@@ -47,7 +47,7 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     Some(format!(
         "{step} from {from}, held for any time and taken back,\n\
          {kept} returns to trim, {cut},\n\
-         for any course of speed from {} to {} m/s with its reference held, and every model in the ball",
+         for any trajectory of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))
 }

@@ -1,10 +1,10 @@
-//! `squid design --constant`: the gain for every constant value of the uncertain coefficients and any course of speed.
+//! `squid design --constant`: the gain for all constant values of the uncertain coefficients, any trajectory of speed.
 //!
 //! ```text
 //! uncertain model over the range of speed -> fewer channels -> balls around it -> multipliers -> proof
 //! ```
 //!
-//! Speed, and what of the trim depends on it, may take any course; coefficients and gains of actuators are constant.
+//! Speed, and what of the trim depends on it, have any trajectory; coefficients and gains of actuators are constant.
 //! See `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
 
 pub mod balls;
@@ -116,7 +116,7 @@ fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlan
     Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
 
-/// For each parameter the pole of its filter: of rho and those of the trim, which may take any course, none.
+/// For each parameter the pole of its filter: of rho and those of the trim, which may take any trajectory, none.
 fn poles(model: &UncertainModel) -> Vec<Option<f64>> {
     let is_constant = model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(FILTER_POLE));
     std::iter::once(None).chain(is_constant).collect()

@@ -1,4 +1,4 @@
-//! The gain of the sampled loop for every course of the speed that is constant from tick to tick.
+//! The gain of the sampled loop for every trajectory of the speed that is constant from tick to tick.
 
 use crate::augment::augment;
 use crate::certify::verify::first_unlike;

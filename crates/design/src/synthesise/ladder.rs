@@ -61,7 +61,7 @@ impl Speeds {
     fn name(self, rung: Rung) -> String {
         match rung {
             Rung::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
-            Rung::Scheduled => "scheduled, for any course of speed".into(),
+            Rung::Scheduled => "scheduled, for any trajectory of speed".into(),
             Rung::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
             Rung::FrozenGain => "speed held constant".into(),
             Rung::BoundedRate(rate) => {

@@ -6,7 +6,7 @@
 //!
 //! and zt, z of m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant in continuous
 //! time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that bounds the
-//! gain of the one for every course of the parameters bounds that of the other for every sequence of them. A
+//! gain of the one for every trajectory of the parameters bounds that of the other for every sequence of them. A
 //! controller that is sampled by the trapezoidal rule, as `scheduled::Lft::discretise` does it, stays what it is in
 //! continuous time.
 //!

@@ -1,4 +1,4 @@
-//! The gain of a finished loop for every course of Theta and of Delta, and how large Delta may be.
+//! The gain of a finished loop for every trajectory of Theta and of Delta, and how large Delta may be.
 //!
 //! The inequality is that of [`crate::analysis::bounded_gain()`], with a point to start from that is made here: no
 //! controller was built on it.
@@ -14,7 +14,7 @@ use crate::system::plant::ClosedLoop;
 use nalgebra::Complex;
 use std::ops::Range;
 
-/// A gain for every course of Theta and of Delta up to a size.
+/// A gain for every trajectory of Theta and of Delta up to a size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobustBound {
     /// The size of Delta.

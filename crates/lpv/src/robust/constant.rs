@@ -1,12 +1,12 @@
-//! The gain of a finished loop for every course of some parameters and every constant value of others.
+//! The gain of a finished loop for every trajectory of some parameters and every constant value of others.
 //!
 //! ```text
 //! x' = A x + Bt wt + B1 w + E w_D,   zt = Ct x + ...,   z_D = Fx x + ...,   z = C1 x + ...
 //! wt = Theta zt,   w_D = Delta(t) z_D,  |Delta(t)| <= 1
 //! ```
 //!
-//! A parameter that may take any course has multipliers S > 0 and T, constant over frequency. A constant one has them
-//! on its channels and on these filtered by `1/(s + a)`: with `psi = [I; I/(s + a)]`, a constant delta gives
+//! A parameter with any trajectory has multipliers S > 0 and T, constant over frequency. A constant one has them on its
+//! channels and on these filtered by `1/(s + a)`: with `psi = [I; I/(s + a)]`, a constant delta gives
 //!
 //! ```text
 //! (psi zt)'S (psi zt) - (psi wt)'S (psi wt) + 2 (psi wt)'T (psi zt),   S = S',  T = -T'

@@ -61,7 +61,7 @@ fn explained(
                     Err(SynthesisError::numerical(
                         stage,
                         "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
-                     every course of the parameters; narrow their range, or check units and weights",
+                     every trajectory of the parameters; narrow their range, or check units and weights",
                     ))
                 }
                 (_, outcome) => outcome,

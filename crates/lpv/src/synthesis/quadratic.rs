@@ -1,4 +1,4 @@
-//! Whether any controller stabilises the plant for every course of the parameters, whatever the gain.
+//! Whether any controller stabilises the plant for every trajectory of the parameters, whatever the gain.
 //!
 //! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity,
 //! and the largest clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t
@@ -36,7 +36,7 @@ const EIGENVALUE_FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
-/// Whether a controller stabilises the plant for every course of the parameters.
+/// Whether a controller stabilises the plant for every trajectory of the parameters.
 pub(crate) enum Stabilisation {
     /// None does; the error says which side is to blame.
     Impossible(SynthesisError),

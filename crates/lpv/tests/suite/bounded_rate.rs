@@ -60,8 +60,8 @@ fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
     }
 }
 
-/// Published: stable for every course up to k = 0.199 (circle criterion), frozen up to 1. Between them a bounded rate
-/// decides, and what holds at samples holds between them.
+/// Published: stable for every trajectory up to k = 0.199 (circle criterion), frozen up to 1. Between them a bounded
+/// rate decides, and what holds at samples holds between them.
 #[test]
 fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let case = common::case("lpv10_oscillator_quadratic");
@@ -100,7 +100,7 @@ fn plant_of(certificate: &str) -> GeneralisedPlant {
     GeneralisedPlant::new(serde_json::from_value(file["blocks"].clone()).unwrap(), &parts).unwrap()
 }
 
-/// REMUS 100 by its errors alone, whose gamma for every course is far above what a frozen speed allows.
+/// REMUS 100 by its errors alone, whose gamma for every trajectory is far above what a frozen speed allows.
 #[test]
 fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
     let plant = plant_of("remus100_bounded_rate");

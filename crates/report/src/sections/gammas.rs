@@ -45,8 +45,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let words = format!(
         "'Best' rows contain the least gamma that any controller reaches if it may assume this about the \
             speed, within {} %; 'this loop' is the finished one, built {:.1} % above its least gamma. Only the last \
-            holds for every course of speed and between the samples; bounded rates and arbitrarily fast changes are \
-            analysed at {SAMPLES} speeds.",
+            holds for every trajectory of speed and between the samples; bounded rates and arbitrarily fast changes \
+            are analysed at {SAMPLES} speeds.",
         100.0 * ACCURACY,
         100.0 * subject.stored.controller.gamma.back_off
     );
@@ -81,7 +81,7 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, O
     let hardest = alone.reduce(f64::max);
     let mut rungs = vec![
         ("best controller for one frozen speed, the hardest of six".to_owned(), hardest),
-        ("best scheduled controller, any course of speed".into(), found.scheduled.as_ref().ok().copied()),
+        ("best scheduled controller, any trajectory of speed".into(), found.scheduled.as_ref().ok().copied()),
         ("the same by symmetric scalings alone".into(), found.scheduled_symmetric.as_ref().ok().copied()),
         ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
     ];
@@ -95,7 +95,7 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, O
         rungs.push((name, slow));
     }
     rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
-    rungs.push(("this loop, bound for every course of speed".into(), Some(certified)));
+    rungs.push(("this loop, bound for every trajectory of speed".into(), Some(certified)));
     rungs
 }
 
@@ -120,7 +120,7 @@ fn figure(subject: &Subject, found: &Ladder) -> Figure {
         ("best controller for this speed alone", alone),
         ("this loop at this speed, frozen", frozen),
         ("best scheduled controller", level(found.scheduled.as_ref().ok().copied())),
-        ("this loop, bound for any course of speed", level(Some(found.certified))),
+        ("this loop, bound for any trajectory of speed", level(Some(found.certified))),
     ];
     let keys = lines.iter().enumerate().map(|(i, (name, _))| Key::nth(i, *name)).collect();
     let curves = lines.into_iter().enumerate().map(|(key, (_, points))| Curve { key, points }).collect();

@@ -3,13 +3,13 @@
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 
-/// A finished loop, and what is known of the course of its parameters.
+/// A finished loop, and what is known of the trajectories of its parameters.
 #[derive(Debug, Clone)]
 pub struct ConstantLoop {
     /// The loop.
     pub closed: ClosedLoop,
     /// For each parameter the `a` of its filter `1/(s + a)`, rad/s: such a parameter must be constant. `None` for one
-    /// that may take any course.
+    /// that may take any trajectory.
     pub poles: Vec<Option<f64>>,
     /// Model errors, each with a Delta(t) of its own.
     pub errors: Vec<LoopError>,
