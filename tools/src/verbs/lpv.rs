@@ -92,8 +92,8 @@ pub enum LpvVerb {
     /// the sample time of a loop in discrete time.
     ///
     /// The bound for every trajectory of the parameters, by a constant Lyapunov matrix with symmetric and skew
-    /// scalings, is proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case gain over
-    /// all frequencies, from both sides: see `mu`.
+    /// scalings, is proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case
+    /// gain over all frequencies, from both sides: see `mu`.
     ///
     /// --json prints `gamma`, `gamma_symmetric`, `proved`, `rate`, `proved_at_rate`, `constant_upper`,
     /// `constant_lower`, `constant_theta` (the worst parameters found), `reasons`, `seconds`.

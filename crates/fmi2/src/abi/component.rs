@@ -58,10 +58,13 @@ pub(crate) unsafe fn call<M: Model>(
     }
 }
 
-/// C functions that take an instance and return its status: name, further arguments, row of the state table, and what the
-/// function does.
+/// C functions that take an instance and return its status: name, further arguments, row of the state table, and what
+/// the function does.
 macro_rules! functions {
-    ($($(#[$about:meta])* $name:ident($($argument:ident: $type:ty),*) = $function:ident, |$own:ident| $body:expr;)+) => {
+    ($(
+        $(#[$about:meta])*
+        $name:ident($($argument:ident: $type:ty),*) = $function:ident, |$own:ident| $body:expr;
+    )+) => {
         $(
             $(#[$about])*
             ///

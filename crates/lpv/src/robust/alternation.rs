@@ -6,8 +6,9 @@
 //! ```
 //!
 //! In the analysis of a finished loop Delta is one more parameter: the scaled bounded-real inequality of
-//! [`crate::analysis::bounded_gain()`] with S and T for both proves the gain for every trajectory of Theta and Delta. In
-//! the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis left them, and with
+//! [`crate::analysis::bounded_gain()`] with S and T for both proves the gain for every trajectory of Theta and Delta.
+//! In the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis left them, and
+//! with
 //!
 //! ```text
 //! zd'S zd + 2 wd'T zd - wd'S wd = |S^1/2 zd + S^-1/2 T' wd|^2 - |R^1/2 wd|^2,   R = S + T S^-1 T'
