@@ -227,6 +227,9 @@ pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
 
+/// Rows and columns of a tile of a large matrix that fits into the cache of a core beside its mirror image.
+const TILE: usize = 32;
+
 /// A symmetric positive definite matrix of a system of equations, however badly conditioned.
 pub(crate) struct Definite {
     /// `D A D` with a unit diagonal, raised.
@@ -246,15 +249,22 @@ impl Definite {
         }
         let scale: Vec<f64> = lower.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
         let mut matrix = lower;
-        for j in 0..n {
-            for i in j..n {
-                matrix[(i, j)] *= scale[i] * scale[j];
-                matrix[(j, i)] = matrix[(i, j)];
+        // In tiles: the upper triangle is written across its columns, and a large matrix does not fit into the cache.
+        for tile in (0..n).step_by(TILE) {
+            for below in (tile..n).step_by(TILE) {
+                for j in tile..n.min(tile + TILE) {
+                    for i in below.max(j)..n.min(below + TILE) {
+                        matrix[(i, j)] *= scale[i] * scale[j];
+                        matrix[(j, i)] = matrix[(i, j)];
+                    }
+                }
             }
         }
         for raise in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8] {
             matrix.fill_diagonal(1.0 + raise);
-            if let Ok(factor) = to_faer(&matrix)?.llt(Side::Lower) {
+            if let Ok(factor) =
+                faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n).llt(Side::Lower)
+            {
                 return Some(Self { matrix, scale, factor });
             }
         }
