@@ -46,3 +46,8 @@ pub fn parent(
     let attributes = attributes.iter().map(|(name, value)| (*name, value.as_ref()));
     xml.create_element(element).with_attributes(attributes).write_inner_content(content).map(|_| ())
 }
+
+/// The shortest decimal that reads back to the same number.
+pub(crate) fn number(value: f64) -> String {
+    format!("{value:?}")
+}

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::xml::number;
+use crate::element::number;
 
 /// A unit with its base-unit exponents and the display units that a tool may choose.
 #[derive(Debug, Clone, PartialEq)]

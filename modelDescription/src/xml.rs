@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::io;
 
-use crate::element::{NONE, Xml, document, leaf, parent};
+use crate::element::{NONE, Xml, document, leaf, number, parent};
 use crate::{
     DependencyKind, Enumeration, Kind, LogCategory, ModelDescription, Problem, RealType, ScalarVariable,
     Unit, Unknown,
@@ -249,11 +249,6 @@ fn list<T>(
         return Ok(());
     }
     parent(xml, element, NONE, |xml| items.iter().try_for_each(|item| write(xml, item)))
-}
-
-/// The shortest decimal that reads back to the same number.
-pub(crate) fn number(value: f64) -> String {
-    format!("{value:?}")
 }
 
 /// A variant as the schema spells it, with a small first letter.
