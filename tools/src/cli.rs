@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use squid_campaign::starts::Starts;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::BANDWIDTH;
+use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
 use squid_design::store::files::check_directory;
 use squid_flight::sea::Sea;
@@ -261,10 +261,10 @@ pub struct Design {
     /// of minutes where it misses a requirement and --no-advise is not given)
     #[arg(long)]
     pub robust: bool,
-    /// Also prove a gain for every constant value of the declared uncertain coefficients (half a
-    /// minute to minutes)
-    #[arg(long)]
-    pub constant: bool,
+    /// Also prove a gain for every constant value of the declared uncertain coefficients, for a speed that changes in
+    /// any way, or with `--constant=0.1` by at most 0.1 m/s^2 (half a minute to minutes)
+    #[arg(long, value_name = "M/S^2", num_args = 0..=1, require_equals = true, value_parser = rate)]
+    pub constant: Option<Option<f64>>,
     /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
     #[arg(long)]
     pub no_advise: bool,
@@ -328,6 +328,11 @@ pub struct Campaign {
     /// Fly nothing, and judge what the FMUs of the design flew with what is drawn: DIR/flight-N.csv
     #[arg(long, value_name = "DIR")]
     pub records: Option<PathBuf>,
+}
+
+/// A bound on the rate of the speed, m/s^2.
+fn rate(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|rate| RATE.allows(*rate)).ok_or_else(|| format!("a number {}", RATE.words))
 }
 
 /// Numbers of flights, the first and the last.

@@ -21,8 +21,9 @@ pub const CONSTANT_FORMAT: &str = "lpv-constant-certificate/1";
 /// with the matrices that prove it.
 ///
 /// With n states of plant and controller, r channels of both, and k channels of the parameters with a filter, X is
-/// (n + 2k) x (n + 2k), S and T are (r + k) x (r + k). States: plant's, controller's, those of the filters of zt, then
-/// of wt; channels: plant's, controller's, the filtered ones in the order of `filters`.
+/// (n + 2k) x (n + 2k). S and T are (r + k + v) x (r + k + v), with v channels of the parameters that may change slowly.
+/// States: plant's, controller's, those of the filters of zt, then of wt; channels: plant's, controller's, the filtered
+/// ones in the order of `filters`, and the rates of those that have one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConstantCertificate {
     /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels.
@@ -47,19 +48,27 @@ pub struct ConstantCertificate {
     /// A Lyapunov matrix of the loop where all parameters are 0; n x n.
     #[serde(rename = "L")]
     pub lyapunov: Rows,
-    /// The filter of each constant parameter that has one; all other parameters may take any trajectory.
+    /// The filter of each parameter that is constant or changes slowly; all others may take any trajectory.
     pub filters: Vec<Filter>,
     /// Model errors: `[A B2]` of the plant becomes `[A B2]` plus the sum of all `E Delta(t) [F Fu]`.
     pub errors: Vec<ErrorBall>,
 }
 
-/// The filter `1/(s + pole)` on the channels of a constant parameter.
+/// The filter `1/(s + pole)` on the channels of a parameter that is constant or changes slowly.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Filter {
     /// The parameter, from 0.
     pub parameter: usize,
     /// Above 0.
     pub pole: f64,
+    /// Bound on the rate of the parameter, 1/s; 0, or no such key in the file, where it is constant.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub rate: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(rate: &f64) -> bool {
+    *rate == 0.0
 }
 
 /// A model error `E Delta(t) [F Fu]` with any measurable Delta(t) whose largest singular value is at most 1.
@@ -79,7 +88,7 @@ pub struct ErrorBall {
 }
 
 objects! {
-    Filter: parameter "parameter", pole "pole";;
+    Filter: parameter "parameter", pole "pole"; rate "rate";
     ErrorBall: e "E", f "F", fu "Fu", lambda "lambda";;
 }
 lists!(Filter: "a list of objects", ErrorBall: "a list of objects");
@@ -175,11 +184,16 @@ impl ConstantCertificate {
             }
             after = filter.parameter + 1;
             check_number(&format!("filters[{i}].pole"), filter.pole)?;
+            check_number(&format!("filters[{i}].rate"), filter.rate)?;
+            if filter.rate < 0.0 {
+                let (field, found) = (format!("filters[{i}].rate"), filter.rate.to_string());
+                return Err(ReadError::kind(&field, found, "a number that is at least 0"));
+            }
         }
         let (n, k) = (self.lyapunov.len(), self.filtered());
         let states = (n + 2 * k, "states of plant, controller and filters");
-        let channels = self.blocks.iter().chain(&self.controller_blocks).sum::<usize>() + k;
-        let channels = (channels, "channels of plant and controller, and the filtered ones");
+        let channels = self.blocks.iter().chain(&self.controller_blocks).sum::<usize>() + k + self.moving();
+        let channels = (channels, "channels of plant and controller, the filtered ones, and those of rates");
         check_matrix("X", &self.x, states, states)?;
         check_matrix("S", &self.s, channels, channels)?;
         check_matrix("T", &self.t, channels, channels)
@@ -218,6 +232,11 @@ impl ConstantCertificate {
         }
     }
 
+    /// The number of parameters of plant and controller.
+    fn parameters(&self) -> usize {
+        self.blocks.len().max(self.controller_blocks.len())
+    }
+
     /// Channels of a parameter in plant and controller.
     fn channels_of(&self, parameter: usize) -> usize {
         let of = |blocks: &[usize]| blocks.get(parameter).copied().unwrap_or(0);
@@ -227,5 +246,10 @@ impl ConstantCertificate {
     /// Channels of all parameters with a filter.
     fn filtered(&self) -> usize {
         self.filters.iter().map(|f| self.channels_of(f.parameter)).sum()
+    }
+
+    /// Channels of those that may change.
+    fn moving(&self) -> usize {
+        self.filters.iter().filter(|f| f.rate > 0.0).map(|f| self.channels_of(f.parameter)).sum()
     }
 }

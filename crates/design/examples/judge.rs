@@ -1,11 +1,12 @@
 //! Judges the controller of a vehicle's default design in the weights of another design:
 //!
 //! ```text
-//! cargo run --release -p squid-design --example judge vehicles/squid tests/designs/errors_alone.toml [robust]
+//! cargo run --release -p squid-design --example judge vehicles/squid tests/designs/errors_alone.toml [robust] [RATE]
 //! ```
 //!
 //! or that of `squid design --robust`; prints mu for robust stability and for robust performance at six frozen speeds,
-//! and then proves a gain for constant coefficients and any trajectory of the speed. See `DesignFile::judged_by`.
+//! and then proves a gain for constant coefficients and any trajectory of the speed, or one no faster than RATE, m/s^2.
+//! See `DesignFile::judged_by`.
 //!
 //! 'No controller below': mu is at least m for every controller, with the same measurements, if some perturbation of
 //! size 1/m leaves even the one that is made for it a gain of m; perturbations are searched.
@@ -37,12 +38,17 @@ const STEPS: usize = 4;
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [vehicle, weights, rest @ ..] = arguments.as_slice() else {
-        return Err("usage: judge VEHICLE WEIGHTS.toml [robust]".into());
+        return Err("usage: judge VEHICLE WEIGHTS.toml [robust] [RATE]".into());
     };
+    let (robust, rest) = match rest {
+        [first, rest @ ..] if first == "robust" => (true, rest),
+        rest => (false, rest),
+    };
+    let rate = rest.first().map(|rate| rate.parse()).transpose()?;
     let mut inputs = Inputs::read(vehicle.as_ref(), "design")?;
     let weights = DesignFile::parse(&std::fs::read_to_string(weights)?, weights, weights)?;
     let judged = inputs.design.judged_by(&weights)?;
-    let finished = run_with(&inputs, &Progress::default(), rest == ["robust"])?;
+    let finished = run_with(&inputs, &Progress::default(), robust)?;
     let k = &finished.design.controller;
     inputs.design = judged;
     println!(
@@ -66,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{figures}");
         }
     };
-    constant(&inputs, &finished.model, k, nominal, &Progress::new(&show))?;
+    constant(&inputs, &finished.model, k, nominal, rate, &Progress::new(&show))?;
     Ok(())
 }
 

@@ -26,11 +26,15 @@ def why_not(c: dict) -> str | None:
     channels += [i for i, count in enumerate(more) for _ in range(count)]
     own = [(f, j) for f in c["filters"] for j, i in enumerate(channels) if i == f["parameter"]]
     k, wd = len(own), sum(ball.e.shape[1] for ball in loop.balls)
+    moving = [i for i, (f, _) in enumerate(own) if f.get("rate", 0) > 0]
     at_wt = n + 2 * k
-    at_d, at_w, width = at_wt + r, at_wt + r + wd, at_wt + r + wd + w
+    at_v = at_wt + r
+    at_d = at_v + len(moving)
+    at_w, width = at_d + wd, at_d + wd + w
 
     def spread(m: np.ndarray) -> np.ndarray:
-        parts = [m[:, :n], zeros(len(m), 2 * k), m[:, n : n + r], zeros(len(m), wd), m[:, n + r :]]
+        between = zeros(len(m), len(moving) + wd)
+        parts = [m[:, :n], zeros(len(m), 2 * k), m[:, n : n + r], between, m[:, n + r :]]
         return np.hstack(parts)
 
     def units(rows: int, start: int) -> np.ndarray:
@@ -39,8 +43,11 @@ def why_not(c: dict) -> str | None:
             out[i, start + i] = Decimal(1)
         return out
 
-    zt = np.vstack([spread(loop.t), units(k, n)])
-    wt = np.vstack([units(r, at_wt), units(k, n + k)])
+    slowed = zeros(len(moving), width)
+    for row, i in enumerate(moving):
+        slowed[row, n + i] = Decimal(own[i][0]["rate"])
+    zt = np.vstack([spread(loop.t), units(k, n), slowed])
+    wt = np.vstack([units(r, at_wt), units(k, n + k), units(len(moving), at_v)])
     moved = spread(loop.x)
     at = at_d
     for e, _ in loop.balls:
@@ -51,9 +58,12 @@ def why_not(c: dict) -> str | None:
         for i, (f, j) in enumerate(own):
             row = source[j : j + 1].copy()
             row[0, start + i] -= Decimal(f["pole"])
+            if source is wt and i in moving:
+                row[0, at_v + moving.index(i)] += Decimal(1)
             rates.append(row)
     x, s, t, lyapunov = (exact(c[key]) for key in ("X", "S", "T", "L"))
     all_channels = channels + [channels[j] for _, j in own]
+    all_channels += [max(len(blocks), len(more)) + own[i][0]["parameter"] for i in moving]
     for name, m, sign in (("X", x, 1), ("S", s, 1), ("T", t, -1), ("L", lyapunov, 1)):
         if not (m == sign * m.T).all():
             return f"{name} is not its own transpose, but for the sign"
@@ -66,7 +76,7 @@ def why_not(c: dict) -> str | None:
     decay = lyapunov @ a
     if not is_positive(lyapunov) or not is_positive(-(decay + decay.T)):
         return "not stable at 0"
-    if any(f["pole"] <= 0 for f in c["filters"]) or not is_positive(s):
+    if any(f["pole"] <= 0 or f.get("rate", 0) < 0 for f in c["filters"]) or not is_positive(s):
         return "S or a pole"
     half = zeros(width, width)
     half[: n + 2 * k] = x @ np.vstack(rates)

@@ -41,19 +41,20 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
         drop(running);
         say(&format!("\n{}", words.trim_end()));
     }
-    if asked.constant {
+    if let Some(rate) = asked.constant {
         let (k, gamma) = (&finished.design.controller, finished.design.certified.gamma);
-        let found = constant(&inputs, &finished.model, k, gamma, &progress)?;
+        let found = constant(&inputs, &finished.model, k, gamma, rate, &progress)?;
         found.save(&directory)?;
         say(&format!(
             "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients \
              within\n\
-             {:.1} % of their declared ranges, for any trajectory of speed, and for every error of the model within \
+             {:.1} % of their declared ranges, for any trajectory of speed{}, and for every error of the model within \
              balls around\n\
              it. PROVED in exact arithmetic: {}\n\
              That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
             above(found.theorem.gamma),
             100.0 * found.share,
+            no_faster(rate),
             directory.join(CONSTANT_CERTIFICATE).display()
         ));
     }
@@ -62,6 +63,11 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     answer_of(&directory)?;
     let missed: Vec<String> = finished.verdict.missed().map(missed).collect();
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+}
+
+/// A bound on the rate of the speed, m/s^2, in words.
+pub(crate) fn no_faster(rate: Option<f64>) -> String {
+    rate.map(|rate| format!(" that changes by at most {rate:.4} m/s^2")).unwrap_or_default()
 }
 
 /// The figures that were written, for programs.

@@ -3,9 +3,10 @@
 use crate::cli::inputs;
 use crate::error::Error;
 use crate::output::{answer, say};
+use crate::verbs::design::no_faster;
 use certificate::ConstantCertificate;
 use serde_json::json;
-use squid_design::certify::constant::of_inputs;
+use squid_design::certify::constant::{of_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::error::{Error as DesignError, ProofError};
 use squid_package::verify::{named, verify, verify_source};
@@ -31,10 +32,12 @@ pub fn run(
             let share = of_inputs(&certificate, &inputs)?;
             tolerated = Some(share);
             say(&format!(
-                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty",
+                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any trajectory of \
+                 speed{}",
                 file.display(),
                 named(&inputs),
-                100.0 * share
+                100.0 * share,
+                no_faster(rate_of(&certificate, &inputs))
             ));
         }
         say(&format!("PROVED: {theorem}"));

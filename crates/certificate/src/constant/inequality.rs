@@ -1,12 +1,12 @@
 //! The matrices that must be definite, formed exactly.
 
-use super::ConstantCertificate;
+use super::{ConstantCertificate, Filter};
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::shape::columns;
 
-/// The loop with its filters, as maps from `(x, f | wt, w_D, w)` with the states f of the filters.
+/// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)` with the states f of the filters, and v of the rates.
 pub(super) struct Filtered<'a> {
     certificate: &'a ConstantCertificate,
     closed: &'a ClosedLoop,
@@ -16,8 +16,10 @@ pub(super) struct Filtered<'a> {
     r: usize,
     d: usize,
     w: usize,
-    /// Pole and channel of each filter.
-    filters: Vec<(f64, usize)>,
+    /// The filter of each filtered channel, and the channel.
+    filters: Vec<(&'a Filter, usize)>,
+    /// Which of these have a rate.
+    moving: Vec<usize>,
 }
 
 impl<'a> Filtered<'a> {
@@ -26,7 +28,8 @@ impl<'a> Filtered<'a> {
             let own = move |c: &usize| closed.parameters[*c] == parameter;
             (0..closed.channels).filter(own)
         };
-        let filters = certificate.filters.iter().flat_map(|f| of(f.parameter).map(|c| (f.pole, c)));
+        let filters = certificate.filters.iter().flat_map(|f| of(f.parameter).map(move |c| (f, c)));
+        let filters: Vec<_> = filters.collect();
         Self {
             certificate,
             closed,
@@ -35,25 +38,30 @@ impl<'a> Filtered<'a> {
             r: closed.channels,
             d: closed.delta.as_ref().map_or(0, |(_, e)| e.cols),
             w: closed.inputs,
-            filters: filters.collect(),
+            moving: (0..filters.len()).filter(|i| filters[*i].0.rate > 0.0).collect(),
+            filters,
         }
     }
 
-    /// The parameter of each channel, the filtered ones last.
+    /// The parameter of each channel, the filtered ones and those of the rates last; the rate of a parameter counts as
+    /// one more, after all of them.
     pub(super) fn parameters(&self) -> Vec<usize> {
         let filtered = self.filters.iter().map(|(_, c)| self.closed.parameters[*c]);
-        self.closed.parameters.iter().copied().chain(filtered).collect()
+        let rates = self.moving.iter().map(|i| self.certificate.parameters() + self.filters[*i].0.parameter);
+        self.closed.parameters.iter().copied().chain(filtered).chain(rates).collect()
     }
 
-    /// Where wt, w_D and w begin, and the end.
-    fn columns(&self) -> [usize; 4] {
+    /// Where wt, v, w_D and w begin, and the end.
+    fn columns(&self) -> [usize; 5] {
         let wt = self.n + 2 * self.k;
-        [wt, wt + self.r, wt + self.r + self.d, wt + self.r + self.d + self.w]
+        let v = wt + self.r;
+        let delta = v + self.moving.len();
+        [wt, v, delta, delta + self.d, delta + self.d + self.w]
     }
 
     /// A map of the loop, of `(x | wt | w)`, as one of all columns.
     fn spread(&self, m: &Matrix) -> Matrix {
-        let [wt, _, w, all] = self.columns();
+        let [wt, _, _, w, all] = self.columns();
         let mut out = Matrix::zeros(m.rows, all);
         out.place(0, 0, &m.column_range(0, self.n));
         out.place(0, wt, &m.column_range(self.n, self.n + self.r));
@@ -63,39 +71,48 @@ impl<'a> Filtered<'a> {
 
     /// `rows` unit rows that begin at column `at`.
     fn unit(&self, rows: usize, at: usize) -> Matrix {
-        let mut out = Matrix::zeros(rows, self.columns()[3]);
+        let mut out = Matrix::zeros(rows, self.columns()[4]);
         out.place(0, at, &Matrix::scalar(rows, &Dyadic::from_f64(1.0)));
         out
     }
 
-    /// To zt and what is filtered of it, and to wt and what is filtered of it.
+    /// To zt, what is filtered of it and that times the rates, and to wt, what is filtered of it and v.
     fn channels(&self) -> (Matrix, Matrix) {
-        let zt = self.spread(&self.closed.channel);
-        let wt = self.unit(self.r, self.columns()[0]);
-        (zt.above(self.unit(self.k, self.n)), wt.above(self.unit(self.k, self.n + self.k)))
+        let [wt, v, ..] = self.columns();
+        let (filtered, mut slowed) = (self.unit(self.k, self.n), Matrix::zeros(0, self.columns()[4]));
+        for i in &self.moving {
+            let rate = Dyadic::from_f64(self.filters[*i].0.rate);
+            slowed = slowed.above(filtered.row_range(*i, i + 1).scaled(&rate));
+        }
+        let zt = self.spread(&self.closed.channel).above(filtered).above(slowed);
+        let wt = self.unit(self.r, wt).above(self.unit(self.k, self.n + self.k));
+        (zt, wt.above(self.unit(self.moving.len(), v)))
     }
 
-    /// To x' and f', where `f' = -a f + z` and likewise for wt.
+    /// To x' and f', where `f' = -a f + zt`, and `f' = -a f + wt + v` for wt.
     fn dynamics(&self, into: &Matrix, from: &Matrix) -> Matrix {
+        let [_, v, delta, ..] = self.columns();
         let mut x = self.spread(&self.closed.state);
         if let Some((_, e)) = &self.closed.delta {
-            x.place(0, self.columns()[1], e);
+            x.place(0, delta, e);
         }
         let filter = |of: &Matrix, at: usize| {
             let mut out = Matrix::zeros(self.k, of.cols);
-            for (i, (pole, channel)) in self.filters.iter().enumerate() {
+            for (i, (filter, channel)) in self.filters.iter().enumerate() {
                 out.place(i, 0, &of.row_range(*channel, channel + 1));
-                out[(i, at + i)] = &out[(i, at + i)] + &Dyadic::from_f64(-pole);
+                out[(i, at + i)] = &out[(i, at + i)] + &Dyadic::from_f64(-filter.pole);
             }
             out
         };
-        x.above(filter(into, self.n)).above(filter(from, self.n + self.k))
+        let mut of_wt = filter(from, self.n + self.k);
+        self.moving.iter().enumerate().for_each(|(j, i)| of_wt[(*i, v + j)] = Dyadic::from_f64(1.0));
+        x.above(filter(into, self.n)).above(of_wt)
     }
 
-    /// The matrix that must be negative definite; rows (x, f | wt, w_D, w | z).
+    /// The matrix that must be negative definite; rows (x, f | wt, v, w_D, w | z).
     pub(super) fn main(&self) -> Matrix {
         let c = self.certificate;
-        let [_, w_delta, w, all] = self.columns();
+        let [_, _, w_delta, w, all] = self.columns();
         let (into, from) = self.channels();
         let mut half = Matrix::zeros(all, all);
         half.place(0, 0, &Matrix::square(&c.x).times(&self.dynamics(&into, &from)));
@@ -132,7 +149,7 @@ impl<'a> Filtered<'a> {
         product.plus(&product.transpose())
     }
 
-    /// S on the channels of a parameter, the filtered ones last.
+    /// S on the channels of a parameter, the filtered ones last, or of a rate.
     pub(super) fn multiplier(&self, parameter: usize) -> Matrix {
         let parameters = self.parameters();
         let own: Vec<usize> = (0..parameters.len()).filter(|c| parameters[*c] == parameter).collect();

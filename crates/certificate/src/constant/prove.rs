@@ -3,23 +3,24 @@
 //! # The claim
 //!
 //! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
-//! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter is constant, anywhere in
-//! `[-1, 1]`; every other may take any measurable trajectory in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
+//! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter stays in `[-1, 1]` and is
+//! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory in
+//! `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
 //! Fu]` of `errors` may be added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through
 //! the parameters is well posed, the closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
 //! # Conditions, checked without rounding
 //!
-//! With `psi = [I; I/(s + a)]` on the channels of a parameter with a filter, and `psi = I` on all others, let Z and W
-//! be the maps from the states of loop and filters and from (wt, w_D, w) to `psi zt` and `psi wt`; `xi' = M (xi, wt,
-//! w_D, w)`.
+//! A parameter with a filter has two states of filters a channel, `f' = -a f + zt` and `g' = -a g + wt + v`. The v is
+//! there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop and
+//! filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
 //!
-//! 1. `gamma > 0`, every `lambda > 0` and `a > 0`; X and S symmetric; T skew; S and T commute with Theta, repeated on
-//!    the filtered channels.
+//! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`; X and S symmetric; T skew; S and T commute with Theta,
+//!    repeated on the filtered channels, and with any diagonal matrix of one value a parameter on those of the rates.
 //! 2. `L = L' > 0` and `A'L + LA < 0`.
 //! 3. `S > 0`.
 //! 4. `[X; 0] M + M' [X 0] + Z'SZ - W'SW + W'TZ + Z'T'W + sum lambda (z_D'z_D - w_D'w_D) - gamma w'w + z'z/gamma < 0`
-//!    as a quadratic form of (xi, wt, w_D, w).
+//!    as a quadratic form of (xi, wt, v, w_D, w).
 //!
 //! # Why they suffice
 //!
@@ -29,14 +30,19 @@
 //! opposite inequality strictly at all frequencies.
 //!
 //! - *G is stable*, by 2, and so are the filters. So 4 gives the strict inequality at every frequency: with `xi = (j
-//!   omega - A)^-1 B (wt, w_D, w)` the terms of X cancel. X need not be definite.
+//!   omega - A)^-1 B (wt, v, w_D, w)` the terms of X cancel. X need not be definite.
 //! - *The constraint of a parameter with any trajectory.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt =
 //!   (1 - tau^2 theta^2) zt'S zt >= 0` at every instant, and `wt'T zt = 0`.
-//! - *The constraint of a constant one.* A constant delta commutes with the filter: `psi wt = tau delta psi zt` from
-//!   rest, so that the terms in S are `(1 - tau^2 delta^2) (psi zt)'S (psi zt) >= 0`, and those in T are 0.
+//! - *The constraint of one with a filter.* The operator takes zt to `wt = tau theta zt` and, where `rate > 0`, to
+//!   `v = tau theta' f` with `f' = -a f + zt` from rest. Then `g = tau theta f`, because both sides are 0 at rest and
+//!   `(tau theta f)' = v + tau theta (-a f + zt) = -a (tau theta f) + wt + v`. So W is `tau theta` times Z on the
+//!   channels and the filtered ones, and `tau theta'/rate` times Z on those of the rate: each is at most 1 in size, and
+//!   the terms in S and T are as for a parameter with any trajectory, at every instant. (The swapping of a filter and a
+//!   slow parameter: U. Jonsson, A. Rantzer, "Systems with uncertain parameters: time-variations with bounded
+//!   derivatives", Int. J. Robust and Nonlinear Control 6, 1996.)
 //! - *The constraint of Delta.* `lambda (|z_D|^2 - |tau Delta z_D|^2) >= 0` at every instant.
 //! - *Well-posedness for every tau.* If `I - tau Theta Dtt` were singular at some value, there would be `wt = tau Theta
-//!   zt` other than 0 with `zt = Dtt wt`. At xi = 0, w = 0, w_D = 0 and this wt all terms of 4 vanish or are not
+//!   zt` other than 0 with `zt = Dtt wt`. At xi = 0, v = 0, w = 0, w_D = 0 and this wt all terms of 4 vanish or are not
 //!   negative, S on the channels that are not filtered being a diagonal block of S: a contradiction. The values form a
 //!   compact set, so that the inverse is bounded. w_D acts on x' alone, so that it is determined, too.
 //! - *Stability.* By the theorem wt and w_D have finite energy, bounded by that of what acts on the loop, the response
@@ -80,7 +86,7 @@ impl ConstantCertificate {
         commuting(CLAIM, Proved::T, &self.t, &filtered.parameters())?;
         shown(Proved::Lyapunov, "positive", &Matrix::square(&self.lyapunov))?;
         shown(Proved::Decay, "negative", &filtered.decay())?;
-        for parameter in 0..self.blocks.len().max(self.controller_blocks.len()) {
+        for parameter in 0..2 * self.parameters() {
             shown(Proved::Multiplier(parameter), "positive", &filtered.multiplier(parameter))?;
         }
         shown(Proved::Inequality, "negative", &filtered.main())?;

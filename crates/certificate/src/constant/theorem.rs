@@ -11,6 +11,8 @@ pub struct ConstantTheorem {
     pub gamma: f64,
     /// Parameters that may take any trajectory in `[-1, 1]`.
     pub varying: usize,
+    /// The bounds on the rates of those that may take any trajectory in `[-1, 1]` that is no faster, 1/s.
+    pub rates: Vec<f64>,
     /// Parameters that have any constant value in `[-1, 1]`.
     pub constant: usize,
     /// Parameters on which the controller depends.
@@ -23,11 +25,13 @@ pub struct ConstantTheorem {
 
 impl ConstantTheorem {
     pub(super) fn of(certificate: &ConstantCertificate) -> Self {
-        let all = certificate.blocks.len().max(certificate.controller_blocks.len());
+        let filters = &certificate.filters;
+        let rates: Vec<f64> = filters.iter().map(|f| f.rate).filter(|rate| *rate > 0.0).collect();
         Self {
             gamma: certificate.gamma,
-            varying: all - certificate.filters.len(),
-            constant: certificate.filters.len(),
+            varying: certificate.parameters() - filters.len(),
+            constant: filters.len() - rates.len(),
+            rates,
             scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
             states: certificate.lyapunov.len(),
             errors: certificate.errors.len(),
@@ -37,15 +41,19 @@ impl ConstantTheorem {
 
 impl fmt::Display for ConstantTheorem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { gamma, varying, constant, scheduled, states, errors } = self;
+        let Self { gamma, varying, rates, constant, scheduled, states, errors } = self;
         let s = |n: usize| if n == 1 { "" } else { "s" };
+        write!(f, "For every measurable trajectory of {varying} parameter{} in [-1, 1], ", s(*varying))?;
+        for rate in rates {
+            write!(f, "every trajectory in [-1, 1] of one more that changes by at most {rate} a second, ")?;
+        }
         write!(
             f,
-            "For every measurable trajectory of {varying} parameter{} in [-1, 1], on {scheduled} of which the \
-             controller depends, and every constant value of {constant} more in [-1, 1], the closed loop of {states} \
-             state{} is exponentially stable and its L2 gain from w to z is below {gamma}",
-            s(*varying),
+            "and every constant value of {constant} more in [-1, 1], the closed loop of {states} state{}, whose \
+             controller depends on {scheduled} parameter{}, is exponentially stable and its L2 gain from w to z is \
+             below {gamma}",
             s(*states),
+            s(*scheduled),
         )?;
         match errors {
             0 => f.write_str("."),

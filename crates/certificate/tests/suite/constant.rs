@@ -48,9 +48,9 @@ fn a_certificate_is_proved_as_by_hand() {
     let words = prove(&first_order(2.113)).unwrap();
     assert_eq!(
         words,
-        "For every measurable trajectory of 0 parameters in [-1, 1], on 0 of which the controller depends, and every \
-         constant value of 1 more in [-1, 1], the closed loop of 1 state is exponentially stable and its L2 gain from \
-         w to z is below 2.113."
+        "For every measurable trajectory of 0 parameters in [-1, 1], and every constant value of 1 more in [-1, 1], \
+         the closed loop of 1 state, whose controller depends on 0 parameters, is exponentially stable and its L2 gain \
+         from w to z is below 2.113."
     );
     let refused = prove(&first_order(2.111)).unwrap_err();
     assert_eq!(
@@ -63,6 +63,38 @@ fn a_certificate_is_proved_as_by_hand() {
     assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
     assert!(ConstantCertificate::is_format_of(&read.to_json().unwrap()));
     assert!(Certificate::from_json(&first_order(3.0).to_string()).is_err(), "the other kind is recognised");
+}
+
+/// The same delta, which may change: with `S = diag(1/2, e, q)` on the channel, the filtered one and that of the rate,
+/// `q rate^2` is added to the terms of f, and g meets v, which is worth at most `q`: `[-2ap - e, p; p, -q]`.
+fn slow(gamma: f64, rate: f64) -> Value {
+    let mut file = first_order(gamma);
+    file["filters"][0]["rate"] = rate.into();
+    file["S"] = json!([[0.5, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.05]]);
+    file["T"] = json!([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
+    file
+}
+
+#[test]
+fn a_bounded_rate_is_proved_and_no_faster_one() {
+    let words = prove(&slow(2.5, 0.5)).unwrap();
+    assert!(
+        words.contains("every trajectory in [-1, 1] of one more that changes by at most 0.5 a second"),
+        "{words}"
+    );
+    assert!(prove(&slow(2.5, 2.0)).unwrap_err().contains("not shown to be negative definite"));
+    let refused = |file: Value| prove(&file).unwrap_err();
+    assert!(refused(slow(2.5, -0.5)).contains("filters[0].rate"), "{}", refused(slow(2.5, -0.5)));
+    assert!(refused(slow(2.5, 0.0)).contains("S: "), "{}", refused(slow(2.5, 0.0)));
+    let mut coupled = slow(2.5, 0.5);
+    coupled["S"][2][0] = 0.001.into();
+    coupled["S"][0][2] = 0.001.into();
+    assert!(prove(&coupled).is_err(), "the rate is a parameter of its own");
+    let mut negative = slow(2.5, 0.5);
+    negative["S"][2][2] = (-0.05).into();
+    assert!(prove(&negative).is_err());
+    let read = ConstantCertificate::from_json(&slow(2.5, 0.5).to_string()).unwrap();
+    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
 /// That of Squid's default design, as large as they are.
@@ -113,7 +145,7 @@ fn is_true(file: &Value) -> bool {
 #[test]
 fn one_number_changed_proves_no_lie() {
     let (mut proved, mut refused, mut lies) = (0, 0, 0);
-    for file in [first_order(2.2), with_error(2.9)] {
+    for file in [first_order(2.2), with_error(2.9), slow(2.5, 0.5)] {
         assert!(prove(&file).is_ok() && is_true(&file));
         for pointer in numbers(&file, "") {
             let old = file.pointer(&pointer).unwrap().as_f64().unwrap();

@@ -4,7 +4,8 @@
 //! uncertain model over the range of speed -> fewer channels -> balls around it -> multipliers -> proof
 //! ```
 //!
-//! Speed, and what of the trim depends on it, have any trajectory; coefficients and gains of actuators are constant.
+//! Speed has any trajectory, or one of a bounded rate; what of the trim depends on it has any; coefficients and gains of
+//! actuators are constant.
 //! See `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
 
 pub mod balls;
@@ -27,7 +28,7 @@ use lpv::matrix::{from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::UncertainPlant;
-use lpv::robust::constant::{ConstantBound, ConstantLoop};
+use lpv::robust::constant::{ConstantBound, ConstantLoop, Filter as LoopFilter};
 use std::path::Path;
 
 /// The file of the certificate.
@@ -63,7 +64,8 @@ pub struct Constant {
     pub theorem: ConstantTheorem,
 }
 
-/// Proves a gain for all of the declared box, or else for a part of it at 1.25 times the bound `nominal`.
+/// Proves a gain for all of the declared box, or else for a part of it at 1.25 times the bound `nominal`: for speeds that
+/// change by at most `rate`, m/s^2, or in any way.
 ///
 /// # Errors
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Constant`] when nothing was proved.
@@ -72,6 +74,7 @@ pub fn constant(
     model: &Model,
     controller: &Controller,
     nominal: f64,
+    rate: Option<f64>,
     progress: &Progress,
 ) -> Result<Constant, Error> {
     let (fewer, uncertain) = uncertain(inputs, model)?;
@@ -80,7 +83,15 @@ pub fn constant(
         let percent = 100.0 * share;
         let what = format!("{percent:.0} % of the declared uncertainty, tens of seconds");
         let (found, seconds) = progress.timed("constant", &what, || {
-            proved(inputs, &fewer, &uncertain, controller, (share, nominal, most))
+            let plant = uncertain.sized(share);
+            let balls = around(inputs, &fewer.model, share, &plant)?;
+            let errors = balls.iter().map(|ball| ball.close(&plant, controller)).collect();
+            let filters = filters(inputs, &fewer.model, rate);
+            let whole = ConstantLoop { closed: plant.close(controller), filters, errors };
+            let bound = whole.bound(2.0 * nominal, TOLERANCE, most).map_err(ConstantError::NoBound)?;
+            let certificate = certificate_of(&plant, controller, &whole.filters, &bound, &balls);
+            let theorem = certificate.prove().map_err(ConstantError::NotProved)?;
+            Ok(Constant { share, certificate, theorem })
         });
         let gain = match &found {
             Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.theorem.gamma)),
@@ -116,14 +127,22 @@ fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlan
     Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
 
-/// For each parameter the pole of its filter: of rho and those of the trim, which may take any trajectory, none.
-fn poles(model: &UncertainModel) -> Vec<Option<f64>> {
-    let is_constant = model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(FILTER_POLE));
-    std::iter::once(None).chain(is_constant).collect()
+/// The filter of each parameter: those of the trim, and rho without a bound on its rate, have none, because they may
+/// take any trajectory.
+fn filters(inputs: &Inputs, model: &UncertainModel, rate: Option<f64>) -> Vec<Option<LoopFilter>> {
+    let of_rate = |rate: f64| LoopFilter { pole: FILTER_POLE, rate };
+    let constant = model.blocks.iter().map(|b| (!b.uncertain.is_of_trim()).then_some(of_rate(0.0)));
+    std::iter::once(rate.map(|rate| of_rate(rate / inputs.design.scheduling().1))).chain(constant).collect()
+}
+
+/// The largest rate of the speed that a certificate allows, m/s^2; `None` for any rate.
+pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64> {
+    let filter = certificate.filters.iter().find(|f| f.parameter == 0)?;
+    Some(filter.rate * inputs.design.scheduling().1)
 }
 
 /// Checks that plant and balls of a certificate are those of this vehicle and design file, computed again for a share
-/// of the declared box, and that it takes for constant only what is; returns that share. It is the one by which the
+/// of the declared box, that it takes for constant only what is, and nothing of the trim for slow; returns that share. It is the one by which the
 /// rows of zt of the uncertain parameters are smaller than for the whole box.
 ///
 /// # Errors
@@ -141,8 +160,12 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
     }
     let plant = uncertain.sized(share);
     same_plant::check_in_box(&certificate.plant, &certificate.blocks, &plant)?;
-    let allowed = poles(&fewer.model);
-    if certificate.filters.iter().any(|f| allowed.get(f.parameter).copied().flatten().is_none()) {
+    let constant = filters(inputs, &fewer.model, None);
+    let is_so = |f: &Filter| match f.parameter {
+        0 => f.rate > 0.0,
+        other => constant.get(other).is_some_and(Option::is_some),
+    };
+    if !certificate.filters.iter().all(is_so) {
         return Err(wrong("which parameters are constant"));
     }
     let balls = around(inputs, &fewer.model, share, &plant)?;
@@ -161,33 +184,17 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
     Ok(share)
 }
 
-/// The bound at a share of the box, proved; the search for one above `most` is given up.
-fn proved(
-    inputs: &Inputs,
-    fewer: &Truncated,
-    uncertain: &UncertainPlant,
-    controller: &Controller,
-    (share, nominal, most): (f64, f64, f64),
-) -> Result<Constant, Error> {
-    let plant = uncertain.sized(share);
-    let balls = around(inputs, &fewer.model, share, &plant)?;
-    let errors = balls.iter().map(|ball| ball.close(&plant, controller)).collect();
-    let whole = ConstantLoop { closed: plant.close(controller), poles: poles(&fewer.model), errors };
-    let bound = whole.bound(2.0 * nominal, TOLERANCE, most).map_err(ConstantError::NoBound)?;
-    let certificate = certificate_of(&plant, controller, &whole.poles, &bound, &balls);
-    let theorem = certificate.prove().map_err(ConstantError::NotProved)?;
-    Ok(Constant { share, certificate, theorem })
-}
-
 /// The certificate of a bound.
 fn certificate_of(
     plant: &GeneralisedPlant,
     controller: &Controller,
-    poles: &[Option<f64>],
+    filters: &[Option<LoopFilter>],
     bound: &ConstantBound,
     balls: &[ModelError],
 ) -> ConstantCertificate {
-    let each = poles.iter().enumerate();
+    let filter = |(parameter, of): (usize, &Option<LoopFilter>)| {
+        of.map(|LoopFilter { pole, rate }| Filter { parameter, pole, rate })
+    };
     let error = |(ball, lambda): (&ModelError, &f64)| ErrorBall {
         e: to_rows(&ball.e),
         f: to_rows(&ball.f),
@@ -204,7 +211,7 @@ fn certificate_of(
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         lyapunov: to_rows(&bound.lyapunov),
-        filters: each.filter_map(|(parameter, pole)| Some(Filter { parameter, pole: (*pole)? })).collect(),
+        filters: filters.iter().enumerate().filter_map(filter).collect(),
         errors: balls.iter().zip(&bound.lambdas).map(error).collect(),
     }
 }

@@ -70,7 +70,7 @@ const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as 
 const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
 
 /// The bound on the rate of the speed.
-const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
+pub const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
 
 /// Corners of weights and frequencies of reference models.
 const FREQUENCY: Range = Range { least: 1e-4, most: 1e4, words: "from 1e-4 to 1e4 (rad/s)" };

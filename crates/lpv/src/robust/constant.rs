@@ -1,4 +1,5 @@
-//! The gain of a finished loop for every trajectory of some parameters and every constant value of others.
+//! The gain of a finished loop for every trajectory of some parameters, of a bounded rate or any, and every constant
+//! value of others.
 //!
 //! ```text
 //! x' = A x + Bt wt + B1 w + E w_D,   zt = Ct x + ...,   z_D = Fx x + ...,   z = C1 x + ...
@@ -18,6 +19,11 @@
 //! gamma where one inequality with a symmetric X, which may be indefinite, holds: A. Megretski, A. Rantzer, IEEE
 //! Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
 //!
+//! A parameter that changes slowly has the same filters and one more channel for each of its own: with the states f and
+//! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to `rate f`
+//! as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and Nonlinear
+//! Control 6, 1996.)
+//!
 //! X has most of the unknowns, and is left out of the search: by the KYP lemma there is one where the inequality
 //! holds at every frequency. The multipliers are sought at a few frequencies, then also where the inequality does not
 //! hold between them, and X is that of a Riccati equation in the end. What it is worth is judged by the inequality
@@ -29,7 +35,7 @@ mod filtered;
 mod frequencies;
 mod storage;
 
-pub use crate::robust::constant::constant_loop::ConstantLoop;
+pub use crate::robust::constant::constant_loop::{ConstantLoop, Filter};
 
 use crate::error::SynthesisError;
 use crate::lmi::interior_point::minimise;
@@ -71,7 +77,7 @@ const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
 /// A bound on the gain, and what shows it.
 ///
 /// Channels are those of the loop, then the filtered ones of each parameter with a filter, in the order of the
-/// parameters; states are those of the loop, then those of the filters of zt, then of wt.
+/// parameters, then those of the rates; states are those of the loop, then those of the filters of zt, then of wt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConstantBound {
     /// The bound.
@@ -202,7 +208,7 @@ mod tests {
     const DAMPING: f64 = 0.1;
 
     /// `x'' + 2 zeta x' + (1 + size delta) x = w`, `z = x'`.
-    fn oscillator(size: f64, pole: Option<f64>) -> ConstantLoop {
+    fn oscillator(size: f64, rate: Option<f64>) -> ConstantLoop {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -2.0 * DAMPING]),
             (X, T, dmatrix![0.0; -1.0]),
@@ -211,7 +217,12 @@ mod tests {
             (Z, X, dmatrix![0.0, 1.0]),
         ];
         let parts = Partitioned::new(LOOP, &blocks).unwrap();
-        ConstantLoop { closed: ClosedLoop { parts, channels: vec![0] }, poles: vec![pole], errors: vec![] }
+        let filter = rate.map(|rate| Filter { pole: 1.0, rate });
+        ConstantLoop {
+            closed: ClosedLoop { parts, channels: vec![0] },
+            filters: vec![filter],
+            errors: vec![],
+        }
     }
 
     /// The gain from force to velocity is 1/(2 zeta) whatever the stiffness, as long as it is constant and positive.
@@ -221,23 +232,35 @@ mod tests {
     fn a_constant_stiffness_does_not_change_the_gain_from_force_to_velocity() {
         let exact = 1.0 / (2.0 * DAMPING);
         for (size, conservatism) in [(0.25, 1.1), (0.6, 1.2), (0.9, 1.3)] {
-            let found = oscillator(size, Some(1.0)).bound(exact, 0.01, f64::INFINITY).unwrap();
+            let found = oscillator(size, Some(0.0)).bound(exact, 0.01, f64::INFINITY).unwrap();
             assert!(found.largest_eigenvalue < 0.0);
             assert!(found.gamma > exact && found.gamma < conservatism * exact, "{size}: {}", found.gamma);
             assert!(oscillator(size, None).bound(exact, 0.01, f64::INFINITY).is_err(), "{size}");
         }
         // Below the limit of the small-gain theorem both are bounds.
         let jumping = oscillator(0.15, None).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
-        let constant = oscillator(0.15, Some(1.0)).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
+        let constant = oscillator(0.15, Some(0.0)).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
         assert!(
             exact < constant && constant < 1.1 * exact && jumping > 1.2 * constant,
             "{constant} {jumping}"
         );
     }
 
+    /// A stiffness that changes slowly costs little more than a constant one, and the more the faster it may change; at
+    /// rates about the frequency of the oscillator it can make the loop unstable, as one that jumps.
+    #[test]
+    fn a_slow_stiffness_lies_between_a_constant_one_and_one_that_jumps() {
+        let exact = 1.0 / (2.0 * DAMPING);
+        let gamma = |rate| oscillator(0.25, Some(rate)).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
+        let (constant, slow, faster) = (gamma(0.0), gamma(0.01), gamma(0.3));
+        assert!(exact < slow && slow < 1.02 * constant, "{constant} {slow}");
+        assert!(1.2 * slow < faster, "{slow} {faster}");
+        assert!(oscillator(0.25, Some(3.0)).bound(exact, 0.01, f64::INFINITY).is_err());
+    }
+
     #[test]
     fn an_unstable_loop_has_no_bound() {
-        let mut loop_ = oscillator(0.1, Some(1.0));
+        let mut loop_ = oscillator(0.1, Some(0.0));
         loop_.closed.parts.block_mut(X, X).copy_from(&dmatrix![0.0, 1.0; -1.0, 0.2]);
         let found = loop_.bound(5.0, 0.01, f64::INFINITY).unwrap_err().to_string();
         assert!(found.contains("unstable where all parameters are 0"), "{found}");

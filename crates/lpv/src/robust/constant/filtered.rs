@@ -1,16 +1,17 @@
-//! A loop together with the filters of its constant parameters.
+//! A loop together with the filters of its parameters that are constant or change slowly.
 
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks};
-use crate::robust::constant::constant_loop::ConstantLoop;
+use crate::robust::constant::constant_loop::{ConstantLoop, Filter};
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
 use crate::system::state_space::StateSpace;
 
-/// The loop with its filters, as maps from `(x, f | wt, w_D, w)`: f are the states of the filters, and `x~ = back x`.
+/// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)`: f are the states of the filters, of zt and then of
+/// wt; v is what the rates of the parameters add to those of wt. `x~ = back x`.
 pub(super) struct Filtered {
     /// To x' and f'.
     pub(super) dynamics: Mat,
-    /// To the channels zt and wt with what is filtered of them.
+    /// To the channels zt and wt with what is filtered of them, then to the channels of the rates.
     pub(super) into: Mat,
     pub(super) from: Mat,
     /// To z_D and w_D of each model error.
@@ -22,7 +23,7 @@ pub(super) struct Filtered {
     pub(super) inputs: usize,
     /// The number of the loop's own states, without the filters.
     pub(super) own: usize,
-    /// The parameter of each channel, the filtered ones last.
+    /// The parameter of each channel; the rate of a parameter counts as one more, after all of them.
     pub(super) channels: Vec<usize>,
     /// The scaling of the channels, diagonal, and the inverse of that of the states.
     pub(super) scale: Mat,
@@ -41,49 +42,52 @@ impl Filtered {
             .iter()
             .map(|e| e.in_coordinates((&identity, &identity), scale).in_units_of(unit))
             .collect();
-        let (r, w) = (l.channels.len(), l.b1().ncols());
-        let own: Vec<usize> = of.dynamic().flat_map(|(own, _)| own).collect();
-        let rates = of.dynamic().flat_map(|(own, pole)| vec![pole; own.len()]);
-        let k = own.len();
+        let (own, filters): (Vec<usize>, Vec<Filter>) = of.filtered().unzip();
+        let moving: Vec<usize> = (0..own.len()).filter(|i| filters[*i].rate > 0.0).collect();
+        let rates = diagonal(moving.iter().map(|i| filters[*i].rate));
+        let (r, w, k, v) = (l.channels.len(), l.b1().ncols(), own.len(), moving.len());
         let deltas: usize = errors.iter().map(|e| e.e.ncols()).sum();
         let zeros = Mat::zeros;
-        let place = |rows: usize, at: usize| {
-            Mat::from_fn(rows, n + 2 * k + r + deltas + w, |i, j| f64::from(j == at + i))
+        // Where the states of the filters, wt, v and w_D begin, and the end.
+        let (of_zt, of_wt, wt) = (n, n + k, n + 2 * k);
+        let (rate, delta) = (wt + r, wt + r + v);
+        let place =
+            |rows: usize, at: usize| Mat::from_fn(rows, delta + deltas + w, |i, j| f64::from(j == at + i));
+        let row = |x: &Mat, t: &Mat, e: &Mat, w: &Mat| {
+            let rows = x.nrows();
+            block(&[&[x, &zeros(rows, 2 * k), t, &zeros(rows, v), e, w]])
         };
-        let (filters, wt) = (n, n + 2 * k);
-        let zt = block(&[&[&l.ct(), &zeros(r, 2 * k), &l.dtt(), &zeros(r, deltas), &l.dt1()]]);
+        let zt = row(&l.ct(), &l.dtt(), &zeros(r, deltas), &l.dt1());
         let all_e = errors.iter().fold(zeros(n, 0), |all, e| block(&[&[&all, &e.e]]));
-        let moved = block(&[&[&l.a(), &zeros(n, 2 * k), &l.bt(), &all_e, &l.b1()]]);
-        let decay = diagonal(rates);
-        let filter_z = zt.select_rows(&own) - &decay * place(k, filters);
-        let filter_w = place(r, wt).select_rows(&own) - &decay * place(k, filters + k);
-        let mut at = wt + r;
+        let decay = diagonal(filters.iter().map(|f| f.pole));
+        let filter_z = zt.select_rows(&own) - &decay * place(k, of_zt);
+        let mut filter_w = place(r, wt).select_rows(&own) - &decay * place(k, of_wt);
+        moving.iter().enumerate().for_each(|(i, at)| filter_w[(*at, rate + i)] = 1.0);
+        let mut at = delta;
         let errors = errors.iter().map(|e| {
-            let rows = e.fx.nrows();
-            let into = block(&[&[&e.fx, &zeros(rows, 2 * k), &e.ft, &zeros(rows, deltas), &e.fw]]);
+            let into = row(&e.fx, &e.ft, &zeros(e.fx.nrows(), deltas), &e.fw);
             let from = place(e.e.ncols(), at);
             at += e.e.ncols();
             (into, from)
         });
-        let both = scale.select_rows(&own).select_columns(&own);
-        let filter_units = inverse.select_rows(&own).select_columns(&own);
+        let (errors, output) =
+            (errors.collect(), row(&l.c1(), &l.d1t(), &zeros(l.c1().nrows(), deltas), &l.d11()));
+        let of_filters = |m: &Mat| m.select_rows(&own).select_columns(&own);
+        let (both, filter_units) = (of_filters(scale), of_filters(&inverse));
+        let of_rates = both.select_rows(&moving).select_columns(&moving);
+        let parameters = || own.iter().map(|c| l.channels[*c]);
+        let of_rate = moving.iter().map(|i| of.filters.len() + l.channels[own[*i]]);
         Self {
-            dynamics: block(&[&[&moved], &[&filter_z], &[&filter_w]]),
-            into: block(&[&[&zt], &[&place(k, filters)]]),
-            from: block(&[&[&place(r, wt)], &[&place(k, filters + k)]]),
-            errors: errors.collect(),
-            output: block(&[&[
-                &l.c1(),
-                &zeros(l.c1().nrows(), 2 * k),
-                &l.d1t(),
-                &zeros(l.c1().nrows(), deltas),
-                &l.d11(),
-            ]]),
+            dynamics: block(&[&[&row(&l.a(), &l.bt(), &all_e, &l.b1())], &[&filter_z], &[&filter_w]]),
+            into: block(&[&[&zt], &[&place(k, of_zt)], &[&(rates * place(k, of_zt).select_rows(&moving))]]),
+            from: block(&[&[&place(r, wt)], &[&place(k, of_wt)], &[&place(v, rate)]]),
+            errors,
+            output,
             states: n + 2 * k,
             inputs: w,
             own: n,
-            channels: l.channels.iter().copied().chain(own.iter().map(|c| l.channels[*c])).collect(),
-            scale: diagonal_blocks(&[scale, &both]),
+            channels: l.channels.iter().copied().chain(parameters()).chain(of_rate).collect(),
+            scale: diagonal_blocks(&[scale, &both, &of_rates]),
             back: diagonal_blocks(&[&identity, &filter_units, &filter_units]),
         }
     }

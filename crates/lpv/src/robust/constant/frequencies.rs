@@ -1,6 +1,6 @@
 //! The inequality for constant parameters at frequencies: without X, which has most of the unknowns.
 //!
-//! With the response `xi = [(x, f); u]` at `s = j omega` of the states to `u = (wt, w_D, w)`, the terms of X vanish,
+//! With the response `xi = [(x, f); u]` at `s = j omega` of the states to `u = (wt, v, w_D, w)`, the terms of X vanish,
 //! and the inequality is that of a Hermitian matrix, `xi* M xi < 0` with the symmetric M of [`Multipliers::form`]. As
 //! a real one it is `[Re H, -Im H; Im H, Re H]`, the sum of `U' M U` over `U = [Re xi, -Im xi]` and `[Im xi, Re xi]`.
 
@@ -96,13 +96,13 @@ impl Unknowns {
         point
     }
 
-    /// What must be positive but for the main inequality: S for each parameter, and every lambda.
+    /// What must be positive but for the main inequality: S for each parameter and each rate, and every lambda.
     pub(super) fn signs(&self, of: &ConstantLoop, filtered: &Filtered) -> Vec<Affine> {
         let unit = Mat::identity(filtered.channels.len(), filtered.channels.len());
         let own = |parameter: usize| -> Vec<usize> {
             (0..filtered.channels.len()).filter(|c| filtered.channels[*c] == parameter).collect()
         };
-        let each = (0..of.poles.len()).map(|p| self.s.congruence(&unit.select_columns(&own(p))));
+        let each = (0..2 * of.filters.len()).map(|p| self.s.congruence(&unit.select_columns(&own(p))));
         each.chain(self.lambdas.iter().cloned()).filter(|e| e.shape().0 > 0).collect()
     }
 
