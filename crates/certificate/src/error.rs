@@ -105,6 +105,8 @@ pub enum Proved {
     Decay,
     /// The multiplier of a parameter, from 0.
     Multiplier(usize),
+    /// The multiplier of the rate of a parameter, from 0.
+    RateMultiplier(usize),
     /// `[X h'; h limit^2/(4 beta)]` of a command, from 0.
     Limit(usize),
     /// `[X h'; h limit^2/(gamma beta)]` of a command, from 0.
@@ -127,6 +129,9 @@ impl fmt::Display for Proved {
             Self::Limit(place) => write!(f, "[X h'; h limit^2/(4 beta)] of limit {place}"),
             Self::LimitOfEnergy(command) => write!(f, "[X h'; h limit^2/(gamma beta)] of command {command}"),
             Self::Multiplier(parameter) => write!(f, "the multiplier of parameter {parameter}"),
+            Self::RateMultiplier(parameter) => {
+                write!(f, "the multiplier of the rate of parameter {parameter}")
+            }
         }
     }
 }

@@ -137,6 +137,41 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
     assert 0.5 * certificate["gamma"] < largest < certificate["gamma"]
 
 
+def first_order(rate: float) -> dict:
+    """Return a certificate, by hand, for x' = (delta/2 - 1) x + w, z = x, with delta no faster than a rate."""
+    one, zero = [[1.0]], [[0.0]]
+    zeroed = dict.fromkeys(("Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21"), zero)
+    ports = {"A": zero, "Bt": [[0.5]], "B1": one, "B2": one, "Ct": one, "C1": one, "C2": one}
+    gain = {"A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []}
+    return {
+        "format": "lpv-constant-certificate/1",
+        "blocks": [1],
+        "controller_blocks": [],
+        "plant": ports | zeroed,
+        "controller": gain,
+        "gamma": 2.5,
+        "X": np.diag([1.0, 0.05, 0.05]).tolist(),
+        "S": np.diag([0.5, 0.02, 0.05]).tolist(),
+        "T": np.zeros((3, 3)).tolist(),
+        "L": one,
+        "filters": [{"parameter": 0, "pole": 1.0, "rate": rate}],
+        "errors": [],
+    }
+
+
+@pytest.mark.parametrize(("rate", "reason"), [(0.5, None), (2.0, "the main inequality")])
+def test_a_bounded_rate(rate: float, reason: str | None, run_squid: Run, tmp_path: Path) -> None:
+    """The independent check and `squid verify` agree on a parameter that changes slowly, and on one too fast."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(first_order(rate)) == reason
+    path = tmp_path / "slow.json"
+    path.write_text(json.dumps(first_order(rate)), encoding="utf-8")
+    done = run_squid("verify", path)
+    assert done.returncode == (0 if reason is None else 1), done.stderr
+    assert ("changes by at most 0.5 a second" in done.stdout) == (reason is None)
+
+
 def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path: Path) -> None:
     """`squid verify` proves the certificate and refuses changed ones."""
     done = run_squid("verify", GOLDEN)

@@ -86,8 +86,10 @@ impl ConstantCertificate {
         commuting(CLAIM, Proved::T, &self.t, &filtered.parameters())?;
         shown(Proved::Lyapunov, "positive", &Matrix::square(&self.lyapunov))?;
         shown(Proved::Decay, "negative", &filtered.decay())?;
-        for parameter in 0..2 * self.parameters() {
+        let all = self.parameters();
+        for parameter in 0..all {
             shown(Proved::Multiplier(parameter), "positive", &filtered.multiplier(parameter))?;
+            shown(Proved::RateMultiplier(parameter), "positive", &filtered.multiplier(all + parameter))?;
         }
         shown(Proved::Inequality, "negative", &filtered.main())?;
         Ok(ConstantTheorem::of(self))
