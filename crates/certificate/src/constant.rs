@@ -21,7 +21,7 @@ pub const CONSTANT_FORMAT: &str = "lpv-constant-certificate/1";
 /// with the matrices that prove it.
 ///
 /// With n states of plant and controller, r channels of both, and k channels of the parameters with a filter, X is
-/// (n + 2k) x (n + 2k). S and T are (r + k + v) x (r + k + v), with v channels of the parameters that may change slowly.
+/// (n + 2k) x (n + 2k). S and T are (r + k + v) x (r + k + v), with v channels of the parameters that may change.
 /// States: plant's, controller's, those of the filters of zt, then of wt; channels: plant's, controller's, the filtered
 /// ones in the order of `filters`, and the rates of those that have one.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -32,8 +32,8 @@ pub fn run(
             let share = of_inputs(&certificate, &inputs)?;
             tolerated = Some(share);
             say(&format!(
-                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any trajectory of \
-                 speed{}",
+                "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \
+                 trajectory of speed{}",
                 file.display(),
                 named(&inputs),
                 100.0 * share,

@@ -6,7 +6,7 @@ use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::shape::columns;
 
-/// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)` with the states f of the filters, and v of the rates.
+/// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)` with the states f of the filters and v of rates.
 pub(super) struct Filtered<'a> {
     certificate: &'a ConstantCertificate,
     closed: &'a ClosedLoop,

@@ -4,16 +4,16 @@
 //!
 //! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
 //! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter stays in `[-1, 1]` and is
-//! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory in
-//! `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
+//! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory
+//! in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
 //! Fu]` of `errors` may be added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through
 //! the parameters is well posed, the closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
 //! # Conditions, checked without rounding
 //!
 //! A parameter with a filter has two states of filters a channel, `f' = -a f + zt` and `g' = -a g + wt + v`. The v is
-//! there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop and
-//! filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
+//! there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop
+//! and filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
 //!
 //! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`; X and S symmetric; T skew; S and T commute with Theta,
 //!    repeated on the filtered channels, and with any diagonal matrix of one value a parameter on those of the rates.

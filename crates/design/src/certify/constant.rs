@@ -4,8 +4,8 @@
 //! uncertain model over the range of speed -> fewer channels -> balls around it -> multipliers -> proof
 //! ```
 //!
-//! Speed has any trajectory, or one of a bounded rate; what of the trim depends on it has any; coefficients and gains of
-//! actuators are constant.
+//! Speed has any trajectory, or one of a bounded rate; what of the trim depends on it has any; coefficients and gains
+//! of actuators are constant.
 //! See `docs/constant.md` for the claim, and [`lpv::robust::constant`] for the inequality.
 
 pub mod balls;
@@ -64,8 +64,8 @@ pub struct Constant {
     pub theorem: ConstantTheorem,
 }
 
-/// Proves a gain for all of the declared box, or else for a part of it at 1.25 times the bound `nominal`: for speeds that
-/// change by at most `rate`, m/s^2, or in any way.
+/// Proves a gain for all of the declared box, or else for a part of it at 1.25 times the bound `nominal`: for speeds
+/// that change by at most `rate`, m/s^2, or in any way.
 ///
 /// # Errors
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Constant`] when nothing was proved.
@@ -142,8 +142,8 @@ pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64
 }
 
 /// Checks that plant and balls of a certificate are those of this vehicle and design file, computed again for a share
-/// of the declared box, that it takes for constant only what is, and nothing of the trim for slow; returns that share. It is the one by which the
-/// rows of zt of the uncertain parameters are smaller than for the whole box.
+/// of the declared box, that it takes for constant only what is, and nothing of the trim for slow; returns that share.
+/// It is the one by which the rows of zt of the uncertain parameters are smaller than for the whole box.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
