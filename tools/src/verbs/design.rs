@@ -48,9 +48,8 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
         say(&format!(
             "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients \
              within\n\
-             {:.1} % of their declared ranges, for any trajectory of speed{}, and for every error of the model within \
-             balls around\n\
-             it. PROVED in exact arithmetic: {}\n\
+             {:.1} % of their declared ranges, for any trajectory of speed{},\n\
+             and for every error of the model within balls around it. PROVED in exact arithmetic: {}\n\
              That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
             above(found.theorem.gamma),
             100.0 * found.share,

@@ -20,8 +20,8 @@
 //! Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
 //!
 //! A parameter that changes slowly has the same filters and one more channel for each of its own: with the states f and
-//! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to
-//! `rate f` as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and Nonlinear
+//! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to `rate
+//! f` as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and Nonlinear
 //! Control 6, 1996.)
 //!
 //! X has most of the unknowns, and is left out of the search: by the KYP lemma there is one where the inequality
