@@ -21,8 +21,8 @@
 //!
 //! A parameter that changes slowly has the same filters and one more channel for each of its own: with the states f and
 //! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to `rate
-//! f` as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and Nonlinear
-//! Control 6, 1996.)
+//! f` as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and
+//! Nonlinear Control 6, 1996.)
 //!
 //! X has most of the unknowns, and is left out of the search: by the KYP lemma there is one where the inequality
 //! holds at every frequency. The multipliers are sought at a few frequencies, then also where the inequality does not
