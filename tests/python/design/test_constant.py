@@ -142,7 +142,17 @@ def first_order(rate: float) -> dict:
     one, zero = [[1.0]], [[0.0]]
     zeroed = dict.fromkeys(("Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21"), zero)
     ports = {"A": zero, "Bt": [[0.5]], "B1": one, "B2": one, "Ct": one, "C1": one, "C2": one}
-    gain = {"A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []}
+    gain = {
+        "A": [],
+        "By": [],
+        "Bt": [],
+        "Cu": [[]],
+        "Duy": [[-1.0]],
+        "Dut": [[]],
+        "Ct": [],
+        "Dty": [],
+        "Dtt": [],
+    }
     return {
         "format": "lpv-constant-certificate/1",
         "blocks": [1],
