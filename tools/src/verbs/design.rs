@@ -66,7 +66,7 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
 
 /// A bound on the rate of the speed, m/s^2, in words.
 pub(crate) fn no_faster(rate: Option<f64>) -> String {
-    rate.map(|rate| format!(" that changes by at most {rate:.4} m/s^2")).unwrap_or_default()
+    rate.map(|rate| format!(" that changes by at most {rate} m/s^2")).unwrap_or_default()
 }
 
 /// The figures that were written, for programs.

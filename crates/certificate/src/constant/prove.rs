@@ -5,9 +5,9 @@
 //! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
 //! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter stays in `[-1, 1]` and is
 //! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory
-//! in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F
-//! Fu]` of `errors` may be added: `w_D = Delta z_D` enters x' by E, with `z_D = F x + Fu u`. Then the loop through
-//! the parameters is well posed, the closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
+//! in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F Fu]` of `errors` may be added: `w_D = Delta z_D` enters x'
+//! by E, with `z_D = F x + Fu u`. Then the loop through the parameters is well posed, the closed loop is exponentially
+//! stable, and its L2 gain from w to z is below gamma.
 //!
 //! # Conditions, checked without rounding
 //!
