@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 use squid_design::error::StoreError;
-use squid_design::store::files::json;
 use std::io::{self, ErrorKind, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,6 +32,14 @@ pub fn answer(found: &impl Serialize) -> Result<(), StoreError> {
         print_line(&json(found)?);
     }
     Ok(())
+}
+
+/// A value as one line of JSON.
+///
+/// # Errors
+/// [`StoreError::Json`].
+pub fn json(value: &impl Serialize) -> Result<String, StoreError> {
+    serde_json::to_string(value).map_err(|reason| StoreError::Json { path: "standard output".into(), reason })
 }
 
 /// Prints words for people to standard output. A failure is kept for [`all_said`] and does not stop the work.

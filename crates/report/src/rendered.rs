@@ -6,7 +6,7 @@ use crate::page::html;
 use crate::report::{Asked, Report, report};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use squid_design::inputs::Inputs;
+use squid_design::inputs::{Inputs, sha256};
 use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_design::store::files::Files;
@@ -90,7 +90,7 @@ pub fn rendered(
     let path = directory.join(FILE);
     // This very program, so that no report of another version is shown.
     let program = std::env::current_exe().and_then(std::fs::read).ok();
-    let key = program.map(|program| key(&program, inputs, stored, asked)).transpose()?;
+    let key = program.map(|program| key(&program, inputs, stored, asked));
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
@@ -120,28 +120,8 @@ fn kept(path: &Path) -> Option<Rendered> {
 
 /// SHA-256 of all that a report is made from: vehicle and design file, the stored design, what else was asked for, and
 /// the program that computes it.
-fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &Asked) -> Result<String, Error> {
-    let mut hash = Sha256::new();
-    let mut add = |bytes: &[u8]| {
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(bytes);
-    };
-    add(program);
-    for text in [&inputs.hashes.vehicle_sha256, &inputs.hashes.design_sha256, &inputs.design.name] {
-        add(text.as_bytes());
-    }
-    add(stored.controller.to_json()?.as_bytes());
-    add(stored.plant.to_json()?.as_bytes());
-    add(stored.manoeuvre.to_json()?.as_bytes());
-    let (Ok(text) | Err(text)) = &stored.certificate;
-    add(text.as_bytes());
-    add(&[u8::from(stored.certificate.is_ok()), u8::from(asked.paper), u8::from(asked.sea.is_some())]);
-    asked.sea.iter().for_each(|(_, text)| add(text.as_bytes()));
-    add(format!("{:?}", stored.advice).as_bytes());
-    if let Some(robust) = &stored.robust {
-        robust.texts()?.iter().for_each(|text| add(text.as_bytes()));
-    }
-    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &Asked) -> String {
+    sha256(&format!("{:?}", (Sha256::digest(program), &inputs.hashes, &inputs.design.name, stored, asked)))
 }
 
 #[cfg(test)]
@@ -158,7 +138,7 @@ mod tests {
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
         let asked = Asked { paper: true, sea: None };
-        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &asked).unwrap();
+        let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &asked);
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
 
@@ -184,9 +164,9 @@ mod tests {
         let text = "seed = 1\n";
         let sea = Some((Sea::parse(text, "sea.toml").unwrap(), text.to_owned()));
         for other in [Asked::default(), Asked { sea, ..asked.clone() }] {
-            keys.push(key(b"squid", &inputs, &stored, &other).unwrap());
+            keys.push(key(b"squid", &inputs, &stored, &other));
         }
-        keys.push(key(b"squid of another version", &inputs, &stored, &asked).unwrap());
+        keys.push(key(b"squid of another version", &inputs, &stored, &asked));
         keys.sort();
         keys.dedup();
         assert_eq!(keys.len(), 10);

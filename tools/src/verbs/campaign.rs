@@ -4,7 +4,7 @@ mod fmus;
 
 use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, json, say};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -22,7 +22,7 @@ use squid_design::error::StoreError;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{above, decimals, readable};
 use squid_design::progress::Progress;
-use squid_design::store::files::{check_directory, json, read, write};
+use squid_design::store::files::{check_directory, read, write};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};

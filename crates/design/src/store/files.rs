@@ -142,14 +142,6 @@ pub fn reading(last: &Path) -> Option<File> {
     there.then(|| hold(directory, File::lock_shared).ok()).flatten()
 }
 
-/// A value as one line of JSON.
-///
-/// # Errors
-/// [`StoreError::Json`].
-pub fn json(value: &impl Serialize) -> Result<String, StoreError> {
-    serde_json::to_string(value).map_err(|reason| StoreError::Json { path: "standard output".into(), reason })
-}
-
 /// Removes a file, if it is there.
 fn remove(path: &Path) -> Result<(), StoreError> {
     match std::fs::remove_file(path) {

@@ -62,17 +62,6 @@ pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
 }
 
 impl StoredRobust {
-    /// Figures and certificate as text.
-    ///
-    /// # Errors
-    /// [`StoreError::Json`], [`ProofError::Certificate`].
-    pub fn texts(&self) -> Result<[String; 2], Error> {
-        Ok([
-            crate::store::files::json(&self.figures)?,
-            verify::text(&self.certificate, CERTIFICATE.as_ref())?,
-        ])
-    }
-
     /// Proves the certificate again, and checks that it is of this controller, of the gain in the figures, and of the
     /// uncertain model at the size in the figures.
     ///
