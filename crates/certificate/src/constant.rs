@@ -10,7 +10,7 @@ pub use theorem::ConstantTheorem;
 use crate::certificate::{Certificate, Controller, File, Plant, Residual, Rows};
 use crate::error::ReadError;
 use crate::json::Json;
-use crate::read::{Fields, check_format, lists, objects};
+use crate::read::{Read, check_format, lists, objects};
 use crate::shape::{check_matrix, check_number, columns};
 use serde::Serialize;
 
@@ -90,23 +90,11 @@ pub struct ErrorBall {
 objects! {
     Filter: parameter "parameter", pole "pole"; rate "rate";
     ErrorBall: e "E", f "F", fu "Fu", lambda "lambda";;
+    ConstantCertificate + "format": blocks "blocks", controller_blocks "controller_blocks", plant "plant",
+        controller "controller", gamma "gamma", x "X", s "S", t "T", lyapunov "L", filters "filters",
+        errors "errors";;
 }
 lists!(Filter: "a list of objects", ErrorBall: "a list of objects");
-
-const KEYS: [&str; 12] = [
-    "format",
-    "blocks",
-    "controller_blocks",
-    "plant",
-    "controller",
-    "gamma",
-    "X",
-    "S",
-    "T",
-    "L",
-    "filters",
-    "errors",
-];
 
 impl ConstantCertificate {
     /// Whether a text says that it is of this format; nothing else of it is checked.
@@ -134,20 +122,7 @@ impl ConstantCertificate {
     pub fn from_json(text: &str) -> Result<Self, ReadError> {
         let json = serde_json::from_str(text)?;
         check_format(&json, &[CONSTANT_FORMAT])?;
-        let top = Fields::new("", &json, &KEYS, &[])?;
-        let certificate = Self {
-            blocks: top.read("blocks")?,
-            controller_blocks: top.read("controller_blocks")?,
-            plant: top.read("plant")?,
-            controller: top.read("controller")?,
-            gamma: top.read("gamma")?,
-            x: top.read("X")?,
-            s: top.read("S")?,
-            t: top.read("T")?,
-            lyapunov: top.read("L")?,
-            filters: top.read("filters")?,
-            errors: top.read("errors")?,
-        };
+        let certificate = Self::read("", &json)?;
         certificate.check()?;
         Ok(certificate)
     }

@@ -77,29 +77,6 @@ pub(crate) fn check_format(json: &Json, allowed: &[&'static str]) -> Result<&'st
     })
 }
 
-impl Read for Plant {
-    fn read(path: &str, json: &Json) -> Result<Self, ReadError> {
-        let mut plant = Self::default();
-        let fields = Fields::new(path, json, &plant.named().map(|(key, _)| key), &["D22"])?;
-        for (key, rows) in plant.named_mut() {
-            *rows = fields.read(key)?;
-        }
-        plant.d22 = fields.read("D22")?;
-        Ok(plant)
-    }
-}
-
-impl Read for Controller {
-    fn read(path: &str, json: &Json) -> Result<Self, ReadError> {
-        let mut controller = Self::default();
-        let fields = Fields::new(path, json, &controller.named().map(|(key, _)| key), &[])?;
-        for (key, rows) in controller.named_mut() {
-            *rows = fields.read(key)?;
-        }
-        Ok(controller)
-    }
-}
-
 impl Read for BoundedRate {
     fn read(path: &str, json: &Json) -> Result<Self, ReadError> {
         let f = Fields::new(path, json, &[&["rate"], &SLOW[..]].concat(), &["residual"])?;
@@ -124,12 +101,15 @@ fn slow(f: &Fields<'_>) -> Result<Slow, ReadError> {
     })
 }
 
-/// Reads an object of the file: each field and its key; those after the semicolon may be missing.
+/// Reads an object of the file: each field and its key, after a plus a key that must be there and is not read; those
+/// after the semicolon may be missing.
 macro_rules! objects {
-    ($($of:ident: $($field:ident $key:literal),*; $($optional:ident $optional_key:literal),*;)*) => {
+    ($(
+        $of:ident $(+ $unread:literal)?: $($field:ident $key:literal),*; $($optional:ident $optional_key:literal),*;
+    )*) => {
         $(impl $crate::read::Read for $of {
             fn read(path: &str, json: &$crate::Json) -> Result<Self, $crate::ReadError> {
-                let f = $crate::read::Fields::new(path, json, &[$($key),*], &[$($optional_key),*])?;
+                let f = $crate::read::Fields::new(path, json, &[$($unread,)? $($key),*], &[$($optional_key),*])?;
                 Ok(Self { $($field: f.read($key)?,)* $($optional: f.read($optional_key)?),* })
             }
         })*
@@ -137,6 +117,9 @@ macro_rules! objects {
 }
 
 objects! {
+    Plant: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1", dt2 "Dt2", c1 "C1", d1t "D1t", d11 "D11",
+        d12 "D12", c2 "C2", d2t "D2t", d21 "D21"; d22 "D22";
+    Controller: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt";;
     Residual: e "E", f "F", fu "Fu", lambda "lambda", gamma "gamma", x "X", s "S", t "T"; fw "Fw";
     Limits: input "input", size "size", limits "limits", e "E", decay "decay", beta "beta", x_held "x_held",
         u_held "u_held", lambda "lambda", x "X", s "S", t "T", u "U", h "H"; delta_rows "delta_rows", rates "rates";
