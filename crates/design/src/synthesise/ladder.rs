@@ -35,7 +35,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
         ..LadderOptions::default()
     };
     let started = Instant::now();
-    let rungs = ladder(plant, design, &options)?;
+    let rungs = ladder(plant, &design.controller, design.certified.gamma, &options)?;
     let mut out = best_controllers(&rungs, speeds);
     out += &at_bounded_rates(plant, speeds);
     out += &finished_loop(&rungs, speeds, options.samples, 100.0 * crate::synthesise::back_off(design));

@@ -15,7 +15,8 @@
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
 use crate::error::{LftError, ShapeError, SynthesisError};
 use crate::synthesis::least_gamma::least_gamma_within;
-use crate::synthesis::{Design, Options, ScalingClass};
+use crate::synthesis::{Options, ScalingClass};
+use crate::system::controller::Controller;
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
@@ -131,13 +132,14 @@ pub enum LadderError {
     NotWellPosed(#[from] LftError),
 }
 
-/// Climbs all rungs for a plant with one parameter and a design for it.
+/// Climbs all rungs for a plant with one parameter and a controller for it, with its certified gain bound.
 ///
 /// # Errors
 /// [`LadderError`] when plant or options do not allow a ladder; failures of single rungs are in the ladder.
 pub fn ladder(
     plant: &GeneralisedPlant,
-    design: &Design,
+    controller: &Controller,
+    certified: f64,
     options: &LadderOptions,
 ) -> Result<Ladder, LadderError> {
     plant.check()?;
@@ -159,7 +161,7 @@ pub fn ladder(
     if options.samples < 2 {
         return Err(LadderError::TooFewSamples { found: options.samples });
     }
-    let samples = plant.close(&design.controller).sampled(options.samples)?;
+    let samples = plant.close(controller).sampled(options.samples)?;
     let mut rates = options.rates.clone();
     rates.sort_by(f64::total_cmp);
     let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
@@ -170,7 +172,7 @@ pub fn ladder(
         frozen_gain: largest_frozen_gain(&samples),
         bounded_rate: rates.into_iter().map(|rate| (rate, bounded(rate))).collect(),
         arbitrarily_fast: bounded(f64::INFINITY),
-        certified: design.certified.gamma,
+        certified,
     })
 }
 

@@ -10,7 +10,7 @@ use lpv::synthesis::{Options, synthesise};
 fn climb(plant: &GeneralisedPlant) -> Ladder {
     let design = synthesise(plant, Options::default()).unwrap();
     let options = LadderOptions { rates: vec![10.0, 0.1, 1.0], ..LadderOptions::default() };
-    let found = ladder(plant, &design, &options).unwrap();
+    let found = ladder(plant, &design.controller, design.certified.gamma, &options).unwrap();
     for (theta, gamma) in &found.frozen_optimum {
         println!("best at theta = {theta}: {:.5}", gamma.as_ref().unwrap());
     }
@@ -60,10 +60,13 @@ fn what_has_no_ladder_is_refused() {
     let plant = common::plant(&common::case("lpv05_one_param_lossless"));
     let design = synthesise(&plant, Options::default()).unwrap();
     let usual = LadderOptions { thetas: vec![], rates: vec![], ..LadderOptions::default() };
+    let refused = |plant: &GeneralisedPlant, options: &LadderOptions| {
+        ladder(plant, &design.controller, design.certified.gamma, options).unwrap_err()
+    };
     let two = GeneralisedPlant { blocks: vec![1, 1], ..plant.clone() };
-    assert_eq!(ladder(&two, &design, &usual).unwrap_err(), LadderError::NotOneParameter { found: 2 });
+    assert_eq!(refused(&two, &usual), LadderError::NotOneParameter { found: 2 });
     let outside = LadderOptions { thetas: vec![1.5], ..usual.clone() };
-    assert_eq!(ladder(&plant, &design, &outside).unwrap_err(), LadderError::OutsideTheBox { theta: 1.5 });
+    assert_eq!(refused(&plant, &outside), LadderError::OutsideTheBox { theta: 1.5 });
     let few = LadderOptions { samples: 1, ..usual };
-    assert_eq!(ladder(&plant, &design, &few).unwrap_err(), LadderError::TooFewSamples { found: 1 });
+    assert_eq!(refused(&plant, &few), LadderError::TooFewSamples { found: 1 });
 }

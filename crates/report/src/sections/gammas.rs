@@ -6,11 +6,8 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
-use lpv::analysis::GainBound;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
-use lpv::matrix::Mat;
 use lpv::rate::RateOptions;
-use lpv::synthesis::Design;
 use squid_design::numbers::rounded_up;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
@@ -23,7 +20,7 @@ const ACCURACY: f64 = 0.01;
 /// The section on gamma for each assumption on the rate of the speed.
 ///
 /// # Errors
-/// [`Error::Ladder`].
+/// [`Error::Design`], of [`ladder`].
 pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (_, half_range) = subject.inputs.design.scheduling();
     let m = &subject.stored.manoeuvre;
@@ -36,7 +33,8 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         rate: RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() },
         accuracy: ACCURACY,
     };
-    let gammas = ladder(&subject.plant, &design(subject), &options)?;
+    let bound = subject.stored.controller.gamma.bound;
+    let gammas = ladder(&subject.plant, &subject.controller, bound, &options)?;
     let rungs = rungs(subject, &gammas, acceleration);
     let mut table = Table::new(["assumption", "gamma"]);
     for (name, gamma) in &rungs {
@@ -51,29 +49,6 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         100.0 * subject.stored.controller.gamma.back_off
     );
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
-}
-
-/// The stored design as the ladder takes it: of the bound it reads the number alone.
-fn design(subject: &Subject) -> Design {
-    let gamma = &subject.stored.controller.gamma;
-    let none = || Mat::zeros(0, 0);
-    Design {
-        controller: subject.controller.clone(),
-        gamma_optimum: gamma.optimum,
-        lower_estimate: 0.0,
-        multipliers: vec![],
-        gamma_design: gamma.optimum * (1.0 + gamma.back_off),
-        certified: GainBound {
-            gamma: gamma.bound,
-            x: none(),
-            s: none(),
-            t: none(),
-            lambda: 0.0,
-            largest_eigenvalue: f64::NAN,
-        },
-        regularisation: None,
-        slow: None,
-    }
 }
 
 fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
