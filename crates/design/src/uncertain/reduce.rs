@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// The same LFT without unreachable and unobservable channels, its channels sorted by parameter and balanced.
 pub fn minimal(lft: &Lft) -> Lft {
-    let whole = sorted(lft);
+    let whole = lft.in_order();
     let reached = project(&whole, &sizes(&whole));
     let seen = transpose(&project(&transpose(&reached), &sizes(&transpose(&whole))));
     balanced(&seen)
@@ -32,20 +32,7 @@ fn transpose(lft: &Lft) -> Lft {
     }
 }
 
-/// Channels in the order of their parameters.
-fn sorted(lft: &Lft) -> Lft {
-    let mut order: Vec<usize> = (0..lft.size()).collect();
-    order.sort_by_key(|i| lft.channels[*i]);
-    Lft {
-        constant: lft.constant.clone(),
-        left: lft.left.select_columns(&order),
-        inner: lft.inner.select_columns(&order).select_rows(&order),
-        right: lft.right.select_rows(&order),
-        channels: order.iter().map(|i| lft.channels[*i]).collect(),
-    }
-}
-
-/// First channel and number of channels of each parameter of a sorted LFT.
+/// Each parameter of a sorted LFT, its first channel and the number of its channels.
 pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     let mut out: Vec<(usize, usize, usize)> = Vec::new();
     for (place, &parameter) in channels.iter().enumerate() {
@@ -91,13 +78,8 @@ fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
     }
     let whole = lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
     let kept = runs.iter().zip(&bases);
-    Lft {
-        constant: lft.constant.clone(),
-        left: &lft.left * &whole,
-        inner: whole.transpose() * &lft.inner * &whole,
-        right: whole.transpose() * &lft.right,
-        channels: kept.flat_map(|(&(p, _, _), basis)| std::iter::repeat_n(p, basis.ncols())).collect(),
-    }
+    let channels = kept.flat_map(|(&(p, _, _), basis)| std::iter::repeat_n(p, basis.ncols())).collect();
+    lft.transformed(&whole.transpose(), &whole, channels)
 }
 
 /// An orthonormal basis of the range of a matrix.
@@ -125,13 +107,7 @@ fn balanced(lft: &Lft) -> Lft {
     let up = Mat::from_diagonal(&nalgebra::DVector::from_vec(scale.clone()));
     let down =
         Mat::from_diagonal(&nalgebra::DVector::from_iterator(scale.len(), scale.iter().map(|s| 1.0 / s)));
-    Lft {
-        constant: lft.constant.clone(),
-        left: &lft.left * &up,
-        inner: &down * &lft.inner * &up,
-        right: &down * &lft.right,
-        channels: lft.channels.clone(),
-    }
+    lft.transformed(&down, &up, lft.channels.clone())
 }
 
 #[cfg(test)]

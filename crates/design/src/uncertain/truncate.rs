@@ -125,11 +125,5 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
     from.view_mut((first, first), (kept, count)).copy_from(&own_from);
     let mut channels = lft.channels.clone();
     channels.remove(first);
-    Some(Lft {
-        constant: lft.constant.clone(),
-        left: &lft.left * &to,
-        inner: &from * &lft.inner * &to,
-        right: &from * &lft.right,
-        channels,
-    })
+    Some(lft.transformed(&from, &to, channels))
 }

@@ -145,6 +145,21 @@ impl Lft {
         }
     }
 
+    /// `M_0 + L T Theta (I - F D T Theta)^-1 F R` with the Theta of other channels: the same matrix where `T Theta F`
+    /// is the Theta of these ones.
+    ///
+    /// Shapes, for s other channels: `from` F is s x r, `to` T is r x s.
+    #[must_use]
+    pub fn transformed(&self, from: &Mat, to: &Mat, channels: Vec<usize>) -> Self {
+        Self {
+            constant: self.constant.clone(),
+            left: &self.left * to,
+            inner: from * &self.inner * to,
+            right: from * &self.right,
+            channels,
+        }
+    }
+
     /// The LFT of least size of a polynomial in one parameter; see [`Lft::from_rational`].
     pub fn from_polynomial(polynomial: &MatrixPolynomial, tolerance: f64) -> Self {
         Self::from_series(&polynomial.coefficients, polynomial.order(), tolerance)
