@@ -66,7 +66,7 @@ impl Flown {
     /// the loop is not stable.
     pub fn of(sampling: &Sampling, l: &Linearisation, frozen: &StateSpace) -> Option<Self> {
         let wired = sampling.held(l);
-        let k = trapezoidal(frozen, sampling.sample_time)?;
+        let k = trapezoidal(frozen, sampling.sample_time).ok()?;
         Self::of_sampled(sampling, &wired.injected(&k))
     }
 

@@ -30,7 +30,8 @@ pub struct Sampling<'a> {
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], or \[w q theta\], then those of the actuators and of the filtered reference, as deviations
+/// States \[u w q theta\], without u for a vehicle whose speed is given and with the depth z for a design that tracks or
+/// measures it, then those of the actuators and of the filtered reference, as deviations
 /// from the trim at the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units
 /// of their scales.
 #[derive(Debug, Clone)]
@@ -108,7 +109,7 @@ impl<'a> Sampling<'a> {
     /// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their
     /// scales; `None` where a mode of the controller is at 2/T.
     pub fn closed(&self, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
-        Some(self.held(l).closed(&trapezoidal(frozen, self.sample_time)?))
+        Some(self.held(l).closed(&trapezoidal(frozen, self.sample_time).ok()?))
     }
 
     /// Vehicle, actuators and filtered reference over one sample, with the commands held.
@@ -230,11 +231,6 @@ fn later(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
     })
 }
 
-/// The error when [`Sampling::closed`] or [`trapezoidal`] returns `None`.
-pub fn cannot() -> ProofError {
-    ProofError::ModeAtTwiceTheRate
-}
-
 /// `Dtt` of the discretised controller: `Dtt + Ct (I - A T/2)^-1 Bt T/2`.
 pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<Mat> {
     let n = k.a().nrows();
@@ -243,13 +239,16 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
 }
 
 /// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a
-/// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`; `None` where a mode is at 2/T.
-pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Option<StateSpace> {
+/// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
+///
+/// # Errors
+/// [`ProofError::ModeAtTwiceTheRate`].
+pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Result<StateSpace, ProofError> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);
     let identity = Mat::identity(n, n);
-    let p = solve(&(&identity - &half), &identity)?;
-    Some(StateSpace {
+    let p = solve(&(&identity - &half), &identity).ok_or(ProofError::ModeAtTwiceTheRate)?;
+    Ok(StateSpace {
         a: &p * (&identity + &half),
         b: &p * &k.b * sample_time,
         c: &k.c * &p,

@@ -11,7 +11,7 @@
 //! so that V_r is sampled, too, and r(t_k) is held like a command.
 
 use crate::augment::{LinearModel, augment};
-use crate::check::sampled::{Sampling, cannot, trapezoidal};
+use crate::check::sampled::{Sampling, trapezoidal};
 use crate::error::{Error, ModelError};
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_slope;
@@ -46,7 +46,7 @@ impl Sampling<'_> {
         // The commands wait in the controller.
         let design = DesignFile { delay: 0.0, lags: true, ..self.design.clone() };
         let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators, &design))?;
-        let k = trapezoidal(frozen, self.sample_time).ok_or_else(cannot)?;
+        let k = trapezoidal(frozen, self.sample_time)?;
         let ticks = self.late_ticks();
         let speed = design.tracked.iter().position(|t| t.place == SPEED);
         let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {

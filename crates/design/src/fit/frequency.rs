@@ -4,7 +4,7 @@ use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
 use auv::Actuator;
-use lpv::matrix::{Mat, complex_singular_values};
+use lpv::matrix::{Mat, largest_complex_singular_value as largest};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
@@ -61,11 +61,6 @@ pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec
         .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
     let Some((_, first)) = model.grid.first() else { return vec![] };
     fits.map(|(order, fit)| errors_of((actuators, tracked), order, (&samples, first.states), &fit)).collect()
-}
-
-/// The largest singular value.
-fn largest(g: &DMatrix<Complex<f64>>) -> f64 {
-    complex_singular_values(g).first().copied().unwrap_or(0.0)
 }
 
 fn errors_of(

@@ -37,7 +37,7 @@ impl Law for Scheduled<'_> {
         let Self(subject) = self;
         let controller = &subject.controller;
         let k = controller.frozen(&vec![subject.rho(speed); controller.blocks.len()]).ok()?;
-        trapezoidal(&k, subject.inputs.design.sample_time)
+        trapezoidal(&k, subject.inputs.design.sample_time).ok()
     }
 
     fn start(&self) -> Option<Ticking<'_>> {
@@ -58,7 +58,7 @@ impl Blended {
     pub fn new(subject: &Subject) -> Option<Self> {
         let sampled = |alone: &Result<lpv::synthesis::Design, _>| {
             let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
-            trapezoidal(&k, subject.inputs.design.sample_time)
+            trapezoidal(&k, subject.inputs.design.sample_time).ok()
         };
         let controllers = subject.alone().iter().map(sampled).collect::<Option<_>>()?;
         Some(Self { speeds: subject.speeds.clone(), controllers })

@@ -13,12 +13,12 @@ use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
 use auv::{Current, Linearisation};
-use lpv::matrix::complex_singular_values;
+use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use signals::{EachTracked, SIGNALS};
 use squid_design::check::flown::GUST;
-use squid_design::check::sampled::{cannot, trapezoidal};
+use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Demand, Flight};
 use std::f64::consts::PI;
@@ -77,8 +77,7 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
             let one = system.parts(0..system.c.nrows(), j..j + 1);
             let at = |omega: f64| {
                 let g = one.response(Complex::new(0.0, omega * tick).exp())?;
-                let largest = complex_singular_values(&g).first().copied()?;
-                Some((omega, 100.0 * largest / (factor * scale)))
+                Some((omega, 100.0 * largest_complex_singular_value(&g) / (factor * scale)))
             };
             Curve { key, points: axis.iter().filter_map(|omega| at(*omega)).collect() }
         };
@@ -101,7 +100,7 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
 /// From the noise of the sensors, the last of what the controller takes in, to the commands.
 fn noisy(subject: &Subject, l: &Linearisation, sensors: usize) -> Result<StateSpace, Error> {
     let sampling = subject.sampling();
-    let k = trapezoidal(&subject.frozen(&subject.controller, l)?, sampling.sample_time).ok_or_else(cannot)?;
+    let k = trapezoidal(&subject.frozen(&subject.controller, l)?, sampling.sample_time)?;
     let whole = sampling.held(l).injected(&k);
     let (inputs, outputs, m) = (whole.b.ncols(), whole.c.nrows(), sampling.actuators.len());
     Ok(whole.parts(outputs - m..outputs, inputs - m - sensors..inputs - m))

@@ -5,11 +5,11 @@ use crate::error::Error;
 use crate::subject::Subject;
 use auv::Linearisation;
 use lpv::controller::Controller;
-use lpv::matrix::complex_singular_values;
+use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use lpv::weights::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
-use squid_design::check::sampled::{self, Wired};
+use squid_design::check::sampled::{Wired, trapezoidal};
 use std::f64::consts::PI;
 
 /// Time between the points of a response that is drawn (s), about.
@@ -45,12 +45,10 @@ impl FrozenLoop {
     /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
     ///
     /// # Errors
-    /// As [`Self::ideal`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the controller
-    /// cannot be sampled.
+    /// As [`Self::ideal`]; [`ProofError::ModeAtTwiceTheRate`](squid_design::error::ProofError::ModeAtTwiceTheRate).
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         let tick = subject.inputs.design.sample_time;
-        let sampled = sampled::trapezoidal(&subject.frozen(controller, l)?, tick);
-        let sampled = sampled.ok_or_else(sampled::cannot)?;
+        let sampled = trapezoidal(&subject.frozen(controller, l)?, tick)?;
         Ok(Self::of(subject, &subject.sampling().held(l), &sampled, Some(tick)))
     }
 
@@ -122,7 +120,7 @@ impl FrozenLoop {
     pub fn control(&self, omega: f64) -> f64 {
         let largest = |g: DMatrix<Complex<f64>>| {
             let controls = g.rows(self.tracked, g.nrows() - self.tracked).into_owned();
-            complex_singular_values(&controls).first().copied().unwrap_or(0.0)
+            largest_complex_singular_value(&controls)
         };
         self.response(omega).map_or(f64::NAN, largest)
     }

@@ -7,8 +7,7 @@ use crate::subject::Subject;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use squid_design::check::sampled;
-use squid_design::check::sampled::Wired;
+use squid_design::check::sampled::{Wired, trapezoidal};
 use squid_design::linearise::linearise_at;
 
 /// The largest growth under alternation.
@@ -45,7 +44,7 @@ pub enum Loop {
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim);
-/// [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when a controller cannot be sampled.
+/// [`ProofError::ModeAtTwiceTheRate`](squid_design::error::ProofError::ModeAtTwiceTheRate).
 pub fn worst_alternation(
     subject: &Subject,
     bank: &[StateSpace],
@@ -59,8 +58,8 @@ pub fn worst_alternation(
         let model = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, speed)?;
         let turn = match which {
             Loop::Flying => {
-                let sampled = |k| sampled::trapezoidal(k, tick).ok_or_else(sampled::cannot);
-                Turn::new(&subject.sampling().held(&model), &sampled(&k[0])?, &sampled(&k[1])?, handover)
+                let [one, two] = [trapezoidal(&k[0], tick)?, trapezoidal(&k[1], tick)?];
+                Turn::new(&subject.sampling().held(&model), &one, &two, handover)
             }
             Loop::Ideal => Turn::new(&subject.sampling().ideal(&model), &k[0], &k[1], handover).over(tick),
         };
