@@ -8,6 +8,7 @@ use crate::page::section::{Part, Table};
 use crate::page::words::seconds;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
+use lpv::matrix::largest;
 use lpv::synthesis::synthesise;
 use scheduled::ControllerDesign;
 use signals::PITCH;
@@ -62,7 +63,7 @@ struct Tuned {
 /// The section on Fig. 5: impulse and step responses for each bandwidth of W_e.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a bandwidth allows no controller; as
+/// [`Error::PitchNotTracked`]; [`Error::Design`] when a bandwidth allows no controller; as
 /// [`squid_flight::flight::fly`].
 pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
     let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
@@ -230,10 +231,10 @@ fn damping_claim(all: &[Tuned]) -> Claim {
 }
 
 fn bandwidth_claim(all: &[Tuned]) -> Claim {
-    let largest = |of: fn(&Response) -> f64| -> Vec<f64> {
-        all.iter().map(|t| t.responses.iter().map(of).fold(0.0, worse)).collect()
+    let each = |of: fn(&Response) -> f64| -> Vec<f64> {
+        all.iter().map(|t| largest(0.0, t.responses.iter().map(of))).collect()
     };
-    let (found, ideal) = (largest(|r| r.flying.bandwidth), largest(|r| r.ideal.bandwidth));
+    let (found, ideal) = (each(|r| r.flying.bandwidth), each(|r| r.ideal.bandwidth));
     let words = |found: &[f64]| -> String {
         let each = all.iter().zip(found).map(|(t, b)| format!("{b:.2} rad/s with w_b = {}", t.weight));
         each.collect::<Vec<_>>().join(", ")
@@ -250,11 +251,6 @@ fn bandwidth_claim(all: &[Tuned]) -> Claim {
     }
 }
 
-/// The larger of two, or not-a-number if one is.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
-}
-
 /// Name, unit, and what each bandwidth costs at its worst or on average.
 fn costs(all: &[Tuned]) -> [(&'static str, Vec<(f64, f64)>); 4] {
     let each = |of: &dyn Fn(&Response) -> f64, fold: &dyn Fn(&[f64]) -> f64| -> Vec<(f64, f64)> {
@@ -262,12 +258,12 @@ fn costs(all: &[Tuned]) -> [(&'static str, Vec<(f64, f64)>); 4] {
         all.iter().map(|t| (t.weight, fold(&values(t)))).collect()
     };
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let largest = |v: &[f64]| v.iter().copied().fold(0.0, worse);
+    let most = |v: &[f64]| largest(0.0, v.iter().copied());
     [
         ("mean ITAE (s^2)", each(&|r| r.cost, &mean)),
-        ("worst settling (s)", each(&|r| r.figures.settling_time, &largest)),
-        ("worst overshoot (%)", each(&|r| 100.0 * r.figures.overshoot, &largest)),
-        ("worst actuator use (%)", each(&|r| 100.0 * r.figures.actuator_use, &largest)),
+        ("worst settling (s)", each(&|r| r.figures.settling_time, &most)),
+        ("worst overshoot (%)", each(&|r| 100.0 * r.figures.overshoot, &most)),
+        ("worst actuator use (%)", each(&|r| 100.0 * r.figures.actuator_use, &most)),
     ]
 }
 
