@@ -15,11 +15,10 @@ use crate::synth;
 use crate::words::{at_most, digits};
 use certificate::{Certificate, Rows, Theorem};
 use lpv::controller::Controller;
-use lpv::matrix::block;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
+use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
-use lpv::state_space::StateSpace;
 use lpv::synthesis::Options;
 use serde::Serialize;
 use squid_design::certify::controller_rows;
@@ -192,11 +191,6 @@ impl Report {
 fn constant(plant: &GeneralisedPlant) -> Result<Perturbable, String> {
     let blocks = plant.blocks.iter().filter(|repetitions| **repetitions > 0).map(|r| Block::Real(*r));
     let structure = Structure::new(blocks.collect()).map_err(|why| why.to_string())?;
-    let system = StateSpace {
-        a: plant.a(),
-        b: block(&[&[&plant.bt(), &plant.b1()]]),
-        c: block(&[&[&plant.ct()], &[&plant.c1()]]),
-        d: block(&[&[&plant.dtt(), &plant.dt1()], &[&plant.d1t(), &plant.d11()]]),
-    };
+    let system = plant.parts.state_space(&[T, Z], &[T, W]);
     Ok(Perturbable { system, structure, size: 1.0 })
 }
