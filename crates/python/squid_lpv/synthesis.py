@@ -18,23 +18,9 @@ Progress = Callable[[str, str, str], Any]
 """Called with the kind of an event (`began`, `done`, `warning`), the stage, and words."""
 
 PLANT = (
-    "A",
-    "Bt",
-    "B1",
-    "B2",
-    "Ct",
-    "C1",
-    "C2",
-    "Dtt",
-    "Dt1",
-    "Dt2",
-    "D1t",
-    "D11",
-    "D12",
-    "D2t",
-    "D21",
-    "D22",
-)
+    "A", "Bt", "B1", "B2", "Ct", "C1", "C2",
+    "Dtt", "Dt1", "Dt2", "D1t", "D11", "D12", "D2t", "D21", "D22",
+)  # fmt: skip
 """The matrices of a plant with parameters, as `squid lpv synth` reads them."""
 
 
