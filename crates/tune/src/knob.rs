@@ -38,26 +38,26 @@ impl Knob {
 
     /// Multiplies its number in a design.
     pub fn turn(self, design: &mut DesignFile, factor: f64) {
+        for number in self.numbers(design) {
+            *number = self.turned(*number, factor);
+        }
+    }
+
+    /// What its number becomes in a design.
+    fn numbers(self, design: &mut DesignFile) -> Vec<&mut f64> {
         match self {
-            Self::Frequency(i) => {
-                if let Some(model) = &mut design.tracked[i].model {
-                    model.frequency *= factor;
-                }
-            }
-            Self::Bandwidth(i) => design.tracked[i].weight.bandwidth *= factor,
-            Self::Follow(i) => {
-                let follow = &mut design.tracked[i].references.follow;
-                *follow = self.turned(*follow, factor);
-            }
+            Self::Frequency(i) => design.tracked[i].model.iter_mut().map(|m| &mut m.frequency).collect(),
+            Self::Bandwidth(i) => vec![&mut design.tracked[i].weight.bandwidth],
+            Self::Follow(i) => vec![&mut design.tracked[i].references.follow],
             Self::Noise(i) => {
                 let noise = &mut design.measured[i].noise;
-                (noise.low, noise.high) = (noise.low * factor, noise.high * factor);
+                vec![&mut noise.low, &mut noise.high]
             }
             Self::Weight => {
                 let weight = &mut design.control_weight;
-                (weight.low, weight.high) = (weight.low * factor, weight.high * factor);
+                vec![&mut weight.low, &mut weight.high]
             }
-            Self::Disturbance => design.disturbance *= factor,
+            Self::Disturbance => vec![&mut design.disturbance],
         }
     }
 
