@@ -24,9 +24,6 @@ pub enum LftError {
     /// `I - D Theta` is singular.
     #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
     NotWellPosed { theta: Vec<f64> },
-    /// The inverse of an LFT needs the inverse of its constant part.
-    #[error("the value at theta = 0 is singular: the inverse does not exist there")]
-    SingularConstant,
 }
 
 /// A matrix of a partitioned system does not fit the others.

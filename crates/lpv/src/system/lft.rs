@@ -1,7 +1,7 @@
 //! Linear fractional transformations: a matrix that depends on normalised parameters.
 //!
 //! `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`, `Theta = diag(theta_c)` with the parameter `c` of each
-//! channel. Sums, products and inverses of LFTs are LFTs; a polynomial or rational function of one parameter has one of
+//! channel. Sums and products of LFTs are LFTs; a polynomial or rational function of one parameter has one of
 //! minimal size.
 //!
 //! Sources: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10 (the algebra);
@@ -92,21 +92,6 @@ impl Lft {
             right: block(&[&[&(&self.right * &other.constant)], &[&other.right]]),
             channels: self.joined(other),
         }
-    }
-
-    /// `M^-1`. p x p. Source: Zhou, Doyle, Glover, ch. 10.
-    ///
-    /// # Errors
-    /// [`LftError::SingularConstant`] when `M_0` cannot be inverted.
-    pub fn inverse(&self) -> Result<Self, LftError> {
-        let inverse = self.constant.clone().try_inverse().ok_or(LftError::SingularConstant)?;
-        Ok(Self {
-            left: -(&inverse * &self.left),
-            inner: &self.inner - &self.right * &inverse * &self.left,
-            right: &self.right * &inverse,
-            constant: inverse,
-            channels: self.channels.clone(),
-        })
     }
 
     /// `[M_1 M_2]`. Shapes: p x m and p x k.
