@@ -9,7 +9,7 @@ use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, Row as Tick, Surfacing, Varied, fly_varied, out_of_water};
-use squid_flight::metrics::StepFigures;
+use squid_flight::metrics::{StepFigures, rms};
 use squid_flight::sea::Sea;
 
 /// A flight whose mean pitch error over the last tenth of the time after the step is above this part of the step is
@@ -241,12 +241,7 @@ impl Plan<'_> {
         let limits: Vec<(f64, f64)> = self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
         let stepped = self.stepped();
         let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.steps()[stepped]);
-        let mut figures = StepFigures::of(rows, stepped, step, &limits);
-        if flight.surfacing.is_some() {
-            figures = figures.cut_short();
-        }
-        let rms =
-            |place| (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
+        let figures = StepFigures::of_flight(flight, stepped, step, &limits);
         let at_limit =
             |commands: &[f64]| commands.iter().zip(&limits).any(|(c, (low, high))| c <= low || c >= high);
         let saturated = rows.iter().filter(|row| at_limit(&row.commands)).count() as f64 / rows.len() as f64;
@@ -266,8 +261,8 @@ impl Plan<'_> {
             steady_error,
             speed_deviation,
             actuator_use,
-            rms(stepped),
-            rms(SPEED),
+            rms(rows, stepped),
+            rms(rows, SPEED),
             saturated,
         ];
         (outcome, figures)

@@ -268,6 +268,17 @@ fn fly_in(
     }
 }
 
+/// A flight, or none where it cannot be followed to its end: the autopilot or the motion cannot be computed any more.
+///
+/// # Errors
+/// All others.
+pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error> {
+    match flown {
+        Err(Error::Tick(_) | Error::Simulation(_)) => Ok(None),
+        flown => flown.map(Some),
+    }
+}
+
 /// A state with another motion, by what is added to each signal; the same to the bit where that is 0.
 fn displaced(state: State, by: Each<f64>) -> State {
     let State { motion: Motion { u, w, q, theta }, depth, .. } = state;

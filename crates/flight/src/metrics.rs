@@ -1,6 +1,6 @@
 //! Figures of a flight: what a control engineer reads off the plot.
 
-use crate::flight::Row;
+use crate::flight::{Flight, Row};
 use signals::{DEPTH, SPEED};
 
 /// The band around the new reference, relative to the step, within which a response counts as settled.
@@ -67,6 +67,12 @@ impl StepFigures {
         }
     }
 
+    /// The figures of a flight with one such step; of one that ended at the surface, those that are known.
+    pub fn of_flight(flight: &Flight, place: usize, step: (f64, f64), limits: &[(f64, f64)]) -> Self {
+        let figures = Self::of(&flight.rows, place, step, limits);
+        if flight.surfacing.is_some() { figures.cut_short() } else { figures }
+    }
+
     /// The figures of a flight that ended before its time: it might have left the band again, and no error is steady.
     #[must_use]
     pub fn cut_short(self) -> Self {
@@ -129,6 +135,11 @@ fn error(rows: &[Row], place: usize, steps: &[Step]) -> Option<f64> {
     let counts = |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
     let errors = rows.iter().filter(|r| counts(r.time)).map(|r| r.error(place).abs());
     errors.reduce(f64::max)
+}
+
+/// The root mean square of the error of the signal at a place in [`signals::SIGNALS`], in its unit.
+pub fn rms(rows: &[Row], place: usize) -> f64 {
+    (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
 fn speed_deviation(rows: &[Row]) -> f64 {

@@ -11,7 +11,7 @@ use squid_design::numbers::decimals;
 use squid_design::store::Stored;
 use squid_design::store::files::Files;
 use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
-use squid_flight::metrics::FlightFigures;
+use squid_flight::metrics::{FlightFigures, rms};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use std::path::Path;
@@ -101,11 +101,9 @@ fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
 
 impl Figures {
     fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
-        let rms =
-            |place| (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
         Self {
-            error: rms(place),
-            speed_error: rms(SPEED),
+            error: rms(rows, place),
+            speed_error: rms(rows, SPEED),
             actuator_use: FlightFigures::of(rows, place, limits).actuator_use,
         }
     }

@@ -67,15 +67,11 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
-        let rows = flown.rows;
-        let mut figures =
-            StepFigures::of(&rows, stepped.place, (step.step_time, stepped.height), &inputs.limits());
-        if flown.surfacing.is_some() {
-            figures = figures.cut_short();
-        }
+        let came = (step.step_time, stepped.height);
+        let figures = StepFigures::of_flight(&flown, stepped.place, came, &inputs.limits());
         out += &figures_line(speed, &figures);
         steps.push((speed, figures));
-        responses.push((speed, rows));
+        responses.push((speed, flown.rows));
     }
     if !ended.is_empty() {
         out += &format!(

@@ -276,8 +276,7 @@ impl<'a> Subject<'a> {
     /// The figures of a step flown by [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
         let Step { place, height, .. } = self.step();
-        let figures = StepFigures::of(&flight.rows, place, (STEP_TIME, height), &self.inputs.limits());
-        if flight.surfacing.is_some() { figures.cut_short() } else { figures }
+        StepFigures::of_flight(flight, place, (STEP_TIME, height), &self.inputs.limits())
     }
 
     /// How the loop is sampled.

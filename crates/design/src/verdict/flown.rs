@@ -7,8 +7,7 @@ use auv::Actuator;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
 use signals::{SIGNALS, SPEED};
-use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, fly};
+use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
 
 /// When a step comes, and how long is flown after it (s), as in the report.
@@ -76,8 +75,11 @@ impl StepAtSpeed {
             [first, .., last] => last.reference(place) - first.reference(place),
             _ => f64::NAN,
         };
-        let whole = StepFigures::of(rows, place, (STEP_TIME, height), &inputs.limits());
-        let figures = if flight.is_some_and(|f| f.surfacing.is_none()) { whole } else { whole.cut_short() };
+        let (step, limits) = ((STEP_TIME, height), inputs.limits());
+        let figures = match flight {
+            Some(flight) => StepFigures::of_flight(flight, place, step, &limits),
+            None => StepFigures::of(&[], place, step, &limits).cut_short(),
+        };
         Self {
             output: SIGNALS[place].name,
             speed,
@@ -96,11 +98,7 @@ fn flight(
     controller: &ControllerDesign,
     manoeuvre: &Manoeuvre,
 ) -> Result<Option<Flight>, Error> {
-    match fly(&inputs.vehicle, controller, inputs.design.level(), manoeuvre) {
-        Ok(flight) => Ok(Some(flight)),
-        Err(FlightError::Tick(_) | FlightError::Simulation(_)) => Ok(None),
-        Err(reason) => Err(reason.into()),
-    }
+    Ok(unless_lost(fly(&inputs.vehicle, controller, inputs.design.level(), manoeuvre))?)
 }
 
 /// How much of each actuator the default flight takes, relative to its limits: 1 is at a limit.

@@ -10,8 +10,7 @@ use crate::subject::{FLOWN, STEP_TIME, Subject};
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::DEPTH;
 use squid_design::synthesise::anti_windup::largest_step;
-use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, Row, fly};
+use squid_flight::flight::{Flight, Row, fly, unless_lost};
 use squid_flight::metrics::StepFigures;
 
 /// How long the step is held (s): as long as windup needs to show.
@@ -141,11 +140,7 @@ fn fly_held(
     let mut vehicle = subject.inputs.vehicle.clone();
     let (depth, pitch) = subject.inputs.design.level();
     vehicle.coefficients.reference_depth += DEEPER;
-    match fly(&vehicle, controller, (depth + DEEPER, pitch), &step) {
-        Ok(flight) => Ok(Some(flight)),
-        Err(FlightError::Tick(_) | FlightError::Simulation(_)) => Ok(None),
-        Err(reason) => Err(reason.into()),
-    }
+    Ok(unless_lost(fly(&vehicle, controller, (depth + DEEPER, pitch), &step))?)
 }
 
 /// How long some command is at a limit (s).
