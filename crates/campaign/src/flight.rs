@@ -6,7 +6,8 @@ use auv::{Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
 use signals::{DEPTH, PITCH, SIGNALS, SPEED};
 use squid_design::uncertain::gradients::perturbed;
-use squid_design::uncertain::model::{Block, Uncertain};
+use squid_design::uncertain::model::Block;
+use squid_design::uncertain::vehicle::gains;
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, Row as Tick, Surfacing, Varied, fly_varied, out_of_water};
 use squid_flight::metrics::{StepFigures, rms};
@@ -211,13 +212,7 @@ impl Plan<'_> {
 
     /// What each actuator puts out, in multiples of what it is commanded.
     pub fn gains(&self, drawn: &Drawn) -> Vec<f64> {
-        let mut gains = vec![1.0; self.inputs.vehicle.actuators.len()];
-        for (block, value) in self.values(drawn) {
-            if let Uncertain::Gain(actuator) = block.uncertain {
-                gains[actuator] = value;
-            }
-        }
-        gains
+        gains(self.inputs.vehicle.actuators.len(), &self.uncertain, &drawn.delta)
     }
 
     /// The sea of a flight.

@@ -43,12 +43,20 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
 
 /// A linearisation with the gains of the actuators at their deltas.
 pub(crate) fn with_gains(mut l: Linearisation, blocks: &[Block], delta: &[f64]) -> Linearisation {
+    let gains = gains(l.b.ncols(), blocks, delta);
+    l.b.column_iter_mut().zip(gains).for_each(|(mut column, gain)| column.scale_mut(gain));
+    l
+}
+
+/// What each of so many actuators puts out, in multiples of what it is commanded.
+pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
+    let mut gains = vec![1.0; actuators];
     for (b, d) in blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
-            l.b.column_mut(actuator).scale_mut(1.0 + b.half_range * d);
+            gains[actuator] += b.half_range * d;
         }
     }
-    l
+    gains
 }
 
 /// The gain from w to z of a linearisation with the controller frozen at rho: infinite where the loop is unstable.

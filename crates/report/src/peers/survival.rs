@@ -7,8 +7,8 @@ use auv::{Current, Vehicle};
 use signals::{PITCH, only};
 use squid_design::error::UncertainError;
 use squid_design::linearise::linearise_at;
-use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
+use squid_design::uncertain::vehicle::gains;
 use squid_flight::flight::{Demand, Row};
 
 /// When the step comes and when the flight ends (s): what the trim of another vehicle disturbs has settled by then.
@@ -49,13 +49,7 @@ pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Erro
             Err(UncertainError::NoTrim { .. }) => continue,
             Err(other) => return Err(squid_design::error::Error::from(other).into()),
         };
-        let mut gains = vec![1.0; inputs.vehicle.actuators.len()];
-        for (block, d) in blocks.iter().zip(&delta) {
-            if let Uncertain::Gain(actuator) = block.uncertain {
-                gains[actuator] += block.half_range * d;
-            }
-        }
-        fleet.push((vehicle, gains));
+        fleet.push((vehicle, gains(inputs.vehicle.actuators.len(), &blocks, &delta)));
     }
     Ok(fleet)
 }
