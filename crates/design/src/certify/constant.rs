@@ -18,10 +18,9 @@ use crate::inputs::Inputs;
 use crate::numbers::above;
 use crate::progress::Progress;
 use crate::store::files::Files;
-use crate::uncertain::closed_loop::uncertain_plant;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::over_range;
-use crate::uncertain::truncate::{Truncated, truncated};
+use crate::uncertain::truncate::{Truncated, thinned};
 use certificate::{ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 use lpv::controller::Controller;
 use lpv::matrix::{from_rows, to_rows};
@@ -34,8 +33,9 @@ use std::path::Path;
 /// The file of the certificate.
 pub const CERTIFICATE: &str = "constant_certificate.json";
 
-/// The relative change of `[A B]`, in all of the declared box, up to which channels are removed.
-const TRUNCATION_TOLERANCE: f64 = 0.002;
+/// The part of the declared box in which channels are removed, all of it, and the relative change of `[A B]` allowed
+/// there.
+const TRUNCATION: (f64, f64) = (1.0, 0.002);
 
 /// The `a` of the filters `1/(s + a)`, rad/s: about where the loops of vehicles cross over.
 const FILTER_POLE: f64 = 1.0;
@@ -121,10 +121,7 @@ pub fn constant(
 
 /// The uncertain model over the range of speed, and its plant with all of the declared box.
 fn uncertain(inputs: &Inputs, model: &Model) -> Result<(Truncated, UncertainPlant), Error> {
-    let whole = over_range(inputs, model)?;
-    let fewer = truncated(&inputs.vehicle.actuators, &whole, 1.0, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(inputs, &fewer.model, model.linear())?;
-    Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
+    thinned(inputs, &over_range(inputs, model)?, model, TRUNCATION)
 }
 
 /// The filter of each parameter: those of the trim, and rho without a bound on its rate, have none, because they may

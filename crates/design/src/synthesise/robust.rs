@@ -20,12 +20,12 @@ use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::progress::Progress;
 use crate::synthesise::robust::figures::{Frozen, RobustFigures, gain_allowed};
-use crate::uncertain::closed_loop::{uncertain_loop, uncertain_plant};
+use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::errors::errors;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::over_range;
-use crate::uncertain::truncate::{Truncated, truncated};
+use crate::uncertain::truncate::{Truncated, thinned};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use certificate::Certificate;
 use lpv::analysis::GainBound;
@@ -48,8 +48,7 @@ const LEAST_GAIN_IN_SIZE: f64 = 0.02;
 
 /// The part of the declared box in which channels are removed, and the relative change of `[A B]` allowed there. The
 /// change over the whole box is reported.
-const TRUNCATION_BOX: f64 = 0.5;
-const TRUNCATION_TOLERANCE: f64 = 0.01;
+const TRUNCATION: (f64, f64) = (0.5, 0.01);
 
 /// The part of the declared uncertainty, held constant, for which the worst-case gain is shown.
 const CONSTANT_SIZE: f64 = 0.25;
@@ -136,7 +135,7 @@ pub fn search(
     progress: &Progress,
 ) -> Result<Searched, Error> {
     let whole = over_range(inputs, model)?;
-    let (truncated, uncertain) = thinned(inputs, &whole, model)?;
+    let (truncated, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
     progress.done("uncertain", &model_line(&truncated));
     let even = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), model.linear())?;
     let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
@@ -158,17 +157,6 @@ pub fn search(
         .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &outcome)?;
     Ok(Searched { whole, truncated, uncertain, even, known, allowed, outcome, design })
-}
-
-/// The uncertain model with fewer channels, and the plant with its weights.
-pub(crate) fn thinned(
-    inputs: &Inputs,
-    whole: &UncertainModel,
-    model: &Model,
-) -> Result<(Truncated, UncertainPlant), Error> {
-    let truncated = truncated(&inputs.vehicle.actuators, whole, TRUNCATION_BOX, TRUNCATION_TOLERANCE)?;
-    let plant = uncertain_plant(inputs, &truncated.model, model.linear())?;
-    Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
 /// The robust controller with its bound for the plant of the nominal design.

@@ -7,13 +7,17 @@
 //! Control 26(1), 1981.
 
 use crate::error::Error;
+use crate::fit::Model;
+use crate::inputs::Inputs;
 use crate::linearise::scaled;
+use crate::uncertain::closed_loop::uncertain_plant;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::reduce::runs;
 use crate::uncertain::trim::random_corners;
 use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, block, svd};
+use lpv::robust::UncertainPlant;
 
 /// A model with fewer channels.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +28,22 @@ pub struct Truncated {
     pub error: f64,
     /// The names of the parameters that are gone.
     pub gone: Vec<String>,
+}
+
+/// The uncertain model over the range of speed without the channels that move `[A B]` by no more than a relative
+/// tolerance in a part of the declared box, and the plant with its weights.
+///
+/// # Errors
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value; as [`uncertain_plant`].
+pub fn thinned(
+    inputs: &Inputs,
+    whole: &UncertainModel,
+    model: &Model,
+    (size, tolerance): (f64, f64),
+) -> Result<(Truncated, UncertainPlant), Error> {
+    let fewer = truncated(&inputs.vehicle.actuators, whole, size, tolerance)?;
+    let plant = uncertain_plant(inputs, &fewer.model, model.linear())?;
+    Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
 
 /// Values of rho at which models are compared.
@@ -38,7 +58,7 @@ const REPORTED: usize = 200;
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value.
-pub fn truncated(
+fn truncated(
     actuators: &[Actuator],
     model: &UncertainModel,
     size: f64,
