@@ -169,6 +169,11 @@ impl<'d> Table<'d> {
         self.entries.contains_key(key)
     }
 
+    /// What is read at a key, or a default where it is not there.
+    pub fn or<T>(&self, key: &str, default: T, read: impl FnOnce(&Self, &str) -> Option<T>) -> Option<T> {
+        if self.has(key) { read(self, key) } else { Some(default) }
+    }
+
     /// Whether a key is there; records a mistake if it is not.
     pub fn requires(&self, key: &str, meaning: &str) -> bool {
         let there = self.has(key);

@@ -60,14 +60,9 @@ fn sound<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     }
 }
 
-/// The value of a key, or a default where it is not there.
-fn optional<T>(table: &Table<'_>, key: &str, default: T, read: impl FnOnce() -> Option<T>) -> Option<T> {
-    if table.has(key) { read() } else { Some(default) }
-}
-
 /// A velocity of the water, 0 where it is not there.
 fn velocity(table: &Table<'_>, key: &str) -> Option<f64> {
-    optional(table, key, 0.0, || table.number(key, is_current, CURRENTS))
+    table.or(key, 0.0, |table, key| table.number(key, is_current, CURRENTS))
 }
 
 fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
@@ -112,8 +107,8 @@ impl Swell {
                 "left out: the spectrum of Pierson and Moskowitz has no such peak",
             );
         }
-        let components = optional(table, "components", Waves::USUAL, || {
-            table.whole("components", |_| true, "how many waves make the sea")
+        let components = table.or("components", Waves::USUAL, |table, key| {
+            table.whole(key, |_| true, "how many waves make the sea")
         });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
@@ -189,7 +184,7 @@ const SLOWEST: f64 = 1e-3;
 /// The place of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
-    let number = |key: &str, default: f64| optional(table, key, default, || table.float(key, "a number"));
+    let number = |key: &str, default: f64| table.or(key, default, |table, key| table.float(key, "a number"));
     let [noise, bias, quantum, delay] = ["noise", "bias", "quantum", "delay"].map(|key| number(key, 0.0));
     let rate = number("rate", f64::INFINITY);
     let signal = SIGNALS[place?];

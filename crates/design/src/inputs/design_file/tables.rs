@@ -134,7 +134,7 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
     let waves = Swell::of(table, &["depth", "weight"]);
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
-    let weight = if table.has("weight") { within(table, "weight", WAVE_WEIGHT) } else { Some(1.0) };
+    let weight = table.or("weight", 1.0, |table, key| within(table, key, WAVE_WEIGHT));
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
     if sea.depth < 0.5 * sea.waves.spectrum.height() {
         let words = "at least half the significant height (m): nearer, the troughs uncover the hull";
@@ -165,7 +165,7 @@ impl Control {
         Self {
             weight: rising(table, "weight", CONTROL_WEIGHT, 1.0),
             disturbance: table.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6"),
-            lags: if table.has("lags") { table.truth("lags") } else { Some(false) },
+            lags: table.or("lags", false, Table::truth),
         }
     }
 }
@@ -185,13 +185,10 @@ impl Autopilot {
             (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
         };
         let in_ticks = |delay: f64| sample_time.is_none_or(|time| in_ticks(delay / time));
-        let delay = match table.has("delay") {
-            true => {
-                table.number("delay", in_ticks, "a multiple of the sample time, from 0 to 10 of them (s)")
-            }
-            false => Some(0.0),
-        };
-        let anti_windup = if table.has("anti_windup") { table.truth("anti_windup") } else { Some(true) };
+        let delay = table.or("delay", 0.0, |table, key| {
+            table.number(key, in_ticks, "a multiple of the sample time, from 0 to 10 of them (s)")
+        });
+        let anti_windup = table.or("anti_windup", true, Table::truth);
         Self { sample_time, delay, anti_windup }
     }
 }

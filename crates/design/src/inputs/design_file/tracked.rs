@@ -62,7 +62,7 @@ fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceMo
         return Some(None);
     }
     let frequency = within(table, "frequency", FREQUENCY);
-    let damping = if table.has("damping") { within(table, "damping", DAMPING).map(Some) } else { Some(None) };
+    let damping = table.or("damping", None, |table, key| within(table, key, DAMPING).map(Some));
     Some(Some(ReferenceModel { frequency: frequency?, damping: damping? }))
 }
 

@@ -46,11 +46,9 @@ pub enum HalfRange {
 /// The section, with everything that can be checked without the vehicle; what cannot be read is left out.
 pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
     table.allow_only(&["actuator_gain", "coefficients"]);
-    let gain = |v: f64| (0.0..1.0).contains(&v);
-    let actuator_gain = match table.has("actuator_gain") {
-        true => table.number("actuator_gain", gain, "from 0 to below 1, relative").unwrap_or(0.0),
-        false => 0.0,
-    };
+    let gain = table.or("actuator_gain", 0.0, |table, key| {
+        table.number(key, |v| (0.0..1.0).contains(&v), "from 0 to below 1, relative")
+    });
     let coefficients = table.table("coefficients").map_or_else(Vec::new, |named| {
         let each = named.keys().into_iter().filter_map(|(at, name)| {
             let half_range = half_range(&named, name)?;
@@ -58,7 +56,7 @@ pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
         });
         each.collect()
     });
-    Uncertainty { actuator_gain, coefficients }
+    Uncertainty { actuator_gain: gain.unwrap_or(0.0), coefficients }
 }
 
 fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
