@@ -281,9 +281,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         last: rows.last().map_or(0, |row| row.flight),
     };
     let known = rows.iter().find(|row| row.flight == flight).ok_or_else(no_flight)?;
-    let running = Progress::new(&show).begin("replay", "flying");
-    let (row, flown) = plan.fly(flight)?;
-    drop(running);
+    let (row, flown) = Progress::new(&show).timed("replay", "flying", || plan.fly(flight)).0?;
     let off = row.differs_from(known);
     let outcome = row.outcome.word();
     let mut written = Vec::new();

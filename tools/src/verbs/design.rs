@@ -36,9 +36,8 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
         ));
     }
     if asked.ladder {
-        let running = progress.begin("ladder", "solving for each assumption about the speed");
-        let words = ladder::climb(&inputs.design, &finished.plant, &finished.design)?;
-        drop(running);
+        let climb = || ladder::climb(&inputs.design, &finished.plant, &finished.design);
+        let words = progress.timed("ladder", "solving for each assumption about the speed", climb).0?;
         say(&format!("\n{}", words.trim_end()));
     }
     if let Some(rate) = asked.constant {

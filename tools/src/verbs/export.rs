@@ -32,10 +32,9 @@ pub fn run(
     let mut stored = store::load(&directory, &inputs)?;
     let to = to.unwrap_or_else(|| directory.join("c"));
     check_directory(&to)?;
-    let proving = Progress::new(&show);
-    let proving = proving.begin("certify", "proving again, and computing the plant of the proof again");
-    let proof = require_proof(&inputs, &mut stored, &directory, allow_uncertified)?;
-    drop(proving);
+    let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
+    let what = "proving again, and computing the plant of the proof again";
+    let proof = Progress::new(&show).timed("certify", what, prove).0?;
     let standing = standing(&proof);
     say(&standing);
     let (files, paths) = pack(&stored, &proof, real, &to)?;

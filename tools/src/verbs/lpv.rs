@@ -206,9 +206,8 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     let options = options(synth)?;
     synth.out.as_deref().map_or(Ok(()), check_directory)?;
     let progress = Progress::new(&show);
-    let running = progress.begin("synth", "solving the matrix inequalities");
-    let report = synth::run(&Source::read(&synth.problem)?, options, synth.reduce)?;
-    drop(running);
+    let solve = || synth::run(&Source::read(&synth.problem)?, options, synth.reduce);
+    let report = progress.timed("synth", "solving the matrix inequalities", solve).0?;
     if let Some(directory) = &synth.out {
         report.save(directory)?;
     }

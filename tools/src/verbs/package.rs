@@ -38,9 +38,9 @@ pub fn run(
         binaries.find()?;
     }
     let progress = Progress::new(&show);
-    let proving = progress.begin("certify", "proving again, and computing the plant of the proof again");
-    let standing = standing(&require_proof(&inputs, &mut stored, &directory, allow_uncertified)?);
-    drop(proving);
+    let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
+    let what = "proving again, and computing the plant of the proof again";
+    let standing = standing(&progress.timed("certify", what, prove).0?);
     say(&standing);
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {

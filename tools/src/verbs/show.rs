@@ -76,9 +76,8 @@ fn shown_controller(
         let whose = format!("The design in {directory}{robust}");
         (whose, &controller_of(&stored.controller.lft)?, &stored.controller.gamma)
     } else {
-        let running = Progress::new(&show).begin("design", "solving the matrix inequalities");
-        finished = squid_design::run::run(inputs, &Progress::default())?;
-        drop(running);
+        let design = || squid_design::run::run(inputs, &Progress::default());
+        finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
         let whose =
             format!("No design of these files is in {directory}; this is the result of `squid design`");
         (whose, &finished.design.controller, &finished.frozen.controller.gamma)
