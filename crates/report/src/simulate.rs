@@ -1,6 +1,7 @@
 //! Flights in this process: the default manoeuvre, steps over the range of speed, the vehicle alone.
 
 use crate::error::Error;
+use crate::page::axis::extent;
 use crate::page::plot::{Kind, Line, Panel, draw};
 use crate::page::words::{capital, tidy};
 use crate::record::panels;
@@ -112,12 +113,13 @@ pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> Strin
     if outside.is_empty() {
         return String::new();
     }
+    let (slowest, fastest) = extent(outside.iter().copied());
     format!(
         "WARNING: in {flight} the speed is outside the range of the design, {low} to {high} m/s, during {} % of the \
          time:\n{} to {} m/s. What is proved holds inside the range.\n",
         decimals(100.0 * outside.len() as f64 / rows.len() as f64, 1),
-        decimals(outside.iter().copied().fold(f64::INFINITY, f64::min), 2),
-        decimals(outside.iter().copied().fold(f64::NEG_INFINITY, f64::max), 2)
+        decimals(slowest, 2),
+        decimals(fastest, 2)
     )
 }
 

@@ -65,8 +65,7 @@ impl Axis {
         {
             return (from, to);
         }
-        let (low, high) =
-            places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (f64::min(l, v), f64::max(h, v)));
+        let (low, high) = extent(places);
         if low > high {
             return (0.0, 1.0);
         }
@@ -104,6 +103,11 @@ impl Axis {
             }
         }
     }
+}
+
+/// The least and the largest of some values; the other way round where there is none.
+pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// Powers of ten beyond this one, up or down, are written with their exponent.

@@ -1,6 +1,7 @@
 //! Plots over time: charts one above the other with a common axis.
 
 use crate::error::Error;
+use crate::page::axis::extent;
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::{Key, WIDTH};
@@ -49,9 +50,8 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
     let mut keys: Vec<Key> = Vec::new();
     let mut charts = Vec::new();
     for panel in panels {
-        let values = || panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
-        let (low, high) =
-            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        let points = panel.lines.iter().flat_map(|line| &line.points);
+        let (low, high) = extent(points.map(|point| point.1));
         if low.abs().max(high.abs()) > LARGEST_DRAWN && low <= high {
             return Err(failed(format!("no axis can be drawn from {low:e} to {high:e}")));
         }

@@ -2,7 +2,7 @@
 
 use crate::claims::{Claim, MUCH, compared, much_smaller};
 use crate::error::Error;
-use crate::page::axis::Axis;
+use crate::page::axis::{Axis, extent};
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
@@ -62,9 +62,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
     let mut charts = Vec::new();
     let states = subject.inputs.design.states;
     for (i, j) in (0..states.len()).flat_map(|i| (0..states.len()).map(move |j| (i, j))) {
-        let values = || subject.model.grid.iter().map(|(_, l)| l.a[(i, j)]);
-        let (low, high) =
-            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = extent(subject.model.grid.iter().map(|(_, l)| l.a[(i, j)]));
         if high - low > VARIES * largest {
             charts.push(entry(subject, &fits, i, j));
         }

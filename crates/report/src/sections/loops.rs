@@ -57,11 +57,16 @@ fn decibels(g: Complex<f64>) -> f64 {
     20.0 * g.norm().log10()
 }
 
+/// The phase (deg) over frequency without jumps.
+fn unwrapped(response: &Response) -> Vec<(f64, f64)> {
+    let mut points = response.iter().map(|(omega, g)| (*omega, g.arg().to_degrees())).collect::<Vec<_>>();
+    unwrap(&mut points);
+    points
+}
+
 /// The phase (deg) over frequency without jumps, from -360 to 0 deg where the gain is nearest to 1.
 fn phases(response: &Response) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> =
-        response.iter().map(|(omega, g)| (*omega, g.arg().to_degrees())).collect();
-    unwrap(&mut points);
+    let mut points = unwrapped(response);
     let from_one = |k: &usize| response[*k].1.norm().ln().abs();
     if let Some(crossing) = (0..points.len()).min_by(|a, b| from_one(a).total_cmp(&from_one(b))) {
         let turns = (points[crossing].1 / 360.0).ceil();
@@ -112,16 +117,7 @@ fn figure(subject: &Subject, loops: &[FrozenLoop], i: usize, name: &str) -> Figu
                 curves: nichols,
             },
             over("closed loop", Axis::linear("gain (dB)").over(-60.0, 10.0), gain_of_closed),
-            over(
-                "closed loop",
-                Axis::linear("phase (deg)"),
-                curves(&closed, &|r| {
-                    let mut points: Vec<(f64, f64)> =
-                        r.iter().map(|(omega, g)| (*omega, g.arg().to_degrees())).collect();
-                    unwrap(&mut points);
-                    points
-                }),
-            ),
+            over("closed loop", Axis::linear("phase (deg)"), curves(&closed, &unwrapped)),
         ],
     }
 }

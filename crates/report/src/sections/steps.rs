@@ -3,7 +3,7 @@
 pub mod limits;
 
 use crate::error::Error;
-use crate::page::axis::Axis;
+use crate::page::axis::{Axis, extent};
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
@@ -135,8 +135,7 @@ fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
 
 /// The limits of an actuator that can be drawn beside its commands, and those that would flatten them.
 fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
-    let values = || commands.iter().flat_map(|curve| &curve.points).map(|p| p.1);
-    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extent(commands.iter().flat_map(|curve| &curve.points).map(|p| p.1));
     limits.into_iter().partition(|limit| high.max(*limit) - low.min(*limit) <= FLATTER * (high - low))
 }
 
