@@ -31,8 +31,6 @@ const OVERSAMPLING: f64 = 50.0;
 /// The results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checks {
-    /// Number of speeds.
-    pub speeds: usize,
     /// Largest real part of the loop's modes with the fitted model.
     pub abscissa_fit: f64,
     /// Largest real part with the true linearisations.
@@ -105,7 +103,6 @@ pub fn check(
     )?;
     let closed = plant.close(controller);
     let mut checks = Checks {
-        speeds: CHECKED_SPEEDS,
         abscissa_fit: f64::NEG_INFINITY,
         abscissa_truth: f64::NEG_INFINITY,
         gain_fit: 0.0,
@@ -197,7 +194,6 @@ mod tests {
     #[test]
     fn modes_beyond_a_fifth_of_the_sampling_rate_give_a_warning() {
         let checks = |fastest| Checks {
-            speeds: 1,
             abscissa_fit: -1.0,
             abscissa_truth: -1.0,
             gain_fit: 1.0,
