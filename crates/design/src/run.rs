@@ -64,7 +64,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// As [`run`], and those of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
-    progress.done("design", &format!("{}.toml: {}", inputs.design.name, inputs.design.description));
+    progress.done("design", &format!("{}: {}", inputs.design.source(), inputs.design.description));
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     progress.done("trim", &trim_line(inputs, &model));
     progress.done("linearise", &linearise_line(&model));

@@ -163,9 +163,9 @@ fn no_controller(
         let names: Vec<String> =
             actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
         remarks.push(format!(
-            "{}; their weight is 'control.weight' of {}.toml, {}",
+            "{}; their weight is 'control.weight' of {}, {}",
             names.join(", "),
-            file.name,
+            file.file,
             file.control_weight.low
         ));
     }

@@ -52,7 +52,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     let flown = fly_at_sea(vehicle, &stored.controller, (depth, pitch), manoeuvre, sea)?;
     let still = fly(vehicle, &stored.controller, (depth, pitch), manoeuvre)?;
     let record = Record::of(&flown, &vehicle.actuators, &stored.controller);
-    let title = format!("{}, {}.toml: at sea", heading(inputs), inputs.design.name);
+    let title = format!("{}, {}: at sea", heading(inputs), inputs.design.source());
     let path = directory.join("sea.svg");
     let svg = draw(&path, &title, &panels(&record, &vehicle.actuators))?;
     let mut files = Files::default();

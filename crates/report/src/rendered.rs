@@ -107,8 +107,8 @@ pub fn rendered(
 /// The day (UTC) on which the later of both input files was changed. It is no part of what is packed: the same files
 /// give the same bytes on any day.
 fn date(inputs: &Inputs) -> Option<String> {
-    let files = ["vehicle.toml".to_owned(), format!("{}.toml", inputs.design.name)];
-    let changed = |file: &String| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
+    let files = ["vehicle.toml", &inputs.design.file];
+    let changed = |file: &&str| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
     let latest = files.iter().filter_map(changed).max()?;
     humantime::format_rfc3339_seconds(latest).to_string().split('T').next().map(str::to_owned)
 }
@@ -130,6 +130,23 @@ mod tests {
     use squid_design::store::load;
     use squid_design::verdict::row::Advice;
     use squid_flight::sea::Sea;
+    use std::time::{Duration, SystemTime};
+
+    /// A design with another bandwidth is of the file that there is, whose date and name the page says.
+    #[test]
+    fn an_altered_design_has_the_date_of_its_file() {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["vehicle.toml", "design.toml"] {
+            std::fs::copy(vehicle.join(name), folder.path().join(name)).unwrap();
+        }
+        let file = std::fs::File::options().write(true).open(folder.path().join("design.toml")).unwrap();
+        file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_hours(24 * 365 * 100)).unwrap();
+        let inputs = Inputs::read(folder.path(), "design").unwrap().with_bandwidth(0.1).unwrap();
+        assert_eq!(date(&inputs).as_deref(), Some("2069-12-07"));
+        let origin = Rendered::without_sections(&inputs).origin;
+        assert!(origin.contains(", design.toml as design-bandwidth-0.1 with "), "{origin}");
+    }
 
     /// Whatever the report is made from is in the key, so that no report of something else is shown.
     #[test]

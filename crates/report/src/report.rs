@@ -141,12 +141,13 @@ pub fn report(inputs: &Inputs, stored: &Stored, asked: &Asked, progress: &Progre
 
 /// Version, files and their hashes.
 fn origin(inputs: &Inputs) -> String {
-    let (name, hashes) = (&inputs.design.name, &inputs.hashes);
+    let hashes = &inputs.hashes;
     format!(
-        "squid {}; vehicle.toml of {} with SHA-256 {}, {name}.toml with {}",
+        "squid {}; vehicle.toml of {} with SHA-256 {}, {} with {}",
         env!("CARGO_PKG_VERSION"),
         inputs.vehicle.name,
         hashes.vehicle_sha256,
+        inputs.design.source(),
         hashes.design_sha256
     )
 }

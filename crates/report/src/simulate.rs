@@ -45,7 +45,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     let mut out = early_end("the default manoeuvre", flight.surfacing)
         + &out_of_range("the default manoeuvre", &flight.rows, inputs);
     let record = Record::of(&flight, &inputs.vehicle.actuators, &stored.controller);
-    let title = format!("{}, {}.toml: the default manoeuvre", heading(inputs), inputs.design.name);
+    let title = format!("{}, {}: the default manoeuvre", heading(inputs), inputs.design.source());
     plot("flight.svg", &title, &panels(&record, &inputs.vehicle.actuators))?;
     let stepped = Step::of(inputs, manoeuvre);
     out += &format!(
@@ -79,8 +79,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             "\n{ended}The figures of such a flight are those of its record until then; - is not known.\n"
         );
     }
-    let (heading, name) = (heading(inputs), &inputs.design.name);
-    let title = format!("{heading}, {name}.toml: {} steps at constant speed", stepped.name);
+    let (heading, source) = (heading(inputs), inputs.design.source());
+    let title = format!("{heading}, {source}: {} steps at constant speed", stepped.name);
     let until = shown(steps.iter().map(|(_, figures)| figures.settling_time).fold(0.0, f64::max));
     plot("steps.svg", &title, &step_panels(inputs, &stepped, &responses, until))?;
     let (title, panel) = open_loop(inputs, stored)?;

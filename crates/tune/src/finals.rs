@@ -22,16 +22,16 @@ pub(crate) fn best(
     progress: &Progress,
 ) -> Result<(String, Finished), Error> {
     known.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
-    let file = format!("{}.toml", inputs.design.name);
+    let file = &inputs.design.file;
     let mut nearest: Option<(usize, String, Finished)> = None;
     let mut failed = None;
     for tried in known.iter().take(FINALISTS) {
-        let mut document: DocumentMut = text.parse().map_err(|_| not_toml(&file))?;
+        let mut document: DocumentMut = text.parse().map_err(|_| not_toml(file))?;
         for (knob, x) in knobs.iter().zip(&tried.x) {
-            knob.write(&mut document, x.exp(), &file)?;
+            knob.write(&mut document, x.exp(), file)?;
         }
         let written = document.to_string();
-        let design = DesignFile::parse(&written, &file, &inputs.design.name)?;
+        let design = DesignFile::parse(&written, file, &inputs.design.name)?;
         let inputs = Inputs::new(inputs.vehicle.clone(), design)?;
         let what = "judging in full, and proving";
         let finished = match progress.timed("tune", what, || run(&inputs, &Progress::default())).0 {

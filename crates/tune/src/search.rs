@@ -99,9 +99,9 @@ pub fn search(inputs: &Inputs, text: &str, budget: Budget, progress: &Progress) 
         return Err(Error::NoDesign { tried: tried.len(), reason: reason.unwrap_or_default() });
     }
     let front = front(&known);
-    let file = format!("{}.toml", inputs.design.name);
+    let file = &inputs.design.file;
     let (text, finished) = best(inputs, text, &search.knobs, known, progress)?;
-    let design = DesignFile::parse(&text, &file, &inputs.design.name)?;
+    let design = DesignFile::parse(&text, file, &inputs.design.name)?;
     let limits = remarks(&inputs.vehicle.actuators, &design, &finished.model);
     Ok(Tuned { text, finished, tried: tried.len(), front, limits })
 }

@@ -149,8 +149,10 @@ pub fn scaled_outputs(signals: impl IntoIterator<Item = (usize, f64)>, states: S
 /// A design file, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignFile {
-    /// The file's name without its ending.
+    /// The file's name without its ending, and what the command line changed.
     pub name: String,
+    /// The file's name.
+    pub file: String,
     /// One sentence for people.
     pub description: String,
     /// Lowest speed, m/s.
@@ -276,6 +278,12 @@ impl DesignFile {
     pub fn reference_filter(&self) -> Option<f64> {
         let speed = self.tracked.iter().find(|t| t.place == SPEED && !self.measured.is_empty())?;
         Some(speed.model?.frequency)
+    }
+
+    /// The file, and the name of what the command line made of it.
+    pub fn source(&self) -> String {
+        let Self { name, file, .. } = self;
+        if *file == format!("{name}.toml") { file.clone() } else { format!("{file} as {name}") }
     }
 
     /// The same design with another bandwidth of every W_e, as the paper tunes it in its Fig. 5.

@@ -83,7 +83,7 @@ pub fn blocks(
     let gains = (0..actuators).map(|actuator| of(Uncertain::Gain(actuator), 1.0, gain, "1"));
     let all: Vec<Block> = coefficients.chain(trims).chain(gains).collect();
     if all.is_empty() {
-        let design = format!("{}.toml", inputs.design.name);
+        let design = inputs.design.file.clone();
         return Err(UncertainError::NothingUncertain { design });
     }
     Ok(all)

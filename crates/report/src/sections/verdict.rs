@@ -24,10 +24,10 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let words = format!(
-        "Of {}: {}. The limits are those of [require] in {}.toml, or its defaults.",
+        "Of {}: {}. The limits are those of [require] in {}, or its defaults.",
         subject.name(),
         verdict.summary(),
-        subject.inputs.design.name
+        subject.inputs.design.file
     );
     Ok(vec![Part::Words(words), Part::Table(table)])
 }

@@ -87,6 +87,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let (model, control) = (model?, control?);
     Some(DesignFile {
         name: name.into(),
+        file: format!("{name}.toml"),
         description: description?,
         speed_min: model.speed_min?,
         speed_max: model.speed_max?,
