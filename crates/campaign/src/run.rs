@@ -83,8 +83,20 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     if !directory.exists() {
         return Ok(Vec::new());
     }
-    let unreadable = |reason| StoreError::Unwritable { path: directory.display().to_string(), reason };
+    let unreadable = |reason| StoreError::Unreadable { path: directory.display().to_string(), reason };
     let all = std::fs::read_dir(directory).map_err(unreadable)?;
     let paths = all.map(|entry| Ok(entry.map_err(unreadable)?.path())).collect::<Result<Vec<_>, Error>>()?;
     Ok(paths.into_iter().filter(|path| path.extension().is_some_and(|kind| kind == "parquet")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_listed_cannot_be_read() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let message = files(file.path()).unwrap_err().to_string();
+        assert!(message.contains(": cannot be read: "), "{message}");
+    }
 }
