@@ -180,9 +180,10 @@ fn delay(subject: &Subject, law: &dyn Law, l: &Linearisation) -> f64 {
 fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Vec<Line> {
     let flown: Vec<_> = laws.iter().map(|(_, law)| fly_ramp(subject, *law)).collect();
     let line = |name, decimals, slight, values| Line::new(name, "ramp", (decimals, slight), values);
+    let tick = subject.inputs.design.sample_time;
     let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, flown.iter().map(|f| f.0.itae).collect()),
-        line("pitch step: settled (s)", 2, 0.02, flown.iter().map(|f| f.0.settling_time).collect()),
+        line("pitch step: settled (s)", 2, tick, flown.iter().map(|f| f.0.settling_time).collect()),
         line("pitch step: overshoot (%)", 2, 0.5, flown.iter().map(|f| 100.0 * f.0.overshoot).collect()),
     ];
     if !subject.speed_is_given() {
