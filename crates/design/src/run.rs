@@ -1,5 +1,5 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify, anti-windup,
-//! freeze, verdict.
+//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify in continuous
+//! time and as sampled, freeze, anti-windup, limits, verdict.
 
 use crate::augment::augment;
 use crate::certify::claims;

@@ -181,7 +181,7 @@ pub fn stays_stable(bounds: &[(f64, f64)]) -> Finding {
 /// What a flight under a ramp came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RampFigures {
-    /// The mean square root of the pitch error from the step on, relative to the step.
+    /// The root mean square of the pitch error from the step on, relative to the step.
     pub error: f64,
     /// The same over the last tenth of the flight.
     pub error_at_end: f64,

@@ -30,10 +30,9 @@ pub struct Sampling<'a> {
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], without u for a vehicle whose speed is given and with the depth z for a design that tracks or
-/// measures it, then those of the actuators and of the filtered reference, as deviations
-/// from the trim at the frozen speed; u is what the controller adds to the trim. u, r, y and the outputs are in units
-/// of their scales.
+/// States \[u w q theta\], without u for a vehicle whose speed is given, and with the depth z for a design that tracks
+/// or measures it; then those of the actuators and of the filtered reference, as deviations from the trim at the frozen
+/// speed. u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
 #[derive(Debug, Clone)]
 pub struct Wired {
     /// A.

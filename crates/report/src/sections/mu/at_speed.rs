@@ -72,7 +72,7 @@ impl SpeedMu {
     /// Analyses the loop of the uncertain model at a speed and the controller frozen there.
     ///
     /// # Errors
-    /// As [`uncertain::at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
+    /// As [`at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
     /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;

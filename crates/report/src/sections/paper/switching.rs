@@ -29,7 +29,7 @@ const HANDOVERS: [(Handover, &str); 3] = [
 /// The section on the scheduled controller against six switched ones.
 ///
 /// # Errors
-/// [`Error::PitchNotTracked`]; [`Error::Synthesis`] when a speed alone has no controller; as [`fly`].
+/// [`Error::PitchNotTracked`]; [`Error::Design`] when a speed alone has no controller; as [`fly`].
 pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.pitch()?;
     let (inputs, stored) = (subject.inputs, subject.stored);
