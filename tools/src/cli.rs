@@ -143,7 +143,7 @@ pub enum Verb {
     /// Each flight has the default manoeuvre, between two speeds drawn from its range. Results are Parquet files, a row
     /// a flight, which pandas and polars read as one, and campaign.html; what is missing is flown when the command is
     /// run again. A flight depends on its number and the seed alone: neither cores nor interruptions change a bit.
-    /// Designs first if there is no design yet. Nothing of this is a proof. `python -m squid_campaign` flies it on many
+    /// Designs first if there is no design yet. A campaign proves nothing. `python -m squid_campaign` flies it on many
     /// machines.
     Campaign {
         #[command(flatten)]
@@ -193,8 +193,8 @@ pub enum Verb {
         /// A controller's FMU, the FMU of the whole loop, or a certificate
         #[arg(required_unless_present = "c")]
         file: Option<PathBuf>,
-        /// Instead of it a source that `squid export` wrote, with the other files beside it: whether every number
-        /// follows from the controller of the certificate
+        /// Verify a C source written by `squid export` instead of FILE, with the other files beside it: every number
+        /// must follow from the controller of the certificate
         #[arg(long, value_name = "FILE", conflicts_with = "file")]
         c: Option<PathBuf>,
         /// The vehicle's directory, to check that the file is of this vehicle's design
@@ -218,11 +218,11 @@ pub enum Verb {
         #[arg(long, value_enum, default_value = "squid")]
         like: Like,
     },
-    /// Say what this machine has of what squid needs, and how to get the rest
+    /// Check that this machine has what squid needs, and say how to get the rest
     ///
     /// Exit code 1 where something is missing without which no FMU can be made.
     Doctor,
-    /// Print what completes this command in a shell
+    /// Print a shell completion script
     ///
     /// For instance `squid completions bash > ~/.local/share/bash-completion/completions/squid`.
     Completions {
@@ -265,10 +265,10 @@ pub struct Design {
     /// any way, or with `--constant=0.1` by at most 0.1 m/s^2 (half a minute to minutes)
     #[arg(long, value_name = "M/S^2", num_args = 0..=1, require_equals = true, value_parser = rate)]
     pub constant: Option<Option<f64>>,
-    /// Where a requirement is missed, name no key to turn, which takes a design for each key of the weights
+    /// Do not search for the key to change when a requirement is missed; the search takes a design per key
     #[arg(long)]
     pub no_advise: bool,
-    /// Exit with code 5 where a requirement is missed
+    /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,
 }
@@ -299,10 +299,10 @@ pub struct Campaign {
     /// Fly in the waves and the current of this file, with its sensors; see vehicles/sea.toml
     #[arg(long, value_name = "FILE")]
     pub sea: Option<PathBuf>,
-    /// Of all that is drawn
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where in the declared uncertainty the vehicles are
+    /// How vehicles are sampled from the declared uncertainty
     #[arg(long, value_enum, default_value_t = Where::Uniform)]
     pub points: Where,
     /// Begin each flight off the trim of its vehicle, by up to so much, such as pitch=10deg,heave=0.1m/s; of pitch,
@@ -380,7 +380,8 @@ pub struct Which {
     /// The design: a file NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
     pub design: String,
-    /// Replace the bandwidth w_b of every tracking weight, rad/s (the paper tries 0.46, 0.23 and 0.1)
+    /// Replace the bandwidth w_b of every tracking weight, rad/s; for paper.toml of Squid (Sutarto and Budiyono try
+    /// 0.46, 0.23 and 0.1)
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
     /// The directory for all files; by default build/VEHICLE/DESIGN

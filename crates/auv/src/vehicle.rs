@@ -7,6 +7,7 @@ mod file;
 pub(crate) mod geometry;
 pub(crate) mod hull;
 pub(crate) mod json;
+mod plausible;
 pub(crate) mod surge;
 
 use std::collections::BTreeMap;

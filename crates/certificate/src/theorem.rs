@@ -110,8 +110,24 @@ impl Theorem {
     }
 }
 
-impl fmt::Display for Theorem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Theorem {
+    /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, bounded energy.
+    pub fn sentences(&self) -> Vec<String> {
+        let mut all = vec![self.gain(), self.model_error()];
+        all.extend(self.bounded_rate.map(|slow| slow.to_string()));
+        all.extend(self.limits.map(|limits| limits.to_string()));
+        if !self.energy.is_empty() {
+            let bounds: Vec<String> = self.energy.iter().map(|bound| format!("below {bound}")).collect();
+            all.push(format!(
+                "With commands saturated at the limits in the file, and the part that is cut off fed back by E, the \
+                 gain from rest is {}, and with w = 0 the state then returns to rest exponentially.",
+                bounds.join(", ")
+            ));
+        }
+        all
+    }
+
+    fn gain(&self) -> String {
         let loop_ = format!(
             "the closed loop of {} state{}{} is exponentially stable and its {} gain from w to z is below {}",
             self.states,
@@ -127,32 +143,28 @@ impl fmt::Display for Theorem {
         };
         let course = if self.discrete { "sequence" } else { "measurable trajectory" };
         match self.parameters {
-            0 => write!(f, "T{}.", &loop_[1..])?,
-            1 => write!(f, "For every {course} of the 1 parameter in [-1, 1]{known} {loop_}.")?,
-            n => write!(f, "For every {course} of the {n} parameters in [-1, 1]{known} {loop_}.")?,
+            0 => format!("T{}.", &loop_[1..]),
+            1 => format!("For every {course} of the parameter in [-1, 1]{known} {loop_}."),
+            n => format!("For every {course} of the {n} parameters in [-1, 1]{known} {loop_}."),
         }
+    }
+
+    fn model_error(&self) -> String {
         match self.gamma_with_model_error {
-            Some(gamma) => write!(
-                f,
-                " It stays exponentially stable, and the gain below {gamma}, when [A B1 B2] of the plant is replaced \
-                 by [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at \
-                 most 1."
+            Some(gamma) => format!(
+                "It stays exponentially stable, and the gain below {gamma}, when [A B1 B2] of the plant is replaced by \
+                 [A B1 B2] + E Delta [F Fw Fu] for any measurable Delta(t) with a largest singular value of at most 1."
             ),
-            None => f.write_str(
-                " Nothing is proved of a plant that differs from the one in the certificate: it has no section \
-                    `residual`.",
-            ),
-        }?;
-        self.bounded_rate.map_or(Ok(()), |slow| write!(f, " {slow}"))?;
-        self.limits.map_or(Ok(()), |limits| write!(f, " {limits}"))?;
-        let Some((first, others)) = self.energy.split_first() else { return Ok(()) };
-        write!(
-            f,
-            " With commands cut off at the limits in the file, and what is cut off fed back by E, the gain from rest \
-             is below {first}"
-        )?;
-        others.iter().try_for_each(|other| write!(f, ", below {other}"))?;
-        f.write_str(", and with w = 0 the state then returns to rest exponentially.")
+            None => "Nothing is proved of a plant that differs from the one in the certificate: it has no section \
+                     `residual`."
+                .into(),
+        }
+    }
+}
+
+impl fmt::Display for Theorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.sentences().join(" "))
     }
 }
 
@@ -180,18 +192,18 @@ impl fmt::Display for LimitTheorem {
         let Self { input, size, decay, delta_rows, rates, everywhere } = self;
         let moved = match rates {
             0 => String::new(),
-            1 => ", and so the rate of 1 state of the plant".to_owned(),
-            n => format!(", and so the rates of {n} states of the plant"),
+            1 => " and the rate of 1 state of the plant limited".to_owned(),
+            n => format!(" and the rates of {n} states of the plant limited"),
         };
         let rows =
             delta_rows.map_or_else(String::new, |rows| format!(" with rows of 0 after the first {rows}"));
         let where_ = if *everywhere { "from every state" } else { "within its region" };
         write!(
             f,
-            "With commands cut off at the limits in the file, and what is cut off fed back by E{moved}, for that \
-             Delta{rows} too: a step of at most {size} from rest where input {input} enters, past the filters \
-             of the plant that the loop does not move, held for any time and taken back, leaves the state in the \
-             region in the file, and the loop then returns to rest exponentially, {where_}, x'Xx with the rate {decay}."
+            "With commands saturated at the limits in the file{moved}, the part that is cut off fed back by E, and that \
+             Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant that \
+             the loop does not drive, held for any time and removed, leaves the state in the region in the file. The \
+             loop then returns to rest exponentially, {where_}: x'Xx decays with the rate {decay}."
         )
     }
 }

@@ -64,6 +64,9 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// As [`run`], and those of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
+    for words in inputs.vehicle.doubts() {
+        progress.done("", &format!("WARNING: {words}"));
+    }
     progress.done("design", &format!("{}: {}", inputs.design.source(), inputs.design.description));
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     progress.done("trim", &trim_line(inputs, &model));
@@ -163,8 +166,8 @@ fn anti_windup_stage(
     match found {
         Ok(found) => {
             let words = format!(
-                "a gain into the controller's states, from the loops at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
-                 it acts beyond the limits of the actuators alone"
+                "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
+                 it acts only while a command saturates"
             );
             progress.done("windup", &words);
             Ok(Some(to_rows(&found.gain)))

@@ -83,7 +83,7 @@ fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (
     let (modes, are) = if gone == 1 { ("mode", "is") } else { ("modes", "are") };
     let words = format!(
         "\n{gone} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
-         replaced by the gain at rest"
+         replaced by their DC gain"
     );
     (slower, words)
 }

@@ -204,7 +204,7 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
         format!(
             "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, \
                 certified in exact arithmetic. Speeds {} to {} m/s; \
-             the bound does not cover saturation, sampling or the nonlinear vehicle.",
+             the bound is of the loop in continuous time without saturation; it does not cover the nonlinear vehicle.",
             above(gamma.bound),
             scheduling.minimum,
             scheduling.maximum

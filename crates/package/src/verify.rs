@@ -21,7 +21,7 @@ use squid_design::store::Stored;
 use squid_design::store::files::read;
 use squid_design::store::freeze;
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// What was verified.
@@ -96,6 +96,10 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
 fn is_archive(path: &Path) -> Result<bool, Error> {
     let unreadable = |reason| StoreError::Unreadable { path: path.display().to_string(), reason };
     let mut start = Vec::new();
+    if path.is_dir() {
+        let words = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
+        return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, words)).into());
+    }
     let file = std::fs::File::open(path).map_err(unreadable)?;
     file.take(2).read_to_end(&mut start).map_err(unreadable)?;
     Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
@@ -127,15 +131,19 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
 /// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
 fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<Vec<String>, Error> {
     let (shown, tick) = (path.display(), inputs.design.sample_time);
-    let plant = format!("{shown}: its plant is that, at ticks of {tick} s, of {}", named(inputs));
+    let plant = format!(
+        "{shown}: its plant is that of {}, in the continuous time to which the trapezoidal rule maps ticks of {tick} s; \
+         what is proved holds for the sampled loop, for every speed that is constant from tick to tick",
+        named(inputs)
+    );
     let beside = path.with_file_name(CONTROLLER);
     let controller = match beside.is_file() {
-        false => format!("{shown}: its controller was compared with none, as {CONTROLLER} is not beside it"),
+        false => format!("{shown}: its controller was not compared, because {CONTROLLER} is not beside it"),
         true => {
             let ticks = inputs.design.delay_ticks();
             let design = ControllerDesign::from_json(&read(&beside)?)?;
             sampled::matches(&design, ticks, certificate)?;
-            format!("{shown}: its controller is that of {CONTROLLER} beside it, {ticks} ticks late")
+            format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
         }
     };
     Ok(vec![plant, controller])

@@ -26,7 +26,7 @@ pub enum Error {
     )]
     NoAuthority { vehicle: String, signal: &'static str, speed: f64 },
     /// No design at all was found.
-    #[error("none of {tried} designs has a controller; the first failed because: {reason}")]
+    #[error("none of {tried} designs has a controller; the first failed: {reason}")]
     NoDesign { tried: usize, reason: String },
 }
 

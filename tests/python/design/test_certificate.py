@@ -238,7 +238,7 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
     done = run_squid("verify", file, "--vehicle", SQUID)
     assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
     assert "at ticks of 0.02 s, of vehicle.toml" in done.stdout
-    assert "its controller is that of controller.json beside it, 0 ticks late" in done.stdout
+    assert "its controller is that of controller.json beside it, with a delay of 0 ticks" in done.stdout
     done = run_squid("verify", file, "--vehicle", ROOT / "vehicles/remus100")
     assert done.returncode == 1 and "not of this plant" in done.stderr
     beside = stored_design / "controller.json"
@@ -248,7 +248,7 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
     done = run_squid("verify", file, "--vehicle", SQUID)
     assert done.returncode == 1 and "matrix A differs" in done.stderr
     beside.unlink()
-    assert "compared with none" in run_squid("verify", file, "--vehicle", SQUID).stdout
+    assert "its controller was not compared" in run_squid("verify", file, "--vehicle", SQUID).stdout
 
 
 def test_a_controller_amplified_under_a_fitting_guid(

@@ -80,7 +80,7 @@ def test_commands_come_as_late_as_the_design_declares(
     packages = kept(run_squid, vehicle)
     assert "too fast for the sample time" in (packages.folder / "design.txt").read_text(encoding="utf-8")
     sampled = run_squid("verify", packages.folder / "sampled_certificate.json", "--vehicle", vehicle)
-    assert "controller.json beside it, 5 ticks late" in sampled.stdout, sampled.stderr
+    assert "controller.json beside it, with a delay of 5 ticks" in sampled.stdout, sampled.stderr
     flown = pitch_step(packages, 1.5, TEN_DEGREES, 40.0)
     commands = np.column_stack([flown[name] for name in limits(packages)])
     moved = np.abs(commands - commands[0]).max(axis=1) > 1e-3

@@ -111,7 +111,7 @@ def test_independent_check_agrees(run_squid: Run, found: Found) -> None:
     path = found.problem.with_name("certificate.json")
     for words in (("lpv", "check", found.problem, path), ("verify", path)):
         done = run_squid(*words)
-        assert done.returncode == 0 and "With commands cut off at the limits in the file" in done.stdout
+        assert done.returncode == 0 and "With commands saturated at the limits in the file" in done.stdout
     controller = json.loads(found.problem.with_name("controller.json").read_text("utf-8"))
     assert controller["anti_windup"] == found.certificate["energy"]["E"]
     assert controller["limits"] == found.certificate["energy"]["limits"]

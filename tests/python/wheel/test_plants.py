@@ -161,7 +161,7 @@ def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
     }  # fmt: skip
     found = sq.lpvsyn(P, [1], dt=0.1)
     theorem = found.certificate.verify()
-    assert theorem.gamma == found.gam and "every sequence of the 1 parameter" in theorem.claim
+    assert theorem.gamma == found.gam and "every sequence of the parameter" in theorem.claim
     p = {key: np.array(value, dtype=float) for key, value in P.items()}
     rng = np.random.default_rng(5)
     for jumps in (1, 7, 200):
@@ -191,7 +191,7 @@ def test_a_scheduled_controller_with_limits(sq: ModuleType) -> None:
     assert found.K.anti_windup.shape == (len(found.K.matrices["A"]), 1) and found.K.anti_windup.any()
     gains, energies = zip(*found.gam_with_limits, strict=True)
     assert found.gam < gains[0] and sorted(gains) == list(gains) and sorted(energies) == list(energies)
-    assert "With commands cut off at the limits" in found.certificate.verify().claim
+    assert "With commands saturated at the limits" in found.certificate.verify().claim
     plain = sq.lpvsyn(P, [1])
     assert plain.K.anti_windup is None and plain.gam_with_limits == []
     with pytest.raises(sq.InputError, match="'limits' has the number -1 in place 1"):

@@ -266,6 +266,9 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
 /// As [`run`]; [`squid_campaign::error::Error::NoFlight`].
 pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let path = directory.join(ABOUT);
+    if !path.exists() {
+        return Err(squid_campaign::error::Error::NoCampaign { path: path.display().to_string() }.into());
+    }
     let unreadable = |reason| StoreError::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
     let About { vehicle, design, bandwidth, out, sea, seed, points, starts, fmus } = about;

@@ -42,6 +42,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(&inputs));
     unproved.iter().for_each(|words| say(words));
+    inputs.vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
     let mut shown = Map::new();
     if let Some(v) = speed {
         say(&tables::speed(&inputs, v)?);
@@ -79,7 +80,7 @@ fn shown_controller(
         let design = || squid_design::run::run(inputs, &Progress::default());
         finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
         let whose =
-            format!("No design of these files is in {directory}; this is the result of `squid design`");
+            format!("No design of these files is in {directory}; this one was computed now, and is not stored");
         (whose, &finished.design.controller, &finished.frozen.controller.gamma)
     };
     let words = tables::controller(inputs, k, gamma)?;

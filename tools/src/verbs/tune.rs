@@ -32,6 +32,10 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize))
         let allowed = format!("from {} to {}", auv::number(MINUTES.0), auv::number(MINUTES.1));
         return Err(Error::Argument { name: "--minutes", found: auv::number(minutes), allowed });
     }
+    if designs == 0 {
+        let allowed = "at least 1".into();
+        return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
+    }
     let (inputs, text, begun) = read(vehicle, design)?;
     // A file that people wrote is not overwritten unless they name it.
     let to = vehicle.join(format!("{}.toml", to.unwrap_or(if begun { design } else { "tuned" })));
@@ -107,7 +111,7 @@ fn front(tuned: &Tuned) -> String {
         false => "all designs tried, none of which meets all requirements",
     };
     let mut lines = vec![
-        format!("what speed costs in margin: of {of}, judged at a few speeds, those that none beats in both"),
+        format!("the Pareto front of rise time and disk margin: {of}, evaluated at a few speeds"),
         "rise s   disk margin deg".to_owned(),
     ];
     let rows = tuned.front.iter().step_by(every);

@@ -54,10 +54,10 @@ pub fn run(
     };
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
-    say(&format!("PROVED: {theorem}"));
+    say(&format!("PROVED: {}", theorem.sentences().join("\n  ")));
     if let Some(ClaimedStep { output, size, unit }) = verified.step {
         say(&format!(
-            "That step at the limits is one of the {} reference, of up to {size} {unit} from trim.",
+            "  That step is one of the {} reference, of up to {size} {unit}.",
             output.name
         ));
     }

@@ -586,3 +586,24 @@ fn a_curve_that_is_none_is_refused() {
     );
     assert!(message(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", message(&fin));
 }
+
+/// Changes that are allowed but hardly meant get a remark each; the vehicles that are shipped get none.
+#[test]
+fn doubts() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let shipped = ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"];
+    let files = shipped.map(|name| format!("vehicles/{name}/vehicle.toml"));
+    for file in files.iter().map(String::as_str).chain(["tests/vehicles/nps_auv_ii/vehicle.toml"]) {
+        assert_eq!(Vehicle::read(&root.join(file)).unwrap().doubts(), [""; 0], "{file}");
+    }
+    for (from, to, expected) in [
+        ("z_G = { value = 0.03,", "z_G = { value = -0.03,", "gravity is 0.03 m above the centre of buoyancy"),
+        ("Z_uw = { value = -67", "Z_uw = { value = 67", "acts in the direction of w"),
+        ("M_q_dot = { value = -12.25", "M_q_dot = { value = -1225", "'M_q_dot' is 73.4"),
+        ("lag = { value = 0.2,", "lag = { value = 200.0,", "the lag of 'lower' is 200 s"),
+    ] {
+        assert!(SQUID.contains(from), "{from}");
+        let doubts = Vehicle::parse(&SQUID.replacen(from, to, 1), "vehicle.toml").unwrap().doubts();
+        assert!(doubts.len() == 1 && doubts[0].contains(expected), "{doubts:?}");
+    }
+}

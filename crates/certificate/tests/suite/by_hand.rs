@@ -18,7 +18,7 @@ fn one_parameter_in_plant_and_controller() {
     let above = if 3.0 * (2.0_f64 / 3.0) > 2.0 { 2.0 / 3.0 } else { (2.0_f64 / 3.0).next_up() };
     assert_eq!(
         prove(&scheduled(0.75)).unwrap(),
-        "For every measurable trajectory of the 1 parameter in [-1, 1] the closed loop of 1 state is exponentially \
+        "For every measurable trajectory of the parameter in [-1, 1] the closed loop of 1 state is exponentially \
          stable and its L2 gain from w to z is below 0.75. \
          Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`."
     );

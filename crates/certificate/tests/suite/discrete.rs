@@ -54,7 +54,7 @@ fn one_parameter() {
     };
     let claim = with(2.5).unwrap();
     assert!(claim.starts_with(
-        "For every sequence of the 1 parameter in [-1, 1] the closed loop of 1 state in discrete"
+        "For every sequence of the parameter in [-1, 1] the closed loop of 1 state in discrete"
     ));
     assert!(with(1.99).is_err());
 }

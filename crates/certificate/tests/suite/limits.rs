@@ -50,7 +50,7 @@ fn a_loop_by_hand() {
         theorem.contains("a step of at most 0.4 from rest where input 0 enters, past the filters"),
         "{theorem}"
     );
-    assert!(theorem.ends_with("exponentially, within its region, x'Xx with the rate 1."), "{theorem}");
+    assert!(theorem.ends_with("exponentially, within its region: x'Xx decays with the rate 1."), "{theorem}");
     // Up to their bounds, and no further.
     for (key, true_, false_, refusal) in [
         ("U", json!([1.26]), json!([1.25]), "the matrix of the inequality"),
@@ -112,7 +112,7 @@ fn a_rate_by_hand() {
     };
     let theorem = prove(&by_rate("rates", json!([0]))).unwrap();
     assert!(
-        theorem.contains("fed back by E, and so the rate of 1 state of the plant, for that Delta"),
+        theorem.contains("limits in the file and the rate of 1 state of the plant limited, the part"),
         "{theorem}"
     );
     for (key, value, refusal) in [

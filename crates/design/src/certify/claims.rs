@@ -41,12 +41,12 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
         _ => ("trim", "keeps the loop in a region from which it"),
     };
     let cut = match theorem.limits {
-        Some(LimitTheorem { rates: 0, .. }) => "commands cut off at their limits",
-        _ => "commands and rates of actuators cut off at their limits",
+        Some(LimitTheorem { rates: 0, .. }) => "with saturated commands",
+        _ => "with saturated commands and actuator rates",
     };
     Some(format!(
         "{step} from {from}, held for any time and taken back,\n\
-         {kept} returns to trim, {cut},\n\
+         {kept} returns to trim {cut},\n\
          for any trajectory of speed from {} to {} m/s with its reference held, and every model in the ball",
         design.scheduling.minimum, design.scheduling.maximum
     ))
