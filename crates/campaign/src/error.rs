@@ -32,7 +32,9 @@ pub enum Error {
     #[error("the results cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
     /// No campaign has been flown.
-    #[error("{path}: there is no such file; run `squid campaign` first, and name the directory of its results")]
+    #[error(
+        "{path}: there is no such file; run `squid campaign` first, and name the directory of its results"
+    )]
     NoCampaign { path: String },
     /// A flight that is not there.
     #[error("there is no flight {flight} in {path}: its flights are 0 to {last}")]

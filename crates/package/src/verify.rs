@@ -143,7 +143,9 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
             let ticks = inputs.design.delay_ticks();
             let design = ControllerDesign::from_json(&read(&beside)?)?;
             sampled::matches(&design, ticks, certificate)?;
-            format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
+            format!(
+                "{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks"
+            )
         }
     };
     Ok(vec![plant, controller])

@@ -79,8 +79,9 @@ fn shown_controller(
     } else {
         let design = || squid_design::run::run(inputs, &Progress::default());
         finished = Progress::new(&show).timed("design", "solving the matrix inequalities", design).0?;
-        let whose =
-            format!("No design of these files is in {directory}; this one was computed now, and is not stored");
+        let whose = format!(
+            "No design of these files is in {directory}; this one was computed now, and is not stored"
+        );
         (whose, &finished.design.controller, &finished.frozen.controller.gamma)
     };
     let words = tables::controller(inputs, k, gamma)?;

@@ -56,10 +56,7 @@ pub fn run(
     let theorem = &verified.theorem;
     say(&format!("PROVED: {}", theorem.sentences().join("\n  ")));
     if let Some(ClaimedStep { output, size, unit }) = verified.step {
-        say(&format!(
-            "  That step is one of the {} reference, of up to {size} {unit}.",
-            output.name
-        ));
+        say(&format!("  That step is one of the {} reference, of up to {size} {unit}.", output.name));
     }
     let step = |name: &str| verified.step.filter(|step| step.output.name == name).map(|step| step.size);
     Ok(answer(&json!({

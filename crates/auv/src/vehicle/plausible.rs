@@ -32,11 +32,20 @@ impl Vehicle {
             )
         });
         let added = [("Z_w_dot", -c.Z_w_dot, "mass", c.mass), ("M_q_dot", -c.M_q_dot, "I_yy", c.I_yy)];
-        let added = added.into_iter().filter(|(_, added, _, own)| *added > ADDED * own).map(|(key, added, of, own)| {
-            format!("'{key}' is {} times '{of}'; more than {ADDED} times is unusual: check its unit", rounded(added / own))
-        });
+        let added = added.into_iter().filter(|(_, added, _, own)| *added > ADDED * own).map(
+            |(key, added, of, own)| {
+                format!(
+                    "'{key}' is {} times '{of}'; more than {ADDED} times is unusual: check its unit",
+                    rounded(added / own)
+                )
+            },
+        );
         let lags = self.actuators.iter().filter(|a| a.lag > LAG).map(|a| {
-            format!("the lag of '{}' is {} s; more than {LAG} s is unusual: check its unit", a.name, rounded(a.lag))
+            format!(
+                "the lag of '{}' is {} s; more than {LAG} s is unusual: check its unit",
+                a.name,
+                rounded(a.lag)
+            )
         });
         gravity.into_iter().chain(lift).chain(added).chain(lags).collect()
     }

@@ -125,7 +125,10 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
     let row = |used: &Use| {
         let (value, remark) = match &found.flight.lost {
             Some(reason) => (f64::NAN, reason.clone()),
-            None => (PER_CENT * used.most, format!("level flight at the same speed references: {:.0} %", PER_CENT * used.trim)),
+            None => (
+                PER_CENT * used.most,
+                format!("level flight at the same speed references: {:.0} %", PER_CENT * used.trim),
+            ),
         };
         (format!("{} in the default flight", used.actuator), vec![Figure::new(value).because(remark)])
     };

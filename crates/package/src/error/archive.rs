@@ -26,6 +26,8 @@ pub enum ArchiveError {
     #[error("{name}: it has more than {most} bytes")]
     Large { name: String, most: u64 },
     /// There is no GUID.
-    #[error("modelDescription.xml: it is missing, or names no guid; of an SSP, unpack the FMUs in resources/")]
+    #[error(
+        "modelDescription.xml: it is missing, or names no guid; of an SSP, unpack the FMUs in resources/"
+    )]
     NoGuid,
 }
