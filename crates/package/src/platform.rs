@@ -69,7 +69,8 @@ impl Platform {
         format!("binaries/{}/{identifier}{}", self.folder, self.suffix)
     }
 
-    /// Looks for the shared library in `binaries`, or beside this program as cargo lays it out.
+    /// Looks for the shared library in `binaries`; or beside this program as cargo lays it out, and then in `target` of
+    /// the working directory, for a program that is installed elsewhere.
     ///
     /// For another platform than this program's, it is in a folder named for the platform below `binaries`.
     ///
@@ -78,12 +79,15 @@ impl Platform {
     pub fn find(self, kind: Kind, binaries: Option<&Path>) -> Result<PathBuf, Error> {
         let library = format!("{}{}{}", self.prefix, kind.library().replace('-', "_"), self.suffix);
         let beside = std::env::current_exe().ok().and_then(|exe| Some(exe.parent()?.to_path_buf()));
-        let places: Vec<PathBuf> = match (binaries, beside, self.triple) {
-            (Some(directory), _, None) => vec![directory.to_path_buf()],
-            (Some(directory), _, Some(_)) => vec![directory.join(self.folder)],
-            (None, Some(beside), None) => vec![beside.join("fmu"), beside.join("../fmu")],
-            (None, Some(beside), Some(triple)) => vec![beside.join("..").join(triple).join("fmu")],
-            (None, None, _) => vec![],
+        let targets = beside.iter().map(|beside| beside.join("..")).chain([PathBuf::from("target")]);
+        let places: Vec<PathBuf> = match (binaries, self.triple) {
+            (Some(directory), None) => vec![directory.to_path_buf()],
+            (Some(directory), Some(_)) => vec![directory.join(self.folder)],
+            (None, None) => {
+                let unpacked = beside.iter().map(|beside| beside.join("fmu"));
+                unpacked.chain(targets.map(|target| target.join("fmu"))).collect()
+            }
+            (None, Some(triple)) => targets.map(|target| target.join(triple).join("fmu")).collect(),
         };
         let library_path = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
         library_path.ok_or_else(|| Error::NoBinary {

@@ -69,6 +69,8 @@ def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: s
     assert own == theirs and json.loads(own)
     text = (mine / "vehicle.toml").read_text(encoding="utf-8")
     assert '\nname = "mine"\n' in text and '\nstatus = "surrogate"\n' in text
+    design = (mine / "design.toml").read_text(encoding="utf-8")
+    assert f"squid design {mine} --design NAME" in design and f"vehicles/{like}" not in text + design
 
 
 def test_a_new_vehicle_overwrites_nothing(run_squid: Run, tmp_path: Path) -> None:

@@ -57,11 +57,14 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let head = format!(
         "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
     );
+    // Commands in comments name the new directory.
+    let shown = quoted(&directory.display().to_string());
+    let here = |text: &str| text.replace(&format!("vehicles/{whose}"), &shown);
     let status = |line: &str| line.starts_with("status = ");
     let own = |line: &str| match line {
         line if line == theirs => format!("name = \"{name}\""),
         line if status(line) => "status = \"surrogate\"".to_owned(),
-        line => line.to_owned(),
+        line => here(line),
     };
     let vehicle = head.clone() + &vehicle.lines().map(|line| own(line) + "\n").collect::<String>();
     let file = directory.join("vehicle.toml");
@@ -70,9 +73,8 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
         .map_err(|reason| StoreError::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
-    files.add(directory.join("design.toml"), head + design);
+    files.add(directory.join("design.toml"), head + &here(design));
     files.save(directory)?;
-    let shown = quoted(&directory.display().to_string());
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\
@@ -85,6 +87,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
     Ok(answer(&json!({ "files": files }))?)
 }
+
 /// A path as a shell takes it for one word.
 fn quoted(path: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/\\.:_-~".contains(c);
