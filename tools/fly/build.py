@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -17,9 +18,14 @@ BUILD_LIBRARIES = ("build", "--profile", "fmu", *(word for name in LIBRARIES for
 
 
 def build() -> None:
-    """Build the command and the binaries; cargo skips what has not changed."""
-    run(["cargo", *BUILD_LIBRARIES], variables={"CARGO_ENCODED_RUSTFLAGS": without_paths()})
-    build_command()
+    """Build the command and, at the same time, the binaries, whose output goes to a log; cargo skips what is done."""
+    variables = {"CARGO_ENCODED_RUSTFLAGS": without_paths()}
+    with ThreadPoolExecutor() as pool:
+        binaries_built = pool.submit(
+            run, ["cargo", *BUILD_LIBRARIES], variables=variables, log="fmu-binaries"
+        )
+        build_command()
+        binaries_built.result()
 
 
 def without_paths() -> str:

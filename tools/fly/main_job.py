@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from fly import build, environment, package, platforms, room
@@ -23,13 +24,16 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     package.sources_of(vehicle, design)
     names = platforms.named(platform_words)
     room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), TEMPORARY, "building and flying")
-    with stage("Building the command squid and the binaries of the FMUs"):
+    with (
+        stage("Building squid and the binaries of the FMUs; creating the Python environment (FMPy)"),
+        ThreadPoolExecutor() as pool,
+    ):
+        environment_made = pool.submit(environment.ready)
         build.build()
+        python = environment_made.result()
     if names:
         with stage(f"Building the binaries for {', '.join(names)}"):
             platforms.build_all(names)
-    with stage("Creating the Python environment (FMPy)"):
-        python = environment.ready()
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
         packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)
     python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle)

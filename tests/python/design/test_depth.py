@@ -58,7 +58,7 @@ def test_the_step_at_the_limits_is_one_of_the_depth(deep: Packages, run_squid: R
         found = json.loads(done.stdout)
         assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
     said = " ".join(run_squid("verify", deep.controller).stdout.split())
-    assert f"one of the depth reference, of up to {found['depth_step_m']:g} m from trim." in said
+    assert f"one of the depth reference, of up to {found['depth_step_m']:g} m." in said
 
 
 def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:

@@ -12,7 +12,7 @@ const ADDED: f64 = 5.0;
 const LAG: f64 = 5.0;
 
 impl Vehicle {
-    /// Remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above the centre of
+    /// Remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above that of
     /// buoyancy, lift that acts with the heave velocity, added mass and lags that are too large.
     pub fn doubts(&self) -> Vec<String> {
         let c = &self.coefficients;

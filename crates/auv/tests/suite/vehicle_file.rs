@@ -599,7 +599,7 @@ fn doubts() {
     for (from, to, expected) in [
         ("z_G = { value = 0.03,", "z_G = { value = -0.03,", "gravity is 0.03 m above the centre of buoyancy"),
         ("Z_uw = { value = -67", "Z_uw = { value = 67", "acts in the direction of w"),
-        ("M_q_dot = { value = -12.25", "M_q_dot = { value = -1225", "'M_q_dot' is 73.4"),
+        ("M_q_dot = { value = -12.25", "M_q_dot = { value = -1225.", "'M_q_dot' is 73.4"),
         ("lag = { value = 0.2,", "lag = { value = 200.0,", "the lag of 'lower' is 200 s"),
     ] {
         assert!(SQUID.contains(from), "{from}");

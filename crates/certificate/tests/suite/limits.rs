@@ -46,10 +46,7 @@ fn with(mut c: Value, key: &str, value: Value) -> Value {
 #[test]
 fn a_loop_by_hand() {
     let theorem = prove(&integrator()).unwrap();
-    assert!(
-        theorem.contains("a step of at most 0.4 from rest where input 0 enters, past the filters"),
-        "{theorem}"
-    );
+    assert!(theorem.contains("a step of at most 0.4 from rest at input 0, behind the filters"), "{theorem}");
     assert!(theorem.ends_with("exponentially, within its region: x'Xx decays with the rate 1."), "{theorem}");
     // Up to their bounds, and no further.
     for (key, true_, false_, refusal) in [

@@ -127,7 +127,7 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
             Some(reason) => (f64::NAN, reason.clone()),
             None => (
                 PER_CENT * used.most,
-                format!("level flight at the same speed references: {:.0} %", PER_CENT * used.trim),
+                format!("level flight at the same speeds: {:.0} %", PER_CENT * used.trim),
             ),
         };
         (format!("{} in the default flight", used.actuator), vec![Figure::new(value).because(remark)])
