@@ -380,8 +380,8 @@ pub struct Which {
     /// The design: a file NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
     pub design: String,
-    /// Replace the bandwidth w_b of every tracking weight, rad/s; for paper.toml of Squid (Sutarto and Budiyono try
-    /// 0.46, 0.23 and 0.1)
+    /// Replace the bandwidth w_b of every tracking weight, rad/s; with `--design paper` of Squid, 0.46, 0.23 and 0.1
+    /// are those of the paper
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
     /// The directory for all files; by default build/VEHICLE/DESIGN

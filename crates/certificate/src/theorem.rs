@@ -108,9 +108,7 @@ impl Theorem {
                 .collect(),
         }
     }
-}
 
-impl Theorem {
     /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, bounded energy.
     pub fn sentences(&self) -> Vec<String> {
         let mut all = vec![self.gain(), self.model_error()];

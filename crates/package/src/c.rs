@@ -53,8 +53,8 @@ pub fn pack(
 
 /// What no claim of a certificate covers.
 fn limits_of_the_proof() -> String {
-    "This is of the controller in continuous time and of linear models. `squid design` proves the sampled loop apart \
-     (sampled_certificate.json); rounding, other saturation and the nonlinear vehicle are not covered."
+    "This is of the controller in continuous time and of linear models. What is proved of the sampled loop \
+     is in the design's sampled_certificate.json; rounding, other saturation and the nonlinear vehicle are not covered."
         .to_owned()
 }
 

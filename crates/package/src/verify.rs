@@ -133,7 +133,8 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
     let (shown, tick) = (path.display(), inputs.design.sample_time);
     let plant = format!(
         "{shown}: its plant is that of {}, in the continuous time to which the trapezoidal rule maps ticks of {tick} \
-         s; what is proved holds for the sampled loop, for every speed that is constant from tick to tick",
+         s; what is proved holds for the sampled loop, with the fit advanced by that rule, for every speed that is \
+         constant from tick to tick",
         named(inputs)
     );
     let beside = path.with_file_name(CONTROLLER);

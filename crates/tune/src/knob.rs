@@ -43,7 +43,7 @@ impl Knob {
         }
     }
 
-    /// What its number becomes in a design.
+    /// The numbers of a design that it turns.
     fn numbers(self, design: &mut DesignFile) -> Vec<&mut f64> {
         match self {
             Self::Frequency(i) => design.tracked[i].model.iter_mut().map(|m| &mut m.frequency).collect(),

@@ -104,6 +104,11 @@ def test_what_is_no_record_of_a_flight(
     assert not record.with_suffix(".svg").exists()
 
 
+def test_a_search_has_at_least_one_design(run_squid: Run, copied_vehicle: Path) -> None:
+    done = run_squid("tune", copied_vehicle, "--designs", "0")
+    assert done.returncode == 64 and "--designs is 0; it must be at least 1" in done.stderr
+
+
 def test_a_program_gets_its_object_of_a_wrong_command_line_too(run_squid: Run) -> None:
     for words in (("show", "--json"), ("design", REMUS100, "--bogus", "--json")):
         done = run_squid(*words)

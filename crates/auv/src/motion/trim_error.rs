@@ -22,7 +22,7 @@ pub enum TrimError {
     #[error(
         "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \
             {} N and the moments (nearest at an incidence of {incidence_deg:.1} deg, with {} m/s2 or rad/s2 \
-            left); raise 'model.speed_min', bring weight and buoyancy closer together, or add a vertical thruster",
+            left); what may help: more speed, weight and buoyancy closer together, a vertical thruster",
         Rounded(*speed), Rounded(*depth), Rounded(*weight), Rounded(*buoyancy), Rounded(*residual)
     )]
     NotFound { speed: f64, depth: f64, weight: f64, buoyancy: f64, incidence_deg: f64, residual: f64 },
