@@ -3,8 +3,8 @@
 use crate::vehicle::Vehicle;
 use crate::words::rounded;
 
-/// Added mass of more than this multiple of the vehicle's own is unusual: for the vehicles that are shipped it is 0.6 to
-/// 1.4 times as much.
+/// Added mass of more than this multiple of the vehicle's own is unusual: it is 0.6 to 1.4 times as much for the
+/// vehicles that are shipped.
 const ADDED: f64 = 5.0;
 
 /// A lag of more than this is unusual (s): servos take a tenth, thrusters less than a second, and a speed that is given
