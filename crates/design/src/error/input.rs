@@ -26,7 +26,7 @@ pub enum InputError {
     /// An actuator's name belongs to another variable of the FMUs.
     #[error(
         "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \
-            the FMUs"
+            the FMUs; give it another 'name'"
     )]
     ActuatorName { file: String, actuator: String, name: String },
     /// Waves on a hull of no size.

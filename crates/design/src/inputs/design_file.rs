@@ -60,6 +60,13 @@ const CONTROL_WEIGHT: Range = Range {
     words: "from 1e-6 to 1e6; without a weight on the actuators their gains grow without limit",
 };
 
+/// Disturbances at the actuators: ten times the limits are far more than any controller could hold.
+const DISTURBANCE: Range = Range {
+    least: 0.0,
+    most: 10.0,
+    words: "from 0 to 10; 1 is the larger of |min| and |max| of each actuator",
+};
+
 /// Gains at high frequency, relative to those at frequency 0.
 const RISE: Range = Range { least: 1.0, most: 1e6, words: "from 1, no less than at low frequencies, to 1e6" };
 

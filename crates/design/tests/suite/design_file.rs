@@ -64,6 +64,11 @@ fn wrong_types_are_reported_in_one_sentence() {
             "weight = 2026-01-01",
             "'control.weight' is the date or time 2026-01-01; it must be a number",
         ),
+        (
+            "disturbance = 0.543",
+            "disturbance = 54.3",
+            "'control.disturbance' is 54.3; it must be from 0 to 10; 1 is the larger of |min| and |max| of each",
+        ),
         ("unit = \"m/s\"", "unit = 7", "'track.unit' is the number 7; it must be \"m/s\""),
         (
             "output = \"pitch\"",

@@ -4,7 +4,7 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DesignFile, RATE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
+    CONTROL_WEIGHT, DISTURBANCE, DesignFile, RATE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
@@ -165,7 +165,7 @@ impl Control {
         table.allow_only(&["weight", "rise", "corner", "disturbance", "lags"]);
         Self {
             weight: rising(table, "weight", CONTROL_WEIGHT, 1.0),
-            disturbance: table.number("disturbance", |v| (0.0..=1e6).contains(&v), "from 0 to 1e6"),
+            disturbance: within(table, "disturbance", DISTURBANCE),
             lags: table.or("lags", false, Table::truth),
         }
     }
