@@ -13,12 +13,13 @@ import signal
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from itertools import islice
 from multiprocessing import resource_tracker
 from pathlib import Path
+from types import FrameType
 
 import cloudpickle
 from distributed import Client, Future, LocalCluster, as_completed
@@ -125,6 +126,37 @@ def uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+@contextmanager
+def interruptible() -> Iterator[Callable[[], None]]:
+    """Hold the first Ctrl-C back until the function that is yielded is called, which raises it.
+
+    Raised wherever it comes, it may meet a destructor of Dask's, in which Python ignores it. The second one is raised
+    at once.
+    """
+    pressed = []
+
+    def hear(number: int, _: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, before)
+        pressed.append(number)
+
+    def check() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    before = signal.getsignal(signal.SIGINT)
+    # One that is ignored, as in the background of a shell, stays so.
+    if before is signal.default_int_handler:
+        signal.signal(signal.SIGINT, hear)
+    try:
+        yield check
+    except SystemExit:
+        # The command heard it, too.
+        check()
+        raise
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
     """Fly the parts that are missing, some at a time, and keep each as soon as it is flown.
 
@@ -152,12 +184,14 @@ def fly_all(client: Client, way: ByCommand | ByFmus, asked: dict) -> None:
             running.add(future)
 
     try:
-        fill()
-        for future in running:
-            part = flying.pop(future.key)
-            way.keep(part, flown(future, part))
-            del future
+        with interruptible() as check:
             fill()
+            for future in running:
+                part = flying.pop(future.key)
+                way.keep(part, flown(future, part))
+                del future
+                check()
+                fill()
     finally:
         with suppress(Exception):
             client.unregister_worker_plugin(name)
