@@ -88,22 +88,3 @@ def build_all(words: str) -> int:
         with stage(f"Building the wheel for {platform}"):
             print(f"    {build(platform)}")
     return 0
-
-
-def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
-    """Return the Python of a new environment that has a wheel, what it needs, and `beside`; nothing else."""
-    shutil.rmtree(home, ignore_errors=True)
-    run([sys.executable, "-m", "venv", home], log="wheel-venv")
-    python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    install = [python, "-m", "pip", "install", "--disable-pip-version-check", wheel_file, *beside]
-    run(install, log="wheel-pip")
-    return python
-
-
-def packages(python: Path) -> set[str]:
-    """Return the names of what is installed beside pip and setuptools."""
-    done = subprocess.run(
-        [python, "-m", "pip", "list", "--format", "freeze"], capture_output=True, text=True, check=True
-    )
-    names = {line.partition("==")[0].lower() for line in done.stdout.splitlines() if "==" in line}
-    return names - {"pip", "setuptools"}

@@ -36,8 +36,8 @@ pub struct Proof {
     pub certificate: Certificate,
     /// What it proves.
     pub theorem: Theorem,
-    /// The size of the model error that is covered, in the coordinates of [`ModelError`].
-    pub model_error: f64,
+    /// The size of the model error that is covered, in the coordinates of [`ModelError`]; `None` where none is.
+    pub model_error: Option<f64>,
 }
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
@@ -71,7 +71,7 @@ pub fn certify(
         // Inequalities that hold by their eigenvalues may be lost in the rounding of a tight bound.
         cleared(&closed, &missed, &covered).map_or(Err(reason), |clear| proved(&clear))
     })?;
-    Ok(Proof { certificate, theorem, model_error: size })
+    Ok(Proof { certificate, theorem, model_error: Some(size) })
 }
 
 /// Why no bound covers the model error, in words of the vehicle where they are known.

@@ -4,7 +4,7 @@
 use crate::augment::augment;
 use crate::certify::claims;
 use crate::certify::limits::with_limits;
-use crate::certify::sampled::{SampledProof, sampled};
+use crate::certify::sampled::sampled;
 use crate::certify::{Proof, certify};
 use crate::check::{CHECKED_SPEEDS, Checks, check};
 use crate::error::Error;
@@ -40,7 +40,7 @@ pub struct Finished {
     /// The certificate, or why there is none.
     pub proof: Result<Proof, String>,
     /// The same of the sampled loop.
-    pub sampled: Result<SampledProof, String>,
+    pub sampled: Result<Proof, String>,
     /// What the FMUs carry.
     pub frozen: Frozen,
     /// The robust design, if that was asked for.
@@ -132,7 +132,7 @@ fn sampled_stage(
     model: &Model,
     design: &Design,
     progress: &Progress,
-) -> Result<SampledProof, String> {
+) -> Result<Proof, String> {
     let what = "the gain of the sampled loop, in exact arithmetic";
     let (proof, seconds) =
         progress.timed("sampled", what, || sampled(&inputs.vehicle, &inputs.design, model, design));

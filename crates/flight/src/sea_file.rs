@@ -2,10 +2,9 @@
 
 use crate::sea::{PERFECT, Sea, Swell};
 use auv::number;
-use auv::toml_file::{Document, FileError, Table, read_text};
+use auv::toml_file::{Document, FileError, Table};
 use signals::{Each, SIGNALS};
 use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
-use std::path::Path;
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 
@@ -13,18 +12,10 @@ const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 const DEPTH: &str = "0 or above (m)";
 
 impl Sea {
-    /// Reads and checks the file of a sea.
+    /// Reads and checks the text of the file of a sea; `file` is its name in messages.
     ///
     /// # Errors
     /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        Self::parse(&read_text(path)?, &path.display().to_string())
-    }
-
-    /// Reads and checks the text of such a file; `file` is its name in messages.
-    ///
-    /// # Errors
-    /// As [`Sea::read`].
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         let read = sea(&document.root());

@@ -206,7 +206,7 @@ fn a_sea_is_read_from_its_file() {
     let text = std::fs::read_to_string(vehicles().join("sea.toml")).unwrap();
     let text: String =
         text.lines().filter(|line| !line.starts_with('#')).map(|line| line.to_owned() + "\n").collect();
-    let sea = Sea::read(&vehicles().join("sea.toml")).unwrap();
+    let sea = Sea::parse(&text, "sea.toml").unwrap();
     assert_eq!((sea.seed, sea.depth, sea.vertical), (1, Some(10.0), 0.0));
     assert_eq!(sea.layers.at(5.0), (0.2, 0.0));
     assert_eq!(sea.waves.as_ref().map(|waves| waves.components), Some(100));

@@ -106,7 +106,7 @@ pub fn anti_windup(
     check(loops, controller_states)?;
     let sizes = sizes(loops)?;
     let (n, m) = (sizes.len(), loops[0].limits.len());
-    let mut program = Program::new();
+    let mut program = Program::default();
     // Within phi_j / limit_j, and states in units of their sizes.
     let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
     let own = sizes.rows(n - controller_states, controller_states).into_owned();

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
+import shutil
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
-from fly import wheel
-from fly.stages import ROOT
+from fly.stages import ROOT, run
 
 README = ROOT / "crates" / "python" / "README.md"
 PROBE = """
@@ -24,9 +26,28 @@ print(json.dumps([gam, sq.hinfnorm(CL)[0], type(K).__module__, sorted(m for m in
 """
 
 
+def fresh(wheel_file: Path, home: Path, *beside: str) -> Path:
+    """Return the Python of a new environment that has a wheel, what it needs, and `beside`; nothing else."""
+    shutil.rmtree(home, ignore_errors=True)
+    run([sys.executable, "-m", "venv", home], log="wheel-venv")
+    python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    install = [python, "-m", "pip", "install", "--disable-pip-version-check", wheel_file, *beside]
+    run(install, log="wheel-pip")
+    return python
+
+
+def packages(python: Path) -> set[str]:
+    """Return the names of what is installed beside pip and setuptools."""
+    done = subprocess.run(
+        [python, "-m", "pip", "list", "--format", "freeze"], capture_output=True, text=True, check=True
+    )
+    names = {line.partition("==")[0].lower() for line in done.stdout.splitlines() if "==" in line}
+    return names - {"pip", "setuptools"}
+
+
 def test_it_needs_nothing_but_numpy(wheel_file: Path, tmp_path: Path) -> None:
-    python = wheel.fresh(wheel_file, tmp_path / "venv")
-    assert wheel.packages(python) == {"numpy", "squid-lpv"}
+    python = fresh(wheel_file, tmp_path / "venv")
+    assert packages(python) == {"numpy", "squid-lpv"}
     done = subprocess.run([python, "-c", PROBE], capture_output=True, text=True, cwd=tmp_path, check=True)
     gam, norm, module, others = json.loads(done.stdout)
     assert norm < gam < 1.2 * norm

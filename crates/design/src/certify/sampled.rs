@@ -2,12 +2,12 @@
 
 use crate::augment::augment;
 use crate::certify::verify::first_unlike;
-use crate::certify::{controller_of, controller_rows, direct_path, nominal, same_plant};
+use crate::certify::{Proof, controller_of, controller_rows, direct_path, nominal, same_plant};
 use crate::error::{Error, ModelError, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
-use certificate::{Certificate, Plant, Theorem};
+use certificate::{Certificate, Plant};
 use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
 use lpv::analysis::{AtTicks, GainBound};
 use lpv::direct_path::around;
@@ -22,15 +22,6 @@ pub const CERTIFICATE: &str = "sampled_certificate.json";
 
 const STAGE: &str = "analysis of the sampled loop";
 
-/// What is proved of the sampled loop.
-#[derive(Debug, Clone)]
-pub struct SampledProof {
-    /// The certificate: of the plant at the ticks.
-    pub certificate: Certificate,
-    /// What it proves.
-    pub theorem: Theorem,
-}
-
 /// Bounds the gain of the loop as it is sampled and proves the bound in exact arithmetic: the fit, advanced by the
 /// trapezoidal rule, and the controller as the FMU has it, its commands held and late, for every sequence of rho that
 /// is constant from tick to tick and jumps at the ticks however far. See [`lpv::analysis::at_ticks`].
@@ -38,12 +29,7 @@ pub struct SampledProof {
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`Error::Synthesis`]
 /// when no bound is found.
-pub fn sampled(
-    vehicle: &Vehicle,
-    file: &DesignFile,
-    model: &Model,
-    design: &Design,
-) -> Result<SampledProof, Error> {
+pub fn sampled(vehicle: &Vehicle, file: &DesignFile, model: &Model, design: &Design) -> Result<Proof, Error> {
     let AtTicks { plant, d22 } = at_ticks(vehicle, file, model)?;
     let controller = design.controller.late_at_ticks(file.delay_ticks(), file.sample_time);
     let inner = around(&controller, &-&d22).ok_or_else(|| {
@@ -57,7 +43,7 @@ pub fn sampled(
     let mut certificate = nominal(&plant, &controller, &bound);
     certificate.plant.d22 = direct_path(&d22);
     let theorem = certificate.prove()?;
-    Ok(SampledProof { certificate, theorem })
+    Ok(Proof { certificate, theorem, model_error: None })
 }
 
 /// The plant of the claim. The commands wait in the controller.

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::uncertain::gradients::{Gradients, ROUNDING, units};
-use crate::uncertain::reduce::range;
+use crate::uncertain::reduce::range_beside;
 use auv::Vehicle;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, block};
@@ -107,11 +107,11 @@ impl Pencil {
     fn term(&self, i: usize) -> Option<Lft> {
         let pairs = self.second.iter().filter(|(p, _, _)| *p == i);
         let bracket = pairs.fold(self.first[i].clone(), |sum, (_, j, both)| {
-            let rows = range(&block(&[&[&both.constant], &[&both.right]]).transpose());
+            let rows = range_beside(&block(&[&[&both.constant], &[&both.right]]).transpose(), 0.0);
             let (into, out) = (Lft::constant(rows.clone()), Lft::constant(rows.transpose()));
             sum.add(&both.multiply(&into).multiply(&repeated(1 + j, rows.ncols())).multiply(&out))
         });
-        let basis = range(&block(&[&[&bracket.constant, &bracket.left]]));
+        let basis = range_beside(&block(&[&[&bracket.constant, &bracket.left]]), 0.0);
         if basis.ncols() == 0 {
             return None;
         }

@@ -82,13 +82,8 @@ fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
     lft.transformed(&whole.transpose(), &whole, channels)
 }
 
-/// An orthonormal basis of the range of a matrix.
-pub fn range(a: &Mat) -> Mat {
-    range_beside(a, 0.0)
-}
-
-/// The same, where what is rounding beside `size` is nothing.
-fn range_beside(a: &Mat, size: f64) -> Mat {
+/// An orthonormal basis of the range of a matrix, where what is rounding beside `size` is nothing.
+pub fn range_beside(a: &Mat, size: f64) -> Mat {
     let decomposition = svd(a);
     let largest = decomposition.s.first().copied().unwrap_or(0.0).max(size);
     let rank = decomposition.s.iter().filter(|s| **s > ROUNDING * largest).count();

@@ -196,7 +196,7 @@ impl Posed {
     pub(crate) fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
         let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
         let n = scaled.a().nrows();
-        let mut program = Program::new();
+        let mut program = Program::default();
         let m = Multipliers {
             x: program.symmetric(n),
             s: program.symmetric_commuting(&scaled.channels),

@@ -109,5 +109,5 @@ impl Multipliers<Affine> {
 
 /// The printed matrix of a closed loop at the values of a bound.
 pub(crate) fn bounded_real_value(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Mat {
-    bounded_real(closed, error, &Multipliers::constant(bound)).value(&Program::new(), &[])
+    bounded_real(closed, error, &Multipliers::constant(bound)).value(&Program::default(), &[])
 }

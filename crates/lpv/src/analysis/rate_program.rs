@@ -136,7 +136,7 @@ impl<'a> Grid<'a> {
         if matches!(aim, RateAim::Stability) {
             systems.iter_mut().for_each(|s| *s = without_signals(s));
         }
-        let mut program = Program::new();
+        let mut program = Program::default();
         let unknowns = self.unknowns(&mut program, &systems, speed);
         let level = match aim {
             RateAim::Least => program.scalar(),
@@ -224,7 +224,7 @@ impl<'a> Grid<'a> {
         let level = Affine::number(found.gamma);
         let values = self.rates().into_iter().map(|rate| {
             let drift = Affine::constant(&slope * rate);
-            bounded_real(system, &Affine::constant(x.clone()), drift, &level).value(&Program::new(), &[])
+            bounded_real(system, &Affine::constant(x.clone()), drift, &level).value(&Program::default(), &[])
         });
         values.chain([-&x]).map(|m| scaled_largest_eigenvalue(&m)).fold(f64::NEG_INFINITY, f64::max)
     }

@@ -293,7 +293,7 @@ impl Search {
     /// The least 1/beta at a gain, in units of that without limits; with H = 0 the least gain.
     fn of(flow: &Flow<'_>, gain: Option<f64>) -> Result<Self, SynthesisError> {
         let loop_ = flow.transposed()?;
-        let mut program = Program::new();
+        let mut program = Program::default();
         let fed = loop_.own[2].nrows();
         let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, (fed, gain.is_none()));
         let least = program.scalar();

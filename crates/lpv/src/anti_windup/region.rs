@@ -319,7 +319,7 @@ impl<'a> Flow<'a> {
             (&half, 1.0, 1.0),
             self.reach(&commands)?,
         );
-        let mut program = Program::new();
+        let mut program = Program::default();
         let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
         let unknowns = Unknowns::of(&mut program, &loop_, &channels, (self.commands(), self.everywhere));

@@ -122,7 +122,7 @@ impl Grid {
 
     /// The least gamma, to an accuracy relative to itself plus 1.
     pub(crate) fn least(&self, accuracy: f64) -> Result<f64, SynthesisError> {
-        let mut program = Program::new();
+        let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
         let gamma = program.scalar();
         self.state(&mut program, &unknowns, &gamma, None);
@@ -140,7 +140,7 @@ impl Grid {
     /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the clearest.
     pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
         let level = Affine::number(gamma);
-        let mut program = Program::new();
+        let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
         self.state(&mut program, &unknowns, &level, None);
         self.couple(&mut program, &unknowns, 1.0);
@@ -156,7 +156,7 @@ impl Grid {
 
     /// Maximises the room c in `[X cI; cI Y]`, or at a given one the clearance.
     fn push(&self, level: &Affine, small: &Pair, room: Option<f64>) -> Result<(Pair, f64), SynthesisError> {
-        let mut program = Program::new();
+        let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
         let value = program.scalar();
         self.state(&mut program, &unknowns, level, room.map(|_| &value));

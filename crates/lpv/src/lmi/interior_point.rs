@@ -221,7 +221,7 @@ mod tests {
 
     /// The bounded-real lemma of a system, and its unknowns X and gamma.
     fn bounded_real(s: &StateSpace) -> (Program, Affine, Affine) {
-        let mut program = Program::new();
+        let mut program = Program::default();
         let x = program.symmetric(s.a.nrows());
         let gamma = program.scalar();
         let (lyapunov, constant) = (x.times(&s.a), |m: &Mat| Affine::constant(m.transpose()));

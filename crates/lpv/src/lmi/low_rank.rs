@@ -296,7 +296,7 @@ mod tests {
     /// The products of a Hermitian inequality are those of the real one that it is.
     #[test]
     fn a_hermitian_inequality_is_the_real_one() {
-        let mut p = Program::new();
+        let mut p = Program::default();
         let (s, t) = (p.symmetric_commuting(&[0, 0, 1]), p.skew_commuting(&[0, 0, 1]));
         let re = dmatrix![1.0, 2.0; -1.0, 0.5; 0.0, 1.0];
         let im = dmatrix![0.3, -1.0; 2.0, 0.0; 1.0, -0.7];
@@ -341,7 +341,7 @@ mod tests {
     /// Every product agrees with that of the dense matrices.
     #[test]
     fn products_agree_with_dense_ones() {
-        let mut p = Program::new();
+        let mut p = Program::default();
         let (x, s) = (p.symmetric(3), p.symmetric_commuting(&[0, 0, 1]));
         let (t, f, g) = (p.skew_commuting(&[0, 0, 1]), p.full(3, 2), p.scalar());
         let a = dmatrix![1.0, 2.0, 3.0; -1.0, 0.5, 2.0; 0.0, 1.0, 7.0];

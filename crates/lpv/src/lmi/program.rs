@@ -59,11 +59,6 @@ pub struct Program {
 }
 
 impl Program {
-    /// An empty program.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// The number of scalar unknowns.
     pub fn unknowns(&self) -> usize {
         self.unknowns
@@ -269,7 +264,7 @@ mod tests {
 
     #[test]
     fn coefficients_agree_with_the_value() {
-        let mut p = Program::new();
+        let mut p = Program::default();
         let x = p.symmetric(3);
         let t = p.skew_commuting(&[0, 0, 1]);
         let f = p.full(3, 2);
@@ -290,7 +285,7 @@ mod tests {
 
     #[test]
     fn trace_objective_counts_each_entry() {
-        let mut p = Program::new();
+        let mut p = Program::default();
         let x = p.symmetric(2);
         let a = dmatrix![1.0, 2.0; 3.0, 4.0];
         let e = x.after(&a);

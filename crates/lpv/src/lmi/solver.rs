@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn bounded_real_lemma_meets_the_closed_form() {
         let (a, b, c) = (dmatrix![0.0, 1.0; -1.0, -0.2], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0]);
-        let mut program = Program::new();
+        let mut program = Program::default();
         let x = program.symmetric(2);
         let gamma = program.scalar();
         let brl = symmetric(&[
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn infeasibility_is_not_taken_for_failure() {
-        let mut program = Program::new();
+        let mut program = Program::default();
         let x = program.symmetric(2);
         program.positive("X", x.clone());
         program.negative("X", x + Affine::constant(Mat::identity(2, 2)));

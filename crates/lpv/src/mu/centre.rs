@@ -164,7 +164,7 @@ impl Centre {
     fn newton(&mut self, weight: Option<f64>) -> Option<()> {
         let n = self.family.unknowns();
         let free = usize::from(weight.is_some());
-        let mut trace = self.family.trace();
+        let mut trace = self.family.identity();
         trace.resize(n + free, 0.0);
         let trace = DVector::from_vec(trace);
         let at = self.family.at(self.lambda);

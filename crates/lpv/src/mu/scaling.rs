@@ -172,15 +172,10 @@ impl Family {
         self.unknowns.len()
     }
 
-    /// D = I and G = 0.
+    /// D = I and G = 0; also the gradient of the trace of D, a full block counted once.
     pub(super) fn identity(&self) -> Vec<f64> {
         let on_diagonal = |u: &Unknown| !u.is_g && u.entries.len() == 1;
         self.unknowns.iter().map(|u| if on_diagonal(u) { 1.0 } else { 0.0 }).collect()
-    }
-
-    /// The gradient of the trace of D, a full block counted once.
-    pub(super) fn trace(&self) -> Vec<f64> {
-        self.identity()
     }
 
     pub(super) fn values(&self, p: &[f64]) -> DgScalings {
@@ -295,7 +290,7 @@ impl Family {
             (v.conj() * entry).re
         };
         let p: Vec<f64> = self.unknowns.iter().map(value).collect();
-        let along = |p: &[f64]| self.trace().iter().zip(p).map(|(t, v)| t * v).sum::<f64>();
+        let along = |p: &[f64]| self.identity().iter().zip(p).map(|(t, v)| t * v).sum::<f64>();
         let factor = along(&self.identity()) / along(&p);
         p.into_iter().map(|v| v * factor).collect()
     }

@@ -137,7 +137,7 @@ impl ConstantLoop {
     /// Multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is posed at
     /// few of them, and then where it does not hold, too.
     fn multipliers(&self, filtered: &Filtered, tolerance: f64, most: f64) -> Option<Multipliers> {
-        let mut program = Program::new();
+        let mut program = Program::default();
         let unknowns = Unknowns::new(&mut program, self, filtered);
         program.minimise_trace(&unknowns.gamma, 1.0);
         program.minimise_trace(&unknowns.s, SIZE_COST);

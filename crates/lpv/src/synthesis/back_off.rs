@@ -63,7 +63,7 @@ fn push(
 ) -> Result<(LmiSolution, f64), SynthesisError> {
     let Options { scalings, quick, .. } = options;
     let (n, r) = (plant.sizes().x, plant.sizes().t);
-    let mut program = Program::new();
+    let mut program = Program::default();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
     for (e, least) in [
         (&unknowns.x, &small.x),

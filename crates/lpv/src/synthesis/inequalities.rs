@@ -78,7 +78,7 @@ impl LmiSolution {
             t: Affine::constant(skew_part(&self.primal_scaling)),
             skew: Affine::constant(skew_part(&self.dual_scaling)),
         };
-        let nothing = Program::new();
+        let nothing = Program::default();
         let each = inequalities(plant, &unknowns, scalings).into_iter();
         each.map(|(_, e)| scaled_least_eigenvalue(&e.value(&nothing, &[]))).fold(f64::INFINITY, f64::min)
     }

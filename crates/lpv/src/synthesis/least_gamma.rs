@@ -228,7 +228,7 @@ pub(crate) fn smallest(
     options: Options,
 ) -> Result<LmiSolution, SynthesisError> {
     let Options { scalings, quick, .. } = options;
-    let mut program = Program::new();
+    let mut program = Program::default();
     let unknowns = state(&mut program, plant, Some(gamma), scalings);
     if scalings == ScalingClass::SymmetricAndSkew {
         // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks
@@ -269,7 +269,7 @@ fn minimise(
     scalings: ScalingClass,
     search: SolverOptions<'_>,
 ) -> Result<LmiSolution, SynthesisError> {
-    let mut program = Program::new();
+    let mut program = Program::default();
     let scaled = place.plant(plant);
     let unknowns = state(&mut program, &scaled, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);

@@ -99,7 +99,7 @@ struct Clearest {
 /// reach an optimum.
 fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
-    let mut program = Program::new();
+    let mut program = Program::default();
     let theta = channels(&plant.blocks);
     let zero = Affine::zeros(1, 1);
     let m = Multipliers {
