@@ -1,46 +1,86 @@
 //! The X of an inequality that holds at every frequency.
 
 use crate::matrix::{Mat, block, growing_basis, scaled_largest_eigenvalue, solve, symmetric_part};
+use crate::system::lyapunov::lyapunov;
 
 /// By how much the inequality is tightened so that it holds clearly, tried in turn.
-const CLEARANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+const CLEARANCES: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10];
+
+/// Steps of Newton's method that an X is given, while rounding hides that the inequality holds with it.
+const REFINEMENTS: usize = 3;
 
 /// X with `[A'X + XA, XB; B'X, 0] + M < 0`, and the largest eigenvalue there, scaled; `None` where none was found.
+///
+/// A is n x n, B n x m, M symmetric, (n + m) x (n + m).
 pub(super) fn storage(dynamics: &Mat, form: &Mat) -> Option<(Mat, f64)> {
     CLEARANCES.into_iter().find_map(|clear| {
-        let x = stabilising(dynamics, form, clear)?;
-        let mut main = form.clone();
-        let product = &x * dynamics;
-        for i in 0..x.nrows() {
-            for j in 0..main.ncols() {
-                main[(i, j)] += product[(i, j)];
-                main[(j, i)] += product[(i, j)];
-            }
-        }
-        let largest = scaled_largest_eigenvalue(&main);
-        (largest < 0.0).then_some((x, largest))
+        let riccati = Riccati::new(dynamics, form, clear);
+        let tried = std::iter::successors(riccati.stabilising(), |x| riccati.refined(x));
+        tried.take(1 + REFINEMENTS).find_map(|x| {
+            let largest = scaled_largest_eigenvalue(&inequality(dynamics, form, &x));
+            (largest < 0.0).then_some((x, largest))
+        })
     })
 }
 
-/// X with `[A'X + XA, XB; B'X, 0] + M + clear I <= 0` whose `A + B K` is stable with the K that makes the form of (x,
-/// Kx) zero; `None` where the inequality does not hold at every frequency. (The other extreme X does not exist where
-/// a filter sees the same signal as another.)
-///
-/// A is n x n, B n x m, M symmetric, (n + m) x (n + m). J. C. Willems, IEEE Trans. Automatic Control 16(6), 1971.
-fn stabilising(dynamics: &Mat, form: &Mat, clear: f64) -> Option<Mat> {
-    let (n, all) = dynamics.shape();
-    let m = all - n;
-    let raised = form + Mat::identity(all, all) * clear;
-    let part = |i: usize, j: usize, rows: usize, cols: usize| raised.view((i, j), (rows, cols)).into_owned();
-    let (q, s, r) = (part(0, 0, n, n), part(0, n, n, m), part(n, n, m, m));
-    let (a, b) = (dynamics.columns(0, n).into_owned(), dynamics.columns(n, m).into_owned());
-    (-&r).cholesky()?;
-    let (rs, rb) = (solve(&r, &s.transpose())?, solve(&r, &b.transpose())?);
-    let l = a - &b * &rs;
-    let g = symmetric_part(&(&b * rb));
-    let rest = symmetric_part(&(q - s * rs));
-    let hamiltonian = block(&[&[&l, &-&g], &[&-rest, &-l.transpose()]]);
-    let basis = growing_basis(&-hamiltonian)?;
-    let (upper, lower) = (basis.rows(0, n).into_owned(), basis.rows(n, n).into_owned());
-    Some(symmetric_part(&solve(&upper.transpose(), &lower.transpose())?))
+/// `[A'X + XA, XB; B'X, 0] + M`.
+fn inequality(dynamics: &Mat, form: &Mat, x: &Mat) -> Mat {
+    let mut main = form.clone();
+    let product = x * dynamics;
+    for i in 0..x.nrows() {
+        for j in 0..main.ncols() {
+            main[(i, j)] += product[(i, j)];
+            main[(j, i)] += product[(i, j)];
+        }
+    }
+    main
+}
+
+/// The Riccati equation of the inequality with `M + clear I = [Q S; S' R]` in place of M:
+/// `A'X + XA + Q = (XB + S) R^-1 (XB + S)'`.
+struct Riccati {
+    a: Mat,
+    b: Mat,
+    q: Mat,
+    s: Mat,
+    r: Mat,
+}
+
+impl Riccati {
+    fn new(dynamics: &Mat, form: &Mat, clear: f64) -> Self {
+        let (n, all) = dynamics.shape();
+        let m = all - n;
+        let raised = form + Mat::identity(all, all) * clear;
+        let part = |i, j, rows, cols| raised.view((i, j), (rows, cols)).into_owned();
+        let (a, b) = (dynamics.columns(0, n).into_owned(), dynamics.columns(n, m).into_owned());
+        Self { a, b, q: part(0, 0, n, n), s: part(0, n, n, m), r: part(n, n, m, m) }
+    }
+
+    /// The solution whose `A + B K` is stable, `K = -R^-1 (B'X + S')`; `None` where the inequality does not hold at
+    /// every frequency. (The other extreme X does not exist where a filter sees the same signal as another.)
+    ///
+    /// J. C. Willems, IEEE Trans. Automatic Control 16(6), 1971.
+    fn stabilising(&self) -> Option<Mat> {
+        let Self { a, b, q, s, r } = self;
+        let n = a.nrows();
+        (-r).cholesky()?;
+        let (rs, rb) = (solve(r, &s.transpose())?, solve(r, &b.transpose())?);
+        let l = a - b * &rs;
+        let g = symmetric_part(&(b * rb));
+        let rest = symmetric_part(&(q - s * rs));
+        let hamiltonian = block(&[&[&l, &-&g], &[&-rest, &-l.transpose()]]);
+        let basis = growing_basis(&-hamiltonian)?;
+        let (upper, lower) = (basis.rows(0, n).into_owned(), basis.rows(n, n).into_owned());
+        Some(symmetric_part(&solve(&upper.transpose(), &lower.transpose())?))
+    }
+
+    /// An X with about twice as many digits: that of `(A + BK)'X + X(A + BK) + [I; K]'[Q S; S' R][I; K] = 0` with the
+    /// K of the former one. D. L. Kleinman, IEEE Trans. Automatic Control 13(1), 1968.
+    fn refined(&self, x: &Mat) -> Option<Mat> {
+        let Self { a, b, q, s, r } = self;
+        let k = -solve(r, &(s.transpose() + b.transpose() * x))?;
+        let cross = s * &k;
+        let closed = q + &cross + cross.transpose() + k.transpose() * r * &k;
+        lyapunov(&(a + b * k), &symmetric_part(&closed))
+    }
 }
