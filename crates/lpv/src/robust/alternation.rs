@@ -172,6 +172,9 @@ fn round(
     Ok((round, found.controller, largest))
 }
 
+/// How far the gain of the weighted plant may rise without the fast modes: the next round begins from it.
+const RISE_WITHOUT_FAST_MODES: f64 = 0.2;
+
 /// The design, without the modes of its controller that are too fast.
 fn slow_enough(
     weighed: &GeneralisedPlant,
@@ -183,7 +186,8 @@ fn slow_enough(
     if ratio <= 1.0 {
         return Ok(found);
     }
-    without_fast_modes(weighed, &found, limit).ok_or(SynthesisError::TooFast { ratio })
+    without_fast_modes(weighed, &found, limit, RISE_WITHOUT_FAST_MODES)
+        .ok_or(SynthesisError::TooFast { ratio })
 }
 
 #[cfg(test)]

@@ -22,9 +22,6 @@ use crate::system::plant::GeneralisedPlant;
 /// How far above the bound of the full controller the reduced one may lie.
 const ALLOWED_RISE: f64 = 0.02;
 
-/// The same without modes that no computer could run: what a sampled one does with them is another controller.
-const RISE_WITHOUT_FAST_MODES: f64 = 0.2;
-
 /// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when
 /// none can go, or when its controller is unstable at Theta = 0.
 ///
@@ -51,20 +48,28 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
 }
 
 /// The design with modes of its controller at their steady values, so that none on the grid of [`parameter_grid`] is
-/// faster than `limit` (rad/s), and the bound shown anew. `None` when no such controller is found, or no bound within a
-/// fifth of the design's is shown.
+/// faster than `limit` (rad/s), and the bound shown anew. `None` when no such controller is found, or no bound within
+/// `1 + rise` times the design's is shown.
 ///
 /// At rest are those that decay faster, at Theta = 0, than some part of the limit: elsewhere they may be faster. In
 /// coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
-pub fn without_fast_modes(plant: &GeneralisedPlant, design: &Design, limit: f64) -> Option<Design> {
+pub fn without_fast_modes(
+    plant: &GeneralisedPlant,
+    design: &Design,
+    limit: f64,
+    rise: f64,
+) -> Option<Design> {
     let thetas = parameter_grid(plant.blocks.len());
     let slower = PARTS_OF_LIMIT.iter().filter_map(|part| at_rest(&design.controller, part * limit));
     let controller = slower.into_iter().find(|k| k.fastest_mode(&thetas) <= limit)?;
     let closed = plant.close(&controller);
-    let start = balanced_start(&closed, &design.certified)?;
-    let certified = bounded_gain(&closed, &LoopError::none(&closed), &start).ok()?;
-    let near = certified.gamma <= design.certified.gamma * (1.0 + RISE_WITHOUT_FAST_MODES);
-    near.then(|| Design { controller, certified, ..design.clone() })
+    let most = design.certified.gamma * (1.0 + rise);
+    // A search that begins below the least gamma may find nothing.
+    let certified = [design.certified.gamma, most].into_iter().find_map(|gamma| {
+        let start = balanced_start(&closed, &GainBound { gamma, ..design.certified.clone() })?;
+        bounded_gain(&closed, &LoopError::none(&closed), &start).ok()
+    })?;
+    (certified.gamma <= most).then(|| Design { controller, certified, ..design.clone() })
 }
 
 /// Where modes at Theta = 0 count as too fast, relative to the limit, tried in turn.

@@ -33,7 +33,7 @@ fn fast_modes_give_way_to_their_gain_at_rest() {
     let mut modes: Vec<f64> = design.controller.frozen(&[]).unwrap().poles().iter().map(|p| -p.re).collect();
     modes.sort_by(f64::total_cmp);
     let [.., second, fastest] = modes[..] else { panic!("{modes:?}") };
-    let without = |limit: f64| without_fast_modes(&plant, &design, limit);
+    let without = |limit: f64| without_fast_modes(&plant, &design, limit, 0.2);
     assert!(without(4.0 * fastest).is_none(), "there are none");
     let slowest = 0.5 * modes[0];
     assert!(without(slowest).is_none_or(|d| d.controller.fastest_mode(&[vec![]]) <= slowest));
