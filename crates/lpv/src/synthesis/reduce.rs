@@ -64,13 +64,18 @@ pub fn without_fast_modes(
     let controller = slower.into_iter().find(|k| k.fastest_mode(&thetas) <= limit)?;
     let closed = plant.close(&controller);
     let most = design.certified.gamma * (1.0 + rise);
-    // A search that begins below the least gamma may find nothing.
-    let certified = [design.certified.gamma, most].into_iter().find_map(|gamma| {
+    let mut starts =
+        STARTS.into_iter().map(|start| start * design.certified.gamma).filter(|start| *start <= most);
+    let certified = starts.find_map(|gamma| {
         let start = balanced_start(&closed, &GainBound { gamma, ..design.certified.clone() })?;
         bounded_gain(&closed, &LoopError::none(&closed), &start).ok()
     })?;
     (certified.gamma <= most).then(|| Design { controller, certified, ..design.clone() })
 }
+
+/// Where the search for a bound begins, relative to the design's and no higher than what is allowed: a search that begins
+/// below the least gamma may find nothing.
+const STARTS: [f64; 2] = [1.0, 2.0];
 
 /// Where modes at Theta = 0 count as too fast, relative to the limit, tried in turn.
 const PARTS_OF_LIMIT: [f64; 3] = [1.0, 0.6, 0.3];
