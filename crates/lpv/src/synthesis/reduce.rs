@@ -73,7 +73,7 @@ pub fn without_fast_modes(
     (certified.gamma <= most).then(|| Design { controller, certified, ..design.clone() })
 }
 
-/// Where the search for a bound begins, relative to the design's and no higher than what is allowed: a search that begins
+/// Where the search for a bound begins, relative to the design's and no higher than what is allowed: one that begins
 /// below the least gamma may find nothing.
 const STARTS: [f64; 2] = [1.0, 2.0];
 
