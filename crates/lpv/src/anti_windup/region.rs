@@ -324,8 +324,15 @@ impl<'a> Flow<'a> {
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
         let unknowns = Unknowns::of(&mut program, &loop_, &channels, (self.commands(), self.everywhere));
         let [mu, size] = loop_.program(&mut program, &unknowns, (&e, &held), decay);
-        let options =
-            SolverOptions { floor: 1e-2, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
+        // The general solver took up to half a minute a decay for loops of some twenty states, and found no step where
+        // the first had found none.
+        let options = SolverOptions {
+            floor: 1e-2,
+            enough: ACCURACY,
+            settles: true,
+            quick: true,
+            ..SolverOptions::within(ACCURACY)
+        };
         let solution = solver::solve(&program, STAGE, options)?;
         let value = |e: &Affine| e.value(&program, &solution.x)[(0, 0)];
         let (mu, size) = (value(&mu), value(&size));
