@@ -324,7 +324,7 @@ impl<'a> Flow<'a> {
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
         let unknowns = Unknowns::of(&mut program, &loop_, &channels, (self.commands(), self.everywhere));
         let [mu, size] = loop_.program(&mut program, &unknowns, (&e, &held), decay);
-        // The general solver took up to half a minute a decay for loops of some twenty states, and found no step where
+        // For loops of some twenty states the general solver took up to 40 s for each decay, and it found no step where
         // the first had found none.
         let options = SolverOptions {
             floor: 1e-2,
