@@ -65,7 +65,7 @@ impl Model {
             .into_iter()
             .map(|v| Ok((design.rho(v), linearise_at(vehicle, design, v)?)))
             .collect::<Result<_, ModelError>>()?;
-        let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+        let samples = samples(&grid);
         let highest = (design.order + 1).min(samples.len() - 1);
         let residuals = (1..=highest)
             .map(|order| Residual::of(&samples, order))
@@ -78,6 +78,14 @@ impl Model {
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }
 
+    /// The LFT of a polynomial of another order, without singular values below a fraction of the largest.
+    ///
+    /// # Errors
+    /// [`ModelError::Fit`].
+    pub fn of_order(&self, order: usize, drop: f64) -> Result<Lft, ModelError> {
+        Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples(&self.grid), order)?, drop))
+    }
+
     /// The model that is designed on.
     pub fn linear(&self) -> LinearModel {
         LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone(), waves: self.waves.clone() }
@@ -87,6 +95,11 @@ impl Model {
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         self.fit.coefficients.iter().map(split).unzip()
     }
+}
+
+/// `[A B]` over the grid.
+fn samples(grid: &[(f64, Linearisation)]) -> Vec<(f64, Mat)> {
+    grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect()
 }
 
 impl Residual {

@@ -28,17 +28,35 @@ use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::UncertainModel;
-use crate::uncertain::pencil::{DETAIL_OVER_RANGE, Pencil};
+use crate::uncertain::pencil::Pencil;
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 
-/// The uncertain model over the range of speed: the fit of `model` at delta = 0, and the uncertain parts fitted
-/// likewise, by polynomials of the design's order.
+/// How closely the uncertain model over the range of speed follows the vehicle: the closer, the more channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fidelity {
+    /// What is smaller than this beside `[C D]` is left out of what the trim does, and how well the polynomials in rho
+    /// must meet the uncertain parts.
+    detail: f64,
+    /// How much higher than the design's the orders of the polynomials may be.
+    further: usize,
+}
+
+impl Fidelity {
+    /// Few channels, and at delta = 0 the plant that is designed on: for inequalities with many unknowns a channel.
+    pub const COARSE: Self = Self { detail: 3e-3, further: 0 };
+
+    /// A fifth to a seventh of the error, with 40 % more channels (Squid, REMUS 100): for analyses that include it.
+    pub const FINE: Self = Self { detail: 3e-4, further: 1 };
+}
+
+/// The uncertain model over the range of speed: a fit at delta = 0 as that of `model`, and the uncertain parts fitted
+/// likewise, by polynomials of the design's order or one of the fidelity's.
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::Fit`](crate::error::ModelError::Fit),
 /// [`Error::Uncertain`].
-pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Error> {
+pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<UncertainModel, Error> {
     let vehicle = &inputs.vehicle;
     let mut ranges = Vec::new();
     for (_, nominal) in &model.grid {
@@ -54,8 +72,10 @@ pub fn over_range(inputs: &Inputs, model: &Model) -> Result<UncertainModel, Erro
             middle = all;
         }
     }
-    coarsen(vehicle, &middle, DETAIL_OVER_RANGE, &mut gradients);
+    coarsen(vehicle, &middle, fidelity.detail, &mut gradients);
     let samples: Vec<(f64, Gradients)> = rhos.into_iter().zip(gradients).collect();
-    let pencil = Pencil::scheduled(vehicle, &samples, &model.lft, inputs.design.order)?;
+    let order = (inputs.design.order + fidelity.further).min(model.grid.len() - 1);
+    let nominal = model.of_order(order, inputs.design.drop)?;
+    let pencil = Pencil::scheduled(vehicle, &samples, &nominal, (order, fidelity.detail))?;
     Ok(UncertainModel::from_lft(minimal(&pencil.lft()), &middle))
 }

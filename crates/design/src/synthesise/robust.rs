@@ -24,9 +24,9 @@ use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::errors::errors;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
-use crate::uncertain::over_range;
 use crate::uncertain::truncate::{Truncated, thinned};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
+use crate::uncertain::{Fidelity, over_range};
 use certificate::Certificate;
 use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::{CLEARANCE_SHARE, balanced_start};
@@ -134,7 +134,7 @@ pub fn search(
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Searched, Error> {
-    let whole = over_range(inputs, model)?;
+    let whole = over_range(inputs, model, Fidelity::COARSE)?;
     let (truncated, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
     progress.done("uncertain", &model_line(&truncated));
     let even = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), model.linear())?;

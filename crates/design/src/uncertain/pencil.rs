@@ -12,9 +12,6 @@ use lpv::polynomial::MatrixPolynomial;
 /// measured with the rest, and small beside what is uncertain.
 pub const DETAIL: f64 = 1e-3;
 
-/// The same over the range of speed, and how well the polynomials in rho must meet the uncertain parts.
-pub const DETAIL_OVER_RANGE: f64 = 3e-3;
-
 /// The parts of `[M C D]` as constants or as LFTs in rho, the parameter 0; parameter i of `first` is parameter 1 + i
 /// of the LFT.
 #[derive(Debug, Clone)]
@@ -39,7 +36,8 @@ impl Pencil {
         }
     }
 
-    /// Over the range of rho, each part a polynomial fitted to the samples; `nominal` is the LFT of `[A B]` in rho.
+    /// Over the range of rho, each part a polynomial up to an order, fitted to the samples within `detail` of `[C D]`;
+    /// `nominal` is the LFT of `[A B]` in rho.
     ///
     /// # Errors
     /// [`ModelError::Fit`](crate::error::ModelError::Fit).
@@ -47,13 +45,13 @@ impl Pencil {
         vehicle: &Vehicle,
         samples: &[(f64, Gradients)],
         nominal: &Lft,
-        order: usize,
+        (order, detail): (usize, f64),
     ) -> Result<Self, Error> {
         let Some((_, any)) = samples.first() else { return Err(lpv::error::FitError::NoSamples.into()) };
         let units = units(vehicle, any.nominal.nrows());
         let fit = |of: &dyn Fn(&Gradients) -> Mat| {
             let values: Vec<(f64, Mat, f64)> =
-                samples.iter().map(|(rho, g)| (*rho, of(g), DETAIL_OVER_RANGE * g.size(&units))).collect();
+                samples.iter().map(|(rho, g)| (*rho, of(g), detail * g.size(&units))).collect();
             fitted(&values, &units, order)
         };
         let first =

@@ -25,7 +25,7 @@ use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::model::UncertainModel;
-use squid_design::uncertain::over_range;
+use squid_design::uncertain::{Fidelity, over_range};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -40,7 +40,7 @@ fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
     let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
-    let joint = over_range(&inputs, &model).unwrap();
+    let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     Subject { inputs, model, frozen, joint }
 }
 
@@ -268,7 +268,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("z_B", 0.002),
     ]);
     let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-    let joint = over_range(&inputs, &model).unwrap();
+    let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
     let frozen = &subject.frozen[0];
     let names: Vec<&str> = frozen.model.blocks.iter().map(|b| b.name.as_str()).collect();

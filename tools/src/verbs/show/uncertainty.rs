@@ -7,7 +7,7 @@ use squid_design::numbers::readable;
 use squid_design::uncertain::errors::{ModelErrors, errors};
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, UncertainModel};
-use squid_design::uncertain::over_range;
+use squid_design::uncertain::{Fidelity, over_range};
 
 /// Number of speeds in the tables, evenly spread over the range.
 const SPEEDS: usize = 6;
@@ -25,7 +25,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         .map(|v| at_speed(inputs, v))
         .collect::<Result<Vec<_>, _>>()?;
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    let joint = over_range(inputs, &model)?;
+    let joint = over_range(inputs, &model, Fidelity::COARSE)?;
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
     out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";
     for f in &frozen {

@@ -8,7 +8,7 @@ use scheduled::Gamma;
 use serde_json::{Value, json};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::uncertain::over_range;
+use squid_design::uncertain::{Fidelity, over_range};
 
 /// The residuals of the fits, and the size of the LFT.
 pub fn fit(model: &Model) -> Value {
@@ -55,7 +55,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Valu
 /// [`Error::Design`].
 pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
-    let joint = over_range(inputs, &model)?;
+    let joint = over_range(inputs, &model, Fidelity::COARSE)?;
     let block = |b: &squid_design::uncertain::model::Block| {
         json!({
             "name": b.name,

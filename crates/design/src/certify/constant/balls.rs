@@ -118,7 +118,7 @@ mod tests {
     use super::*;
     use crate::fit::Model;
     use crate::inputs::tests::shipped;
-    use crate::uncertain::over_range;
+    use crate::uncertain::{Fidelity, over_range};
 
     /// Other speeds, corners and points than those that made the balls lie inside them.
     #[test]
@@ -126,7 +126,7 @@ mod tests {
         for name in ["squid", "remus100"] {
             let inputs = shipped(name, "design");
             let fit = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-            let model = over_range(&inputs, &fit).unwrap();
+            let model = over_range(&inputs, &fit, Fidelity::FINE).unwrap();
             let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
             let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();
             for (row, reach) in reaches(&sampled).into_iter().enumerate() {

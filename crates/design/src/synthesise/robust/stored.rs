@@ -8,8 +8,8 @@ use crate::inputs::Inputs;
 use crate::store::files::{Files, read};
 use crate::synthesise::robust::figures::RobustFigures;
 use crate::synthesise::robust::{Robust, TRUNCATION};
-use crate::uncertain::over_range;
 use crate::uncertain::truncate::thinned;
+use crate::uncertain::{Fidelity, over_range};
 use certificate::Certificate;
 use scheduled::LftMatrices;
 use std::path::Path;
@@ -73,7 +73,7 @@ impl StoredRobust {
         if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
-        let whole = over_range(inputs, model)?;
+        let whole = over_range(inputs, model, Fidelity::COARSE)?;
         let (_, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
         let sized = uncertain.sized(self.figures.robust_bears);
         same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
@@ -100,7 +100,7 @@ mod tests {
         let model = Model::new(&inputs.vehicle, file).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
-        let whole = over_range(&inputs, &model).unwrap();
+        let whole = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
         let (_, uncertain) = thinned(&inputs, &whole, &model, TRUNCATION).unwrap();
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
