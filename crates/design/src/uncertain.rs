@@ -50,8 +50,8 @@ impl Fidelity {
     pub const FINE: Self = Self { detail: 3e-4, further: 1 };
 }
 
-/// The uncertain model over the range of speed: a fit at delta = 0 as that of `model`, and the uncertain parts fitted
-/// likewise, by polynomials of the design's order or one of the fidelity's.
+/// The uncertain model over the range of speed: a polynomial fit of the linearisations of `model` at delta = 0, and of
+/// the uncertain parts, of the orders that the fidelity allows.
 ///
 /// # Errors
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`ModelError::Fit`](crate::error::ModelError::Fit),
