@@ -120,7 +120,7 @@ pub fn constant(
 }
 
 /// The uncertain model over the range of speed, and its plant with all of the declared box. Where the rate of rho is
-/// bounded, each of its channels counts three times, and the model is the coarse one: with one between the two the search
+/// bounded, each of its channels counts three times, and the model is the coarse one: with one between them the search
 /// took three times as long for Squid at 0.125 m/s^2, and the bound was no lower.
 fn uncertain(inputs: &Inputs, model: &Model, is_slow: bool) -> Result<(Truncated, UncertainPlant), Error> {
     let fidelity = if is_slow { Fidelity::COARSE } else { Fidelity::FINE };
