@@ -48,13 +48,14 @@ pub struct ConstantCertificate {
     /// A Lyapunov matrix of the loop where all parameters are 0; n x n.
     #[serde(rename = "L")]
     pub lyapunov: Rows,
-    /// The filter of each parameter that is constant or changes slowly; all others may take any trajectory.
+    /// The filters, one or more, of each parameter that is constant or changes slowly, in the order of the parameters;
+    /// all others may take any trajectory.
     pub filters: Vec<Filter>,
     /// Model errors: `[A B2]` of the plant becomes `[A B2]` plus the sum of all `E Delta(t) [F Fu]`.
     pub errors: Vec<ErrorBall>,
 }
 
-/// The filter `1/(s + pole)` on the channels of a parameter that is constant or changes slowly.
+/// A filter `1/(s + pole)` on the channels of a parameter that is constant or changes slowly.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Filter {
     /// The parameter, from 0.
@@ -148,22 +149,31 @@ impl ConstantCertificate {
         let all = (states.0.saturating_add(self.controller.a.len()), "states of plant and controller");
         check_matrix("L", &self.lyapunov, all, all)?;
         self.frame().check()?;
-        let mut after = 0;
+        let mut before: Option<&Filter> = None;
         for (i, filter) in self.filters.iter().enumerate() {
             let k = self.channels_of(filter.parameter);
-            if filter.parameter < after || k == 0 {
+            if k == 0 || before.is_some_and(|before| filter.parameter < before.parameter) {
                 let (field, found) = (format!("filters[{i}].parameter"), filter.parameter.to_string());
                 let allowed =
-                    "the number of a parameter that has channels, larger than that of the filter before";
+                    "the number of a parameter that has channels, not smaller than that of the filter before";
                 return Err(ReadError::kind(&field, found, allowed));
             }
-            after = filter.parameter + 1;
             check_number(&format!("filters[{i}].pole"), filter.pole)?;
             check_number(&format!("filters[{i}].rate"), filter.rate)?;
             if filter.rate < 0.0 {
                 let (field, found) = (format!("filters[{i}].rate"), filter.rate.to_string());
                 return Err(ReadError::kind(&field, found, "a number that is at least 0"));
             }
+            let same = before.filter(|before| before.parameter == filter.parameter);
+            if same.is_some_and(|before| before.rate != filter.rate) {
+                let (field, found) = (format!("filters[{i}].rate"), filter.rate.to_string());
+                return Err(ReadError::kind(
+                    &field,
+                    found,
+                    "the rate of the other filters of that parameter",
+                ));
+            }
+            before = Some(filter);
         }
         let (n, k) = (self.lyapunov.len(), self.filtered());
         let states = (n + 2 * k, "states of plant, controller and filters");
@@ -218,12 +228,12 @@ impl ConstantCertificate {
         of(&self.blocks).saturating_add(of(&self.controller_blocks))
     }
 
-    /// Channels of all parameters with a filter.
+    /// Filtered channels, of all filters.
     fn filtered(&self) -> usize {
         self.filters.iter().map(|f| self.channels_of(f.parameter)).sum()
     }
 
-    /// Channels of those that may change.
+    /// Those among them whose parameter may change.
     fn moving(&self) -> usize {
         self.filters.iter().filter(|f| f.rate > 0.0).map(|f| self.channels_of(f.parameter)).sum()
     }

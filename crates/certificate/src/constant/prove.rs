@@ -3,7 +3,7 @@
 //! # The claim
 //!
 //! The loop of plant and controller is, in the notation of the crate's root, `x' = A x + Bt wt + B1 w`, `zt = Ct x +
-//! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with a filter stays in `[-1, 1]` and is
+//! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with filters stays in `[-1, 1]` and is
 //! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory
 //! in `[-1, 1]`. To `[A B2]` of the plant any `E Delta(t) [F Fu]` of `errors` may be added: `w_D = Delta z_D` enters x'
 //! by E, with `z_D = F x + Fu u`. Then the loop through the parameters is well posed, the closed loop is exponentially
@@ -11,12 +11,13 @@
 //!
 //! # Conditions, checked without rounding
 //!
-//! A parameter with a filter has two states of filters a channel, `f' = -a f + zt` and `g' = -a g + wt + v`. The v is
+//! A parameter has two states a channel and filter, `f' = -a f + zt` and `g' = -a g + wt + v`. The v is
 //! there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop
 //! and filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
 //!
-//! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`; X and S symmetric; T skew; S and T commute with Theta,
-//!    repeated on the filtered channels, and with any diagonal matrix of one value a parameter on those of the rates.
+//! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`, one rate a parameter; X and S symmetric; T skew; S and T
+//!    commute with Theta, repeated on the filtered channels, and with any diagonal matrix of one value a parameter on
+//!    those of the rates.
 //! 2. `L = L' > 0` and `A'L + LA < 0`.
 //! 3. `S > 0`.
 //! 4. `[X; 0] M + M' [X 0] + Z'SZ - W'SW + W'TZ + Z'T'W + sum lambda (z_D'z_D - w_D'w_D) - gamma w'w + z'z/gamma < 0`
@@ -33,7 +34,7 @@
 //!   omega - A)^-1 B (wt, v, w_D, w)` the terms of X cancel. X need not be definite.
 //! - *The constraint of a parameter with any trajectory.* Let `wt = tau theta zt`. `zt'S zt - wt'S wt =
 //!   (1 - tau^2 theta^2) zt'S zt >= 0` at every instant, and `wt'T zt = 0`.
-//! - *The constraint of one with a filter.* The operator takes zt to `wt = tau theta zt` and, where `rate > 0`, to
+//! - *The constraint of one with filters.* The operator takes zt to `wt = tau theta zt` and, where `rate > 0`, to
 //!   `v = tau theta' f` with `f' = -a f + zt` from rest. Then `g = tau theta f`, because both sides are 0 at rest and
 //!   `(tau theta f)' = v + tau theta (-a f + zt) = -a (tau theta f) + wt + v`. So W is `tau theta` times Z on the
 //!   channels and the filtered ones, and `tau theta'/rate` times Z on those of the rate: each is at most 1 in size, and

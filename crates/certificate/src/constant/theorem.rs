@@ -1,6 +1,6 @@
 //! What was proved, in words.
 
-use crate::constant::ConstantCertificate;
+use crate::constant::{ConstantCertificate, Filter};
 use std::fmt;
 
 /// A proved claim; it is displayed as a sentence.
@@ -25,7 +25,8 @@ pub struct ConstantTheorem {
 
 impl ConstantTheorem {
     pub(super) fn of(certificate: &ConstantCertificate) -> Self {
-        let filters = &certificate.filters;
+        let mut filters: Vec<&Filter> = certificate.filters.iter().collect();
+        filters.dedup_by_key(|f| f.parameter);
         let rates: Vec<f64> = filters.iter().map(|f| f.rate).filter(|rate| *rate > 0.0).collect();
         Self {
             gamma: certificate.gamma,

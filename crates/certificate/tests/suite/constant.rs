@@ -97,6 +97,43 @@ fn a_bounded_rate_is_proved_and_no_faster_one() {
     assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
+/// The same with a second filter, of another pole, whose states have a small part of X and its channels one of S.
+fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
+    let mut file = first_order(gamma);
+    file["filters"] = [1.0, 4.0]
+        .iter()
+        .zip(rates)
+        .map(|(pole, rate)| json!({"parameter": 0, "pole": pole, "rate": rate}))
+        .collect();
+    let diagonal = |values: &[f64]| -> Value {
+        let n = values.len();
+        (0..n).map(|i| (0..n).map(|j| if i == j { values[i] } else { 0.0 }).collect::<Vec<_>>()).collect()
+    };
+    let moving = rates.iter().filter(|rate| **rate > 0.0).count();
+    file["X"] = diagonal(&[1.0, 0.05, 1e-4, 0.05, 1e-4]);
+    file["S"] = diagonal(&[&[0.5, 0.02, 1e-4][..], &[0.05, 1e-3][..moving]].concat());
+    file["T"] = diagonal(&vec![0.0; 3 + moving]);
+    file
+}
+
+#[test]
+fn a_parameter_may_have_two_filters_of_one_rate() {
+    let words = prove(&two_filters(2.2, [0.0, 0.0])).unwrap();
+    assert!(words.contains("every constant value of 1 more"), "{words}");
+    assert!(prove(&two_filters(2.0, [0.0, 0.0])).is_err(), "the gain is 2");
+    let words = prove(&two_filters(2.5, [0.5, 0.5])).unwrap();
+    assert!(words.contains("of one more that changes by at most 0.5 a second"), "{words}");
+    for rates in [[0.5, 0.25], [0.0, 0.5]] {
+        let refused = prove(&two_filters(2.5, rates)).unwrap_err();
+        assert!(
+            refused.contains("filters[1].rate") && refused.contains("the rate of the other"),
+            "{refused}"
+        );
+    }
+    let read = ConstantCertificate::from_json(&two_filters(2.5, [0.5, 0.5]).to_string()).unwrap();
+    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
+}
+
 /// That of Squid's default design, as large as they are.
 #[test]
 fn the_golden_certificate_is_proved() {

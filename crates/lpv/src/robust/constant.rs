@@ -7,15 +7,16 @@
 //! ```
 //!
 //! A parameter with any trajectory has multipliers S > 0 and T, constant over frequency. A constant one has them on its
-//! channels and on these filtered by `1/(s + a)`: with `psi = [I; I/(s + a)]`, a constant delta gives
+//! channels and on these filtered by `1/(s + a)`, for one pole -a or several: with `psi = [I; I/(s + a)]`, a constant
+//! delta gives
 //!
 //! ```text
 //! (psi zt)'S (psi zt) - (psi wt)'S (psi wt) + 2 (psi wt)'T (psi zt),   S = S',  T = -T'
 //! ```
 //!
 //! an integral `(1 - delta^2) (psi zt)'S (psi zt) >= 0` for `S > 0`. That asks no more than `psi~ S psi > 0` on the
-//! imaginary axis would: with such an S, `S + [0 Y; Y -2aY] > 0` for some Y by the KYP lemma, and that matrix does
-//! the same, with `-Y` and `Y` added to X on the states of the filters. Then the loop is stable with a gain below
+//! imaginary axis would: with such an S and one pole, `S + [0 Y; Y -2aY] > 0` for some Y by the KYP lemma, and that
+//! matrix does the same, with `-Y` and `Y` added to X on the states of the filters; likewise with several. Then the loop is stable with a gain below
 //! gamma where one inequality with a symmetric X, which may be indefinite, holds: A. Megretski, A. Rantzer, IEEE
 //! Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
 //!
@@ -35,7 +36,7 @@ mod filtered;
 mod frequencies;
 mod storage;
 
-pub use crate::robust::constant::constant_loop::{ConstantLoop, Filter};
+pub use crate::robust::constant::constant_loop::{ConstantLoop, Filters};
 
 use crate::error::SynthesisError;
 use crate::lmi::interior_point::minimise;
@@ -76,8 +77,9 @@ const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
 
 /// A bound on the gain, and what shows it.
 ///
-/// Channels are those of the loop, then the filtered ones of each parameter with a filter, in the order of the
-/// parameters, then those of the rates; states are those of the loop, then those of the filters of zt, then of wt.
+/// Channels are those of the loop, then the filtered ones of each parameter with filters, in the order of the
+/// parameters and of their poles, then those of the rates; states are those of the loop, then those of the filters of
+/// zt, then of wt.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConstantBound {
     /// The bound.
@@ -209,6 +211,11 @@ mod tests {
 
     /// `x'' + 2 zeta x' + (1 + size delta) x = w`, `z = x'`.
     fn oscillator(size: f64, rate: Option<f64>) -> ConstantLoop {
+        behind(&[1.0], size, rate)
+    }
+
+    /// The same with filters of these poles.
+    fn behind(poles: &[f64], size: f64, rate: Option<f64>) -> ConstantLoop {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -2.0 * DAMPING]),
             (X, T, dmatrix![0.0; -1.0]),
@@ -217,10 +224,10 @@ mod tests {
             (Z, X, dmatrix![0.0, 1.0]),
         ];
         let parts = Partitioned::new(LOOP, &blocks).unwrap();
-        let filter = rate.map(|rate| Filter { pole: 1.0, rate });
+        let filters = rate.map(|rate| Filters { poles: poles.to_vec(), rate });
         ConstantLoop {
             closed: ClosedLoop { parts, channels: vec![0] },
-            filters: vec![filter],
+            filters: vec![filters],
             errors: vec![],
         }
     }
@@ -244,6 +251,19 @@ mod tests {
             exact < constant && constant < 1.1 * exact && jumping > 1.2 * constant,
             "{constant} {jumping}"
         );
+    }
+
+    /// The more poles, the closer to the gain.
+    #[test]
+    fn more_filters_show_a_lower_gain() {
+        let exact = 1.0 / (2.0 * DAMPING);
+        let gamma = |poles: &[f64]| {
+            let found = behind(poles, 0.9, Some(0.0)).bound(exact, 1e-3, f64::INFINITY).unwrap();
+            assert!(scaled_least_eigenvalue(&found.s) > 0.0, "{}", found.s);
+            found.gamma
+        };
+        let (one, two) = (gamma(&[1.0]), gamma(&[0.4, 2.0]));
+        assert!(exact < two && two < 0.95 * one, "{one} {two}");
     }
 
     /// A stiffness that changes slowly costs little more than a constant one, and the more the faster it may change; at

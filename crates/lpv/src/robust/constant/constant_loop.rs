@@ -8,31 +8,42 @@ use crate::system::plant::ClosedLoop;
 pub struct ConstantLoop {
     /// The loop.
     pub closed: ClosedLoop,
-    /// For each parameter its filter, if it is constant or changes slowly; `None` for one that may take any trajectory.
-    pub filters: Vec<Option<Filter>>,
+    /// For each parameter its filters, if it is constant or changes slowly; `None` for one that may take any trajectory.
+    pub filters: Vec<Option<Filters>>,
     /// Model errors, each with a Delta(t) of its own.
     pub errors: Vec<LoopError>,
 }
 
-/// The filter `1/(s + pole)` on the channels of a parameter that changes no faster than `rate`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Filter {
+/// The filters `1/(s + pole)` on the channels of a parameter that changes no faster than `rate`: the more poles, the
+/// more the multipliers may change with frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filters {
     /// rad/s, above 0.
-    pub pole: f64,
+    pub poles: Vec<f64>,
     /// Bound on the rate of the parameter, 1/s; 0 for a constant one.
     pub rate: f64,
 }
 
+/// A channel behind one of its filters.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FilteredChannel {
+    pub(super) channel: usize,
+    pub(super) pole: f64,
+    pub(super) rate: f64,
+}
+
 impl ConstantLoop {
-    /// The channels with a filter, parameter by parameter.
-    pub(super) fn filtered(&self) -> impl Iterator<Item = (usize, Filter)> + '_ {
-        self.filters
-            .iter()
-            .enumerate()
-            .filter_map(|(parameter, filter)| Some((parameter, (*filter)?)))
-            .flat_map(|(parameter, filter)| {
-                let channels = self.closed.channels.iter().enumerate();
-                channels.filter(move |(_, of)| **of == parameter).map(move |(channel, _)| (channel, filter))
-            })
+    /// The channels with filters: parameter by parameter, pole by pole.
+    pub(super) fn filtered(&self) -> impl Iterator<Item = FilteredChannel> + '_ {
+        let own = |parameter: usize| {
+            let channels = self.closed.channels.iter().enumerate();
+            channels.filter(move |(_, of)| **of == parameter).map(|(channel, _)| channel)
+        };
+        let filters = self.filters.iter().enumerate().filter_map(|(p, of)| Some((p, of.as_ref()?)));
+        filters.flat_map(move |(parameter, &Filters { ref poles, rate })| {
+            let behind =
+                move |&pole| own(parameter).map(move |channel| FilteredChannel { channel, pole, rate });
+            poles.iter().flat_map(behind)
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! A loop together with the filters of its parameters that are constant or change slowly.
 
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks};
-use crate::robust::constant::constant_loop::{ConstantLoop, Filter};
+use crate::robust::constant::constant_loop::{ConstantLoop, FilteredChannel};
 use crate::system::lyapunov::middle_of_gramians;
 use crate::system::model_error::LoopError;
 use crate::system::state_space::StateSpace;
@@ -42,7 +42,8 @@ impl Filtered {
             .iter()
             .map(|e| e.in_coordinates((&identity, &identity), scale).in_units_of(unit))
             .collect();
-        let (own, filters): (Vec<usize>, Vec<Filter>) = of.filtered().unzip();
+        let filters: Vec<FilteredChannel> = of.filtered().collect();
+        let own: Vec<usize> = filters.iter().map(|f| f.channel).collect();
         let moving: Vec<usize> = (0..own.len()).filter(|i| filters[*i].rate > 0.0).collect();
         let rates = diagonal(moving.iter().map(|i| filters[*i].rate));
         let (r, w, k, v) = (l.channels.len(), l.b1().ncols(), own.len(), moving.len());
@@ -72,7 +73,7 @@ impl Filtered {
         });
         let (errors, output) =
             (errors.collect(), row(&l.c1(), &l.d1t(), &zeros(l.c1().nrows(), deltas), &l.d11()));
-        let of_filters = |m: &Mat| m.select_rows(&own).select_columns(&own);
+        let of_filters = |m: &Mat| diagonal(own.iter().map(|c| m[(*c, *c)]));
         let (both, filter_units) = (of_filters(scale), of_filters(&inverse));
         let of_rates = both.select_rows(&moving).select_columns(&moving);
         let parameters = || own.iter().map(|c| l.channels[*c]);
