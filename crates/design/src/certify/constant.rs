@@ -45,7 +45,7 @@ const CONSTANT_POLES: [f64; 2] = [0.4, 2.0];
 const SLOW_POLE: f64 = 1.0;
 
 /// How close to the least gamma a bound is sought, relatively.
-const TOLERANCE: f64 = 0.02;
+const TOLERANCE: f64 = 0.01;
 
 /// The gain allowed relative to the nominal bound where the whole box is out of reach.
 pub const PRICE: f64 = 1.25;

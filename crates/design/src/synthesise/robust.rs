@@ -46,6 +46,9 @@ const BACK_OFF: f64 = 0.05;
 const ROUNDS: usize = 2;
 const LEAST_GAIN_IN_SIZE: f64 = 0.02;
 
+/// The sizes at which a proof is tried that fails at the largest size found, relative to that.
+const SMALLER_SIZES: [f64; 4] = [0.99, 0.97, 0.94, 0.9];
+
 /// The part of the declared box in which channels are removed, and the relative change of `[A B]` allowed there. The
 /// change over the whole box is reported.
 const TRUNCATION: (f64, f64) = (0.5, 0.01);
@@ -99,17 +102,17 @@ pub fn robust(
     let found = search(inputs, model, plant, nominal, progress)?;
     let Searched { truncated, uncertain, known, outcome, .. } = &found;
     let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
-    let certificate = proved(uncertain, outcome)?;
+    let (size, certificate) = proved(uncertain, outcome)?;
     let figures = RobustFigures {
         gamma: found.allowed,
         proved: certificate.gamma,
         nominal_bears: outcome.given_largest.size,
-        robust_bears: outcome.largest.size,
+        robust_bears: size,
         ladder: ladder(
             uncertain,
             [(&nominal.controller, known), (&outcome.controller, &without)],
             outcome,
-            certificate.gamma,
+            (size, certificate.gamma),
         ),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(inputs, [&nominal.controller, &outcome.controller])?,
@@ -201,13 +204,13 @@ fn bound_in(
     Ok(robust_loop.cleared(&bound).unwrap_or(bound).bound)
 }
 
-/// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the
-/// proved bound.
+/// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the size
+/// and bound that were proved.
 fn ladder(
     uncertain: &UncertainPlant,
     [(nominal, alone), (robust, without)]: [(&Controller, &GainBound); 2],
     found: &RobustDesign,
-    proved: f64,
+    (size, proved): (f64, f64),
 ) -> Vec<(f64, Option<f64>, Option<f64>)> {
     let (low, high) = (&found.given_largest, &found.largest);
     let at = |k: &Controller, known: &RobustBound, size: f64| {
@@ -217,17 +220,23 @@ fn ladder(
     vec![
         (0.0, gamma(alone), gamma(without)),
         (low.size, gamma(&low.bound), at(robust, high, low.size)),
-        (high.size, at(nominal, low, high.size), Some(proved)),
+        (size, at(nominal, low, size), Some(proved)),
     ]
 }
 
-/// The certificate at the tolerated size, proved.
-fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<Certificate, Error> {
+/// The certificate at the tolerated size, proved, or at one a little smaller where rounding hides that it holds.
+fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, Certificate), Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
-    let clear = closed.cleared(&found.largest).ok_or(RobustError::NotClear { which: "robust" })?;
-    let certificate = certificate_of(&uncertain.sized(clear.size), &found.controller, &clear.bound);
-    certificate.prove()?;
-    Ok(certificate)
+    let at = |part: &f64| -> Result<(f64, Certificate), Error> {
+        let size = part * found.largest.size;
+        let clear = closed.cleared(&closed.resized(&found.largest, size));
+        let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?;
+        let certificate = certificate_of(&uncertain.sized(size), &found.controller, &clear.bound);
+        certificate.prove()?;
+        Ok((size, certificate))
+    };
+    let (whole, smaller) = (at(&1.0), SMALLER_SIZES.iter());
+    whole.or_else(|failed| smaller.map(at).find_map(Result::ok).ok_or(failed))
 }
 
 /// The relative error of the uncertain model against the vehicle trimmed again: least and largest over the speeds.

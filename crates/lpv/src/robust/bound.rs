@@ -64,8 +64,12 @@ impl<'a> RobustLoop<'a> {
     /// lets it be; `None` when none was found.
     pub fn begun(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
         let first = |size: f64| {
-            let guess = self.guess(known, balanced(&self.closed(size), gamma));
-            self.searched(&RobustBound { size, ..guess }, ROUGH_TOLERANCE).filter(|b| b.bound.gamma < gamma)
+            let s = balanced(&self.closed(size), gamma);
+            let from = |scale: &f64| {
+                let guess = self.guess(known, &s * *scale);
+                self.searched(&RobustBound { size, ..guess }, ROUGH_TOLERANCE)
+            };
+            FIRST_SCALES.iter().filter_map(from).find(|b| b.bound.gamma < gamma)
         };
         let mut sizes = (0..MOST_FIRST_SIZES).map(|k| FIRST_SIZE * 0.1f64.powi(k));
         self.clear(&sizes.find_map(first)?, gamma)

@@ -94,7 +94,7 @@ impl RobustLoop<'_> {
     }
 
     /// The multipliers of a bound at another size.
-    pub(crate) fn resized(&self, at: &RobustBound, size: f64) -> RobustBound {
+    pub fn resized(&self, at: &RobustBound, size: f64) -> RobustBound {
         let mut out = RobustBound { size, bound: at.bound.clone() };
         let rows = self.of_delta();
         out.bound.t.view_mut((rows.start, rows.start), (rows.len(), rows.len())).scale_mut(at.size / size);
