@@ -230,7 +230,7 @@ mod tests {
         let turns: [fn(&mut DesignFile); 3] = [
             |file| file.tracked[0].weight.bandwidth *= 1.04,
             |file| file.tracked[0].references.follow *= 1.04,
-            |file| file.back_off *= 1.5,
+            |file| file.back_off *= 1.2,
         ];
         for turn in turns {
             inputs.design = given.clone();

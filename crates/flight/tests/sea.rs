@@ -101,7 +101,7 @@ fn waves_fade_with_depth() {
             .map(|(sea, calm)| Row { depth: sea.measured(PITCH) - calm.measured(PITCH), ..sea.clone() });
         rms(&differences.collect::<Vec<_>>(), |row| row.depth).to_degrees()
     };
-    let [near, below, deep] = [8.0, 20.0, 50.0].map(off);
+    let [near, below, deep] = [6.0, 20.0, 50.0].map(off);
     assert!(near > 0.05 && near < 5.0, "{near}");
     assert!(below < 0.5 * near && deep < 0.05 * near, "{below}, {deep}");
 }
