@@ -15,7 +15,7 @@
 //! there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop
 //! and filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
 //!
-//! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`, one rate a parameter; X and S symmetric; T skew; S and T
+//! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`, one rate a parameter; X, S symmetric; T skew; S and T
 //!    commute with Theta, repeated on the filtered channels, and with any diagonal matrix of one value a parameter on
 //!    those of the rates.
 //! 2. `L = L' > 0` and `A'L + LA < 0`.

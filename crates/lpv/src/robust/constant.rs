@@ -16,9 +16,9 @@
 //!
 //! an integral `(1 - delta^2) (psi zt)'S (psi zt) >= 0` for `S > 0`. That asks no more than `psi~ S psi > 0` on the
 //! imaginary axis would: with such an S and one pole, `S + [0 Y; Y -2aY] > 0` for some Y by the KYP lemma, and that
-//! matrix does the same, with `-Y` and `Y` added to X on the states of the filters; likewise with several. Then the loop is stable with a gain below
-//! gamma where one inequality with a symmetric X, which may be indefinite, holds: A. Megretski, A. Rantzer, IEEE
-//! Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
+//! matrix does the same, with `-Y` and `Y` added to X on the states of the filters; likewise with several. Then the
+//! loop is stable with a gain below gamma where one inequality with a symmetric X, which may be indefinite, holds: A.
+//! Megretski, A. Rantzer, IEEE Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
 //!
 //! A parameter that changes slowly has the same filters and one more channel for each of its own: with the states f and
 //! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to `rate

@@ -8,7 +8,7 @@ use crate::system::plant::ClosedLoop;
 pub struct ConstantLoop {
     /// The loop.
     pub closed: ClosedLoop,
-    /// For each parameter its filters, if it is constant or changes slowly; `None` for one that may take any trajectory.
+    /// For each parameter its filters, if it is constant or changes slowly; `None` for one with any trajectory.
     pub filters: Vec<Option<Filters>>,
     /// Model errors, each with a Delta(t) of its own.
     pub errors: Vec<LoopError>,
