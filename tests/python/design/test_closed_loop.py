@@ -33,8 +33,8 @@ BANDWIDTHS = [0.46, 0.23, 0.1]
 Signal = NDArray[np.float64]
 HELD = 0.05
 """How far the speed may leave its reference during the step, m/s: a tenth of the lowest speed."""
-TOUCHED = 0.1
-"""How long a command may be at a limit, s: at 2.9 m/s the step takes the lower thruster just to it."""
+TOUCHED = {2.9: 0.1}
+"""How long a command may be at a limit at a speed, s: there the step takes the lower thruster just to it."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def model_of_pitch(time: Signal, frequency: float, damping: float) -> Signal:
 
 @pytest.mark.parametrize("speed", [0.6, 1.0, 2.0, 2.9])
 def test_squid_follows_pitch_steps(squid: Packages, speed: float) -> None:
-    """By 10 degrees: overshoot within 3 %, 10 to 90 % in 2.5 s, steady error within 0.05 %, limits hardly touched."""
+    """By 10 degrees: overshoot within 3 %, 10 to 90 % in 2.5 s, steady error within 0.05 %, no limit reached but at 2.9 m/s."""
     flown = pitch_step(squid, speed, TEN_DEGREES, 65.0)
     found = Step.of(flown["time"], flown["pitch_done"])
     assert found.overshoot <= 0.03
@@ -143,7 +143,7 @@ def test_squid_follows_pitch_steps(squid: Packages, speed: float) -> None:
     assert np.max(np.abs(flown["speed_error"])) < HELD
     for name, (low, high) in limits(squid).items():
         at_limit = (flown[name] <= low) | (flown[name] >= high)
-        assert np.mean(at_limit) * np.ptp(flown["time"]) < TOUCHED, name
+        assert np.mean(at_limit) * np.ptp(flown["time"]) <= TOUCHED.get(speed, 0.0), name
 
 
 SPEED_STEPS = [(0.6, 0.5), (1.5, 0.5), (2.4, 0.5), (1.1, -0.5), (2.9, -0.5)]
