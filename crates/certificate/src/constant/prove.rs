@@ -12,8 +12,8 @@
 //! # Conditions, checked without rounding
 //!
 //! A parameter with filters has two states for each filter and channel, `f' = -a f + zt` and `g' = -a g + wt + v`. The
-//! v is there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of loop
-//! and filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
+//! v is there where `rate > 0`, a channel more: v belongs to `rate f`, as wt to zt. Z is the map from the states xi of
+//! loop and filters and from (wt, v, w_D, w) to (zt, f, rate f), W that to (wt, g, v); `xi' = M (xi, wt, v, w_D, w)`.
 //!
 //! 1. `gamma > 0`, every `lambda > 0`, `a > 0` and `rate >= 0`, one rate a parameter; X, S symmetric; T skew; S and T
 //!    commute with Theta, repeated on the filtered channels, and with any diagonal matrix of one value a parameter on
