@@ -134,7 +134,7 @@ def model_of_pitch(time: Signal, frequency: float, damping: float) -> Signal:
 
 @pytest.mark.parametrize("speed", [0.6, 1.0, 2.0, 2.9])
 def test_squid_follows_pitch_steps(squid: Packages, speed: float) -> None:
-    """By 10 degrees: overshoot within 3 %, 10 to 90 % in 2.5 s, steady error within 0.05 %; `TOUCHED` has the limits."""
+    """By 10 degrees: overshoot within 3 %, 10 to 90 % in 2.5 s, steady error within 0.05 %, limits as `TOUCHED`."""
     flown = pitch_step(squid, speed, TEN_DEGREES, 65.0)
     found = Step.of(flown["time"], flown["pitch_done"])
     assert found.overshoot <= 0.03
