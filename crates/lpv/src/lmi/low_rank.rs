@@ -10,6 +10,10 @@
 
 use crate::lmi::program::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
+use rayon::prelude::*;
+
+/// A processor takes no fewer columns of a Schur complement than this: fewer take less time than handing them over.
+const LEAST_COLUMNS: usize = 16;
 
 /// `coefficient (w_a w_b' + w_b w_a')`, by the numbers of two columns of W.
 #[derive(Debug, Clone, Copy)]
@@ -152,10 +156,12 @@ impl LowRank {
     }
 
     fn each(&self) -> impl Iterator<Item = (usize, &[Pair])> {
-        self.unknowns
-            .iter()
-            .zip(self.starts.windows(2))
-            .map(|(unknown, range)| (*unknown as usize, &self.pairs[range[0] as usize..range[1] as usize]))
+        self.unknowns.iter().enumerate().map(|(place, unknown)| (*unknown as usize, self.pairs_of(place)))
+    }
+
+    /// The pairs of the unknown at this place of `unknowns`.
+    fn pairs_of(&self, place: usize) -> &[Pair] {
+        &self.pairs[self.starts[place] as usize..self.starts[place + 1] as usize]
     }
 
     /// The Frobenius norms of the first `unknowns` F_i.
@@ -226,22 +232,21 @@ impl LowRank {
         f64::EPSILON * (constant + self.times() * linear)
     }
 
-    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are of M and N.
+    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are of M and N. Columns are
+    /// independent: on all processors.
     pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
-        let mut products = Products::default();
-        for (place, (j, outer)) in self.each().enumerate() {
-            let target = out.column_mut(j);
-            let target = target.data.into_slice_mut();
-            for p in outer {
+        let rows = out.nrows().max(1);
+        let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
+        columns.for_each_init(Products::default, |products, (j, target)| {
+            let Ok(place) = self.unknowns.binary_search(&(j as u32)) else { return };
+            for p in self.pairs_of(place) {
                 let factor = self.times() * p.coefficient;
                 products.set(m, n, p);
-                let starts = self.starts[place..].windows(2);
-                for (unknown, range) in self.unknowns[place..].iter().zip(starts) {
-                    let inner = &self.pairs[range[0] as usize..range[1] as usize];
-                    target[*unknown as usize] += factor * products.over(inner);
+                for (inner, unknown) in self.unknowns.iter().enumerate().skip(place) {
+                    target[*unknown as usize] += factor * products.over(self.pairs_of(inner));
                 }
             }
-        }
+        });
     }
 }
 

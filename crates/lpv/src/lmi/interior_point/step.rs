@@ -1,7 +1,8 @@
-//! One step: a predictor, a corrector, and how far to go.
+//! One step: a predictor, a corrector, and how far to go. Inequalities are independent: on all processors.
 
 use super::{Cone, State};
 use crate::matrix::{Definite, Mat, quick_least_eigenvalue, symmetric_part};
+use rayon::prelude::*;
 
 /// A cone's matrices that do not change within a step.
 struct Factors {
@@ -21,7 +22,7 @@ struct Direction {
 impl State<'_> {
     /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
     pub(super) fn advance(&mut self) -> Option<f64> {
-        let factors: Vec<Factors> = self.cones.iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
+        let factors: Vec<Factors> = self.cones.par_iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
         let m = self.objective.len();
         let mut schur = Mat::zeros(m, m);
         for (cone, f) in self.cones.iter().zip(&factors) {
@@ -84,23 +85,24 @@ impl State<'_> {
         predicted: Option<&[Direction]>,
     ) -> (Vec<f64>, Vec<Direction>) {
         let mut rhs: Vec<f64> = self.objective.iter().map(|c| -c).collect();
-        let mut centres = Vec::with_capacity(self.cones.len());
-        for (k, (cone, f)) in self.cones.iter().zip(factors).enumerate() {
+        let centre = |(k, (cone, f)): (usize, (&Cone<'_>, &Factors))| {
             let mut pushed = &cone.x * &f.residual;
             if let Some(predicted) = predicted {
                 pushed += &predicted[k].x * &predicted[k].z;
             }
-            let centre = &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse));
-            cone.data.add_inner_products(&centre, 1.0, &mut rhs);
-            centres.push(centre);
+            &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse))
+        };
+        let centres: Vec<Mat> = self.cones.par_iter().zip(factors).enumerate().map(centre).collect();
+        for (cone, centre) in self.cones.iter().zip(&centres) {
+            cone.data.add_inner_products(centre, 1.0, &mut rhs);
         }
         let dx = schur.solve(&rhs);
-        let directions = self.cones.iter().zip(factors).zip(centres).map(|((cone, f), centre)| {
+        let direction = |((cone, f), centre): ((&Cone<'_>, &Factors), Mat)| {
             let moved = cone.data.linear(&dx);
             let x = centre - &cone.x - symmetric_part(&(&cone.x * &moved * &f.z_inverse));
             Direction { x, z: moved + &f.residual }
-        });
-        let directions = directions.collect();
+        };
+        let directions = self.cones.par_iter().zip(factors).zip(centres).map(direction).collect();
         (dx, directions)
     }
 
@@ -118,9 +120,9 @@ impl State<'_> {
                 f64::INFINITY
             }
         };
-        factors.iter().zip(direction).fold((f64::INFINITY, f64::INFINITY), |(x, z), (f, d)| {
-            (x.min(along(&f.x_root, &d.x)), z.min(along(&f.z_root, &d.z)))
-        })
+        let both =
+            factors.par_iter().zip(direction).map(|(f, d)| (along(&f.x_root, &d.x), along(&f.z_root, &d.z)));
+        both.reduce(|| (f64::INFINITY, f64::INFINITY), |one, other| (one.0.min(other.0), one.1.min(other.1)))
     }
 
     fn go(&mut self, dx: &[f64], direction: &[Direction], step_x: f64, step_z: f64) {
@@ -134,7 +136,7 @@ impl State<'_> {
         // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the
         // slacks, free of what rounding has gathered.
         let values: Vec<Mat> =
-            self.cones.iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
+            self.cones.par_iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
         let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
         let clear = |(c, v): (&Cone<'_>, &Mat)| (v - &c.z * share).cholesky().is_some();
         if self.cones.iter().zip(&values).all(clear) {
