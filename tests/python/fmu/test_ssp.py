@@ -216,7 +216,8 @@ def test_flies_as_in_one_fmu(tool: list[str | Path], packages: Packages, ssp: Pa
     rows = np.arange(1, round(DURATION / 0.1) + 1) * round(0.1 / tick)
     expected = {name: whole[name][rows] for name in ("pitch", "speed", "depth", "distance")}
     one, two, ten = (
-        max(differences(expected, by_tool(tool, ssp, variant, tick / n, tmp_path)).values()) for n in (1, 2, 10)
+        max(differences(expected, by_tool(tool, ssp, variant, tick / n, tmp_path)).values())
+        for n in (1, 2, 10)
     )
     print(f"{tool[-1]}: {one:.2e} at one communication step a sample, {two:.2e} at two, {ten:.2e} at ten")
     assert np.ptp(expected["pitch"]) > 0.05
