@@ -21,6 +21,7 @@ from page import ROOT, in_environment, put
 COMMAND = ROOT / "target" / "release" / "squid"
 EXAMPLES = ROOT / "target" / "release" / "examples"
 SQUID = ROOT / "tests" / "certificates" / "squid_surrogate.json"
+CONSTANT = ROOT / "tests" / "certificates" / "constant_squid.json"
 REMUS = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 RATES = (0.125, 0.3125, 1.25)  # In units of theta per second.
 PLAIN = (
@@ -31,7 +32,7 @@ PLAIN = (
 )
 METHODS = ("hinfsyn", "HinfSynSlicot", "HinfSynLmi")
 SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
-PARTS = ("squid", "rate", "limits", "plain", "growth", "mu")
+PARTS = ("squid", "rate", "constant", "limits", "plain", "growth", "mu")
 ROUNDS = 3
 PAIRS = 15
 ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
@@ -137,6 +138,23 @@ def rate_rows() -> list[str]:
             cells = [path.stem, f"{rate}", f"{a:.2f}", f"{b:.2f}", f"{ratio:.1f}", *gammas]
             rows.append("| " + " | ".join(cells) + " |")
     return rows
+
+
+def constant_rows() -> list[str]:
+    """Return the table of the inequality for constant parameters, in CPU time; once, because it takes minutes."""
+    from constant_cvxpy import Filtered, least_gamma
+
+    certificate = json.loads(CONSTANT.read_text(encoding="utf-8"))
+    before = child_time()
+    mine = ours(CONSTANT)
+    a, begin = child_time() - before, time.process_time()
+    least = least_gamma(Filtered.of(certificate))
+    b = time.process_time() - begin
+    return [
+        "| plant | lpv, s | cvxpy + Clarabel, s | cvxpy / lpv | bound, lpv | least gamma, cvxpy |",
+        "|---|---|---|---|---|---|",
+        f"| {CONSTANT.stem} | {a:.0f} | {b:.0f} | {b / a:.0f} | {mine['gamma']:.4f} | {least:.4f} |",
+    ]
 
 
 def limits_rows() -> list[str]:
@@ -287,8 +305,10 @@ def main() -> int:
         put("squid", squid_rows())
     if "rate" in wanted:
         put("rate", rate_rows())
+    sys.path.append(str(ROOT / "tests" / "python" / "support"))
+    if "constant" in wanted:
+        put("constant", constant_rows())
     if "limits" in wanted:
-        sys.path.append(str(ROOT / "tests" / "python" / "support"))
         put("limits", limits_rows())
     return 0
 

@@ -1,39 +1,84 @@
 //! Designs a controller for a plant in a file, and prints how long each part took: `timed FILE.json [RATE]`.
 //!
-//! With a rate only the least gamma of controllers for a parameter that moves at that rate is sought.
+//! With a rate only the least gamma of controllers for a parameter that moves at that rate is sought. For a certificate
+//! of constant parameters the bound for the loop of its plant and controller is sought, within a per cent.
 //! The file is a case of `tests/cases` (`data` with the plant's matrices) or a certificate (`plant` and `blocks`). The
 //! one JSON object printed has the seconds of the least gamma alone and of the whole design, both gammas and, for a
 //! plant without parameters, the controller's matrices.
 
 use lpv::bounded_rate::{self, SlowOptions};
-use lpv::matrix::{from_rows, to_rows};
-use lpv::partition::{PLANT, names};
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, from_rows, to_rows};
+use lpv::model_error::{LoopError, ModelError};
+use lpv::partition::{CONTROLLER, NamedBlock, Names, PLANT, names};
 use lpv::plant::GeneralisedPlant;
+use lpv::robust::constant::{ConstantLoop, Filters};
 use lpv::synthesis::{Options, ScalingClass, least_gamma, synthesise};
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::time::Instant;
 
+/// What stands at a key, or nothing of its kind.
+fn at<T: DeserializeOwned + Default>(of: &Value, key: &str) -> Result<T, Box<dyn Error>> {
+    Ok(of.get(key).map_or(Ok(T::default()), |value| serde_json::from_value(value.clone()))?)
+}
+
+/// The matrix at a key; `None` for one without rows.
+fn matrix(of: &Value, key: &str) -> Result<Option<Mat>, Box<dyn Error>> {
+    let rows: Vec<Vec<f64>> = at(of, key)?;
+    let Some(first) = rows.first() else { return Ok(None) };
+    Ok(Some(from_rows(&rows, first.len()).ok_or_else(|| format!("{key}: rows of unequal length"))?))
+}
+
+fn parts(of: &Value, layout: Names) -> Result<Vec<NamedBlock>, Box<dyn Error>> {
+    let each = names(layout).map(|(key, row, column)| Ok(matrix(of, key)?.map(|m| (row, column, m))));
+    each.filter_map(Result::transpose).collect()
+}
+
 fn plant(file: &Value) -> Result<GeneralisedPlant, Box<dyn Error>> {
     let data = file.get("data").unwrap_or(file);
     let p = data.get("P").or_else(|| data.get("plant")).unwrap_or(data);
-    let blocks: Vec<usize> =
-        data.get("blocks").map_or(Ok(vec![]), |blocks| serde_json::from_value(blocks.clone()))?;
-    let mut parts = vec![];
-    for (key, row, column) in names(PLANT) {
-        let list: Vec<Vec<f64>> =
-            p.get(key).map_or(Ok(vec![]), |rows| serde_json::from_value(rows.clone()))?;
-        if let Some(first) = list.first() {
-            let m = from_rows(&list, first.len()).ok_or_else(|| format!("{key}: rows of unequal length"))?;
-            parts.push((row, column, m));
-        }
-    }
-    Ok(GeneralisedPlant::new(blocks, &parts)?)
+    Ok(GeneralisedPlant::new(at(data, "blocks")?, &parts(p, PLANT)?)?)
 }
+
+/// The loop of a certificate of constant parameters.
+fn constant_loop(file: &Value) -> Result<ConstantLoop, Box<dyn Error>> {
+    let plant = plant(file)?;
+    let controller =
+        Controller::new(at(file, "controller_blocks")?, &parts(&file["controller"], CONTROLLER)?)?;
+    let mut filters: Vec<Option<Filters>> = vec![None; plant.blocks.len()];
+    for filter in at::<Vec<Value>>(file, "filters")? {
+        let of = filters.get_mut(at::<usize>(&filter, "parameter")?).ok_or("filters: no such parameter")?;
+        let own = of.get_or_insert(Filters { poles: vec![], rate: at(&filter, "rate")? });
+        own.poles.push(at(&filter, "pole")?);
+    }
+    let error = |ball: Value| -> Result<LoopError, Box<dyn Error>> {
+        let of =
+            |key: &str| Ok::<_, Box<dyn Error>>(matrix(&ball, key)?.ok_or_else(|| format!("{key}: none"))?);
+        let f = of("F")?;
+        let fw = Mat::zeros(f.nrows(), plant.sizes().w);
+        Ok(ModelError { e: of("E")?, f, fw, fu: of("Fu")? }.close(&plant, &controller))
+    };
+    let errors = at::<Vec<Value>>(file, "errors")?.into_iter().map(error).collect::<Result<_, _>>()?;
+    Ok(ConstantLoop { closed: plant.close(&controller), filters, errors })
+}
+
+/// How close to the least gamma the bound for constant parameters is sought, relatively: as `squid design --constant`.
+const CLOSE: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("a file is needed: a case or a certificate")?;
-    let plant = plant(&serde_json::from_str(&std::fs::read_to_string(path)?)?)?;
+    let file: Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
+    if file.get("filters").is_some() {
+        let whole = constant_loop(&file)?;
+        let begin = Instant::now();
+        let found = whole.bound(at(&file, "gamma")?, CLOSE, f64::INFINITY)?;
+        let seconds = begin.elapsed().as_secs_f64();
+        println!("{}", json!({ "seconds": seconds, "gamma": found.gamma }));
+        return Ok(());
+    }
+    let plant = plant(&file)?;
     if let Some(rate) = std::env::args().nth(2) {
         let begin = Instant::now();
         let least = bounded_rate::least_gamma(&plant, SlowOptions::at(rate.parse()?))?;
