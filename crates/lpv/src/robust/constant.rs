@@ -137,7 +137,7 @@ impl ConstantLoop {
     }
 
     /// Multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is posed at
-    /// few of them, and then where it does not hold, too.
+    /// few of them, and then where it does not hold, too, from the multipliers found before where these lead on.
     fn multipliers(&self, filtered: &Filtered, tolerance: f64, most: f64) -> Option<Multipliers> {
         let mut program = Program::default();
         let unknowns = Unknowns::new(&mut program, self, filtered);
@@ -150,11 +150,17 @@ impl ConstantLoop {
         let responses = candidates(filtered);
         let mut posed: BTreeSet<usize> = (0..responses.len()).step_by(FIRST_STEP).collect();
         data.extend(posed.iter().map(|k| pose(&responses[*k])));
-        let point = unknowns.first(&program, filtered);
+        let first = unknowns.first(&program, filtered);
+        let mut before: Option<Vec<f64>> = None;
         let mut within = tolerance.max(ROUGH_TOLERANCE);
         for _ in 0..MOST_ROUNDS {
-            let search = SolverOptions { near: Some((&point, most)), ..SolverOptions::within(within) };
-            let found = unknowns.values(&program, &minimise(&data, &program.costs(), search)?.x);
+            let from = |point: &Vec<f64>| {
+                let search = SolverOptions { near: Some((point, most)), ..SolverOptions::within(within) };
+                minimise(&data, &program.costs(), search)
+            };
+            let point = before.as_ref().and_then(from).or_else(|| from(&first))?.x;
+            let found = unknowns.values(&program, &point);
+            before = Some(point);
             let raised = Multipliers { gamma: RAISE * found.gamma, ..found };
             let violated = worst_violated(&responses, &raised.form(filtered));
             if violated.is_empty() && within <= tolerance {
