@@ -81,7 +81,7 @@ class Filtered:
 def in_good_coordinates(loop: Loop, certificate: dict) -> Loop:
     """Return the loop with balanced states, even channels, and the certificate's gamma as the unit of a gain.
 
-    In the original coordinates Clarabel fails.
+    With uneven channels Clarabel fails.
     """
     n, r, _ = loop.sizes
     x, t, z = (m.astype(float) for m in (loop.x, loop.t, loop.z))

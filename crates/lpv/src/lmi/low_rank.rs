@@ -12,7 +12,7 @@ use crate::lmi::program::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
 use rayon::prelude::*;
 
-/// A processor takes no fewer columns of a Schur complement than this: fewer take less time than handing them over.
+/// A processor takes no fewer columns of a Schur complement than this, so that small programs stay on one.
 const LEAST_COLUMNS: usize = 16;
 
 /// `coefficient (w_a w_b' + w_b w_a')`, by the numbers of two columns of W.
