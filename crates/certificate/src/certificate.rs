@@ -38,9 +38,13 @@ pub struct Certificate {
     pub controller: Controller,
     /// The bound.
     pub gamma: f64,
-    /// The Lyapunov matrix.
-    #[serde(rename = "X")]
+    /// The Lyapunov matrix; an empty list, or no such key in the file, where V is given.
+    #[serde(rename = "X", skip_serializing_if = "Vec::is_empty")]
     pub x: Rows,
+    /// The Lyapunov matrix as `X = V'V`, formed without rounding: V shows with 16 digits what X rounded to them may not.
+    /// An empty list, or no such key in the file, where X is given.
+    #[serde(rename = "V", skip_serializing_if = "Vec::is_empty")]
+    pub v: Rows,
     /// The symmetric scaling.
     #[serde(rename = "S")]
     pub s: Rows,

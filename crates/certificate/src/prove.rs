@@ -16,9 +16,30 @@ struct Claimed<'a> {
     claim: Claim,
     gamma: Dyadic,
     lambda: Option<f64>,
-    x: &'a Rows,
+    x: Lyapunov<'a>,
     s: &'a Rows,
     t: &'a Rows,
+}
+
+/// A Lyapunov matrix as in the file.
+enum Lyapunov<'a> {
+    /// X.
+    Itself(&'a Rows),
+    /// V with `X = V'V`.
+    Factor(&'a Rows),
+}
+
+impl Lyapunov<'_> {
+    /// X, without rounding.
+    fn matrix(&self, claim: Claim) -> Result<Matrix, Failure> {
+        match self {
+            Self::Itself(x) => symmetric(claim, Proved::X, x).map(|()| Matrix::square(x)),
+            Self::Factor(v) => {
+                let v = Matrix::square(v);
+                Ok(v.transpose().times(&v))
+            }
+        }
+    }
 }
 
 impl Certificate {
@@ -32,7 +53,7 @@ impl Certificate {
             claim: Claim::Nominal,
             gamma: Dyadic::from_f64(self.gamma),
             lambda: None,
-            x: &self.x,
+            x: if self.v.is_empty() { Lyapunov::Itself(&self.x) } else { Lyapunov::Factor(&self.v) },
             s: &self.s,
             t: &self.t,
         };
@@ -42,7 +63,7 @@ impl Certificate {
                 claim: Claim::WithModelError,
                 gamma: Dyadic::from_f64(r.gamma),
                 lambda: Some(r.lambda),
-                x: &r.x,
+                x: Lyapunov::Itself(&r.x),
                 s: &r.s,
                 t: &r.t,
             };
@@ -87,7 +108,7 @@ impl Certificate {
             claim,
             gamma: &decay * &beta,
             lambda: Some(l.lambda),
-            x: &l.x,
+            x: Lyapunov::Itself(&l.x),
             s: &beside(&l.s, &l.u),
             t: &beside(&l.t, &vec![0.0; l.u.len()]),
         };
@@ -121,7 +142,7 @@ impl Certificate {
                 claim,
                 gamma,
                 lambda: None,
-                x: &c.x,
+                x: Lyapunov::Itself(&c.x),
                 s: &beside(&c.s, &c.u),
                 t: &beside(&c.t, &vec![0.0; c.u.len()]),
             };
@@ -199,7 +220,7 @@ impl Claimed<'_> {
     fn prove(&self, closed: &ClosedLoop) -> Result<(), Failure> {
         positive(self.claim, "gamma", self.gamma.to_f64())?;
         self.lambda.map_or(Ok(()), |lambda| positive(self.claim, "lambda", lambda))?;
-        symmetric(self.claim, Proved::X, self.x)?;
+        let x = self.x.matrix(self.claim)?;
         symmetric(self.claim, Proved::S, self.s)?;
         skew(self.claim, Proved::T, self.t)?;
         commuting(self.claim, Proved::S, self.s, &closed.parameters)?;
@@ -207,7 +228,7 @@ impl Claimed<'_> {
         let proof = Proof {
             gamma: self.gamma.clone(),
             lambda: Dyadic::from_f64(self.lambda.unwrap_or(0.0)),
-            x: Matrix::square(self.x),
+            x,
             s: Matrix::square(self.s),
             t: Matrix::square(self.t),
         };

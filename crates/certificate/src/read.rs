@@ -7,8 +7,7 @@ use crate::certificate::{
 use crate::error::ReadError;
 use crate::json::Json;
 
-const TOP: [&str; 9] =
-    ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "X", "S", "T"];
+const TOP: [&str; 8] = ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "S", "T"];
 const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
 
 /// An object with every required key and no unknown key.
@@ -45,7 +44,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         _ => (&[], &[]),
     };
     let required = [&TOP, required].concat();
-    let optional = [&["residual", "bounded_rate"], optional].concat();
+    let optional = [&["X", "V", "residual", "bounded_rate"], optional].concat();
     let top = Fields::new("", json, &required, &optional)?;
     Ok(Certificate {
         discrete: format == FORMAT_DISCRETE,
@@ -55,6 +54,7 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         controller: top.read("controller")?,
         gamma: top.read("gamma")?,
         x: top.read("X")?,
+        v: top.read("V")?,
         s: top.read("S")?,
         t: top.read("T")?,
         residual: top.read("residual")?,

@@ -97,7 +97,11 @@ impl Certificate {
         self.check_plant(s)?;
         self.check_controller(s)?;
         check_number("gamma", self.gamma)?;
-        check_proof("", s, [&self.x, &self.s, &self.t])?;
+        let (lyapunov, other) = if self.v.is_empty() { (&self.x, &self.v) } else { (&self.v, &self.x) };
+        if !other.is_empty() {
+            return Err(ReadError::kind("X", "given beside V".into(), "left out where V is given"));
+        }
+        check_proof("", s, [lyapunov, &self.s, &self.t])?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
         self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))?;
         self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))?;

@@ -103,7 +103,7 @@ fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
         let ab = Lft::constant(frozen.model.evaluate(0.0, delta).ok()?);
         let linear = LinearModel { ab, ..LinearModel::at(&frozen.nominal, actuators, &inputs.design) };
         let plant = augment(actuators, &inputs.design, linear).ok()?;
-        Some(least_gamma(&plant, ScalingClass::SymmetricAndSkew).ok()?.1.lower_estimate())
+        Some(least_gamma(&plant, ScalingClass::SymmetricAndSkew).ok()?.1.lower)
     };
     let at = |corner: &[f64], level: f64| gain(&corner.iter().map(|d| d / level).collect::<Vec<_>>());
     let n = frozen.model.blocks.len();

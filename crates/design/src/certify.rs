@@ -82,7 +82,7 @@ fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: Synthesi
     }
 }
 
-/// The certificate of a bound without model error, with plant, controller, gamma, X, S and T.
+/// The certificate of a bound without model error, with plant, controller, gamma, X or V, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
     Certificate {
         discrete: false,
@@ -91,7 +91,8 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
         plant: plant_rows(plant),
         controller: controller_rows(k),
         gamma: bound.gamma,
-        x: to_rows(&bound.x),
+        x: if bound.factor.is_some() { vec![] } else { to_rows(&bound.x) },
+        v: bound.factor.as_ref().map_or_else(Vec::new, to_rows),
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         residual: None,

@@ -107,7 +107,7 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
     Ok(Design {
         controller: found.controller,
         gamma_optimum: found.least.gamma,
-        lower_estimate: 0.0,
+        lower: 0.0,
         multipliers: vec![],
         gamma_design: found.gamma_design,
         certified,

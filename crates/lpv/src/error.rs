@@ -142,6 +142,15 @@ impl SynthesisError {
         Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 
+    /// No controller within the limit was found, and that there is none is not shown.
+    pub(crate) fn undecided(gamma: f64, lower: f64, limit: f64) -> Self {
+        let diagnosis = format!(
+            "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but only below {lower:.6e} is it \
+             shown that there is none"
+        );
+        Self::numerical("limit of gamma", diagnosis)
+    }
+
     /// Whether the problem is known to have no solution, as against a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(

@@ -72,6 +72,7 @@ pub mod error;
 pub mod lmi;
 pub mod matrix;
 pub mod mu;
+pub(crate) mod riccati;
 pub mod robust;
 pub mod stop;
 pub mod synthesis;

@@ -4,6 +4,7 @@
 
 mod back_off;
 pub(crate) mod balance;
+mod by_riccati;
 mod design;
 mod direct;
 pub mod direct_path;
@@ -16,7 +17,6 @@ pub mod reconstruct;
 pub mod reduce;
 pub mod regularise;
 pub mod regularity;
-mod riccati;
 
 pub use design::{Design, Options};
 pub use inequalities::{DualMultipliers, LmiSolution, ScalingClass};
@@ -45,6 +45,45 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
     crate::system::modes::check_detectable(plant)?;
+    if !plant.blocks.iter().all(|repetitions| *repetitions == 0) || options.quick {
+        return by_inequalities(plant, options);
+    }
+    let size = plant.sizes();
+    if size.u == 0 || size.y == 0 {
+        let alone = by_riccati::gain_alone(plant, options);
+        return alone.map_or_else(|| by_inequalities(plant, options), Ok);
+    }
+    match by_riccati::synthesise(plant, options) {
+        Some(Ok(found)) => Ok(better_of(plant, found, options)),
+        Some(Err(reason)) => Err(reason),
+        None => by_inequalities(plant, options),
+    }
+}
+
+/// A design by Riccati equations, or one by inequalities where that is better: where the first is not within the
+/// back-off.
+fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
+    let multipliers =
+        |plant| least_gamma_within(plant, options).map_or_else(|_| vec![], |(_, least)| least.multipliers);
+    if found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
+        let few = plant.sizes().x <= MOST_STATES_FOR_MULTIPLIERS;
+        return Design { multipliers: if few { multipliers(plant) } else { vec![] }, ..found };
+    }
+    let Ok(other) = by_inequalities(plant, options) else { return found };
+    let (gamma_optimum, lower) = (found.gamma_optimum.min(other.gamma_optimum), found.lower.max(other.lower));
+    let multipliers = other.multipliers.clone();
+    let better = if other.certified.gamma < found.certified.gamma { other } else { found };
+    Design { gamma_optimum, lower, multipliers, ..better }
+}
+
+/// For more states the multipliers that prove a lower bound take longer than all else.
+const MOST_STATES_FOR_MULTIPLIERS: usize = 12;
+
+/// The same by matrix inequalities alone, for a plant with parameters or without.
+///
+/// # Errors
+/// As [`synthesise`].
+pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let least = least_gamma_within(plant, options);
     if options.quick {
         return directly(plant, &least, options);
@@ -107,8 +146,7 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     match outcome {
         Ok(design) => {
             let (least, proved) = (design.gamma_optimum, design.certified.gamma);
-            design.lower_estimate >= (1.0 - OPEN_GAP) * least
-                && proved <= (1.0 + 2.0 * options.back_off) * least
+            design.lower >= (1.0 - OPEN_GAP) * least && proved <= (1.0 + 2.0 * options.back_off) * least
         }
         Err(error) => !matches!(error, SynthesisError::Numerical { .. }),
     }
@@ -136,13 +174,13 @@ fn at_speed(
     let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
     let nearer = directly(&slowed.plant, least, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
-    let (mut lower_estimate, mut multipliers) = (0.0, vec![]);
+    let (mut lower, mut multipliers) = (0.0, vec![]);
     if let Ok(known) = known {
         gamma_optimum = gamma_optimum.min(known.gamma_optimum);
-        (lower_estimate, multipliers) = (known.lower_estimate, known.multipliers.clone());
+        (lower, multipliers) = (known.lower, known.multipliers.clone());
     }
     let within = options.gamma_limit.is_none_or(|limit| gamma_optimum <= limit);
-    within.then_some(Design { gamma_optimum, lower_estimate, multipliers, certified, ..found })
+    within.then_some(Design { gamma_optimum, lower, multipliers, certified, ..found })
 }
 
 /// How far from the least gamma a loop is closed only to learn that gamma, relative to the back-off.

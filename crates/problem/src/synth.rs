@@ -127,7 +127,7 @@ fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
         return;
     }
     match least_gamma(plant, ScalingClass::Symmetric) {
-        Ok((_, least)) if least.gamma > both && least.lower_estimate() < UNKNOWN_BELOW * least.gamma => {
+        Ok((_, least)) if least.gamma > both && least.lower < UNKNOWN_BELOW * least.gamma => {
             report.remarks.push(format!(
                 "the least gamma with symmetric scalings alone is not known: the search stopped at {:.4e}",
                 least.gamma
@@ -153,7 +153,7 @@ const UNKNOWN_BELOW: f64 = 0.5;
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
     report.gamma_lower = proved_lower(problem, &design.multipliers);
-    report.lower_estimate = design.lower_estimate;
+    report.lower_estimate = design.lower;
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a().nrows());
     if let Some(added) = &design.regularisation {
@@ -231,7 +231,7 @@ fn without_controller(problem: &Problem, options: Options, error: &SynthesisErro
             if let Ok((_, least)) = least_gamma(&problem.plant, options.scalings) {
                 report.gamma = Some(least.gamma);
                 report.gamma_lower = proved_lower(problem, &least.multipliers);
-                report.lower_estimate = least.lower_estimate();
+                report.lower_estimate = least.lower;
             }
         }
     }

@@ -193,6 +193,7 @@ fn bound_in(
     let unknown = GainBound {
         gamma: guess,
         x: Mat::zeros(0, 0),
+        factor: None,
         s: Mat::identity(channels, channels),
         t: Mat::zeros(channels, channels),
         lambda: 0.0,

@@ -49,6 +49,7 @@ pub fn bounded_gain(
     // Changes of coordinates leave a rounding in what must be exactly symmetric or skew.
     let mut given = GainBound {
         x: symmetric_part(&shown.x),
+        factor: None,
         s: symmetric_part(&shown.s),
         t: skew_part(&shown.t),
         ..shown.clone()
@@ -93,7 +94,7 @@ pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBoun
     let (inputs, outputs) = (b.ncols(), c.nrows());
     let system = StateSpace { a: closed.a(), b, c, d: Mat::zeros(outputs, inputs) };
     let (x, _) = middle_of_gramians(&[&system])?;
-    Some(GainBound { x, ..bound.clone() })
+    Some(GainBound { x, factor: None, ..bound.clone() })
 }
 
 /// A larger bound that the matrices of one without model error show with it, for a search that finds none by itself.
@@ -169,6 +170,7 @@ impl Whitened {
         let bound = GainBound {
             gamma: 1.0,
             x: Mat::identity(n, n),
+            factor: None,
             s: Mat::identity(r, r),
             t: channel.transpose() * &base.bound.t * &channel,
             ..*base.bound
@@ -222,6 +224,7 @@ impl Posed {
         let mut bound = GainBound {
             gamma: base.bound.gamma * value(&m.gamma)[(0, 0)],
             x: symmetric_part(&back(value(&m.x), &self.state_inverse)),
+            factor: None,
             s: symmetric_part(&back(value(&m.s), &self.channel_inverse)),
             t: skew_part(&back(value(&m.t), &self.channel_inverse)),
             lambda: value(&m.lambda)[(0, 0)],

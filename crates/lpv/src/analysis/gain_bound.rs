@@ -10,6 +10,8 @@ pub struct GainBound {
     pub gamma: f64,
     /// The Lyapunov matrix, ordered plant's states, then controller's.
     pub x: Mat,
+    /// V with `X = V'V`, where that shows the bound and X, rounded, may not.
+    pub factor: Option<Mat>,
     /// The symmetric scaling, ordered plant's channels, then controller's.
     pub s: Mat,
     /// The skew scaling.

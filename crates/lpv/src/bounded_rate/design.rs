@@ -311,6 +311,7 @@ fn however_fast(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
         gamma: FAST_GUESS * slow.gamma,
         s: channel_sizes(closed, &x),
         x,
+        factor: None,
         t: Mat::zeros(r, r),
         lambda: 0.0,
         largest_eigenvalue: f64::NAN,

@@ -25,6 +25,9 @@ pub struct Solution {
     /// How far the objective may be above the least, relative to its size plus [`SolverOptions::floor`], as far as
     /// multipliers in floating point tell; infinite when nothing is known.
     pub gap: f64,
+    /// What multipliers in floating point prove of the objective, whatever the point, as long as it is no farther from
+    /// zero than `REACH` times this one; minus infinity when nothing is known.
+    pub lower: f64,
     /// Multipliers of the last steps, a matrix for each inequality; the last are closest to the best.
     pub(crate) multipliers: Vec<Vec<Mat>>,
 }
@@ -50,12 +53,16 @@ pub fn solve(
     let costs = program.costs();
     let enough = if search.patient { search.tolerance } else { search.tolerance.max(search.enough) };
     let mut own: Option<Solution> = None;
+    let mut lowest = f64::NEG_INFINITY;
     for evenness in EVENNESS {
         let even: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
         let Some(stop) = interior_point::minimise(&even, &costs, search) else { continue };
         let of_rows = |m: Vec<Mat>| m.iter().zip(&data).map(|(m, d)| d.uneven(m, evenness)).collect();
+        let bounds = stop.multipliers.iter().map(|step| lower(&even, &costs, step, &stop.x));
+        let lower = bounds.fold(lowest, f64::max);
+        lowest = lower;
         let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
-        let solution = Solution { multipliers, ..judged(program, stop.x, stop.gap) };
+        let solution = Solution { multipliers, lower, ..judged(program, stop.x, stop.gap) };
         if own.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
             own = Some(solution);
         }
@@ -63,6 +70,7 @@ pub fn solve(
             break;
         }
     }
+    let own = own.map(|own| Solution { lower: lowest, ..own });
     match own {
         Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
         own if search.quick => own.ok_or_else(|| {
@@ -127,8 +135,26 @@ fn general(
 
 fn judged(program: &Program, x: Vec<f64>, gap: f64) -> Solution {
     let margin = margin(program, &x);
-    Solution { x, margin, gap, multipliers: vec![] }
+    Solution { x, margin, gap, lower: f64::NEG_INFINITY, multipliers: vec![] }
 }
+
+/// `c'y >= -tr(F_0 M) + r'y` for every point y, with the residual `r = c - tr(F_i M)` of positive multipliers M.
+fn lower(data: &[LowRank], costs: &[f64], multipliers: &[Mat], x: &[f64]) -> f64 {
+    let mut residual = costs.to_vec();
+    let mut bound = 0.0;
+    let mut rounding = 0.0;
+    for (data, m) in data.iter().zip(multipliers) {
+        data.add_inner_products(m, -1.0, &mut residual);
+        bound -= m.dot(data.constant());
+        rounding += data.rounding(m, x);
+    }
+    let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    bound - REACH * (norm(&residual) * norm(x) + rounding)
+}
+
+/// How much farther from zero than a point found the best one may be for its bound to hold: where it is farther, the
+/// coordinates are bad, and nothing is said.
+const REACH: f64 = 1e4;
 
 /// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive where all hold strictly.
 pub fn margin(program: &Program, x: &[f64]) -> f64 {

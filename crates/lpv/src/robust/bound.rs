@@ -191,6 +191,7 @@ impl<'a> RobustLoop<'a> {
         let bound = GainBound {
             gamma: gamma * shown.gamma,
             x: shown.x.clone(),
+            factor: None,
             s: joined(&shown.s, s),
             t: joined(&shown.t, t),
             lambda: 0.0,

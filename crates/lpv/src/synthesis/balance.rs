@@ -46,7 +46,12 @@ impl Coordinates {
     /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
     /// rows and columns are of one size.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
-        let mut coordinates = Self { speed: middle_speed(&plant.a()), ..Self::identity(plant) };
+        Self::at_speed(plant, middle_speed(&plant.a()))
+    }
+
+    /// The same with time in units of a speed, rad/s.
+    pub(crate) fn at_speed(plant: &GeneralisedPlant, speed: f64) -> Self {
+        let mut coordinates = Self { speed, ..Self::identity(plant) };
         for _ in 0..20 {
             let s = plant.sizes();
             let scaled = coordinates.apply(plant);
@@ -63,6 +68,17 @@ impl Coordinates {
             }
         }
         coordinates
+    }
+
+    /// The coordinates in which X and Y, both of the plant's own, are equal and diagonal, with time in units of a speed,
+    /// rad/s; y and u in units of the noise and the weight that they have. `None` as for [`Self::equalising`].
+    pub(crate) fn of_pair(plant: &GeneralisedPlant, speed: f64, x: &Mat, y: &Mat) -> Option<Self> {
+        let size = plant.sizes();
+        let none = Mat::zeros(0, 0);
+        let pair = Self { speed, ..Self::identity(plant) }.equalising(x, y, &none, &none, &[])?;
+        let control = (0..size.u).map(|j| 1.0 / norm_or_one(plant.d12().column(j).norm())).collect();
+        let measurement = (0..size.y).map(|i| norm_or_one(plant.d21().row(i).norm())).collect();
+        Some(Self { control, measurement, ..pair })
     }
 
     /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal
@@ -139,6 +155,7 @@ impl Coordinates {
         let channel = lifted(&self.channel_inverse, bound.s.nrows());
         GainBound {
             x: self.undo_lyapunov(&bound.x, false),
+            factor: None,
             s: channel.transpose() * &bound.s * &channel,
             t: channel.transpose() * &bound.t * &channel,
             ..*bound
@@ -213,7 +230,7 @@ pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
 
 /// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time.
 /// Modes at zero, as far as rounding shows, do not count; 1 when there is no other.
-fn middle_speed(a: &Mat) -> f64 {
+pub(crate) fn middle_speed(a: &Mat) -> f64 {
     let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);
     let mut moving: Vec<f64> = sizes.into_iter().filter(|v| *v > 1e-12 * fastest).collect();

@@ -45,9 +45,9 @@ pub struct Design {
     pub controller: Controller,
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
-    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It
-    /// is no bound.
-    pub lower_estimate: f64,
+    /// No gamma below this is possible, as floating point shows; 0 when nothing is known. Without parameters it is of
+    /// every controller, with them of those that the synthesis inequalities give.
+    pub lower: f64,
     /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
     pub multipliers: Vec<DualMultipliers>,
     /// The gamma at which the controller was built.

@@ -129,7 +129,7 @@ fn build_at(
     Ok(Design {
         controller,
         gamma_optimum: optimum.gamma,
-        lower_estimate: optimum.lower_estimate(),
+        lower: optimum.lower,
         multipliers: optimum.multipliers.clone(),
         gamma_design,
         certified,
@@ -146,16 +146,8 @@ fn above_limit(
     limit: f64,
     options: Options,
 ) -> SynthesisError {
-    if optimum.gamma * (1.0 - optimum.gap) <= limit {
-        let (gamma, limit) = (optimum.gamma, limit);
-        return SynthesisError::numerical(
-            "limit of gamma",
-            format!(
-                "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but the search is only sure \
-                 of it to {:.1e} of itself",
-                optimum.gap
-            ),
-        );
+    if optimum.lower <= limit {
+        return SynthesisError::undecided(optimum.gamma, optimum.lower, limit);
     }
     let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];

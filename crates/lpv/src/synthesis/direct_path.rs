@@ -132,7 +132,7 @@ fn put_back(
         let (controller, certified) = closed(plant, d22, &lagged.controller, &lagged.certified)?;
         Some(Design {
             gamma_optimum: design.gamma_optimum,
-            lower_estimate: design.lower_estimate,
+            lower: design.lower,
             multipliers: design.multipliers.clone(),
             controller,
             certified,

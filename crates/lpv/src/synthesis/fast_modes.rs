@@ -58,7 +58,7 @@ impl Slowed {
         rest.view_mut((0, 0), (n, n)).zip_apply(&self.projector, |v, p| *v -= p);
         let slow = rest.transpose() * &bound.x * &rest;
         let x = symmetric_part(&(&slow + (&bound.x - &slow) * self.ratio));
-        GainBound { x, ..bound.clone() }
+        GainBound { x, factor: None, ..bound.clone() }
     }
 }
 

@@ -41,6 +41,8 @@ pub struct LmiSolution {
     /// An estimate of how far gamma may be above the least, relative to itself; infinite when nothing is known or
     /// gamma was given.
     pub gap: f64,
+    /// No gamma below this is possible, as multipliers in floating point show; 0 when nothing is known.
+    pub lower: f64,
     /// Multipliers that may prove how low gamma can be, the most promising first; empty when gamma was given.
     pub multipliers: Vec<DualMultipliers>,
 }
@@ -61,12 +63,6 @@ pub struct DualMultipliers {
 }
 
 impl LmiSolution {
-    /// An estimate of how low the least gamma may be, from multipliers in floating point; 0 when nothing is known. It
-    /// is no bound.
-    pub fn lower_estimate(&self) -> f64 {
-        (self.gamma * (1.0 - self.gap)).max(0.0)
-    }
-
     /// The least eigenvalue over the synthesis inequalities of `plant`.
     pub(crate) fn true_margin(&self, plant: &GeneralisedPlant, scalings: ScalingClass) -> f64 {
         let unknowns = Unknowns {
@@ -112,6 +108,7 @@ impl Unknowns {
             dual_scaling: value(&self.sigma) + value(&self.skew),
             margin: f64::NAN,
             gap: f64::INFINITY,
+            lower: 0.0,
             multipliers: vec![],
         }
     }

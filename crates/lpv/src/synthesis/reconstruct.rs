@@ -94,7 +94,7 @@ const SLOWER_RATIO: f64 = 0.999;
 fn bound(found: &LmiSolution) -> Result<GainBound, SynthesisError> {
     let (x, multiplier) = (lyapunov_matrix(found)?, multiplier(found)?);
     let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
-    Ok(GainBound { gamma: found.gamma, x, s, t, lambda: 0.0, largest_eigenvalue: f64::NAN })
+    Ok(GainBound { gamma: found.gamma, x, factor: None, s, t, lambda: 0.0, largest_eigenvalue: f64::NAN })
 }
 
 /// `X_c = [X Z; Z Z]`, `Z = X - Y^-1`.

@@ -140,5 +140,6 @@ fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
 fn restricted(bound: &GainBound, plant_states: usize, transform: &Mat, kept: usize) -> GainBound {
     let whole = crate::matrix::diagonal_blocks(&[&Mat::identity(plant_states, plant_states), transform]);
     let x = whole.transpose() * &bound.x * &whole;
-    GainBound { x: x.view((0, 0), (plant_states + kept, plant_states + kept)).into_owned(), ..bound.clone() }
+    let kept = x.view((0, 0), (plant_states + kept, plant_states + kept)).into_owned();
+    GainBound { x: kept, factor: None, ..bound.clone() }
 }

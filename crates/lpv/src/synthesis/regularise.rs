@@ -51,7 +51,7 @@ pub(crate) fn design(
     let bound = best.certified.gamma;
     Some(Design {
         gamma_optimum: least.map_or(bound, |least| least.gamma.min(bound)),
-        lower_estimate: least.map_or(0.0, LmiSolution::lower_estimate),
+        lower: least.map_or(0.0, |least| least.lower),
         multipliers: least.map_or_else(Vec::new, |least| least.multipliers.clone()),
         ..best
     })
@@ -67,7 +67,7 @@ pub fn is_nothing(least: f64, bound: f64) -> bool {
 /// the plant as given.
 fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Design> {
     let added = Regularisation::new(plant, size);
-    if added.weights.is_empty() && added.noises.is_empty() {
+    if added.is_empty() {
         return None;
     }
     let changed = added.apply(plant);

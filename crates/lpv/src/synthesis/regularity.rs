@@ -260,6 +260,11 @@ impl Regularisation {
         }
     }
 
+    /// Whether the plant needs nothing.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.weights.is_empty() && self.noises.is_empty()
+    }
+
     /// The plant with these outputs and disturbances.
     pub(crate) fn apply(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         let s = plant.sizes();

@@ -57,7 +57,7 @@ fn the_bound_is_near_the_least_gamma() {
     let plant = common::plant(&common::case("singular/five_states_one_control"));
     let design = assert_holds(&plant);
     assert!(design.certified.gamma < 1.05 * design.gamma_optimum, "{}", design.certified.gamma);
-    assert!(design.lower_estimate > 0.99 * design.gamma_optimum);
+    assert!(design.lower > 0.99 * design.gamma_optimum);
     let added = design.regularisation.unwrap();
     assert_eq!((added.weights.len(), added.noises.len()), (1, plant.sizes().y));
 }

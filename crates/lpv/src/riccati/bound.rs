@@ -1,0 +1,177 @@
+//! The gain of a finished loop without parameters, and a Lyapunov matrix that proves it.
+//!
+//! X is the stabilising solution of the bounded-real Riccati equation of a loop that is a little less stable and has a
+//! little of each state as an output, so that the inequality of the loop itself holds strictly. It is handed on as
+//! `X = V'V`: V in 16 digits shows what X in 16 digits often cannot. Source of the equation: K. Zhou, J. C. Doyle, K.
+//! Glover, "Robust and Optimal Control", 1996, corollary 13.24.
+
+use crate::analysis::gain_bound::GainBound;
+use crate::matrix::{Mat, eigenvalues};
+use crate::riccati::equations::stabilising;
+use crate::riccati::wide::{
+    Quad, Wide, above, cholesky, four, inverse, is_stable, narrow, scalar, symmetric, wide,
+};
+use crate::system::controller::Controller;
+use crate::system::plant::GeneralisedPlant;
+use crate::system::state_space::StateSpace;
+
+/// A finished loop without parameters.
+pub(crate) struct WideLoop {
+    a: Wide,
+    b: Wide,
+    c: Wide,
+    d: Wide,
+    /// The magnitude of the real part of the slowest mode, rad/s.
+    slowest: f64,
+}
+
+impl WideLoop {
+    /// The loop of a plant and a controller as they are in f64; `None` where it is not stable.
+    pub(crate) fn new(plant: &GeneralisedPlant, k: &Controller) -> Option<Self> {
+        let [a, b1, b2, c1, c2] =
+            [plant.a(), plant.b1(), plant.b2(), plant.c1(), plant.c2()].map(|m| wide(&m));
+        let [d11, d12, d21] = [plant.d11(), plant.d12(), plant.d21()].map(|m| wide(&m));
+        let [ak, bk, ck, dk] = [k.a(), k.by(), k.cu(), k.duy()].map(|m| wide(&m));
+        let (n, nk) = (a.nrows(), ak.nrows());
+        let through = &b2 * &dk;
+        let a = four(&(a + &through * &c2), &(&b2 * &ck), &(&bk * &c2), &ak);
+        let slowest = eigenvalues(&narrow(&a)).iter().map(|v| v.re.abs()).fold(f64::INFINITY, f64::min);
+        let direct = &d12 * &dk;
+        let looped = Self {
+            b: above(&(b1 + &through * &d21), &(bk * &d21)),
+            c: four(&(c1 + &direct * c2), &(d12 * ck), &Wide::zeros(0, n), &Wide::zeros(0, nk)),
+            d: d11 + direct * d21,
+            a,
+            slowest,
+        };
+        is_stable(&looped.a).then_some(looped)
+    }
+
+    /// The Hamiltonian matrix at a gain, of the loop with `A + s I` and the weights q of the states; `None` where the
+    /// direct term alone has that gain.
+    fn hamiltonian(&self, gain: f64, shift: f64, weights: &[Quad]) -> Option<Wide> {
+        let Self { b, c, d, .. } = self;
+        let gain = Quad::from_f64(gain);
+        let (n, w) = (self.a.nrows(), b.ncols());
+        let a = &self.a + scalar(n, Quad::from_f64(shift));
+        let r = scalar(w, gain * gain) - d.transpose() * d;
+        cholesky(&r)?;
+        let r = inverse(&r)?.0;
+        let direct = &r * d.transpose() * c;
+        let left = a + b * &direct;
+        let mut lower = c.transpose() * c + (d.transpose() * c).transpose() * &direct;
+        weights.iter().enumerate().for_each(|(i, q)| lower[(i, i)] += *q);
+        Some(four(&left, &(b * r * b.transpose()), &-lower, &-left.transpose()))
+    }
+
+    fn is_below(&self, gain: f64) -> bool {
+        self.hamiltonian(gain, 0.0, &[]).is_some_and(|h| stabilising(&h).is_some())
+    }
+
+    /// The H-infinity norm, from above within a part of 1e-5.
+    pub(crate) fn norm(&self) -> Option<f64> {
+        let own =
+            StateSpace { a: narrow(&self.a), b: narrow(&self.b), c: narrow(&self.c), d: narrow(&self.d) };
+        let guess = own.hinf_norm().value;
+        let guess = if guess.is_finite() && guess > 0.0 { guess } else { 1.0 };
+        let (mut low, mut high) =
+            ((1.0 - 0.5 * NORM_RESOLUTION) * guess, (1.0 + 0.5 * NORM_RESOLUTION) * guess);
+        if self.is_below(high) && !self.is_below(low) {
+            return Some(high);
+        }
+        low = high;
+        for _ in 0..MOST_STRIDES {
+            if self.is_below(high) {
+                break;
+            }
+            (low, high) = (high, STRIDE * high);
+        }
+        if !self.is_below(high) {
+            return None;
+        }
+        if low == high {
+            low = high / STRIDE;
+            for _ in 0..MOST_STRIDES {
+                if !self.is_below(low) {
+                    break;
+                }
+                (low, high) = (low / STRIDE, low);
+            }
+        }
+        while high > (1.0 + NORM_RESOLUTION) * low {
+            let middle = (low * high).sqrt();
+            if self.is_below(middle) { high = middle } else { low = middle }
+        }
+        Some(high)
+    }
+
+    /// V with `X = V'V` that shows, by elimination with 32 digits, a bound of the gain above the norm by at most `room`
+    /// of it, and at most `most`: the first that holds clearly.
+    pub(crate) fn bound(&self, norm: f64, most: f64, room: f64) -> Option<GainBound> {
+        let reached = self.reached()?;
+        let raised = RAISES.iter().map(|share| (1.0 + share * room) * norm).filter(|gain| *gain <= most);
+        raised.flat_map(|gain| MARGINS.map(|margin| (gain, margin))).find_map(|(gain, margin)| {
+            crate::stop::check();
+            self.shown(gain, margin, &reached)
+        })
+    }
+
+    /// The diagonal of the gramian of the states: how far w moves each.
+    fn reached(&self) -> Option<Vec<Quad>> {
+        let n = self.a.nrows();
+        let whole =
+            four(&self.a.transpose(), &Wide::zeros(n, n), &-(&self.b * self.b.transpose()), &-self.a.clone());
+        let gramian = stabilising(&whole)?;
+        let sizes: Vec<f64> = gramian.diagonal().iter().map(|v| v.0).collect();
+        let most = sizes.iter().copied().fold(0.0, f64::max);
+        let floor = if most > 0.0 { UNREACHED * most } else { 1.0 };
+        Some(sizes.iter().map(|v| Quad::from_f64(v.max(floor))).collect())
+    }
+
+    fn shown(&self, gain: f64, (shift, share): (f64, f64), reached: &[Quad]) -> Option<GainBound> {
+        let weight = Quad::from_f64(2.0 * self.slowest * (share * gain).powi(2));
+        let weights: Vec<Quad> = reached.iter().map(|p| weight / *p).collect();
+        let x = stabilising(&self.hamiltonian(gain, shift * self.slowest, &weights)?)?;
+        let v = narrow(&cholesky(&(x * Quad::from_f64(1.0 / gain)))?.transpose());
+        let shown = self.shows(gain, &v);
+        let x = symmetric(&(wide(&v.transpose()) * wide(&v)));
+        let none = Mat::zeros(0, 0);
+        shown.then(|| GainBound {
+            gamma: gain,
+            x: narrow(&x),
+            factor: Some(v),
+            s: none.clone(),
+            t: none,
+            lambda: 0.0,
+            largest_eigenvalue: -f64::MIN_POSITIVE,
+        })
+    }
+
+    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits.
+    fn shows(&self, gain: f64, v: &Mat) -> bool {
+        let v = wide(v);
+        let x = v.transpose() * v;
+        let lyapunov = &x * &self.a;
+        let (n, w, z) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
+        let gamma = Quad::from_f64(gain);
+        let inner = four(&scalar(w, gamma), &-self.d.transpose(), &-self.d.clone(), &scalar(z, gamma));
+        let beside = four(&-(&x * &self.b), &-self.c.transpose(), &Wide::zeros(0, w), &Wide::zeros(0, z));
+        let whole = four(&inner, &beside.transpose(), &beside, &-(lyapunov.transpose() + lyapunov));
+        debug_assert_eq!(whole.nrows(), n + w + z);
+        cholesky(&whole).is_some()
+    }
+}
+
+/// How far above the norm a bound is sought, relative to the room above it.
+const RAISES: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.5, 1.0];
+
+/// The shift of the modes, relative to the slowest, and the share of the gain that the states have as outputs.
+const MARGINS: [(f64, f64); 4] = [(1e-2, 0.1), (1e-3, 0.1), (1e-2, 1e-2), (1e-3, 1e-2)];
+
+/// How little of a state, relative to the one that w moves most, counts as moved.
+const UNREACHED: f64 = 1e-20;
+
+/// How wide the bracket of the norm is, relative to it.
+pub(crate) const NORM_RESOLUTION: f64 = 1e-5;
+const STRIDE: f64 = 2.0;
+const MOST_STRIDES: usize = 60;

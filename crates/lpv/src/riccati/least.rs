@@ -1,0 +1,150 @@
+//! The least gain that a controller can reach, bracketed.
+
+use crate::matrix::{eigenvalues, kernel, largest_singular_value};
+use crate::riccati::equations::WidePlant;
+use crate::riccati::wide::{Quad, Wide, above, beside, inverse, scalar};
+use crate::system::plant::GeneralisedPlant;
+
+/// The least gain, between two numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bracket {
+    /// Whether controllers have a gain below this is what the equations say at this gain.
+    pub(crate) upper: f64,
+    /// At this gain they say that there is none.
+    pub(crate) lower: f64,
+}
+
+/// How wide the bracket is, relative to itself.
+const RESOLUTION: f64 = 1e-5;
+
+/// From one gain to the next while no bracket is known.
+const STRIDE: f64 = 8.0;
+
+/// So many strides to either side of the first guess.
+const MOST_STRIDES: usize = 16;
+
+/// The least gain of a plant without parameters; `None` where no bracket is found.
+///
+/// From above it is that of a plant with a slightly larger half plane, from below of one with a slightly smaller one,
+/// or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`.
+pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
+    let half_plane = HalfPlane::of(plant);
+    let found = half_plane.moved(SHIFT)?.bracket(1.0)?;
+    let none = |gain: &f64| half_plane.is_none_below(*gain);
+    let near = [found.lower, (1.0 - NEAR) * found.lower].into_iter().find(none);
+    let lower = near.or_else(|| Some(half_plane.moved(-SHIFT)?.bracket(found.lower)?.lower).filter(none));
+    let past =
+        |p: &GeneralisedPlant| largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()));
+    let direct = past(plant).max(past(&plant.dual()));
+    Some(Bracket { upper: found.upper, lower: lower.unwrap_or(0.0).max(direct) })
+}
+
+/// Whether it is shown that no controller of a plant without parameters has a gain below this.
+pub(crate) fn is_none_below(plant: &GeneralisedPlant, gain: f64) -> bool {
+    HalfPlane::of(plant).is_none_below(gain)
+}
+
+/// A plant and the speeds, rad/s, to which shifts of the boundary of its half plane are small.
+struct HalfPlane {
+    plant: WidePlant,
+    slowest: f64,
+    fastest: f64,
+}
+
+impl HalfPlane {
+    fn of(plant: &GeneralisedPlant) -> Self {
+        let speeds: Vec<f64> =
+            eigenvalues(&plant.a()).iter().map(|v| v.norm()).filter(|v| v.is_finite() && *v > 0.0).collect();
+        let fastest = speeds.iter().copied().reduce(f64::max).unwrap_or(1.0);
+        let moving = speeds.iter().copied().filter(|v| *v > ROUNDING_RATIO * fastest);
+        Self { plant: WidePlant::new(plant), slowest: moving.fold(fastest, f64::min), fastest }
+    }
+
+    fn moved(&self, shift: f64) -> Option<WidePlant> {
+        self.plant.shifted(shift * self.slowest, shift / self.fastest)
+    }
+
+    /// Whether there is none by two shifts, which rounding would not let agree.
+    fn is_none_below(&self, gain: f64) -> bool {
+        [SHIFT, SMALLER_SHIFT].iter().all(|shift| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none()))
+    }
+}
+
+/// Modes slower than this, relative to the fastest, count as standing still.
+const ROUNDING_RATIO: f64 = 1e-14;
+
+/// The shift of the boundary of the half plane, relative to the slowest mode, and at infinity to the fastest.
+const SHIFT: f64 = 1e-9;
+
+/// Another, for lower bounds.
+const SMALLER_SHIFT: f64 = 1e-11;
+
+/// How near to the upper bound a lower one is looked for first, relative to it.
+const NEAR: f64 = 2e-4;
+
+impl WidePlant {
+    /// The bracket of the least gain, sought from a guess on; `None` where no gain within the reach of the search
+    /// changes the answer.
+    fn bracket(&self, guess: f64) -> Option<Bracket> {
+        let reached = |gain: f64| {
+            crate::stop::check();
+            self.solve(gain).is_some()
+        };
+        let up = reached(guess);
+        let (mut upper, mut lower) = (guess, guess);
+        for _ in 0..MOST_STRIDES {
+            let next = if up { lower / STRIDE } else { upper * STRIDE };
+            if up {
+                (upper, lower) = (lower, next);
+            } else {
+                (upper, lower) = (next, upper);
+            }
+            if reached(next) != up {
+                while upper > (1.0 + RESOLUTION) * lower {
+                    let middle = (upper * lower).sqrt();
+                    if reached(middle) { upper = middle } else { lower = middle }
+                }
+                return Some(Bracket { upper, lower });
+            }
+        }
+        None
+    }
+
+    /// The plant at `s = (p - e)/(1 - h p)`, in p, for small e and h of one sign.
+    ///
+    /// ```text
+    /// E = I + h A,   A_p = E^-1 (A + e I),   B_p = q E^-1 B,   C_p = q C E^-1,   q^2 = 1 - e h,   D_p = D - h C E^-1 B
+    /// ```
+    ///
+    /// The right half plane of p is that of s and more where e and h are positive, so that a gain reached here is
+    /// reached for the plant itself; where both are negative it is a part of it, so that a gain not reached here is not
+    /// reached for the plant itself, by the maximum principle. Zeros on the imaginary axis and at infinity leave the
+    /// axis. Source: R. Y. Chiang, M. G. Safonov, "H-infinity synthesis using a bilinear pole shifting transform", J.
+    /// Guidance, Control and Dynamics 15(5), 1992.
+    fn shifted(&self, e: f64, h: f64) -> Option<Self> {
+        let n = self.a.nrows();
+        let [e, h] = [e, h].map(Quad::from_f64);
+        let unit = scalar(n, Quad::ONE);
+        let root = (Quad::ONE - e * h).sqrt();
+        let moved = inverse(&(&unit + &self.a * h))?.0;
+        let (b, c) = (beside(&self.b1, &self.b2), above(&self.c1, &self.c2));
+        let inner = &c * &moved * &b * -h;
+        let (w, z) = (self.b1.ncols(), self.c1.nrows());
+        let (b, c) = (&moved * b * root, c * &moved * root);
+        let (u, y) = (self.b2.ncols(), self.c2.nrows());
+        let part = |i: usize, j: usize, rows: usize, columns: usize| {
+            inner.view((i, j), (rows, columns)).into_owned()
+        };
+        let d = |own: &Wide, more: Wide| own + more;
+        Some(Self {
+            a: moved * (&self.a + unit * e),
+            b1: b.columns(0, w).into_owned(),
+            b2: b.columns(w, u).into_owned(),
+            c1: c.rows(0, z).into_owned(),
+            c2: c.rows(z, y).into_owned(),
+            d11: d(&self.d11, part(0, 0, z, w)),
+            d12: d(&self.d12, part(0, w, z, u)),
+            d21: d(&self.d21, part(z, 0, y, w)),
+        })
+    }
+}

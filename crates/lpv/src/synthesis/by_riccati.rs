@@ -1,0 +1,167 @@
+//! The design of a controller for a plant without parameters, by Riccati equations alone.
+//!
+//! Where a path has a zero on the imaginary axis or at infinity, the equations have no solution at any gain. The least
+//! gain is then bracketed by those of two shifted plants, and the controller is that of the plant with a little noise
+//! at its controls and a little weight on its measurements, besides what [`Regularisation`] adds. A loop with
+//! inputs and outputs left out has no larger gain: the bound is that of the loop of the plant as it is.
+
+use crate::analysis::gain_bound::GainBound;
+use crate::error::SynthesisError;
+use crate::matrix::Mat;
+use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
+use crate::riccati::equations::WidePlant;
+use crate::riccati::least::{Bracket, least_gain};
+use crate::riccati::wide::{Quad, Wide, beside};
+use crate::synthesis::design::{Design, Options};
+use crate::synthesis::regularity::{Regularisation, findings};
+use crate::system::controller::Controller;
+use crate::system::parameter_grid::parameter_grid;
+use crate::system::plant::GeneralisedPlant;
+
+/// The design for a plant without parameters; `None` where the equations give none.
+///
+/// # Errors
+/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] where the limit lies within the bracket.
+pub(crate) fn synthesise(
+    plant: &GeneralisedPlant,
+    options: Options,
+) -> Option<Result<Design, SynthesisError>> {
+    let least = least_gain(plant)?;
+    match options.gamma_limit {
+        Some(limit) if least.lower > limit => {
+            let free = Options { gamma_limit: None, ..options };
+            let found = design(plant, least, free);
+            let dominant =
+                found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
+            Some(Err(SynthesisError::AboveLimit { optimum: least.upper, limit, dominant }))
+        }
+        Some(limit) if least.upper > limit => {
+            Some(Err(SynthesisError::undecided(least.upper, least.lower, limit)))
+        }
+        _ => design(plant, least, options).map(Ok),
+    }
+}
+
+/// A design within the back-off of the least gain, or the best that was found; `None` where none was.
+fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<Design> {
+    let most = (1.0 + options.back_off) * least.upper;
+    let mut best: Option<Design> = None;
+    for changed in changes(plant, least.upper, options.back_off) {
+        for share in SHARES {
+            crate::stop::check();
+            let built_at = (1.0 + share * options.back_off) * least.upper;
+            let Some((controller, certified)) = changed.controller(plant, built_at, most, options) else {
+                continue;
+            };
+            let near = certified.gamma <= most;
+            if best.as_ref().is_none_or(|best| certified.gamma < best.certified.gamma) {
+                best = Some(Design {
+                    controller,
+                    gamma_optimum: least.upper.min(certified.gamma),
+                    lower: least.lower,
+                    multipliers: vec![],
+                    gamma_design: built_at,
+                    certified,
+                    regularisation: changed.added.clone(),
+                    slow: None,
+                });
+            }
+            if near {
+                return best;
+            }
+        }
+    }
+    best
+}
+
+/// The bound of a plant without controls or measurements, as a design without a controller.
+pub(crate) fn gain_alone(plant: &GeneralisedPlant, options: Options) -> Option<Design> {
+    let size = plant.sizes();
+    let controller = Controller::from_matrix(&Mat::zeros(size.u, size.y), 0, size.y, size.u, vec![]);
+    let closed = WideLoop::new(plant, &controller)?;
+    let norm = closed.norm()?;
+    let certified = closed.bound(norm, f64::INFINITY, options.back_off)?;
+    Some(Design {
+        controller,
+        gamma_optimum: norm,
+        lower: (1.0 - NORM_RESOLUTION) * norm,
+        multipliers: vec![],
+        gamma_design: norm,
+        certified,
+        regularisation: None,
+        slow: None,
+    })
+}
+
+/// A plant with more of w and z.
+struct Changed {
+    plant: WidePlant,
+    added: Option<Regularisation>,
+}
+
+impl Changed {
+    /// The central controller at a gain, and the bound of the loop that it closes round the plant as given.
+    fn controller(
+        &self,
+        plant: &GeneralisedPlant,
+        built_at: f64,
+        most: f64,
+        options: Options,
+    ) -> Option<(Controller, GainBound)> {
+        let controller = self.plant.central(&self.plant.solve(built_at)?)?;
+        let limit = options.fastest_mode.unwrap_or(f64::INFINITY);
+        if controller.fastest_mode(&parameter_grid(0)) > limit {
+            return None;
+        }
+        let closed = WideLoop::new(plant, &controller)?;
+        let (norm, room) = (closed.norm()?, options.back_off.min(MOST_ROOM));
+        let certified =
+            closed.bound(norm, most, room).or_else(|| closed.bound(norm, f64::INFINITY, MOST_ROOM))?;
+        Some((controller, certified))
+    }
+}
+
+/// The plant as it is, then with less and less noise and weight that costs only a part of the back-off.
+fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator<Item = Changed> {
+    let affordable = (1.0 + NOISE_SHARE * back_off) * gamma;
+    let regular = findings(plant).is_empty();
+    let with_noise = SIZES.iter().flat_map(move |&size| {
+        let added = Some(Regularisation::new(plant, size)).filter(|added| !regular && !added.is_empty());
+        let regular =
+            WidePlant::new(&added.as_ref().map_or_else(|| plant.clone(), |added| added.apply(plant)));
+        let noisy = regular.with_noise(size * gamma);
+        let both = noisy.dual().with_noise(size * gamma).dual();
+        [noisy, both].map(|plant| Changed { plant, added: added.clone() })
+    });
+    let affordable = with_noise.filter(move |changed| changed.plant.solve(affordable).is_some());
+    std::iter::once(Changed { plant: WidePlant::new(plant), added: None }).chain(affordable)
+}
+
+impl WidePlant {
+    /// The plant with one more w for each control, which enters where the control does: so much, in units of what the
+    /// control weighs.
+    fn with_noise(&self, size: f64) -> Self {
+        let (z, y, u) = (self.c1.nrows(), self.c2.nrows(), self.b2.ncols());
+        let weight = |j: usize| self.d12.column(j).iter().map(|v| v.0 * v.0).sum::<f64>().sqrt();
+        let noise =
+            Wide::from_fn(self.a.nrows(), u, |i, j| self.b2[(i, j)] * Quad::from_f64(size / weight(j)));
+        Self {
+            b1: beside(&self.b1, &noise),
+            d11: beside(&self.d11, &Wide::zeros(z, u)),
+            d21: beside(&self.d21, &Wide::zeros(y, u)),
+            ..self.clone()
+        }
+    }
+}
+
+/// How far above the least gain a controller is built, relative to the back-off.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
+
+/// How far above the norm of a loop its bound may be, relative to it.
+const MOST_ROOM: f64 = 0.1;
+
+/// What part of the back-off noise and weight may cost.
+const NOISE_SHARE: f64 = 0.4;
+
+/// Noises and weights, relative to what the controls weigh and to the noise of the measurements.
+const SIZES: [f64; 9] = [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
