@@ -28,15 +28,17 @@ impl Certificate {
     /// [`Failure`], the first condition that is violated. The claim may still be true, with other X, S, T.
     pub fn prove(&self) -> Result<Theorem, Failure> {
         self.check()?;
-        let nominal = Claimed {
-            claim: Claim::Nominal,
-            gamma: Dyadic::from_f64(self.gamma),
-            lambda: None,
-            x: &self.x,
-            s: &self.s,
-            t: &self.t,
-        };
-        nominal.prove(&ClosedLoop::new(self, None)?)?;
+        if let Some(any_rate) = &self.any_rate {
+            let nominal = Claimed {
+                claim: Claim::Nominal,
+                gamma: Dyadic::from_f64(any_rate.gamma),
+                lambda: None,
+                x: &any_rate.x,
+                s: &any_rate.s,
+                t: &any_rate.t,
+            };
+            nominal.prove(&ClosedLoop::new(self, None)?)?;
+        }
         if let Some(r) = &self.residual {
             let robust = Claimed {
                 claim: Claim::WithModelError,

@@ -96,12 +96,30 @@ impl Certificate {
         self.check_parameters()?;
         self.check_plant(s)?;
         self.check_controller(s)?;
-        check_number("gamma", self.gamma)?;
-        check_proof("", s, [&self.x, &self.s, &self.t])?;
+        self.check_any_rate(s)?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
         self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))?;
         self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))?;
         self.energy.as_ref().map_or(Ok(()), |energy| self.check_energy(energy, s))
+    }
+
+    /// Checks the sizes of the matrices of the claim for parameters that move however fast; where there is none, that
+    /// there is one of a bounded rate, and none that is built on the other.
+    fn check_any_rate(&self, s: Sizes) -> Result<(), ReadError> {
+        if let Some(claim) = &self.any_rate {
+            check_number("gamma", claim.gamma)?;
+            return check_proof("", s, [&claim.x, &claim.s, &claim.t]);
+        }
+        let built_on_it = [
+            ("residual", self.residual.is_some()),
+            ("limits", self.limits.is_some()),
+            ("energy", self.energy.is_some()),
+        ];
+        match built_on_it.into_iter().find(|(_, given)| *given) {
+            Some((field, _)) => Err(ReadError::NoAnyRate { field }),
+            None if self.bounded_rate.is_none() => Err(ReadError::NoClaim),
+            None => Ok(()),
+        }
     }
 
     /// Checks the sizes of the matrices of claims for w of bounded energy.

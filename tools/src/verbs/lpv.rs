@@ -197,6 +197,7 @@ fn check(problem: &Path, certificate: &Path) -> Result<ExitCode, Error> {
     let theorem = proved(&Source::read(problem)?, &Source::read(certificate)?)?;
     say(&format!("PROVED: {theorem}"));
     let mut found = json!({ "status": "proved", "gamma": theorem.gamma, "reason": null });
+    theorem.gamma_at_rate().iter().for_each(|gamma| found["gamma_at_rate"] = json!(gamma));
     theorem.gamma_with_model_error.iter().for_each(|gamma| found["gamma_with_model_error"] = json!(gamma));
     answer(&found)?;
     Ok(ExitCode::SUCCESS)

@@ -220,7 +220,7 @@ fn the_golden_certificate_is_proved_and_holds_in_floating_point() {
     let golden = Certificate::from_json(&golden_text(GOLDEN)).unwrap();
     let theorem = golden.prove().unwrap();
     let slow = theorem.bounded_rate.unwrap();
-    assert!(slow.gamma < theorem.gamma && slow.gamma_with_model_error.unwrap() > slow.gamma);
+    assert!(slow.gamma < theorem.gamma.unwrap() && slow.gamma_with_model_error.unwrap() > slow.gamma);
     assert!(largest_eigenvalue(&golden) < 0.0);
     assert_eq!(Certificate::from_json(&golden.to_json().unwrap()).unwrap(), golden);
 }
