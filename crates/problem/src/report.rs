@@ -72,12 +72,14 @@ pub struct Report {
     /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
     /// built.
     pub back_off: Option<f64>,
-    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move.
+    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move; `null`
+    /// where there is one at the rate alone.
     pub certified_gamma: Option<f64>,
     /// The bound on the parameter's rate in the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The bound of the controller at that rate, proved in exact arithmetic.
+    /// The bound of the controller at that rate, proved in exact arithmetic: at most `certified_gamma`, which holds there,
+    /// too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
     /// What was proved of the loop with the limits of the problem.
@@ -113,14 +115,19 @@ const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the sma
 /// The relative gap between gamma and its lower estimate above which a remark is made.
 const DOUBTFUL_GAP: f64 = 1e-2;
 
+/// Whether a gamma is near its lower estimate.
+pub(crate) fn is_clear(gamma: f64, lower: f64) -> bool {
+    gamma - lower <= DOUBTFUL_GAP * gamma
+}
+
 impl Report {
     /// Proves what was designed.
     pub fn prove(&mut self, certificate: Certificate) {
         match certificate.prove() {
             Ok(theorem) => {
                 self.status = Status::Feasible;
-                self.certified_gamma = Some(theorem.gamma);
-                self.certified_gamma_at_rate = theorem.bounded_rate.map(|slow| slow.gamma);
+                self.certified_gamma = theorem.gamma;
+                self.certified_gamma_at_rate = self.rate.and(theorem.gamma_at_rate().or(theorem.gamma));
                 let with_limits =
                     |claim: &EnergyTheorem| WithLimits { gamma: claim.gamma, energy: claim.beta };
                 self.with_limits = theorem.energy.iter().map(with_limits).collect();
@@ -137,7 +144,7 @@ impl Report {
     /// Remarks on a gamma that may be too high.
     pub fn doubt_gamma(&mut self) {
         let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
-        let clear = |lower: f64| gamma - lower <= DOUBTFUL_GAP * gamma;
+        let clear = |lower: f64| is_clear(gamma, lower);
         if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
             return;
         }
