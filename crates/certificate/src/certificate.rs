@@ -18,10 +18,8 @@ pub const FORMAT_DISCRETE: &str = "lpv-certificate/3";
 /// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
-/// The claim `gain from w to z < gamma` about a plant and a controller, with the matrices that prove it.
-///
-/// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
-/// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
+/// Claims about the gain from w to z of a plant and a controller, with the matrices that prove them: `any_rate` or
+/// `bounded_rate`, or both, and what is built on the first.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Certificate {
     /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`.
@@ -36,6 +34,30 @@ pub struct Certificate {
     pub plant: Plant,
     /// The controller.
     pub controller: Controller,
+    /// The claim for parameters that move however fast: the keys `gamma`, `X`, `S` and `T` of the file, or none of
+    /// them.
+    #[serde(flatten)]
+    pub any_rate: Option<AnyRate>,
+    /// A second claim, with model error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<Residual>,
+    /// A bound for a parameter that moves at a bounded rate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounded_rate: Option<BoundedRate>,
+    /// What holds with commands that are cut off at limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+    /// Bounds of the gain with commands that are cut off at limits, for w of bounded energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
+}
+
+/// The claim `gain from w to z < gamma` for parameters that move however fast, with the matrices that prove it.
+///
+/// With n states, r parameter channels, signals w, z, y, u of the plant, and nk states and rk channels of the
+/// controller, X is (n + nk) x (n + nk), S and T are (r + rk) x (r + rk); the plant's part is first.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct AnyRate {
     /// The bound.
     pub gamma: f64,
     /// The Lyapunov matrix; an empty list, or no such key in the file, where V is given.
@@ -51,18 +73,6 @@ pub struct Certificate {
     /// The skew scaling.
     #[serde(rename = "T")]
     pub t: Rows,
-    /// A second claim, with model error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub residual: Option<Residual>,
-    /// A smaller bound for a parameter that moves at a bounded rate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bounded_rate: Option<BoundedRate>,
-    /// What holds with commands that are cut off at limits.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Limits>,
-    /// Bounds of the gain with commands that are cut off at limits, for w of bounded energy.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub energy: Option<Energy>,
 }
 
 /// The generalised plant.
@@ -315,6 +325,11 @@ pub(crate) struct File<'a, T> {
 }
 
 impl Certificate {
+    /// The bound for parameters that move however fast, if there is one.
+    pub fn gamma(&self) -> Option<f64> {
+        self.any_rate.as_ref().map(|claim| claim.gamma)
+    }
+
     /// Returns the certificate as JSON; every number reads back to the same f64.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ mod theorem;
 
 pub use theorem::ConstantTheorem;
 
-use crate::certificate::{Certificate, Controller, File, Plant, Residual, Rows};
+use crate::certificate::{AnyRate, Certificate, Controller, File, Plant, Residual, Rows};
 use crate::error::ReadError;
 use crate::json::Json;
 use crate::read::{Read, check_format, lists, objects};
@@ -208,10 +208,13 @@ impl ConstantCertificate {
             controller_blocks: self.controller_blocks.clone(),
             plant: self.plant.clone(),
             controller: self.controller.clone(),
-            gamma: self.gamma,
-            x: self.lyapunov.clone(),
-            s: none.clone(),
-            t: none,
+            any_rate: Some(AnyRate {
+                gamma: self.gamma,
+                x: self.lyapunov.clone(),
+                s: none.clone(),
+                t: none,
+                ..AnyRate::default()
+            }),
             residual: (!self.errors.is_empty()).then_some(all),
             ..Certificate::default()
         }

@@ -47,6 +47,12 @@ pub enum ReadError {
     /// A bounded rate of other than one parameter.
     #[error("bounded_rate: is of 1 parameter, but blocks and controller_blocks have {found}")]
     NotOneParameter { found: usize },
+    /// A section about parameters that move however fast, without that claim.
+    #[error("{field}: needs the claim for parameters that move however fast: gamma, X, S and T")]
+    NoAnyRate { field: &'static str },
+    /// No claim at all.
+    #[error("the certificate claims nothing: it must have gamma, X, S and T, or the section bounded_rate")]
+    NoClaim,
     /// A section about the model error, without the model error.
     #[error("{field}: needs the section residual, which has E, F and Fu")]
     NoModelError { field: &'static str },

@@ -19,6 +19,9 @@
 //! *Claim.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the closed loop
 //! is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
+//! A certificate with the section `bounded_rate` may do without this claim, and then has neither gamma, X, S and T nor
+//! the sections `residual`, `limits` and `energy`: nothing is claimed of a parameter that moves faster than its rate.
+//!
 //! *Conditions, checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
 //! `Theta_e`; and
 //!
@@ -214,8 +217,8 @@ mod structure;
 mod theorem;
 
 pub use certificate::{
-    BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_ENERGY,
-    FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
+    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE,
+    FORMAT_WITH_ENERGY, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
 };
 pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};

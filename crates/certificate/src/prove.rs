@@ -1,7 +1,7 @@
 //! The proof, step by step.
 
 use crate::bounded_rate::SlowInequality;
-use crate::certificate::{BoundedRate, Certificate, Energy, Limits, Residual, Rows, Slow};
+use crate::certificate::{AnyRate, BoundedRate, Certificate, Energy, Limits, Residual, Rows, Slow};
 use crate::closed_loop::ClosedLoop;
 use crate::error::{Claim, Failure, Proved};
 use crate::exact::definite::positive_definite;
@@ -29,6 +29,12 @@ enum Lyapunov<'a> {
     Factor(&'a Rows),
 }
 
+impl AnyRate {
+    fn lyapunov(&self) -> Lyapunov<'_> {
+        if self.v.is_empty() { Lyapunov::Itself(&self.x) } else { Lyapunov::Factor(&self.v) }
+    }
+}
+
 impl Lyapunov<'_> {
     /// X, without rounding.
     fn matrix(&self, claim: Claim) -> Result<Matrix, Failure> {
@@ -49,15 +55,17 @@ impl Certificate {
     /// [`Failure`], the first condition that is violated. The claim may still be true, with other X, S, T.
     pub fn prove(&self) -> Result<Theorem, Failure> {
         self.check()?;
-        let nominal = Claimed {
-            claim: Claim::Nominal,
-            gamma: Dyadic::from_f64(self.gamma),
-            lambda: None,
-            x: if self.v.is_empty() { Lyapunov::Itself(&self.x) } else { Lyapunov::Factor(&self.v) },
-            s: &self.s,
-            t: &self.t,
-        };
-        nominal.prove(&ClosedLoop::new(self, None)?)?;
+        if let Some(any_rate) = &self.any_rate {
+            let nominal = Claimed {
+                claim: Claim::Nominal,
+                gamma: Dyadic::from_f64(any_rate.gamma),
+                lambda: None,
+                x: any_rate.lyapunov(),
+                s: &any_rate.s,
+                t: &any_rate.t,
+            };
+            nominal.prove(&ClosedLoop::new(self, None)?)?;
+        }
         if let Some(r) = &self.residual {
             let robust = Claimed {
                 claim: Claim::WithModelError,

@@ -1,13 +1,15 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{
-    BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE, FORMAT_WITH_ENERGY,
-    FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
+    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE,
+    FORMAT_WITH_ENERGY, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
 };
 use crate::error::ReadError;
 use crate::json::Json;
 
-const TOP: [&str; 8] = ["format", "blocks", "controller_blocks", "plant", "controller", "gamma", "S", "T"];
+const TOP: [&str; 5] = ["format", "blocks", "controller_blocks", "plant", "controller"];
+const ANY_RATE: [&str; 4] = ["gamma", "X", "S", "T"];
+const ANY_RATE_BY_FACTOR: [&str; 4] = ["gamma", "V", "S", "T"];
 const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
 
 /// An object with every required key and no unknown key.
@@ -43,8 +45,13 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         FORMAT_WITH_ENERGY => (&["energy"], &["limits"]),
         _ => (&[], &[]),
     };
-    let required = [&TOP, required].concat();
-    let optional = [&["X", "V", "residual", "bounded_rate"], optional].concat();
+    // A claim of a bounded rate may stand alone.
+    let has = |key: &str| matches!(json, Json::Object(entries) if entries.iter().any(|(k, _)| k == key));
+    let with_any_rate = !has("bounded_rate") || ANY_RATE.into_iter().chain(["V"]).any(has);
+    let claim = if has("V") { &ANY_RATE_BY_FACTOR } else { &ANY_RATE };
+    let any_rate: &[&str] = if with_any_rate { claim } else { &[] };
+    let required = [&TOP, any_rate, required].concat();
+    let optional = [&["residual", "bounded_rate"], optional].concat();
     let top = Fields::new("", json, &required, &optional)?;
     Ok(Certificate {
         discrete: format == FORMAT_DISCRETE,
@@ -52,15 +59,21 @@ fn certificate(json: &Json) -> Result<Certificate, ReadError> {
         controller_blocks: top.read("controller_blocks")?,
         plant: top.read("plant")?,
         controller: top.read("controller")?,
+        any_rate: with_any_rate.then(|| any_rate_claim(&top)).transpose()?,
+        residual: top.read("residual")?,
+        bounded_rate: top.read("bounded_rate")?,
+        limits: top.read("limits")?,
+        energy: top.read("energy")?,
+    })
+}
+
+fn any_rate_claim(top: &Fields<'_>) -> Result<AnyRate, ReadError> {
+    Ok(AnyRate {
         gamma: top.read("gamma")?,
         x: top.read("X")?,
         v: top.read("V")?,
         s: top.read("S")?,
         t: top.read("T")?,
-        residual: top.read("residual")?,
-        bounded_rate: top.read("bounded_rate")?,
-        limits: top.read("limits")?,
-        energy: top.read("energy")?,
     })
 }
 

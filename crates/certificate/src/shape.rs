@@ -96,16 +96,34 @@ impl Certificate {
         self.check_parameters()?;
         self.check_plant(s)?;
         self.check_controller(s)?;
-        check_number("gamma", self.gamma)?;
-        let (lyapunov, other) = if self.v.is_empty() { (&self.x, &self.v) } else { (&self.v, &self.x) };
-        if !other.is_empty() {
-            return Err(ReadError::kind("X", "given beside V".into(), "left out where V is given"));
-        }
-        check_proof("", s, [lyapunov, &self.s, &self.t])?;
+        self.check_any_rate(s)?;
         self.residual.as_ref().map_or(Ok(()), |r| check_residual(r, s))?;
         self.bounded_rate.as_ref().map_or(Ok(()), |bounded| self.check_bounded_rate(bounded, s))?;
         self.limits.as_ref().map_or(Ok(()), |limits| self.check_limits(limits, s))?;
         self.energy.as_ref().map_or(Ok(()), |energy| self.check_energy(energy, s))
+    }
+
+    /// Checks the sizes of the matrices of the claim for parameters that move however fast; where there is none, that
+    /// there is one of a bounded rate, and none that is built on the other.
+    fn check_any_rate(&self, s: Sizes) -> Result<(), ReadError> {
+        if let Some(claim) = &self.any_rate {
+            check_number("gamma", claim.gamma)?;
+            if !claim.x.is_empty() && !claim.v.is_empty() {
+                return Err(ReadError::kind("X", "given beside V".into(), "left out where V is given"));
+            }
+            let lyapunov = if claim.v.is_empty() { ("X", &claim.x) } else { ("V", &claim.v) };
+            return check_proof("", s, lyapunov, [&claim.s, &claim.t]);
+        }
+        let built_on_it = [
+            ("residual", self.residual.is_some()),
+            ("limits", self.limits.is_some()),
+            ("energy", self.energy.is_some()),
+        ];
+        match built_on_it.into_iter().find(|(_, given)| *given) {
+            Some((field, _)) => Err(ReadError::NoAnyRate { field }),
+            None if self.bounded_rate.is_none() => Err(ReadError::NoClaim),
+            None => Ok(()),
+        }
     }
 
     /// Checks the sizes of the matrices of claims for w of bounded energy.
@@ -127,7 +145,7 @@ impl Certificate {
             let field = |name: &str| format!("energy.claims[{k}].{name}");
             check_number(&field("gamma"), claim.gamma)?;
             check_number(&field("beta"), claim.beta)?;
-            check_proof(&field(""), s, [&claim.x, &claim.s, &claim.t])?;
+            check_proof(&field(""), s, ("X", &claim.x), [&claim.s, &claim.t])?;
             check_list(&field("U"), &claim.u, u)?;
             check_matrix(&field("H"), &claim.h, u, (s.x + s.xk, "states of plant and controller"))
         })
@@ -270,13 +288,18 @@ fn check_residual(r: &Residual, s: Sizes) -> Result<(), ReadError> {
     check_matrix("residual.Fu", &r.fu, nf, (s.u, "controls u"))?;
     check_number("residual.lambda", r.lambda)?;
     check_number("residual.gamma", r.gamma)?;
-    check_proof("residual.", s, [&r.x, &r.s, &r.t])
+    check_proof("residual.", s, ("X", &r.x), [&r.s, &r.t])
 }
 
-fn check_proof(prefix: &str, s: Sizes, [x, sym, skew]: [&Rows; 3]) -> Result<(), ReadError> {
+fn check_proof(
+    prefix: &str,
+    s: Sizes,
+    (name, x): (&str, &Rows),
+    [sym, skew]: [&Rows; 2],
+) -> Result<(), ReadError> {
     let states = (s.x + s.xk, "states of plant and controller");
     let channels = (s.t + s.tk, "channels of plant and controller");
-    check_matrix(&format!("{prefix}X"), x, states, states)?;
+    check_matrix(&format!("{prefix}{name}"), x, states, states)?;
     check_matrix(&format!("{prefix}S"), sym, channels, channels)?;
     check_matrix(&format!("{prefix}T"), skew, channels, channels)
 }

@@ -12,12 +12,15 @@ use std::fmt;
 pub struct Theorem {
     /// Whether it is of a loop in discrete time.
     pub discrete: bool,
-    /// The L2 gain from w to z is below this.
-    pub gamma: f64,
+    /// The L2 gain from w to z is below this for parameters that move however fast, if the file claims it; otherwise
+    /// there is a `bounded_rate`.
+    pub gamma: Option<f64>,
     /// Parameters in `[-1, 1]`, all of which occur in plant or controller.
     pub parameters: usize,
     /// Parameters on which the controller depends.
     pub scheduled: usize,
+    /// Whether the plant is a finished loop: it has neither controls nor measurements.
+    pub finished: bool,
     /// States of the closed loop.
     pub states: usize,
     /// Channels of the parameters in plant and controller.
@@ -79,9 +82,10 @@ impl Theorem {
         let s = certificate.sizes();
         Self {
             discrete: certificate.discrete,
-            gamma: certificate.gamma,
+            gamma: certificate.gamma(),
             parameters: certificate.blocks.len().max(certificate.controller_blocks.len()),
             scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
+            finished: s.u == 0 && s.y == 0,
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -109,10 +113,25 @@ impl Theorem {
         }
     }
 
+    /// The smallest bound that holds where the parameter moves at a bounded rate: one for parameters that move however
+    /// fast holds there, too. `None` where the file claims nothing of a bounded rate.
+    pub fn gamma_at_rate(&self) -> Option<f64> {
+        let slow = self.bounded_rate?.gamma;
+        Some(self.gamma.map_or(slow, |any_rate| any_rate.min(slow)))
+    }
+
     /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, bounded energy.
     pub fn sentences(&self) -> Vec<String> {
-        let mut all = vec![self.gain(), self.model_error()];
-        all.extend(self.bounded_rate.map(|slow| slow.to_string()));
+        let mut all = match (self.gamma, self.bounded_rate) {
+            (Some(gamma), _) => vec![self.gain(gamma, None), self.model_error()],
+            (None, Some(SlowTheorem { rate, gamma, .. })) => vec![
+                self.gain(gamma, Some(rate)),
+                "Nothing is proved of a parameter that moves faster.".into(),
+                self.model_error(),
+            ],
+            (None, None) => vec![],
+        };
+        all.extend(self.bounded_rate.filter(|_| self.gamma.is_some()).map(|slow| slow.to_string()));
         all.extend(self.limits.map(|limits| limits.to_string()));
         if !self.energy.is_empty() {
             let bounds: Vec<String> = self.energy.iter().map(|bound| format!("below {bound}")).collect();
@@ -125,24 +144,32 @@ impl Theorem {
         all
     }
 
-    fn gain(&self) -> String {
+    /// The sentence about gain and stability, for parameters that move however fast, or one at a bounded rate.
+    fn gain(&self, gamma: f64, rate: Option<f64>) -> String {
         let loop_ = format!(
             "the closed loop of {} state{}{} is exponentially stable and its {} gain from w to z is below {}",
             self.states,
             if self.states == 1 { "" } else { "s" },
             if self.discrete { " in discrete time" } else { "" },
             if self.discrete { "l2" } else { "L2" },
-            self.gamma
+            gamma
         );
         // Parameters on which the controller does not depend need not be measured.
         let known = match self.scheduled {
+            _ if self.finished => String::new(),
             all if all == self.parameters => String::new(),
             some => format!(", {some} of which the controller depends on,"),
         };
-        let course = if self.discrete { "sequence" } else { "measurable trajectory" };
+        let course = match (self.discrete, rate) {
+            (true, _) => "sequence",
+            (false, None) => "measurable trajectory",
+            (false, Some(_)) => "Lipschitz continuous trajectory",
+        };
+        let motion =
+            rate.map_or_else(String::new, |rate| format!(" that moves by at most {rate} in a unit of time"));
         match self.parameters {
             0 => format!("T{}.", &loop_[1..]),
-            1 => format!("For every {course} of the parameter in [-1, 1]{known} {loop_}."),
+            1 => format!("For every {course} of the parameter in [-1, 1]{motion}{known} {loop_}."),
             n => format!("For every {course} of the {n} parameters in [-1, 1]{known} {loop_}."),
         }
     }

@@ -17,7 +17,7 @@ use crate::error::{Error, ProofError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
-use certificate::{Certificate, Residual, Rows, Theorem};
+use certificate::{AnyRate, Certificate, Residual, Rows, Theorem};
 use lpv::analysis::bounded_gain::cleared;
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
@@ -84,21 +84,24 @@ fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: Synthesi
 
 /// The certificate of a bound without model error, with plant, controller, gamma, X or V, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
-    Certificate {
-        discrete: false,
-        blocks: plant.blocks.clone(),
-        controller_blocks: k.blocks.clone(),
-        plant: plant_rows(plant),
-        controller: controller_rows(k),
+    let any_rate = AnyRate {
         gamma: bound.gamma,
         x: if bound.factor.is_some() { vec![] } else { to_rows(&bound.x) },
         v: bound.factor.as_ref().map_or_else(Vec::new, to_rows),
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
-        residual: None,
-        bounded_rate: None,
-        limits: None,
-        energy: None,
+    };
+    Certificate { any_rate: Some(any_rate), ..without_claims(plant, k) }
+}
+
+/// A certificate with plant and controller, and no claim yet.
+pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
+    Certificate {
+        blocks: plant.blocks.clone(),
+        controller_blocks: k.blocks.clone(),
+        plant: plant_rows(plant),
+        controller: controller_rows(k),
+        ..Certificate::default()
     }
 }
 

@@ -142,7 +142,7 @@ fn sampled_stage(
             "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
              for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal \
              rule",
-            above(proof.theorem.gamma),
+            claims::bound(&proof.theorem),
             inputs.design.sample_time
         ),
         Err(reason) => format!("NOT PROVED: {reason}"),

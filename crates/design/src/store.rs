@@ -296,7 +296,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
         added_for_the_design: f.design.regularisation.as_ref().map(ToString::to_string),
         gamma_bound_with_model_error: f.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
         model_error: f.proof.as_ref().ok().and_then(|p| p.model_error),
-        gamma_bound_sampled: f.sampled.as_ref().ok().map(|p| p.theorem.gamma),
+        gamma_bound_sampled: f.sampled.as_ref().ok().and_then(|p| p.theorem.gamma),
         not_certified_sampled_because: f.sampled.as_ref().err().map(String::as_str),
         certified: f.proof.is_ok(),
         not_certified_because: f.proof.as_ref().err().map(String::as_str),

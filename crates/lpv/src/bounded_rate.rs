@@ -15,16 +15,19 @@
 //! - `scheduled`: an LFT through the controllers of many values;
 //! - [`mod@intervals`]: what proves the gain of the finished loop, between the values too;
 //! - [`own`]: Lyapunov matrices sought for the finished loop alone, also with model error;
+//! - [`mod@finished`]: the same for a loop that is given, by Lyapunov matrices of rising order;
 //! - [`design`]: all of it in one go.
 
 pub(crate) mod central;
 pub mod design;
+pub mod finished;
 pub mod inequalities;
 pub mod intervals;
 pub mod own;
 pub(crate) mod scheduled;
 
 pub use design::{Least, SlowDesign, SlowOptions, least_gamma, synthesise};
+pub use finished::finished;
 pub use inequalities::Varying;
 pub use intervals::{Claim, SlowBound, intervals};
 pub use own::covering;

@@ -84,15 +84,16 @@ pub enum SynthesisError {
     /// At each frozen parameter the plant may be stabilised, but not for every trajectory of the parameters by one
     /// Lyapunov function.
     #[error(
-        "no gamma will do: the control cannot stabilise the plant for every trajectory of the parameters \
-         (quadratically, with these scalings); narrow the range of the parameters, or reach what they drive"
+        "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that a \
+         control stabilises the plant for every trajectory of them; another kind of controller may exist; narrow the \
+         range of the parameters, reach what they drive, or bound their rate"
     )]
     NotQuadraticallyStabilisable,
     /// The same for what the measurements show.
     #[error(
-        "no gamma will do: the measurements do not show enough to observe the plant for every trajectory of the \
-         parameters (quadratically, with these scalings); narrow the range of the parameters, or measure what they \
-         drive"
+        "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that an \
+         observer follows the plant for every trajectory of them; another kind of controller may exist; narrow the \
+         range of the parameters, measure what they drive, or bound their rate"
     )]
     NotQuadraticallyDetectable,
     /// The solver proved that no gamma works.
@@ -106,6 +107,8 @@ pub enum SynthesisError {
     )]
     AboveLimit {
         optimum: f64,
+        /// Above the limit, too.
+        lower: f64,
         limit: f64,
         /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w
         /// (from 1), and frequency in rad/s.

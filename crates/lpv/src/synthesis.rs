@@ -24,6 +24,7 @@ pub use least_gamma::least_gamma;
 
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
+use crate::riccati::least::is_none_below;
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
 use crate::synthesis::least_gamma::least_gamma_within;
@@ -78,6 +79,19 @@ fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Desig
 
 /// For more states the multipliers that prove a lower bound take longer than all else.
 const MOST_STATES_FOR_MULTIPLIERS: usize = 12;
+
+/// Whether a gamma is shown to be the least within a part of [`LEAST_WITHIN`]: by a lower bound that is known, or as
+/// there is no controller even for one constant value of the parameters.
+///
+/// With parameters the least is that of the synthesis inequalities, and no less than that of any controller for a
+/// constant value. All in floating point.
+pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
+    let level = (1.0 - LEAST_WITHIN) * gamma;
+    lower >= level || (level > 0.0 && is_none_below(plant, level))
+}
+
+/// How far a gamma that is called the least may be above it, relative to itself.
+pub const LEAST_WITHIN: f64 = 1e-3;
 
 /// The same by matrix inequalities alone, for a plant with parameters or without.
 ///

@@ -40,6 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Adds the claim for `||[dA dB2]|| <= ball`, with X, S and T of the nominal claim and the first lambda and gamma of
 /// a table that prove it.
 fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
+    let nominal = certificate.any_rate.clone()?;
     let (n, u) = (certificate.plant.a.len(), certificate.plant.d12.first().map_or(0, Vec::len));
     let eye = |rows: usize, cols: usize, below: usize| {
         to_rows(&Mat::from_fn(rows, cols, |i, j| if i == j + below { 1.0 } else { 0.0 }))
@@ -55,10 +56,10 @@ fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
                 fw: vec![],
                 fu: eye(n + u, u, n),
                 lambda,
-                gamma: certificate.gamma * up,
-                x: certificate.x.clone(),
-                s: certificate.s.clone(),
-                t: certificate.t.clone(),
+                gamma: nominal.gamma * up,
+                x: nominal.x.clone(),
+                s: nominal.s.clone(),
+                t: nominal.t.clone(),
             };
             Certificate { residual: Some(residual), ..certificate.clone() }
         })

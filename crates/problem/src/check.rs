@@ -29,8 +29,9 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     if plant.blocks != certificate.blocks {
         return Err(ProofError::WrongPlant { what: "blocks".into() }.into());
     }
-    let proved_at = certificate.bounded_rate.as_ref().map(|claim| claim.rate);
-    if rate.is_some_and(|rate| proved_at.is_none_or(|at| at < rate)) {
+    // Without the section, the claim is of any rate.
+    let proved_at = certificate.bounded_rate.as_ref().map_or(f64::INFINITY, |claim| claim.rate);
+    if rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate) {
         return Err(ProofError::WrongPlant { what: "rate".into() }.into());
     }
     let nearer = |limits: &Vec<f64>| {

@@ -5,24 +5,30 @@
 //!  "D1t": .., "D11": ..}, "blocks": [r_1, ..], "rate": ..}}
 //! ```
 //!
-//! It is the synthesis for a plant on which nothing acts: its least gamma is that of the loop.
+//! However fast the parameters move, it is the synthesis for a plant on which nothing acts: its least gamma is that of
+//! the loop. At a bounded rate the loop is analysed as it is.
 
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
-use crate::report::Status;
 use crate::source::Source;
-use crate::synth;
+use crate::synth::symmetric;
 use crate::words::{at_most, digits};
-use certificate::{Certificate, Rows, Theorem};
+use certificate::{Certificate, Theorem};
+use lpv::analysis::GainBound;
+use lpv::bounded_rate::finished;
 use lpv::controller::Controller;
+use lpv::direct_path::synthesise;
+use lpv::error::SynthesisError;
+use lpv::matrix::Mat;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::mu::{Block, Structure};
 use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::Options;
+use lpv::synthesis::{Options, is_least};
 use serde::Serialize;
-use squid_design::certify::controller_rows;
+use squid_design::certify::rate::of_plant_alone;
 use squid_design::certify::verify::text;
+use squid_design::certify::{nominal, without_claims};
 use squid_design::store::files::Files;
 use std::path::Path;
 use std::time::Instant;
@@ -30,19 +36,21 @@ use std::time::Instant;
 /// The result, as `--json` prints it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// `proved`: there is a bound for every trajectory of the parameters; `not_found`: none was found.
+    /// `proved`: there is a bound, for every trajectory of the parameters or for those at the rate; `not_found`: none
+    /// was found.
     pub status: &'static str,
-    /// The least bound of the inequalities, symmetric and skew scalings; at a bounded rate that at seven values of the
-    /// parameter, and not a bound.
+    /// The lowest bound found for parameters that move however fast, symmetric and skew scalings: in floating point.
     pub gamma: Option<f64>,
+    /// Whether `gamma` is shown, in floating point, to be the least of the inequalities within 0.1 %.
+    pub least: bool,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
-    /// The gain is below this however fast the parameters move: proved in exact arithmetic.
+    /// The gain is below this however fast the parameters move: proved in exact arithmetic. `null` where none was found.
     pub proved: Option<f64>,
     /// The bound on the parameter's rate in the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The gain at that rate is below this: proved in exact arithmetic.
+    /// The gain at that rate is below this: proved in exact arithmetic. At most `proved`, which holds at every rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub proved_at_rate: Option<f64>,
     /// The gain for constant parameters is below this, at every frequency.
@@ -73,17 +81,10 @@ const BACK_OFF: f64 = 1e-3;
 pub fn run(source: &Source) -> Result<Report, Error> {
     let problem = problem_file::finished(source)?;
     let started = Instant::now();
-    let solved = synth::solve(&problem, Options { back_off: BACK_OFF, ..Options::default() }, false);
-    let mut report = Report {
-        status: "not_found",
-        gamma: solved.gamma,
-        gamma_symmetric: solved.gamma_symmetric,
-        rate: problem.rate,
-        reasons: solved.reason.into_iter().chain(solved.remarks).collect(),
-        ..Report::default()
-    };
-    if let Some(certificate) = solved.certificate.filter(|_| solved.status == Status::Feasible) {
-        report.prove(&problem, certificate);
+    let mut report = Report { status: "not_found", rate: problem.rate, ..Report::default() };
+    match Controller::new(vec![0; problem.plant.blocks.len()], &[]) {
+        Ok(none) => report.bound(&problem, &none),
+        Err(shape) => report.reasons.push(shape.to_string()),
     }
     report.constant(&problem.plant);
     report.seconds = started.elapsed().as_secs_f64();
@@ -96,32 +97,74 @@ impl Report {
         self.certificate.as_ref().filter(|_| self.theorem.is_some())
     }
 
-    /// Proves the bound of the plant alone: the synthesis adds a controller that nothing connects to it.
-    fn prove(&mut self, problem: &Problem, certificate: Certificate) {
-        let (n, r) = (problem.plant.a().nrows(), problem.plant.dtt().nrows());
-        let corner = |rows: &Rows, size: usize| rows[..size].iter().map(|row| row[..size].to_vec()).collect();
-        let alone =
-            match (&certificate.bounded_rate, Controller::new(vec![0; problem.plant.blocks.len()], &[])) {
-                (None, Ok(none)) => Certificate {
-                    controller_blocks: none.blocks.clone(),
-                    controller: controller_rows(&none),
-                    x: corner(&certificate.x, n),
-                    s: corner(&certificate.s, r),
-                    t: corner(&certificate.t, r),
-                    ..certificate
-                },
-                _ => certificate,
-            };
-        match alone.prove() {
-            Ok(theorem) => {
-                self.status = "proved";
-                self.proved = Some(theorem.gamma);
-                self.proved_at_rate = theorem.bounded_rate.map(|slow| slow.gamma);
-                self.theorem = Some(theorem);
+    /// Bounds for parameters that move however fast, and at the rate of the problem, both proved.
+    fn bound(&mut self, problem: &Problem, none: &Controller) {
+        // In discrete time what was given is proved, and not its bilinear transform.
+        let plant = problem.discrete.as_ref().map_or(&problem.plant, |given| &given.plant);
+        let fast = self.any_rate(problem);
+        let mut certificate =
+            fast.as_ref().map_or_else(|| without_claims(plant, none), |bound| nominal(plant, none, bound));
+        certificate.discrete = problem.discrete.is_some();
+        if let Some(rate) = problem.rate {
+            match finished(&problem.plant.open(), rate) {
+                // A bound for any rate holds at this one, too.
+                Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
+                Ok(slow) => certificate.bounded_rate = Some(of_plant_alone(&slow)),
+                Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
             }
-            Err(reason) => self.reasons.push(format!("a bound was computed, but does not prove: {reason}")),
         }
-        self.certificate = Some(alone);
+        self.prove(certificate);
+    }
+
+    /// The bound of the loop for parameters that move however fast.
+    fn any_rate(&mut self, problem: &Problem) -> Option<GainBound> {
+        let Problem { plant, d22, .. } = problem;
+        let design = match synthesise(plant, d22, Options { back_off: BACK_OFF, ..Options::default() }) {
+            Ok(design) => design,
+            Err(error) => {
+                self.reasons.push(no_bound(&error));
+                return None;
+            }
+        };
+        let both = design.gamma_optimum;
+        match symmetric(plant, both) {
+            Ok(least) => (self.gamma, self.gamma_symmetric) = (Some(both.min(least)), Some(least)),
+            Err(reason) => {
+                self.gamma = Some(both);
+                self.reasons.push(reason);
+            }
+        }
+        self.least = self.gamma.is_some_and(|gamma| is_least(plant, gamma, design.lower));
+        // The synthesis adds a controller that nothing connects to the plant, whose part comes first.
+        let (n, r) = (plant.a().nrows(), plant.dtt().nrows());
+        let corner = |m: &Mat, size: usize| m.view((0, 0), (size, size)).into_owned();
+        let found = design.certified;
+        let (x, s, t) = (corner(&found.x, n), corner(&found.s, r), corner(&found.t, r));
+        Some(GainBound { x, s, t, ..found })
+    }
+
+    /// Proves the claims of a certificate, or where that fails one of them.
+    fn prove(&mut self, whole: Certificate) {
+        let mut tried = vec![whole.clone()];
+        if whole.any_rate.is_some() && whole.bounded_rate.is_some() {
+            tried.push(Certificate { bounded_rate: None, ..whole.clone() });
+            tried.push(Certificate { any_rate: None, ..whole });
+        }
+        for certificate in tried.into_iter().filter(|c| c.any_rate.is_some() || c.bounded_rate.is_some()) {
+            match certificate.prove() {
+                Ok(theorem) => {
+                    self.status = "proved";
+                    self.proved = theorem.gamma;
+                    self.proved_at_rate = self.rate.and(theorem.gamma_at_rate().or(theorem.gamma));
+                    self.theorem = Some(theorem);
+                    self.certificate = Some(certificate);
+                    return;
+                }
+                Err(reason) => {
+                    self.reasons.push(format!("a bound was computed, but does not prove: {reason}"));
+                }
+            }
+        }
     }
 
     /// The worst-case gain for constant parameters.
@@ -161,15 +204,15 @@ impl Report {
     /// The text for a terminal.
     pub fn words(&self) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
-        let mut out = format!("least bound           {}\n", number(self.gamma));
-        out += &match self.rate {
-            Some(rate) => format!("  with |theta'| <=    {rate}, at seven values of theta\n"),
-            None => format!("  symmetric scalings  {}\n", number(self.gamma_symmetric)),
-        };
-        if self.rate.is_some() {
-            out += &format!("proved at that rate   {}\n", at_most(self.proved_at_rate));
+        let mut out = String::new();
+        if let Some(rate) = self.rate {
+            let known = at_most(self.proved_at_rate);
+            out += &format!("proved at the rate    {known} for |theta'| <= {rate}\n");
         }
         out += &format!("proved at any rate    {}\n", at_most(self.proved));
+        let name = if self.least { "least bound       " } else { "lowest bound found" };
+        out += &format!("  {name}  {}\n", number(self.gamma));
+        out += &format!("  symmetric scalings  {}\n", number(self.gamma_symmetric));
         out += &match (self.constant_lower, self.constant_upper) {
             (Some(lower), Some(_)) => {
                 let least = digits(lower, f64::floor);
@@ -184,6 +227,21 @@ impl Report {
             out += &format!("remark: {reason}\n");
         }
         out + &format!("{:.2} s", self.seconds)
+    }
+}
+
+/// Why there is no bound for parameters that move however fast.
+fn no_bound(error: &SynthesisError) -> String {
+    match error {
+        SynthesisError::NotStabilisable { re, im } | SynthesisError::NotDetectable { re, im } => {
+            format!("the loop is unstable: it has a mode at {re:.4} {im:+.4}i")
+        }
+        other if other.is_infeasible() => {
+            "no constant Lyapunov matrix with these scalings bounds the gain for \
+            parameters that move however fast"
+                .into()
+        }
+        _ => "no bound was found for parameters that move however fast: the search failed numerically".into(),
     }
 }
 

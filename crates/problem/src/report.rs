@@ -1,7 +1,7 @@
 //! What `squid lpv synth` found: its report, on the terminal and in files.
 
 use crate::error::Error;
-use crate::words::at_most;
+use crate::words::{at_least, at_most};
 use certificate::{Certificate, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_nothing;
 use scheduled::LftMatrices;
@@ -17,7 +17,7 @@ use std::path::Path;
 pub enum Status {
     /// There is a controller, with a proved bound.
     Feasible,
-    /// There is provably none.
+    /// It is shown, in floating point, that there is none of the kind that is sought.
     Infeasible,
     /// There are controllers, but none of those computed keeps the limit on the fastest mode; whether another does is
     /// not known.
@@ -55,29 +55,31 @@ pub struct ControllerFile {
 pub struct Report {
     /// The outcome.
     pub status: Status,
-    /// The least gamma, whose inequalities hold strictly by their eigenvalues: symmetric and skew scalings. At a
-    /// bounded rate: that of the inequalities at seven values of the parameter, and not a bound.
+    /// The lowest gamma found, with symmetric and skew scalings; absent beside `numerical_failure`. At a bounded rate:
+    /// that of the inequalities at seven values of the parameter, and not a bound.
     pub gamma: Option<f64>,
+    /// Whether `gamma` is shown, in floating point, to be the least within 0.1 %: without parameters of any controller,
+    /// with them of the synthesis inequalities. Otherwise a better one may exist.
+    pub least: bool,
     /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
     /// where that is not proved, and for every plant with parameters or in discrete time.
     pub gamma_lower: Option<f64>,
-    /// The solver's estimate from below of the least gamma: not a bound, and never shown as one.
-    #[serde(skip)]
-    pub lower_estimate: f64,
-    /// The same with symmetric scalings alone.
+    /// The lowest gamma found with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
     /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names
     /// them.
     pub gamma_design: Option<f64>,
-    /// How far that is above the least, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
+    /// How far that is above `gamma`, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
     /// built.
     pub back_off: Option<f64>,
-    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move.
+    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move; `null`
+    /// where there is one at the rate alone.
     pub certified_gamma: Option<f64>,
     /// The bound on the parameter's rate in the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The bound of the controller at that rate, proved in exact arithmetic.
+    /// The bound of the controller at that rate, proved in exact arithmetic: at most `certified_gamma`, which holds there,
+    /// too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
     /// What was proved of the loop with the limits of the problem.
@@ -95,6 +97,9 @@ pub struct Report {
     /// What was proved.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
+    /// What there is none of, where `status` is infeasible.
+    #[serde(skip)]
+    pub infeasible: &'static str,
     /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
     #[serde(skip)]
     pub regularised: bool,
@@ -110,17 +115,14 @@ const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the sma
     larger the gains, and no controller is near the least; give every control a weight and every measurement \
     noise";
 
-/// The relative gap between gamma and its lower estimate above which a remark is made.
-const DOUBTFUL_GAP: f64 = 1e-2;
-
 impl Report {
     /// Proves what was designed.
     pub fn prove(&mut self, certificate: Certificate) {
         match certificate.prove() {
             Ok(theorem) => {
                 self.status = Status::Feasible;
-                self.certified_gamma = Some(theorem.gamma);
-                self.certified_gamma_at_rate = theorem.bounded_rate.map(|slow| slow.gamma);
+                self.certified_gamma = theorem.gamma;
+                self.certified_gamma_at_rate = self.rate.and(theorem.gamma_at_rate().or(theorem.gamma));
                 let with_limits =
                     |claim: &EnergyTheorem| WithLimits { gamma: claim.gamma, energy: claim.beta };
                 self.with_limits = theorem.energy.iter().map(with_limits).collect();
@@ -134,18 +136,18 @@ impl Report {
         self.certificate = Some(certificate);
     }
 
-    /// Remarks on a gamma that may be too high.
+    /// Takes back a gamma that no controller comes with, and remarks on one that is not shown to be the least.
     pub fn doubt_gamma(&mut self) {
-        let Some(gamma) = self.gamma.filter(|_| self.status != Status::Infeasible) else { return };
-        let clear = |lower: f64| gamma - lower <= DOUBTFUL_GAP * gamma;
-        if clear(self.lower_estimate) || self.gamma_lower.is_some_and(clear) {
-            return;
+        if self.status == Status::NumericalFailure {
+            (self.gamma, self.gamma_symmetric, self.gamma_design, self.least) = (None, None, None, false);
         }
-        let proved =
-            self.gamma_lower.map_or_else(String::new, |lower| format!(", though it is at least {lower}"));
+        let Some(bound) = self.certified_gamma.filter(|_| !self.least) else { return };
+        let lower = self
+            .gamma_lower
+            .map_or_else(String::new, |lower| format!("; none has one below {}", at_least(lower)));
         self.remarks.push(format!(
-            "how far the least gamma may be below the computed one is not known{proved}: the problem is badly \
-                conditioned, check units and weights"
+            "a controller with a gain below {} was found; a better one may exist{lower}",
+            at_most(Some(bound))
         ));
     }
 
@@ -159,7 +161,7 @@ impl Report {
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
         if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
-                "the controller was built {:.1} % above the least gamma where {:.1} % was asked: nothing closer \
+                "the controller was built {:.1} % above the lowest gamma found where {:.1} % was asked: nothing closer \
                     could be built",
                 100.0 * back_off,
                 100.0 * asked
@@ -205,9 +207,7 @@ impl Report {
         let number = |v: Option<f64>| v.map_or_else(|| "unknown".into(), |v| format!("{v:.6}"));
         let mut out = match self.status {
             Status::Feasible => "feasible\n".to_owned(),
-            Status::Infeasible => {
-                "infeasible: there is no such controller, as computed in floating point\n".to_owned()
-            }
+            Status::Infeasible => format!("infeasible: {}\n", self.infeasible),
             Status::TooFast => {
                 "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
             }
@@ -222,14 +222,20 @@ impl Report {
             out += &format!("  remark: {remark}\n");
         }
         if self.gamma.is_some() {
-            out += &format!("  least gamma         {}\n", number(self.gamma));
-            out += &match self.rate {
-                Some(rate) => format!("  with |theta'| <=    {rate}, at seven values of theta\n"),
-                None => format!("  symmetric scalings  {}\n", number(self.gamma_symmetric)),
+            let gamma = number(self.gamma);
+            out += &match (self.rate, self.least) {
+                (Some(rate), _) => {
+                    format!("  gamma on a grid     {gamma}, at seven values of theta, |theta'| <= {rate}\n")
+                }
+                (None, true) => format!("  least gamma         {gamma}\n"),
+                (None, false) => format!("  lowest gamma found  {gamma}\n"),
             };
+            if self.rate.is_none() {
+                out += &format!("  symmetric scalings  {}\n", number(self.gamma_symmetric));
+            }
         }
         if let (Some(built), Some(back_off)) = (self.gamma_design, self.back_off) {
-            out += &format!("  built at            {built:.6}, {:.1} % above the least\n", 100.0 * back_off);
+            out += &format!("  built at            {built:.6}, {:.1} % above\n", 100.0 * back_off);
         }
         if let Some(theorem) = &self.theorem {
             if self.certified_gamma_at_rate.is_some() {

@@ -16,7 +16,7 @@ use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
-use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, least_gamma};
+use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma};
 use squid_design::certify::{self, nominal};
 use std::time::Instant;
 
@@ -68,7 +68,16 @@ fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut R
         Ok(design) => feasible(problem, &design, report),
         Err(error) => without_controller(problem, options, &error, report),
     }
-    symmetric(&problem.plant, report);
+    if let Some(both) = report.gamma {
+        match symmetric(&problem.plant, both) {
+            Ok(least) => {
+                report.gamma_symmetric = Some(least);
+                // A solution with symmetric scalings is one with both.
+                report.gamma = Some(both.min(least));
+            }
+            Err(reason) => report.remarks.push(reason),
+        }
+    }
     report.doubt_gamma();
 }
 
@@ -90,17 +99,26 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     report.gamma = Some(found.least.gamma);
     report.gamma_design = Some(found.gamma_design);
     report.controller_states = Some(found.controller.a().nrows());
+    let section = certify::rate::of_plant_alone(&found.bound);
     let Some(fast) = found.fast else {
-        report.reason = Some(NOT_FAST.into());
+        report.remarks.push(NOT_FAST.into());
+        if problem.limits.is_some() {
+            report.remarks.push(NO_LIMITS.into());
+        }
+        let certificate = certify::without_claims(&problem.plant, &found.controller);
+        report.prove(Certificate { bounded_rate: Some(section), ..certificate });
         return;
     };
     let mut certificate = nominal(&problem.plant, &found.controller, &fast);
-    certificate.bounded_rate = Some(certify::rate::of_plant_alone(&found.bound));
+    // A bound for any rate holds at this one, too.
+    certificate.bounded_rate = Some(section).filter(|section| section.slow.gamma < fast.gamma);
     prove(problem, (&found.controller, &fast), certificate, report);
 }
 
-const NOT_FAST: &str = "a controller was computed for the rate, but no bound of its loop for a parameter that moves \
-    faster, which the certificate states too; raise 'rate' or --back-off";
+const NOT_FAST: &str = "the bound is for this rate: none was found for a parameter that moves faster";
+
+const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
+    bound for a parameter that moves however fast";
 
 /// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may keep the limit with
 /// fewer.
@@ -119,30 +137,18 @@ fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, S
     if fastest <= limit { Ok(reduced) } else { full }
 }
 
-/// The least gamma with symmetric scalings alone, where there is one with both.
-fn symmetric(plant: &GeneralisedPlant, report: &mut Report) {
-    let Some(both) = report.gamma else { return };
+/// The least gamma with symmetric scalings alone, where `both` is that with skew ones, too; or why it is not known.
+pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, String> {
+    let unknown = |why: String| format!("the least gamma with symmetric scalings alone is not known: {why}");
     if plant.blocks.is_empty() {
-        report.gamma_symmetric = Some(both);
-        return;
+        return Ok(both);
     }
     match least_gamma(plant, ScalingClass::Symmetric) {
         Ok((_, least)) if least.gamma > both && least.lower < UNKNOWN_BELOW * least.gamma => {
-            report.remarks.push(format!(
-                "the least gamma with symmetric scalings alone is not known: the search stopped at {:.4e}",
-                least.gamma
-            ));
+            Err(unknown(format!("the search stopped at {:.4e}", least.gamma)))
         }
-        Ok((_, least)) => {
-            report.gamma_symmetric = Some(least.gamma);
-            // A solution with symmetric scalings is one with both.
-            report.gamma = Some(both.min(least.gamma));
-        }
-        Err(reason) => {
-            report
-                .remarks
-                .push(format!("the least gamma with symmetric scalings alone is not known: {reason}"));
-        }
+        Ok((_, least)) => Ok(least.gamma),
+        Err(reason) => Err(unknown(reason.to_string())),
     }
 }
 
@@ -153,7 +159,7 @@ const UNKNOWN_BELOW: f64 = 0.5;
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
     report.gamma_lower = proved_lower(problem, &design.multipliers);
-    report.lower_estimate = design.lower;
+    report.least = is_least(&problem.plant, design.gamma_optimum, design.lower);
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a().nrows());
     if let Some(added) = &design.regularisation {
@@ -225,15 +231,28 @@ fn without_controller(problem: &Problem, options: Options, error: &SynthesisErro
         _ => Status::NumericalFailure,
     };
     match error {
-        SynthesisError::AboveLimit { optimum, .. } => report.gamma = Some(*optimum),
-        other if other.is_infeasible() => {}
-        _ => {
-            if let Ok((_, least)) = least_gamma(&problem.plant, options.scalings) {
-                report.gamma = Some(least.gamma);
-                report.gamma_lower = proved_lower(problem, &least.multipliers);
-                report.lower_estimate = least.lower;
+        SynthesisError::AboveLimit { optimum, lower, .. } => {
+            report.gamma = Some(*optimum);
+            report.least = is_least(&problem.plant, *optimum, *lower);
+        }
+        SynthesisError::TooFast { .. } => {
+            if let Ok((_, found)) = least_gamma(&problem.plant, options.scalings) {
+                report.gamma = Some(found.gamma);
+                report.gamma_lower = proved_lower(problem, &found.multipliers);
+                report.least = is_least(&problem.plant, found.gamma, found.lower);
             }
         }
+        _ => {}
     }
+    report.infeasible = match (error, problem.plant.blocks.is_empty()) {
+        (SynthesisError::AboveLimit { .. }, true) => "no controller has a gain below the limit",
+        (SynthesisError::AboveLimit { .. }, false) => {
+            "no controller with a common quadratic Lyapunov function and these scalings has a gain below the limit"
+        }
+        (SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }, _) => {
+            "no controller stabilises the plant"
+        }
+        _ => "there is no common quadratic Lyapunov function with these scalings",
+    };
     report.reason = Some(error.to_string());
 }

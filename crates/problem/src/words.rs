@@ -20,6 +20,11 @@ pub fn at_most(bound: Option<f64>) -> String {
     bound.map_or_else(|| "unknown".into(), |v| digits(v, f64::ceil))
 }
 
+/// A bound from below.
+pub fn at_least(bound: f64) -> String {
+    digits(bound, f64::floor)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

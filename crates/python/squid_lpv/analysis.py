@@ -89,8 +89,8 @@ def lpvgain(
 ) -> LpvGain:
     """Return bounds on the L2 gain of a finished loop with parameters within [-1, 1].
 
-    `proved` holds however fast they move, `proved_at_rate` where |theta'| of the only one stays within `rate`; both are
-    proved in exact arithmetic. `constant_upper` and `constant_lower` are of constant ones, the latter at
+    `proved` holds however fast they move, `proved_at_rate` where |theta'| of the only one stays within `rate` (at most
+    `proved`, and often there alone); both are proved in exact arithmetic. `constant_upper` and `constant_lower` are of constant ones, the latter at
     `constant_theta`. What was not found is None, and `reasons` says why.
 
     Args:

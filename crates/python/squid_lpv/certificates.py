@@ -11,10 +11,10 @@ from squid_lpv import _core
 
 @dataclass(frozen=True)
 class Theorem:
-    """What a certificate proves."""
+    """What a certificate proves: `gamma` is None where it claims nothing of parameters that move however fast."""
 
     claim: str
-    gamma: float
+    gamma: float | None
     gamma_with_model_error: float | None = None
     gamma_at_rate: float | None = None
 

@@ -199,10 +199,13 @@ class LpvController:
 
 @dataclass(frozen=True)
 class LpvSynthesis:
-    """What `lpvsyn` returns: the controller, its proved gain, the least gamma, remarks, and the proof."""
+    """What `lpvsyn` returns: the controller, its proved gain, the least gamma, remarks, and the proof.
+
+    `gam` is None where a gain is proved at the rate alone: `gam_at_rate`.
+    """
 
     K: LpvController
-    gam: float
+    gam: float | None
     least_gamma: float
     gam_at_rate: float | None
     remarks: list[str]

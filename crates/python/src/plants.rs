@@ -95,7 +95,7 @@ pub fn prove(python: Python<'_>, certificate: String) -> PyResult<String> {
         "claim": theorem.to_string(),
         "gamma": theorem.gamma,
         "gamma_with_model_error": theorem.gamma_with_model_error,
-        "gamma_at_rate": theorem.bounded_rate.map(|slow| slow.gamma),
+        "gamma_at_rate": theorem.gamma_at_rate(),
     }))
 }
 

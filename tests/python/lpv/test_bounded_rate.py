@@ -17,6 +17,8 @@ from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
 GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
+ALONE = ROOT / "tests" / "certificates" / "oscillator_bounded_rate.json"
+"""A loop with no bound for a parameter that moves however fast: the claim of the rate stands alone."""
 
 
 class Form:
@@ -101,17 +103,19 @@ def bernstein(powers: list[np.ndarray], low: Decimal, high: Decimal) -> Iterator
         yield sum(shifted[k] * (Decimal(comb(i, k)) / comb(degree, k)) for k in range(i + 1))
 
 
-def claims(c: dict) -> Iterator[Form]:
-    """Yield the claim of the fit, and that of the ball."""
-    loop, bounded = closed_loop(c, [c["residual"]]), c["bounded_rate"]
-    yield Form(loop, bounded, bounded["rate"])
-    yield Form(loop, bounded["residual"], bounded["rate"])
+def claims(c: dict) -> Iterator[tuple[Form, dict]]:
+    """Yield the claim of the plant, and that of the ball, if there is one, each with its matrices."""
+    balls, bounded = [c["residual"]] if "residual" in c else [], c["bounded_rate"]
+    loop = closed_loop(c, balls)
+    yield Form(loop, bounded, bounded["rate"]), bounded
+    if "residual" in bounded:
+        yield Form(loop, bounded["residual"], bounded["rate"]), bounded["residual"]
 
 
 def why_not(c: dict) -> str | None:
     """Return the first condition of docs/certificate.md on the bounded rate that does not hold, or None."""
     bounded = c["bounded_rate"]
-    for form, claim in zip(claims(c), (bounded, bounded["residual"]), strict=True):
+    for form, claim in claims(c):
         ends = [Decimal(at) for at in claim["breakpoints"]]
         if form.rate < 0 or form.gamma <= 0 or (claim is not bounded and form.factor <= 0):
             return "a sign"
@@ -135,11 +139,19 @@ def certificate() -> dict:
     return json.loads(GOLDEN.read_text(encoding="utf-8"))
 
 
-def test_independent_check_agrees(certificate: dict) -> None:
-    """All conditions of docs/certificate.md hold, for the fit and for the ball."""
+@pytest.fixture(scope="module")
+def alone() -> dict:
+    """Return the committed certificate of the rate alone."""
+    return json.loads(ALONE.read_text(encoding="utf-8"))
+
+
+def test_independent_check_agrees(certificate: dict, alone: dict) -> None:
+    """All conditions of docs/certificate.md hold, for the fit and for the ball, and for the rate alone."""
     with localcontext() as context:
         context.prec = DIGITS
         assert why_not(certificate) is None
+        assert why_not(alone) is None
+    assert not {"gamma", "X", "S", "T", "residual"} & alone.keys()
 
 
 def merge(bounded: dict) -> None:
@@ -201,11 +213,64 @@ def test_both_checks_agree_on_a_changed_file(
     assert ("PROVED" in done.stdout) == (reason is None)
 
 
-def test_the_inequality_holds_along_the_loop(certificate: dict) -> None:
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda c: c["bounded_rate"].update(rate=2 * c["bounded_rate"]["rate"]), "the form"),
+        (lambda c: c["bounded_rate"].update(gamma=0.99 * c["bounded_rate"]["gamma"]), "the form"),
+        (lambda c: c["bounded_rate"]["X"].pop(), "the form"),
+        (lambda c: merge(c["bounded_rate"]), "the form"),
+        (lambda c: end_early(c["bounded_rate"]), "breakpoints"),
+        (lambda c: asymmetric(c["bounded_rate"]), "X"),
+        (lambda c: c["plant"]["Bt"][1].__setitem__(0, -0.6), "the form"),
+        (lambda c: c["plant"]["A"][1].__setitem__(1, 0.0), "the form"),
+        (lambda c: c["bounded_rate"].update(gamma=1.01 * c["bounded_rate"]["gamma"]), None),
+    ],
+)
+def test_both_checks_agree_on_a_changed_file_of_the_rate_alone(
+    alone: dict, run_squid: Run, tmp_path: Path, spoil: Callable[[dict], None], reason: str | None
+) -> None:
+    """As above, without the claim for any rate to fall back on."""
+    changed = copy.deepcopy(alone)
+    spoil(changed)
+    with localcontext() as context:
+        context.prec = DIGITS
+        assert why_not(changed) == reason
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(changed), encoding="utf-8")
+    done = run_squid("verify", path)
+    assert done.returncode == (reason is not None), done.stderr
+    assert ("PROVED" in done.stdout) == (reason is None)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"bounded_rate": None}, "gamma: missing"),
+        ({"gamma": 100.0}, "X: missing"),
+        ({"X": [[1.0, 0.0], [0.0, 1.0]]}, "gamma: missing"),
+        (
+            {"gamma": 100.0, "X": [[2.0, 0.1], [0.1, 2.0]], "S": [[1.0]], "T": [[0.0]]},
+            "the claim is not proved: the matrix of the inequality",
+        ),
+    ],
+)
+def test_what_the_rate_alone_does_not_carry(
+    alone: dict, run_squid: Run, tmp_path: Path, change: dict, words: str
+) -> None:
+    """No claim, part of one, and a false one for any rate beside the true one are refused."""
+    changed = {key: value for key, value in (alone | change).items() if value is not None}
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(changed), encoding="utf-8")
+    done = run_squid("verify", path)
+    assert done.returncode == 1 and words in done.stderr and "PROVED" not in done.stdout
+
+
+def test_the_inequality_holds_along_the_loop(certificate: dict, alone: dict) -> None:
     """Without multipliers and intervals: X(theta) > 0 and the loop's own inequality, at 33 values of theta."""
     with localcontext() as context:
         context.prec = DIGITS
-        for form in claims(certificate):
+        for form, _ in [*claims(certificate), *claims(alone)]:
             for i in range(-16, 17):
                 assert all(is_positive(m) for m in form.at(Decimal(i) / 16))
             # It can fail: at a hundredth of the gamma the form is not negative.

@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+import copy
 import json
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import Run
+from fly.stages import ROOT
+
+CASES = {
+    name: json.loads((ROOT / "tests" / "cases" / f"{name}.json").read_text(encoding="utf-8"))
+    for name in ("lpv11_shamma_athans", "lpv12_gas_turbine")
+}
+"""Loops with published gains at bounded rates; the first has none for a parameter that moves however fast."""
+
+RATES = [
+    (name, rate, gamma)
+    for name, case in CASES.items()
+    for rate, gamma in zip(case["expected"]["rate"], case["expected"]["gamma"], strict=True)
+]
 
 PLANT = {"A": [[-2.0, -3.0], [1.0, 1.0]], "B1": [[1.0], [0.0]], "C1": [[1.0, 0.0]], "D11": [[0.0]]}
 
@@ -64,6 +80,121 @@ def test_a_bounded_rate_lies_between(run_squid: Run, tmp_path: Path) -> None:
         assert found["proved_at_rate"] <= found["proved"], found
         bounds.append(found["proved_at_rate"])
     assert 2.4546307 < bounds[0] < bounds[1] < 4.49
+
+
+def problem_of(name: str, rate: float) -> dict:
+    """Return the problem of a case at a rate."""
+    return {"data": copy.deepcopy(CASES[name]["data"]) | {"rate": rate}}
+
+
+def at_rate(run_squid: Run, folder: Path, problem: dict) -> float:
+    """Return the bound that is proved at the rate of a problem."""
+    done = run_squid("lpv", "gain", written(folder, problem), "--json")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout)["proved_at_rate"]
+
+
+@pytest.mark.parametrize(("name", "rate", "gamma"), RATES)
+def test_published_gains_at_a_rate(
+    run_squid: Run, tmp_path: Path, name: str, rate: float, gamma: float
+) -> None:
+    """The proved bound is at most 2 % above the published one, also where none exists for any rate."""
+    path = written(tmp_path, problem_of(name, rate))
+    done = run_squid("lpv", "gain", path, "--out", tmp_path, "--json")
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = json.loads(done.stdout)
+    assert (found["status"], found["rate"]) == ("proved", rate)
+    assert found["constant_lower"] < found["proved_at_rate"]
+    assert found["proved_at_rate"] <= (1.0 + CASES[name]["expected"]["rtol"]) * gamma
+    exists = name == "lpv12_gas_turbine"
+    assert (found["proved"] is not None) == (found["gamma"] is not None) == exists
+    assert not exists or found["proved_at_rate"] <= found["proved"]
+    said = run_squid("lpv", "gain", path).stdout + "".join(found["reasons"])
+    assert not [word for word in ("control", "back-off", "values of theta") if word in said]
+    checked = run_squid("lpv", "check", path, tmp_path / "certificate.json", "--json")
+    assert checked.returncode == 0, checked.stderr
+    assert json.loads(checked.stdout)["gamma_at_rate"] == found["proved_at_rate"]
+    # A claim of the rate alone is none for a parameter that moves faster, or however fast.
+    for faster in ({"rate": 1.01 * rate}, {}):
+        problem = {"data": CASES[name]["data"] | faster}
+        checked = run_squid("lpv", "check", written(tmp_path, problem), tmp_path / "certificate.json")
+        assert (checked.returncode == 0) == (exists and not faster), checked.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "rates"),
+    [
+        ("lpv11_shamma_athans", [0.0, 0.001, 0.003, 0.01, 0.03, 0.05, 0.07, 0.1, 0.2, 0.4, 0.5]),
+        ("lpv12_gas_turbine", [0.0, 2.0, 20.0, 100.0, 200.0, 1e3, 1e4]),
+    ],
+)
+def test_a_faster_parameter_has_no_smaller_bound(
+    run_squid: Run, tmp_path: Path, name: str, rates: list[float]
+) -> None:
+    """What is proved at a rate is not above what is proved at a larger one, but for the accuracy of the search."""
+    bounds = [at_rate(run_squid, tmp_path, problem_of(name, rate)) for rate in rates]
+    assert all(slow <= (1.0 + 1e-3) * fast for slow, fast in zip(bounds, bounds[1:], strict=False)), bounds
+
+
+def rescaled(problem: dict, change: Callable[[dict[str, np.ndarray]], float]) -> dict:
+    """Return a problem with its matrices changed in place, and its rate multiplied by what the change returns."""
+    data = problem["data"]
+    matrices = {key: np.array(rows, dtype=float) for key, rows in data["P"].items()}
+    rate = data["rate"] * change(matrices)
+    return {"data": data | {"P": {key: m.tolist() for key, m in matrices.items()}, "rate": rate}}
+
+
+def in_unit_of_time(p: dict[str, np.ndarray]) -> float:
+    """Let time run a thousand times as fast."""
+    for key in ("A", "Bt", "B1"):
+        p[key] *= 1e3
+    return 1e3
+
+
+def in_coordinates(p: dict[str, np.ndarray]) -> float:
+    """Write the states in coordinates of the condition 1e3."""
+    n = len(p["A"])
+    turns = [np.linalg.qr(np.random.default_rng(seed).normal(size=(n, n)))[0] for seed in (1, 2)]
+    t = turns[0] @ np.diag(np.logspace(-1.5, 1.5, n)) @ turns[1]
+    inverse = np.linalg.inv(t)
+    p["A"] = inverse @ p["A"] @ t
+    p |= {key: inverse @ p[key] for key in ("Bt", "B1")} | {key: p[key] @ t for key in ("Ct", "C1")}
+    return 1.0
+
+
+def in_units_of_w_and_z(p: dict[str, np.ndarray]) -> float:
+    """Measure w in units a thousand times as large and z in units as much larger: the gain stays."""
+    for key, factor in {"B1": 1e3, "Dt1": 1e3, "C1": 1e-3, "D1t": 1e-3}.items():
+        p[key] *= factor
+    return 1.0
+
+
+@pytest.mark.parametrize("change", [in_unit_of_time, in_coordinates, in_units_of_w_and_z])
+@pytest.mark.parametrize(("name", "rate", "gamma"), RATES)
+def test_units_and_coordinates_do_not_matter(
+    run_squid: Run,
+    tmp_path: Path,
+    name: str,
+    rate: float,
+    gamma: float,
+    change: Callable[[dict[str, np.ndarray]], float],
+) -> None:
+    """The proved bound is the same to 1e-3 in other units and coordinates."""
+    problem = problem_of(name, rate)
+    given = at_rate(run_squid, tmp_path, problem)
+    assert given < 1.02 * gamma
+    assert at_rate(run_squid, tmp_path, rescaled(problem, change)) == pytest.approx(given, rel=1e-3)
+
+
+def test_no_bound_at_a_rate_that_is_too_fast(run_squid: Run, tmp_path: Path) -> None:
+    """Where no Lyapunov matrix is found at any rate or at the given one, nothing is claimed."""
+    path = written(tmp_path, problem_of("lpv11_shamma_athans", 50.0))
+    done = run_squid("lpv", "gain", path, "--out", tmp_path, "--json")
+    found = json.loads(done.stdout)
+    assert (done.returncode, found["status"]) == (3, "not_found")
+    assert found["proved"] is None and "proved_at_rate" not in found
+    assert any("at the rate" in reason for reason in found["reasons"])
+    assert not (tmp_path / "certificate.json").exists()
 
 
 @pytest.mark.parametrize(

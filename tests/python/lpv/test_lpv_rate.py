@@ -63,6 +63,35 @@ def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, pl
     )
 
 
+def test_a_bound_at_the_rate_alone_is_feasible(run_squid: Run, tmp_path: Path) -> None:
+    """An oscillator with no bound for a parameter that moves however fast, and a control that only costs."""
+    case = json.loads((CASES / "lpv11_shamma_athans.json").read_text(encoding="utf-8"))
+    rate, gamma = case["expected"]["rate"][2], case["expected"]["gamma"][2]
+    p = case["data"]["P"] | {
+        "B1": [[0, 0], [1, 0]],
+        "B2": [[0], [0]],
+        "C1": [[1, 0], [0, 0]],
+        "C2": [[0, 0]],
+        "Dt1": [[0, 0]],
+        "Dt2": [[0]],
+        "D1t": [[0], [0]],
+        "D2t": [[0]],
+        "D11": [[0, 0], [0, 0]],
+        "D12": [[0], [1]],
+        "D21": [[0, 1]],
+    }
+    problem = {"data": {"P": p, "blocks": [1], "rate": rate, "limits": [1.0]}}
+    code, report, _ = synth(run_squid, tmp_path / "p.json", problem, "--out", str(tmp_path))
+    assert (code, report["status"], report["certified_gamma"]) == (0, "feasible", None)
+    assert gamma < report["certified_gamma_at_rate"] < (1 + QUADRATIC + TIGHTENED) * gamma
+    remarks = " ".join(report["remarks"])
+    assert "moves faster" in remarks and "with commands at their limits" in remarks
+    certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
+    assert not {"gamma", "X", "S", "T", "energy"} & certificate.keys()
+    done = run_squid("verify", tmp_path / "certificate.json")
+    assert done.returncode == 0 and "Nothing is proved of a parameter that moves faster." in done.stdout
+
+
 def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> None:
     """The gain is smaller than that for any trajectory of the parameter; words and check say for which rate."""
     done = run_squid("lpv", "synth", GOLDEN, "--json")

@@ -57,7 +57,7 @@ def _matrices(parts: dict, square: dict[str, str], *others: str) -> dict[str, np
     """Return matrices that may have no rows: `square` names those with as many columns as one of them has rows."""
     columns = {key: len(parts[rows]) for rows, keys in square.items() for key in keys.split()}
     for keys in others:
-        width = max(len(parts[key][0]) for key in keys.split() if parts.get(key))
+        width = max((len(parts[key][0]) for key in keys.split() if parts.get(key)), default=0)
         columns |= dict.fromkeys(keys.split(), width)
     return {key: exact(rows, columns[key]) for key, rows in parts.items()}
 

@@ -92,11 +92,13 @@ pub enum LpvVerb {
     /// the sample time of a loop in discrete time.
     ///
     /// The bound for every trajectory of the parameters, by a constant Lyapunov matrix with symmetric and skew
-    /// scalings, is proved in exact arithmetic; so is that at the rate. That for constant parameters is the worst-case
-    /// gain over all frequencies, from both sides: see `mu`.
+    /// scalings, is proved in exact arithmetic; so is that at the rate, by one that is a polynomial in theta. There may
+    /// be one at the rate alone. That for constant parameters is the worst-case gain over all frequencies, from both
+    /// sides: see `mu`.
     ///
-    /// --json prints `gamma`, `gamma_symmetric`, `proved`, `rate`, `proved_at_rate`, `constant_upper`,
-    /// `constant_lower`, `constant_theta` (the worst parameters found), `reasons`, `seconds`.
+    /// --json prints `gamma` and `gamma_symmetric` (the least bounds for parameters that move however fast, as computed),
+    /// `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the
+    /// worst parameters found), `reasons`, `seconds`.
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
     /// 1, error: a file is wrong; 64: the command line is wrong.
@@ -197,6 +199,7 @@ fn check(problem: &Path, certificate: &Path) -> Result<ExitCode, Error> {
     let theorem = proved(&Source::read(problem)?, &Source::read(certificate)?)?;
     say(&format!("PROVED: {theorem}"));
     let mut found = json!({ "status": "proved", "gamma": theorem.gamma, "reason": null });
+    theorem.gamma_at_rate().iter().for_each(|gamma| found["gamma_at_rate"] = json!(gamma));
     theorem.gamma_with_model_error.iter().for_each(|gamma| found["gamma_with_model_error"] = json!(gamma));
     answer(&found)?;
     Ok(ExitCode::SUCCESS)

@@ -47,7 +47,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize))
     progress.done("verdict", &tuned.finished.verdict.to_string());
     progress.done("front", &front(&tuned));
     let proved = match &tuned.finished.proof {
-        Ok(proof) => format!("PROVED: gain below {}", squid_design::numbers::above(proof.theorem.gamma)),
+        Ok(proof) => format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
         Err(reason) => format!("NOT PROVED: {reason}"),
     };
     let best = match tuned.finished.verdict.missed().next().is_none() {

@@ -63,6 +63,7 @@ pub fn run(
         "status": "proved",
         "theorem": theorem.to_string(),
         "gamma": theorem.gamma,
+        "gamma_at_rate": theorem.gamma_at_rate(),
         "gamma_with_model_error": theorem.gamma_with_model_error,
         "pitch_step_deg": step("pitch"),
         "depth_step_m": step("depth"),

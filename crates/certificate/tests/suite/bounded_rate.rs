@@ -2,6 +2,7 @@
 
 use crate::common::{golden_text, prove, scheduled};
 use crate::independent::Loop;
+use crate::rate_alone::ALONE;
 use certificate::{Certificate, Slow};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -11,7 +12,7 @@ use std::cell::Cell;
 
 /// `x' = (-3 + 1.5 theta) x + w` of [`scheduled`], X = 1, one interval. With `N = [-1 -m/2 0 0; -1/2 0 -m/2 0]`,
 /// columns x, wt, wk, w, the form at theta is, after Schur complements, `-6 + 3 theta + 2/gamma + theta^2 m/2`.
-fn one_interval(gamma: f64, m: f64) -> Value {
+pub fn one_interval(gamma: f64, m: f64) -> Value {
     let mut c = scheduled(0.75);
     let n = json!([[[-1.0, -m / 2.0, 0.0, 0.0], [-0.5, 0.0, -m / 2.0, 0.0]]]);
     c["bounded_rate"] = json!({
@@ -43,7 +44,7 @@ fn a_constant_lyapunov_matrix_by_hand() {
 ///
 /// The channels are those of w and of x1, `xi = (x1, x2, wt1, wt2, w)`; on an interval with the middle m the N that
 /// removes what `v = wt - m zt` has to do with the rest, and leaves `-weight v'v` of it, is made here of V.
-fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value {
+pub fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value {
     let (a, b) = (1.0 / gamma, gamma);
     let breakpoints: Vec<f64> = (0..=intervals).map(|i| 2.0 * i as f64 / intervals as f64 - 1.0).collect();
     let multiplier = |m: f64| {
@@ -220,23 +221,33 @@ fn the_golden_certificate_is_proved_and_holds_in_floating_point() {
     let golden = Certificate::from_json(&golden_text(GOLDEN)).unwrap();
     let theorem = golden.prove().unwrap();
     let slow = theorem.bounded_rate.unwrap();
-    assert!(slow.gamma < theorem.gamma && slow.gamma_with_model_error.unwrap() > slow.gamma);
+    assert!(slow.gamma < theorem.gamma.unwrap() && slow.gamma_with_model_error.unwrap() > slow.gamma);
     assert!(largest_eigenvalue(&golden) < 0.0);
     assert_eq!(Certificate::from_json(&golden.to_json().unwrap()).unwrap(), golden);
 }
 
-/// One number of the section, or of the controller, is changed: whatever still proves must hold in floating point.
+#[test]
+fn the_golden_certificate_of_the_rate_alone_holds_in_floating_point() {
+    assert!(largest_eigenvalue(&Certificate::from_json(&golden_text(ALONE)).unwrap()) < 0.0);
+}
+
 #[test]
 fn tampering_is_refused_or_harmless() {
-    let file: Value = serde_json::from_str(&golden_text(GOLDEN)).unwrap();
+    survives(GOLDEN, "controller", 60);
+    survives(ALONE, "plant", 600);
+}
+
+/// One number of the section, or of another part, is changed: whatever still proves must hold in floating point.
+fn survives(name: &str, part: &str, cases: u32) {
+    let file: Value = serde_json::from_str(&golden_text(name)).unwrap();
     let mut places = vec![];
     for key in ["rate", "gamma", "X", "N", "breakpoints"] {
         leaves(&file["bounded_rate"][key], &format!("/bounded_rate/{key}"), &mut places);
     }
-    leaves(&file["controller"], "/controller", &mut places);
+    leaves(&file[part], &format!("/{part}"), &mut places);
     let change = prop_oneof![Just(-1.0), Just(0.0), Just(10.0), Just(0.1), Just(1.01), Just(1.0 + 1e-9)];
     let (accepted, refused) = (Cell::new(0), Cell::new(0));
-    let mut runner = TestRunner::new(Config { cases: 60, failure_persistence: None, ..Config::default() });
+    let mut runner = TestRunner::new(Config { cases, failure_persistence: None, ..Config::default() });
     let outcome = runner.run(&(prop::sample::select(places), change), |(pointer, factor)| {
         let mut lie = file.clone();
         let old = lie.pointer(&pointer).unwrap().as_f64().unwrap();

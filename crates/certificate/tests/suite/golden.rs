@@ -58,7 +58,7 @@ fn the_same_loops_with_a_direct_path_prove() {
 fn a_smaller_gamma_is_refused() {
     for name in GOLDEN {
         let mut c = golden(name);
-        c.gamma *= 0.5;
+        c.any_rate.as_mut().unwrap().gamma *= 0.5;
         let failure = c.prove().unwrap_err();
         println!("{name}: {failure}");
         assert!(matches!(failure, Failure::NotDefinite { pivot, .. } if pivot >= 0.0), "{failure}");
@@ -72,7 +72,8 @@ fn one_ulp_off_the_structure_is_always_refused() {
         let c = golden(name);
         let mut tried = 0;
         for which in 0..6 {
-            let size = if which % 3 == 0 { c.x.len() } else { c.s.len() };
+            let any_rate = c.any_rate.as_ref().unwrap();
+            let size = if which % 3 == 0 { any_rate.x.len() } else { any_rate.s.len() };
             for (i, j) in (0..size * size).map(|k| (k / size, k % size)) {
                 let mut lie = c.clone();
                 let Some(entry) = entry(&mut lie, which, i, j) else { continue };
@@ -90,9 +91,9 @@ fn one_ulp_off_the_structure_is_always_refused() {
 
 fn entry(c: &mut Certificate, which: usize, i: usize, j: usize) -> Option<&mut f64> {
     let rows = match which {
-        0 => &mut c.x,
-        1 => &mut c.s,
-        2 => &mut c.t,
+        0 => &mut c.any_rate.as_mut()?.x,
+        1 => &mut c.any_rate.as_mut()?.s,
+        2 => &mut c.any_rate.as_mut()?.t,
         3 => &mut c.residual.as_mut()?.x,
         4 => &mut c.residual.as_mut()?.s,
         _ => &mut c.residual.as_mut()?.t,

@@ -16,7 +16,8 @@ pub struct Claimed<'a> {
 }
 
 pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
-    let nominal = Claimed { gamma: c.gamma, x: &c.x, s: &c.s, t: &c.t, delta: None };
+    let nominal =
+        c.any_rate.as_ref().map(|a| Claimed { gamma: a.gamma, x: &a.x, s: &a.s, t: &a.t, delta: None });
     let robust = c.residual.as_ref().map(|r| Claimed {
         gamma: r.gamma,
         x: &r.x,
@@ -24,7 +25,7 @@ pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
         t: &r.t,
         delta: Some((r.lambda, [&r.e, &r.f, &r.fw, &r.fu])),
     });
-    std::iter::once(nominal).chain(robust).collect()
+    nominal.into_iter().chain(robust).collect()
 }
 
 fn mat(rows: &Rows, cols: usize) -> Mat {

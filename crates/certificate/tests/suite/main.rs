@@ -10,5 +10,6 @@ mod energy;
 mod golden;
 mod independent;
 mod limits;
+mod rate_alone;
 mod reading;
 mod tampering;

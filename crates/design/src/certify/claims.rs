@@ -11,6 +11,11 @@ pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {
     std::iter::once(gain(theorem, design.scheduling.half_range)).chain(limits(design, theorem)).collect()
 }
 
+/// The bound of the gain for every trajectory of speed, rounded up.
+pub fn bound(theorem: &Theorem) -> String {
+    theorem.gamma.map_or_else(|| "an unknown number".into(), above)
+}
+
 /// The claim about the gain; `half_range` is that of the scheduled speeds \[m/s\].
 pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
@@ -30,7 +35,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
             above(slow.gamma)
         )
     });
-    format!("gain below {} for every trajectory of speed in the range{covered}{slow}", above(theorem.gamma))
+    format!("gain below {} for every trajectory of speed in the range{covered}{slow}", bound(theorem))
 }
 
 /// The claim about commands at their limits, if there is one.

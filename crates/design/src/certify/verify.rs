@@ -56,7 +56,7 @@ pub fn of_inputs(
 /// [`ProofError::Mismatch`] with the first part that differs; [`ProofError::NoResidual`].
 pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
     same_controller(&design.lft, certificate)?;
-    if design.gamma.bound.to_bits() != certificate.gamma.to_bits() {
+    if certificate.gamma().map(f64::to_bits) != Some(design.gamma.bound.to_bits()) {
         return Err(ProofError::Mismatch { what: "gamma".into() });
     }
     if design.gamma.certified && certificate.residual.is_none() {

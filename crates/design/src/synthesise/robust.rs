@@ -102,17 +102,17 @@ pub fn robust(
     let found = search(inputs, model, plant, nominal, progress)?;
     let Searched { truncated, uncertain, known, outcome, .. } = &found;
     let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
-    let (size, certificate) = proved(uncertain, outcome)?;
+    let (size, proved_gamma, certificate) = proved(uncertain, outcome)?;
     let figures = RobustFigures {
         gamma: found.allowed,
-        proved: certificate.gamma,
+        proved: proved_gamma,
         nominal_bears: outcome.given_largest.size,
         robust_bears: size,
         ladder: ladder(
             uncertain,
             [(&nominal.controller, known), (&outcome.controller, &without)],
             outcome,
-            (size, certificate.gamma),
+            (size, proved_gamma),
         ),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(inputs, [&nominal.controller, &outcome.controller])?,
@@ -225,16 +225,16 @@ fn ladder(
     ]
 }
 
-/// The certificate at the tolerated size, proved, or at one a little smaller where rounding hides that it holds.
-fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, Certificate), Error> {
+/// The tolerated size, the gain there and its certificate, proved, or at one a little smaller where rounding hides that it holds.
+fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, f64, Certificate), Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
-    let at = |part: &f64| -> Result<(f64, Certificate), Error> {
+    let at = |part: &f64| -> Result<(f64, f64, Certificate), Error> {
         let size = part * found.largest.size;
         let clear = closed.cleared(&closed.resized(&found.largest, size));
         let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?;
         let certificate = certificate_of(&uncertain.sized(size), &found.controller, &clear.bound);
         certificate.prove()?;
-        Ok((size, certificate))
+        Ok((size, clear.bound.gamma, certificate))
     };
     let (whole, smaller) = (at(&1.0), SMALLER_SIZES.iter());
     whole.or_else(|failed| smaller.map(at).find_map(Result::ok).ok_or(failed))

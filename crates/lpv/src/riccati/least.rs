@@ -3,6 +3,7 @@
 use crate::matrix::{eigenvalues, kernel, largest_singular_value};
 use crate::riccati::equations::WidePlant;
 use crate::riccati::wide::{Quad, Wide, above, beside, inverse, scalar};
+use crate::system::parameter_grid::coarse_grid;
 use crate::system::plant::GeneralisedPlant;
 
 /// The least gain, between two numbers.
@@ -39,9 +40,12 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     Some(Bracket { upper: found.upper, lower: lower.unwrap_or(0.0).max(direct) })
 }
 
-/// Whether it is shown that no controller of a plant without parameters has a gain below this.
+/// Whether it is shown, in floating point, that no controller has a gain below this, even for one constant value of the
+/// parameters, of few that are tried.
 pub(crate) fn is_none_below(plant: &GeneralisedPlant, gain: f64) -> bool {
-    HalfPlane::of(plant).is_none_below(gain)
+    let at =
+        |theta: &Vec<f64>| plant.frozen(theta).is_ok_and(|frozen| HalfPlane::of(&frozen).is_none_below(gain));
+    coarse_grid(plant.blocks.len()).iter().any(at)
 }
 
 /// A plant and the speeds, rad/s, to which shifts of the boundary of its half plane are small.

@@ -33,7 +33,12 @@ pub(crate) fn synthesise(
             let found = design(plant, least, free);
             let dominant =
                 found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
-            Some(Err(SynthesisError::AboveLimit { optimum: least.upper, limit, dominant }))
+            Some(Err(SynthesisError::AboveLimit {
+                optimum: least.upper,
+                lower: least.lower,
+                limit,
+                dominant,
+            }))
         }
         Some(limit) if least.upper > limit => {
             Some(Err(SynthesisError::undecided(least.upper, least.lower, limit)))

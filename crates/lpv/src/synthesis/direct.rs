@@ -3,6 +3,7 @@
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
+use crate::riccati::least::is_none_below;
 use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::design::{Design, Options};
@@ -146,12 +147,12 @@ fn above_limit(
     limit: f64,
     options: Options,
 ) -> SynthesisError {
-    if optimum.lower <= limit {
+    if optimum.lower <= limit && !is_none_below(plant, limit) {
         return SynthesisError::undecided(optimum.gamma, optimum.lower, limit);
     }
     let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
         let theta = vec![0.0; plant.blocks.len()];
         plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
     });
-    SynthesisError::AboveLimit { optimum: optimum.gamma, limit, dominant }
+    SynthesisError::AboveLimit { optimum: optimum.gamma, lower: optimum.lower, limit, dominant }
 }

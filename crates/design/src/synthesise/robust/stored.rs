@@ -70,7 +70,7 @@ impl StoredRobust {
     /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.
     pub fn confirm(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
         verify::same_controller(controller, &self.certificate)?;
-        if self.certificate.gamma.to_bits() != self.figures.proved.to_bits() {
+        if self.certificate.gamma().map(f64::to_bits) != Some(self.figures.proved.to_bits()) {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
         let whole = over_range(inputs, model, Fidelity::COARSE)?;
@@ -112,7 +112,7 @@ mod tests {
             let stored = StoredRobust { figures, certificate: certificate.clone() };
             stored.confirm(&inputs, &model, &controller)
         };
-        let (gamma, size) = (certificate.gamma, found.size);
+        let (gamma, size) = (found.bound.gamma, found.size);
         confirmed(gamma, size).unwrap();
         let refused = |proved, size| confirmed(proved, size).unwrap_err();
         assert!(matches!(refused(gamma, 5.0), Error::Proof(ProofError::WrongPlant { .. })));
