@@ -25,6 +25,7 @@ pub use least_gamma::least_gamma;
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
 use crate::riccati::least::is_none_below;
+use crate::synthesis::balance::middle_speed;
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
 use crate::synthesis::least_gamma::least_gamma_within;
@@ -54,9 +55,13 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         let alone = by_riccati::gain_alone(plant, options);
         return alone.map_or_else(|| by_inequalities(plant, options), Ok);
     }
+    let quick = Options { quick: true, ..options };
     match by_riccati::synthesise(plant, options) {
-        Some(Ok(found)) => Ok(better_of(plant, found, options)),
-        Some(Err(reason)) => Err(reason),
+        Some((_, Ok(found))) => Ok(better_of(plant, found, options)),
+        Some((least, Err(reason @ SynthesisError::Numerical { .. }))) => by_inequalities(plant, quick)
+            .map(|found| Design { lower: least.lower, ..found })
+            .map_err(|_| reason),
+        Some((_, Err(reason))) => Err(reason),
         None => by_inequalities(plant, options),
     }
 }
@@ -64,13 +69,14 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 /// A design by Riccati equations, or one by inequalities where that is better: where the first is not within the
 /// back-off.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
-    let multipliers =
-        |plant| least_gamma_within(plant, options).map_or_else(|_| vec![], |(_, least)| least.multipliers);
+    let quick = Options { quick: true, ..options };
     if found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
+        let speed = middle_speed(&plant.close(&found.controller).a());
         let few = plant.sizes().x <= MOST_STATES_FOR_MULTIPLIERS;
-        return Design { multipliers: if few { multipliers(plant) } else { vec![] }, ..found };
+        let least = few.then(|| least_gamma::sought(plant, quick, Some(speed)).ok()).flatten();
+        return Design { multipliers: least.map_or_else(Vec::new, |(_, least)| least.multipliers), ..found };
     }
-    let Ok(other) = by_inequalities(plant, options) else { return found };
+    let Ok(other) = by_inequalities(plant, quick) else { return found };
     let (gamma_optimum, lower) = (found.gamma_optimum.min(other.gamma_optimum), found.lower.max(other.lower));
     let multipliers = other.multipliers.clone();
     let better = if other.certified.gamma < found.certified.gamma { other } else { found };

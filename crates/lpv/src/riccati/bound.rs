@@ -7,11 +7,10 @@
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues};
-use crate::riccati::equations::stabilising;
+use crate::riccati::equations::{WideController, stabilising};
 use crate::riccati::wide::{
     Quad, Wide, above, cholesky, four, inverse, is_stable, narrow, scalar, symmetric, wide,
 };
-use crate::system::controller::Controller;
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
 
@@ -26,17 +25,17 @@ pub(crate) struct WideLoop {
 }
 
 impl WideLoop {
-    /// The loop of a plant and a controller as they are in f64; `None` where it is not stable.
-    pub(crate) fn new(plant: &GeneralisedPlant, k: &Controller) -> Option<Self> {
+    /// The loop of a plant and a controller; `None` where it is not stable.
+    pub(crate) fn new(plant: &GeneralisedPlant, k: &WideController) -> Option<Self> {
         let [a, b1, b2, c1, c2] =
             [plant.a(), plant.b1(), plant.b2(), plant.c1(), plant.c2()].map(|m| wide(&m));
         let [d11, d12, d21] = [plant.d11(), plant.d12(), plant.d21()].map(|m| wide(&m));
-        let [ak, bk, ck, dk] = [k.a(), k.by(), k.cu(), k.duy()].map(|m| wide(&m));
+        let WideController { a: ak, b: bk, c: ck, d: dk } = k;
         let (n, nk) = (a.nrows(), ak.nrows());
-        let through = &b2 * &dk;
-        let a = four(&(a + &through * &c2), &(&b2 * &ck), &(&bk * &c2), &ak);
+        let through = &b2 * dk;
+        let a = four(&(a + &through * &c2), &(&b2 * ck), &(bk * &c2), ak);
         let slowest = eigenvalues(&narrow(&a)).iter().map(|v| v.re.abs()).fold(f64::INFINITY, f64::min);
-        let direct = &d12 * &dk;
+        let direct = &d12 * dk;
         let looped = Self {
             b: above(&(b1 + &through * &d21), &(bk * &d21)),
             c: four(&(c1 + &direct * c2), &(d12 * ck), &Wide::zeros(0, n), &Wide::zeros(0, nk)),
@@ -128,10 +127,22 @@ impl WideLoop {
         Some(sizes.iter().map(|v| Quad::from_f64(v.max(floor))).collect())
     }
 
-    fn shown(&self, gain: f64, (shift, share): (f64, f64), reached: &[Quad]) -> Option<GainBound> {
+    /// The coordinates T of the states after the first n in which their part of X at a gain is the identity.
+    pub(crate) fn own_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
+        let x = self.lyapunov(gain, MARGINS[0], &self.reached()?)?;
+        let own = self.a.nrows() - n;
+        Some(cholesky(&x.view((n, n), (own, own)).into_owned())?.transpose())
+    }
+
+    /// X times the gain.
+    fn lyapunov(&self, gain: f64, (shift, share): (f64, f64), reached: &[Quad]) -> Option<Wide> {
         let weight = Quad::from_f64(2.0 * self.slowest * (share * gain).powi(2));
         let weights: Vec<Quad> = reached.iter().map(|p| weight / *p).collect();
-        let x = stabilising(&self.hamiltonian(gain, shift * self.slowest, &weights)?)?;
+        stabilising(&self.hamiltonian(gain, shift * self.slowest, &weights)?)
+    }
+
+    fn shown(&self, gain: f64, margin: (f64, f64), reached: &[Quad]) -> Option<GainBound> {
+        let x = self.lyapunov(gain, margin, reached)?;
         let v = narrow(&cholesky(&(x * Quad::from_f64(1.0 / gain)))?.transpose());
         let shown = self.shows(gain, &v);
         let x = symmetric(&(wide(&v.transpose()) * wide(&v)));
@@ -147,7 +158,8 @@ impl WideLoop {
         })
     }
 
-    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits.
+    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits and clearly
+    /// beyond their rounding.
     fn shows(&self, gain: f64, v: &Mat) -> bool {
         let v = wide(v);
         let x = v.transpose() * v;
@@ -156,11 +168,15 @@ impl WideLoop {
         let gamma = Quad::from_f64(gain);
         let inner = four(&scalar(w, gamma), &-self.d.transpose(), &-self.d.clone(), &scalar(z, gamma));
         let beside = four(&-(&x * &self.b), &-self.c.transpose(), &Wide::zeros(0, w), &Wide::zeros(0, z));
-        let whole = four(&inner, &beside.transpose(), &beside, &-(lyapunov.transpose() + lyapunov));
+        let mut whole = four(&inner, &beside.transpose(), &beside, &-(lyapunov.transpose() + lyapunov));
+        (0..whole.nrows()).for_each(|i| whole[(i, i)] *= Quad::ONE - Quad::from_f64(CLEAR));
         debug_assert_eq!(whole.nrows(), n + w + z);
         cholesky(&whole).is_some()
     }
 }
+
+/// By this part the diagonal of an inequality is weakened before it is judged.
+const CLEAR: f64 = 1e-22;
 
 /// How far above the norm a bound is sought, relative to the room above it.
 const RAISES: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.5, 1.0];

@@ -108,8 +108,8 @@ impl WidePlant {
         is_stable(&product).then(|| Solution { gain, x, y, f, l: l.transpose() })
     }
 
-    /// The central controller, rounded to f64; theorem 17.1 with `Q = 0`.
-    pub(crate) fn central(&self, solution: &Solution) -> Option<Controller> {
+    /// The central controller; theorem 17.1 with `Q = 0`.
+    pub(crate) fn central(&self, solution: &Solution) -> Option<WideController> {
         let Solution { gain, x, y, f, l } = solution;
         let (n, w, z) = (self.a.nrows(), self.b1.ncols(), self.c1.nrows());
         let (u, m) = (self.b2.ncols(), self.c2.nrows());
@@ -130,8 +130,34 @@ impl WidePlant {
         )?;
         let c = &f2 - &d * &seen;
         let a = &self.a + &self.b1 * f1 + &self.b2 * f2 - &b * seen;
-        let whole: Mat = narrow(&four(&a, &b, &c, &d));
-        whole.iter().all(|v| v.is_finite()).then(|| Controller::from_matrix(&whole, n, m, u, vec![]))
+        Some(WideController { a, b, c, d })
+    }
+}
+
+/// A controller without parameters, from y to u.
+pub(crate) struct WideController {
+    pub(crate) a: Wide,
+    pub(crate) b: Wide,
+    pub(crate) c: Wide,
+    pub(crate) d: Wide,
+}
+
+impl WideController {
+    pub(crate) fn new(k: &Controller) -> Self {
+        Self { a: wide(&k.a()), b: wide(&k.by()), c: wide(&k.cu()), d: wide(&k.duy()) }
+    }
+
+    /// The controller with its numbers rounded to f64.
+    pub(crate) fn rounded(&self) -> Option<Controller> {
+        let whole = narrow(&four(&self.a, &self.b, &self.c, &self.d));
+        let (n, y, u) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
+        whole.iter().all(|v| v.is_finite()).then(|| Controller::from_matrix(&whole, n, y, u, vec![]))
+    }
+
+    /// The controller with the states `x~ = T x`.
+    pub(crate) fn in_coordinates(&self, t: &Wide) -> Option<Self> {
+        let (inverse, _) = inverse(t)?;
+        Some(Self { a: t * &self.a * &inverse, b: t * &self.b, c: &self.c * inverse, d: self.d.clone() })
     }
 }
 

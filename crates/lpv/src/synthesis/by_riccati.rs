@@ -9,7 +9,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
 use crate::matrix::Mat;
 use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
-use crate::riccati::equations::WidePlant;
+use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
 use crate::riccati::wide::{Quad, Wide, beside};
 use crate::synthesis::design::{Design, Options};
@@ -18,33 +18,35 @@ use crate::system::controller::Controller;
 use crate::system::parameter_grid::parameter_grid;
 use crate::system::plant::GeneralisedPlant;
 
-/// The design for a plant without parameters; `None` where the equations give none.
+/// The design for a plant without parameters, as far as the equations lead.
 ///
 /// # Errors
-/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] where the limit lies within the bracket.
+/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] where the limit lies within the bracket of the least
+/// gain, or no controller near it can be computed. `None` where no bracket is found.
 pub(crate) fn synthesise(
     plant: &GeneralisedPlant,
     options: Options,
-) -> Option<Result<Design, SynthesisError>> {
+) -> Option<(Bracket, Result<Design, SynthesisError>)> {
     let least = least_gain(plant)?;
-    match options.gamma_limit {
+    let outcome = match options.gamma_limit {
         Some(limit) if least.lower > limit => {
             let free = Options { gamma_limit: None, ..options };
             let found = design(plant, least, free);
-            let dominant =
-                found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
-            Some(Err(SynthesisError::AboveLimit {
-                optimum: least.upper,
-                lower: least.lower,
-                limit,
-                dominant,
-            }))
+            let dominant = found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
+            Err(SynthesisError::AboveLimit { optimum: least.upper, lower: least.lower, limit, dominant })
         }
-        Some(limit) if least.upper > limit => {
-            Some(Err(SynthesisError::undecided(least.upper, least.lower, limit)))
-        }
-        _ => design(plant, least, options).map(Ok),
-    }
+        Some(limit) if least.upper > limit => Err(SynthesisError::undecided(least.upper, least.lower, limit)),
+        _ => design(plant, least, options).ok_or_else(|| {
+            let Bracket { upper, lower } = least;
+            let diagnosis = format!(
+                "the least gamma is about {upper:.4e}, by Riccati equations with 32 digits (none is below \
+                 {lower:.4e}), but no controller near it survives the rounding to 16 digits; use balanced coordinates \
+                 for the states, or leave out modes far slower or faster than the loop"
+            );
+            SynthesisError::numerical("controller by Riccati equations", diagnosis)
+        }),
+    };
+    Some((least, outcome))
 }
 
 /// A design within the back-off of the least gain, or the best that was found; `None` where none was.
@@ -83,7 +85,7 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
 pub(crate) fn gain_alone(plant: &GeneralisedPlant, options: Options) -> Option<Design> {
     let size = plant.sizes();
     let controller = Controller::from_matrix(&Mat::zeros(size.u, size.y), 0, size.y, size.u, vec![]);
-    let closed = WideLoop::new(plant, &controller)?;
+    let closed = WideLoop::new(plant, &WideController::new(&controller))?;
     let norm = closed.norm()?;
     let certified = closed.bound(norm, f64::INFINITY, options.back_off)?;
     Some(Design {
@@ -113,16 +115,28 @@ impl Changed {
         most: f64,
         options: Options,
     ) -> Option<(Controller, GainBound)> {
-        let controller = self.plant.central(&self.plant.solve(built_at)?)?;
         let limit = options.fastest_mode.unwrap_or(f64::INFINITY);
-        if controller.fastest_mode(&parameter_grid(0)) > limit {
+        let bounded = |k: &WideController| {
+            let rounded = k.rounded()?;
+            let closed = WideLoop::new(plant, &WideController::new(&rounded))?;
+            let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
+            let room = options.back_off.min(MOST_ROOM);
+            let certified =
+                closed.bound(norm, most, room).or_else(|| closed.bound(norm, f64::INFINITY, MOST_ROOM))?;
+            Some((rounded, certified))
+        };
+        let central = self.plant.central(&self.plant.solve(built_at)?)?;
+        if central.rounded()?.fastest_mode(&parameter_grid(0)) > limit {
             return None;
         }
-        let closed = WideLoop::new(plant, &controller)?;
-        let (norm, room) = (closed.norm()?, options.back_off.min(MOST_ROOM));
-        let certified =
-            closed.bound(norm, most, room).or_else(|| closed.bound(norm, f64::INFINITY, MOST_ROOM))?;
-        Some((controller, certified))
+        let near = |found: &(Controller, GainBound)| found.1.gamma <= most;
+        // Where rounding in the plant's coordinates spoils it, in those of the loop.
+        let own = || {
+            let closed = WideLoop::new(plant, &central)?;
+            bounded(&central.in_coordinates(&closed.own_coordinates(built_at, plant.sizes().x)?)?)
+        };
+        let found = bounded(&central);
+        if found.as_ref().is_some_and(near) { found } else { own().or(found) }
     }
 }
 
@@ -161,6 +175,10 @@ impl WidePlant {
 
 /// How far above the least gain a controller is built, relative to the back-off.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
+
+/// A loop whose norm is above the gain that its controller was built for by more than this factor has been spoilt by
+/// rounding.
+const MOST_LOST: f64 = 10.0;
 
 /// How far above the norm of a loop its bound may be, relative to it.
 const MOST_ROOM: f64 = 0.1;

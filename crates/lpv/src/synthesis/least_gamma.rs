@@ -70,7 +70,7 @@ pub(crate) fn least_gamma_within(
 fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
     let none = vec![0.0; plant.blocks.len()];
     let closed = plant.frozen(&none).ok().and_then(|nominal| {
-        let Ok(design) = by_riccati::synthesise(&nominal, Options::default())? else { return None };
+        let (_, Ok(design)) = by_riccati::synthesise(&nominal, Options::default())? else { return None };
         Some(nominal.close(&design.controller).a())
     });
     let fastest = |a: &Mat| eigenvalues(a).iter().map(|v| v.norm()).fold(0.0, f64::max);
@@ -85,7 +85,7 @@ const DOUBTFUL_SHARE: f64 = 0.01;
 const CLEARLY_LOWER: f64 = 1e-4;
 
 /// The least gamma with time in units of a speed, or of the plant's own.
-fn sought(
+pub(crate) fn sought(
     plant: &GeneralisedPlant,
     options: Options,
     speed: Option<f64>,
@@ -160,7 +160,7 @@ fn second_opinion(plant: &GeneralisedPlant, found: &LmiSolution) -> Option<Place
     if !plant.blocks.is_empty() {
         return None;
     }
-    let design = by_riccati::synthesise(plant, Options::default())?.ok()?;
+    let (_, Ok(design)) = by_riccati::synthesise(plant, Options::default())? else { return None };
     if design.gamma_optimum > (1.0 - DOUBTFUL_GAP / 3.0) * found.gamma {
         return None;
     }
