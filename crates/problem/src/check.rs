@@ -1,7 +1,7 @@
 //! `squid lpv check`: whether a certificate is of the plant in a problem file.
 
 use crate::error::Error;
-use crate::problem_file::{Problem, problem as read_problem};
+use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
 use certificate::Theorem;
 use squid_design::certify::verify::{first_unlike, parse};
@@ -13,10 +13,14 @@ use squid_design::error::ProofError;
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
 pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
-    let Problem { plant, d22, rate, discrete, limits } = read_problem(problem)?;
+    let certificate = parse(&certificate.text, &certificate.name)?;
+    let of = &certificate.plant;
+    // The file of a finished loop has no matrices of controls and measurements.
+    let is_finished = of.c2.is_empty() && of.d12.iter().all(Vec::is_empty);
+    let read = if is_finished { finished } else { read_problem };
+    let Problem { plant, d22, rate, discrete, limits } = read(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
-    let certificate = parse(&certificate.text, &certificate.name)?;
     if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
         return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
     }

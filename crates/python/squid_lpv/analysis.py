@@ -90,8 +90,8 @@ def lpvgain(
     """Return bounds on the L2 gain of a finished loop with parameters within [-1, 1].
 
     `proved` holds however fast they move, `proved_at_rate` where |theta'| of the only one stays within `rate` (at most
-    `proved`, and often there alone); both are proved in exact arithmetic. `constant_upper` and `constant_lower` are of constant ones, the latter at
-    `constant_theta`. What was not found is None, and `reasons` says why.
+    `proved`, and often there alone); both are proved in exact arithmetic. `constant_upper` and `constant_lower` are of
+    constant ones, the latter at `constant_theta`. What was not found is None, and `reasons` says why.
 
     Args:
         P: the matrices A, Bt, B1, Ct, C1, Dtt, Dt1, D1t, D11 by name.

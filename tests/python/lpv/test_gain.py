@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -133,7 +134,7 @@ def test_a_faster_parameter_has_no_smaller_bound(
 ) -> None:
     """What is proved at a rate is not above what is proved at a larger one, but for the accuracy of the search."""
     bounds = [at_rate(run_squid, tmp_path, problem_of(name, rate)) for rate in rates]
-    assert all(slow <= (1.0 + 1e-3) * fast for slow, fast in zip(bounds, bounds[1:], strict=False)), bounds
+    assert all(slow <= (1.0 + 1e-3) * fast for slow, fast in pairwise(bounds)), bounds
 
 
 def rescaled(problem: dict, change: Callable[[dict[str, np.ndarray]], float]) -> dict:

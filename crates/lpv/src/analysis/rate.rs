@@ -17,10 +17,10 @@
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 pub use crate::analysis::rate_program::RateOptions;
-use crate::analysis::rate_program::{Grid, RateAim, RateSolution, missed, without_signals};
+use crate::analysis::rate_program::{Grid, RateAim, RateSolution, Start, missed, without_signals};
 pub use crate::error::RateError;
 use crate::error::{ShapeError, SynthesisError};
-use crate::matrix::spectral_abscissa;
+use crate::matrix::{Mat, spectral_abscissa};
 use crate::system::state_space::StateSpace;
 
 /// The Lyapunov function found, and how clearly the inequality holds.
@@ -76,8 +76,30 @@ fn least_gain(
 ) -> Result<RateBound, RateError> {
     let system = Grid::new(checked(samples, rate)?, rate, options);
     let mut base = system.start()?;
-    let (gamma, proof) = refine(&system, options.stride, |points| system.least(points, &mut base))?;
+    let points = points(&system, options.stride);
+    let (gamma, proof) = refine(&system, points, |points| system.least(points, &mut base))?;
     Ok(RateBound { gamma, rate, proof })
+}
+
+/// The same gain raised by a part of it, with a Lyapunov function that shows it as clearly as can be: where the least
+/// gain is known, it may hold by next to nothing in directions that the gain does not reach.
+///
+/// # Errors
+/// As [`rate_bounded_gain`].
+pub(crate) fn cleared(
+    samples: &[(f64, StateSpace)],
+    options: RateOptions,
+    found: &RateBound,
+    raise: f64,
+) -> Result<RateBound, RateError> {
+    let system = Grid::new(samples, found.rate, options);
+    let values = samples.iter().map(|(theta, _)| found.proof.lyapunov.value(*theta));
+    let base = Start { x: values.sum::<Mat>() / samples.len() as f64, gamma: (1.0 + raise) * found.gamma };
+    let points = samples.iter().enumerate().filter(|(_, (theta, _))| found.proof.grid.contains(theta));
+    let points = points.map(|(i, _)| i).collect();
+    let (gamma, proof) =
+        refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Clear)?.0))?;
+    Ok(RateBound { gamma, rate: found.rate, proof })
 }
 
 /// Looks for a Lyapunov function that shows stability for `|theta'| <= rate`; inputs and outputs do not matter.
@@ -93,7 +115,8 @@ pub fn rate_bounded_stability(
         samples.iter().map(|(theta, s)| (*theta, without_signals(s))).collect();
     let system = Grid::new(checked(&free, rate)?, rate, options);
     let base = system.start()?;
-    Ok(refine(&system, options.stride, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
+    let points = points(&system, options.stride);
+    Ok(refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
 }
 
 /// The samples, when they are in order, of one shape and stable.
@@ -131,16 +154,21 @@ fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError
     Ok(())
 }
 
+/// Each so manieth sample, and the last one.
+fn points(system: &Grid<'_>, stride: usize) -> Vec<usize> {
+    let last = system.samples.len() - 1;
+    (0..last).step_by(stride.max(1)).chain([last]).collect()
+}
+
 /// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them; returns the
 /// gamma and what shows it.
 fn refine(
     system: &Grid<'_>,
-    stride: usize,
+    mut points: Vec<usize>,
     mut solve: impl FnMut(&[usize]) -> Result<RateSolution, RateError>,
 ) -> Result<(f64, RateProof), RateError> {
     let samples = system.samples;
     let last = samples.len() - 1;
-    let mut points: Vec<usize> = (0..last).step_by(stride.max(1)).chain([last]).collect();
     loop {
         let solution = solve(&points)?;
         let values: Vec<f64> = (0..=last).map(|i| system.eigenvalue(i, &solution)).collect();

@@ -34,6 +34,10 @@ impl Default for RateOptions {
     }
 }
 
+/// How far X(theta) may grow while the clearest one is sought, and how close to the clearest is close enough.
+const LARGEST_GROWTH: f64 = 10.0;
+const CLEARANCE_TOLERANCE: f64 = 0.3;
+
 /// What a search looks for.
 #[derive(Clone, Copy)]
 pub(crate) enum RateAim {
@@ -41,6 +45,9 @@ pub(crate) enum RateAim {
     Least,
     /// Any X(theta) with `A'X + XA +- nu dX/dtheta < -I`, B and C left out.
     Stability,
+    /// At the gamma of the start the X(theta) at which the inequality holds most clearly: by the largest t times the
+    /// identity, with X(theta) between that and a few times the identity, in the coordinates of the start.
+    Clear,
 }
 
 /// A gamma and the X(theta) that goes with it.
@@ -51,8 +58,8 @@ pub(crate) struct RateSolution {
 
 /// Where a search starts: X is the identity in its coordinates, and gamma 1 in its units.
 pub(crate) struct Start {
-    x: Mat,
-    gamma: f64,
+    pub(crate) x: Mat,
+    pub(crate) gamma: f64,
 }
 
 /// Samples of a system, stable and of one shape, and the family of Lyapunov functions.
@@ -126,7 +133,7 @@ impl<'a> Grid<'a> {
         // State is X^-1/2, so that X becomes the identity.
         let (inverse, state) = roots(&base.x);
         let unit = match aim {
-            RateAim::Least => base.gamma,
+            RateAim::Least | RateAim::Clear => base.gamma,
             RateAim::Stability => 1.0,
         };
         let mut systems: Vec<StateSpace> =
@@ -142,8 +149,12 @@ impl<'a> Grid<'a> {
             RateAim::Least => program.scalar(),
             _ => Affine::number(1.0),
         };
+        let clearance = matches!(aim, RateAim::Clear).then(|| program.scalar());
         for (&i, system) in points.iter().zip(&systems) {
             self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
+        }
+        if let Some(by) = &clearance {
+            self.clear(&mut program, points, &unknowns, by);
         }
         if matches!(aim, RateAim::Least) {
             program.minimise_trace(&level, 1.0);
@@ -158,11 +169,25 @@ impl<'a> Grid<'a> {
                 enough: self.options.accuracy,
                 ..SolverOptions::within(self.options.accuracy)
             },
+            RateAim::Clear => SolverOptions { floor: 1e-9, ..SolverOptions::within(CLEARANCE_TOLERANCE) },
             // Any point that holds will do.
             RateAim::Stability => SolverOptions::within(f64::INFINITY),
         };
         let solution = solver::solve(&program, STAGE, search)?;
         Ok((read(&solution.x), solution.gap))
+    }
+
+    /// Asks of the inequalities, and of X at some samples, that they hold by as much as can be.
+    fn clear(&self, program: &mut Program, points: &[usize], unknowns: &[Affine], by: &Affine) {
+        program.tighten(INEQUALITY_NAME, by);
+        let shape = self.polynomial(vec![]);
+        for &i in points {
+            let x = Affine::weighted(unknowns, |k| shape.power(self.samples[i].0, k));
+            let n = x.shape().0;
+            program.positive("floor", x.clone() - by.times_identity(n));
+            program.positive("upper bound", Affine::constant(Mat::identity(n, n) * LARGEST_GROWTH) - x);
+        }
+        program.minimise_trace(by, -1.0);
     }
 
     /// `X_0, ..., X_d`. At high rates all but the first can only be small; they are scaled to the size of the first.

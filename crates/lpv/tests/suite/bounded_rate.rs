@@ -2,7 +2,8 @@
 
 use crate::common;
 
-use lpv::bounded_rate::{Claim, SlowBound, SlowOptions, intervals, least_gamma, synthesise};
+use lpv::bounded_rate::{Claim, SlowBound, SlowOptions, finished, intervals, least_gamma, synthesise};
+use lpv::error::RateError;
 use lpv::matrix::{Mat, from_rows, symmetric_eigenvalues};
 use lpv::model_error::LoopError;
 use lpv::partition::{Group, PLANT, names};
@@ -86,6 +87,26 @@ fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let frozen = samples.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
     assert!(frozen < bound.gamma);
     assert_eq!(intervals(claim(0.99 * frozen)), None);
+}
+
+/// The oscillator of Shamma and Athans, for which no constant Lyapunov matrix exists: the bound is near the published
+/// ones and holds between all values, and not below the gain of a frozen loop; it rises with the rate.
+#[test]
+fn a_finished_loop_keeps_published_gains_at_every_rate() {
+    let case = common::case("lpv11_shamma_athans");
+    let list = |key: &str| -> Vec<f64> { serde_json::from_value(case["expected"][key].clone()).unwrap() };
+    let closed = oscillator(0.5);
+    let frozen = (0..=64).map(|i| closed.frozen(&[f64::from(i) / 32.0 - 1.0]).unwrap().hinf_norm().value);
+    let mut before = frozen.fold(0.0, f64::max);
+    for (rate, gamma) in list("rate").into_iter().zip(list("gamma")) {
+        let bound = finished(&closed, rate).unwrap();
+        println!("rate {rate}: {:.4}, order {}", bound.gamma, bound.lyapunov.len() - 1);
+        assert!(before < bound.gamma && bound.gamma < 1.02 * gamma, "{rate}: {}", bound.gamma);
+        assert_holds(&closed, &bound);
+        before = bound.gamma;
+    }
+    assert!(finished(&closed, 50.0).is_err());
+    assert!(matches!(finished(&oscillator(1.5), 0.01), Err(RateError::Unstable { .. })));
 }
 
 fn plant_of(certificate: &str) -> GeneralisedPlant {
