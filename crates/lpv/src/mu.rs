@@ -17,6 +17,7 @@
 mod annihilated;
 mod balance;
 mod centre;
+mod coordinates;
 pub mod interval;
 pub mod lower;
 pub mod margin;

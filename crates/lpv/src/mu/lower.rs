@@ -9,9 +9,14 @@
 
 use super::CMat;
 use super::annihilated::annihilated;
+use super::balance::Balance;
+use super::centre::ZERO_MU;
 use super::product::product;
 use super::structure::{Block, Structure, StructureError};
-use crate::matrix::{ComplexVector, complex_eigenvalues, complex_singular_values, largest_singular_vectors};
+use crate::matrix::{
+    ComplexVector, complex_eigenvalues, complex_singular_values, largest_complex_singular_value,
+    largest_singular_vectors,
+};
 use crate::stop;
 use nalgebra::Complex;
 
@@ -74,13 +79,18 @@ pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>
     Ok(best)
 }
 
-/// A perturbation that was evaluated and makes `I - M Delta` singular; `None` when it does not.
+/// A perturbation that was evaluated and makes `I - M Delta` singular; `None` when it does not, or is so large that
+/// rounding alone would make it so.
 pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBound> {
     let n = m.nrows();
     let values = complex_singular_values(&(CMat::identity(n, n) - m * &delta));
     let residual = values.last()? / values.first()?.max(1.0);
     let size = complex_singular_values(&delta).first().copied()?;
-    let sound = residual <= SINGULAR_RESIDUAL && structure.holds(&delta) && size > 0.0;
+    let own = Balance::new(std::slice::from_ref(m), structure).matrices;
+    // Of a larger perturbation nothing but the rounding of M would be seen.
+    let largest = own.iter().map(largest_complex_singular_value).fold(0.0, f64::max);
+    let is_seen = size > 0.0 && size * largest * ZERO_MU <= 1.0;
+    let sound = residual <= SINGULAR_RESIDUAL && structure.holds(&delta) && is_seen;
     sound.then(|| LowerBound { value: 1.0 / size, delta, frequency: None, residual })
 }
 

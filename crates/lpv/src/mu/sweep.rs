@@ -6,6 +6,8 @@
 //! because the bound is nearly the same over a wide range of frequencies, the level is raised faster and faster: a
 //! sweep ends after a limited number of steps, with a bound that is guaranteed, or says where it has none.
 
+use super::balance::Balance;
+use super::coordinates::{balanced, in_own_units};
 use super::interval::{Covered, Interval, good_interval, middle};
 use super::margin::real_lower_bound;
 use super::scaling::DgScalings;
@@ -101,10 +103,7 @@ pub fn bound_over_frequency(
     structure: &Structure,
     known: Option<&lower::LowerBound>,
 ) -> Result<FrequencyBound, SweepError> {
-    let re = spectral_abscissa(&system.a);
-    if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
-        return Err(SweepError::Unstable { re });
-    }
+    let system = &settled(system, structure)?;
     let mut sweep = Sweep::new(system, structure, known)?;
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_STEPS {
@@ -117,6 +116,19 @@ pub fn bound_over_frequency(
     }
     let (from, to) = sweep.covered.gap().unwrap_or((0.0, f64::INFINITY));
     Err(SweepError::Stuck { from, to })
+}
+
+/// A system in balanced coordinates.
+///
+/// # Errors
+/// [`SweepError::Unstable`]; [`SweepError::Structure`] when it does not fit.
+pub(super) fn settled(system: &StateSpace, structure: &Structure) -> Result<StateSpace, SweepError> {
+    structure.check(&system.d.map(Complex::from))?;
+    let re = spectral_abscissa(&in_own_units(system, structure).a);
+    if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
+        return Err(SweepError::Unstable { re });
+    }
+    Ok(balanced(system, structure))
 }
 
 impl Interval {
@@ -148,7 +160,6 @@ impl<'a> Sweep<'a> {
         known: Option<&lower::LowerBound>,
     ) -> Result<Self, SweepError> {
         let floor = known.map_or(0.0, |lower| lower.value);
-        structure.check(&system.d.map(|v| v.into()))?;
         Ok(Self {
             system,
             structure,
@@ -171,7 +182,8 @@ impl<'a> Sweep<'a> {
         let mut largest = 0.0f64;
         for &omega in &points {
             let Some(m) = response(self.system, omega) else { continue };
-            largest = largest.max(largest_complex_singular_value(&m));
+            let m = Balance::new(&[m], self.structure).matrices;
+            largest = m.iter().map(largest_complex_singular_value).fold(largest, f64::max);
         }
         // Real blocks may have a mu of zero almost everywhere.
         self.level = self.level.max(1e-6 * largest).max(LEAST_LEVEL);
@@ -278,6 +290,7 @@ pub struct FrequencyMu {
 /// # Errors
 /// [`SweepError`].
 pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
+    let system = &settled(system, structure)?;
     let first = real_lower_bound(system, structure);
     let upper = bound_over_frequency(system, structure, first.as_ref())?;
     let mut lower = first;

@@ -17,14 +17,12 @@ use super::CMat;
 use super::interval::{Covered, good_interval, middle};
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, response};
+use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, response, settled};
 use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::Wide;
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
-use crate::matrix::spectral_abscissa;
 use crate::stop;
 use crate::system::state_space::StateSpace;
-use nalgebra::Complex;
 use thiserror::Error;
 
 /// The worst-case gain from both sides.
@@ -87,10 +85,6 @@ impl Perturbable {
         if !(self.size > 0.0 && self.size.is_finite()) {
             return Err(WorstCaseError::Size { found: self.size });
         }
-        let re = spectral_abscissa(&self.system.a);
-        if !self.system.a.is_empty() && (re.is_nan() || re >= 0.0) {
-            return Err(SweepError::Unstable { re }.into());
-        }
         Ok(())
     }
 }
@@ -101,6 +95,8 @@ impl Perturbable {
 /// [`WorstCaseError`].
 pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseError> {
     loop_.check()?;
+    let structure = loop_.with_performance().map_err(SweepError::from)?;
+    let loop_ = &Perturbable { system: settled(&loop_.system, &structure)?, ..loop_.clone() };
     let worst = worst_perturbation(loop_);
     let mut sweep = GainSweep::new(loop_, worst.gain, worst.frequency)?;
     for omega in sweep.first_frequencies(worst.frequency) {
@@ -144,7 +140,6 @@ struct GainSweep<'a> {
 impl<'a> GainSweep<'a> {
     fn new(loop_: &'a Perturbable, known: f64, peak: f64) -> Result<Self, WorstCaseError> {
         let structure = loop_.with_performance().map_err(SweepError::from)?;
-        structure.check(&loop_.system.d.map(Complex::from)).map_err(SweepError::from)?;
         let gain = known.max(LEAST_LEVEL) * (1.0 + GAIN_RAISE);
         let system = loop_.scaled(gain);
         let (covered, wide) = (Covered::default(), Wide::new(&system));

@@ -32,6 +32,14 @@ pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> 
     (gain > 0.0 && x.iter().all(|v| v.is_finite())).then_some((x, gain))
 }
 
+/// The factors p and q of the gramians `p p'` of what the inputs reach and `q q'` of what the outputs show, directions
+/// that they do not reach filled up; `None` when a step fails.
+pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
+    let p = lyapunov(&s.a.transpose(), &(&s.b * s.b.transpose()))?;
+    let q = lyapunov(&s.a, &(s.c.transpose() * &s.c))?;
+    Some((filled(&p).cholesky()?.l(), filled(&q).cholesky()?.l()))
+}
+
 /// A gramian with the directions that it does not reach filled up; the identity for zero.
 fn filled(gramian: &Mat) -> Mat {
     let n = gramian.nrows();
