@@ -14,13 +14,14 @@
 //! - [`sweep`], [`interval`]: bounds for all frequencies;
 //! - [`worst_case`]: the largest gain at a given size of the perturbation.
 
-mod annihilated;
 mod balance;
 mod centre;
+mod components;
 mod coordinates;
 pub mod interval;
 pub mod lower;
 pub mod margin;
+mod peaks;
 mod perturbable;
 mod product;
 mod scaling;

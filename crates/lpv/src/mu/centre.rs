@@ -58,6 +58,18 @@ const STEP_TOLERANCE: f64 = 1e-9;
 /// By how much the weight of lambda grows from one centre to the next, where the last one explains how lambda moved.
 const WEIGHT_GROWTH: f64 = 5.0;
 
+/// The least lambda with `Phi(lambda) >= 0` for all of some matrices, and above it by what rounding may have done.
+///
+/// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
+/// well than its digits say.
+pub(super) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
+    let root = cholesky(s.dw.clone())?.unpack();
+    let n = root.nrows();
+    let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
+    let each = all.iter().map(|m| border(m, s, &root, &inverse));
+    each.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+}
+
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 /// `Phi(lambda) + u D_0` of each matrix and D's blocks, factorised.
@@ -133,17 +145,9 @@ impl Centre {
         best
     }
 
-    /// The least lambda with `Phi(lambda) >= 0` at a point, and above it by what rounding may have done.
-    ///
-    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
-    /// well than its digits say.
+    /// The least lambda at a point.
     fn border(&self) -> Option<f64> {
-        let s = self.family.values(&self.p);
-        let root = cholesky(s.dw.clone())?.unpack();
-        let n = root.nrows();
-        let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
-        let each = self.all.iter().map(|m| border(m, &s, &root, &inverse));
-        each.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+        least_lambda(&self.all, &self.family.values(&self.p))
     }
 
     /// `Phi(lambda) + shift D_0` of each matrix and D's blocks, factorised; `None` unless all are positive definite.

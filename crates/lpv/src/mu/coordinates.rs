@@ -9,7 +9,7 @@
 //! twice the digits: T. Ogita, S. M. Rump, S. Oishi, SIAM J. Scientific Computing 26(6), 2005.
 
 use super::structure::Structure;
-use crate::matrix::{Mat, block, diagonal, largest_singular_value, solve, svd};
+use crate::matrix::{Mat, block, diagonal, eigenvalues, largest_singular_value, solve, svd};
 use crate::system::lyapunov::gramian_factors;
 use crate::system::state_space::StateSpace;
 
@@ -18,10 +18,10 @@ const ROUNDS: usize = 50;
 
 /// How often the gramians are made equal, at most: those of a badly conditioned system are filled up, and known better
 /// in better coordinates.
-const PASSES: usize = 4;
+const PASSES: usize = 8;
 
 /// A change of coordinates with a condition number below this is none.
-const LEAST_CHANGE: f64 = 30.0;
+const LEAST_CHANGE: f64 = 2.0;
 
 /// Corrections of a quotient of matrices.
 const CORRECTIONS: usize = 2;
@@ -30,7 +30,10 @@ const CORRECTIONS: usize = 2;
 /// Inputs and outputs are those of the structure.
 pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateSpace {
     let n = system.a.nrows();
-    let mut m = block(&[&[&system.a, &system.b], &[&system.c, &system.d]]);
+    // Of one size as well: what A does in a unit of time in which the modes are about 1.
+    let root = middle_speed(&system.a).sqrt();
+    let mut m =
+        block(&[&[&(&system.a / (root * root)), &(&system.b / root)], &[&(&system.c / root), &system.d]]);
     let states = (0..n).map(|i| (i..i + 1, i..i + 1));
     let behind = |range: std::ops::Range<usize>| range.start + n..range.end + n;
     let blocks = structure.places().into_iter().map(|(_, w, z)| (behind(z), behind(w)));
@@ -50,11 +53,17 @@ pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateS
     let part = |rows: std::ops::Range<usize>, columns| m.view_range(rows, columns).into_owned();
     let (outputs, inputs) = (n..m.nrows(), n..m.ncols());
     StateSpace {
-        a: part(0..n, 0..n),
-        b: part(0..n, inputs.clone()),
-        c: part(outputs.clone(), 0..n),
+        a: part(0..n, 0..n) * (root * root),
+        b: part(0..n, inputs.clone()) * root,
+        c: part(outputs.clone(), 0..n) * root,
         d: part(outputs, inputs),
     }
+}
+
+/// The geometric mean of the modes, rad/s; 1 where there is none.
+fn middle_speed(a: &Mat) -> f64 {
+    let speeds: Vec<f64> = eigenvalues(a).iter().map(|p| p.norm().ln()).filter(|v| v.is_finite()).collect();
+    (speeds.iter().sum::<f64>() / speeds.len().max(1) as f64).exp()
 }
 
 /// The same stable system in coordinates in which its gramians are about equal and diagonal, and without the states that

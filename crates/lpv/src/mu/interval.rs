@@ -43,6 +43,15 @@ const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 
+/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
+pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
+    if omega.is_infinite() {
+        Some(system.d.map(|v| v.into()))
+    } else {
+        system.response(Complex::new(0.0, omega))
+    }
+}
+
 /// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`;
 /// `None` when they do not at `omega` itself.
 pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, omega: f64) -> Option<Interval> {

@@ -311,6 +311,26 @@ impl DgScalings {
         &half + half.adjoint()
     }
 
+    /// The scalings of some entries of z and of w.
+    pub(super) fn cut(&self, z: &[usize], w: &[usize]) -> Self {
+        let part = |m: &CMat, rows: &[usize], cols: &[usize]| m.select_rows(rows).select_columns(cols);
+        Self { dw: part(&self.dw, w, w), dz: part(&self.dz, z, z), g: part(&self.g, w, z) }
+    }
+
+    /// Sets the scalings of some entries of z and of w, times a weight.
+    pub(super) fn set(&mut self, z: &[usize], w: &[usize], own: &Self, weight: f64) {
+        let put = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
+            for (i, row) in rows.iter().enumerate() {
+                for (j, col) in cols.iter().enumerate() {
+                    to[(*row, *col)] = from[(i, j)] * weight;
+                }
+            }
+        };
+        put(&mut self.dw, w, w, &own.dw);
+        put(&mut self.dz, z, z, &own.dz);
+        put(&mut self.g, w, z, &own.g);
+    }
+
     /// The scalings in the coordinates `w = T_w w~`, `z = T_z z~` undone, for a matrix divided by `size`:
     /// those of `M` from those of `T_z M T_w^-1 / size`, T diagonal.
     pub(super) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {

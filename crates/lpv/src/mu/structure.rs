@@ -89,6 +89,11 @@ impl Structure {
         }
     }
 
+    /// Of blocks that are not empty.
+    pub(super) fn of(blocks: Vec<Block>) -> Self {
+        Self(blocks)
+    }
+
     /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full
     /// block of p rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
     ///

@@ -7,9 +7,12 @@
 //! sweep ends after a limited number of steps, with a bound that is guaranteed, or says where it has none.
 
 use super::balance::Balance;
+use super::components::of_system;
 use super::coordinates::{balanced, in_own_units};
+pub use super::interval::response;
 use super::interval::{Covered, Interval, good_interval, middle};
 use super::margin::real_lower_bound;
+use super::peaks::lower_at_peaks;
 use super::scaling::DgScalings;
 use super::structure::{Structure, StructureError};
 use super::upper::{UpperBound, UpperBoundOptions, upper_bound_with};
@@ -21,7 +24,7 @@ use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 
-/// DgScalings, and where they show the bound.
+/// Where scalings show the bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// The frequency at which they were found, rad/s.
@@ -30,18 +33,17 @@ pub struct Piece {
     pub value: f64,
     /// Where they show the bound of the sweep.
     pub interval: Interval,
-    /// D and G.
-    pub scalings: DgScalings,
 }
 
 /// A bound for all frequencies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrequencyBound {
     /// mu is below this at every frequency from 0 to infinity.
     pub upper: f64,
     /// The frequency with the largest bound of its own, rad/s.
     pub frequency: f64,
-    /// Pieces whose intervals cover the axis, ascending.
+    /// Pieces whose intervals cover the axis, ascending; of a system whose channels fall into components, those of
+    /// each.
     pub pieces: Vec<Piece>,
 }
 
@@ -84,15 +86,6 @@ const HURRY_COUNT: usize = 100;
 pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FRUITLESS: usize = 20;
 
-/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
-pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
-    if omega.is_infinite() {
-        Some(system.d.map(|v| v.into()))
-    } else {
-        system.response(Complex::new(0.0, omega))
-    }
-}
-
 /// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where
 /// that was found is looked at, too.
 ///
@@ -103,8 +96,22 @@ pub fn bound_over_frequency(
     structure: &Structure,
     known: Option<&lower::LowerBound>,
 ) -> Result<FrequencyBound, SweepError> {
-    let system = &settled(system, structure)?;
-    let mut sweep = Sweep::new(system, structure, known)?;
+    check_stable(system, structure)?;
+    let mut all = FrequencyBound::default();
+    for part in of_system(system, structure) {
+        let own = balanced(&part.system(system), &part.structure);
+        all.add(swept(&own, &part.structure, known)?);
+    }
+    Ok(all)
+}
+
+/// The bound of one component in balanced coordinates.
+fn swept(
+    system: &StateSpace,
+    structure: &Structure,
+    known: Option<&lower::LowerBound>,
+) -> Result<FrequencyBound, SweepError> {
+    let mut sweep = Sweep::new(system, structure, known);
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_STEPS {
         stop::check();
@@ -118,17 +125,17 @@ pub fn bound_over_frequency(
     Err(SweepError::Stuck { from, to })
 }
 
-/// A system in balanced coordinates.
+/// That a loop is stable without perturbation, and fits the structure.
 ///
 /// # Errors
-/// [`SweepError::Unstable`]; [`SweepError::Structure`] when it does not fit.
-pub(super) fn settled(system: &StateSpace, structure: &Structure) -> Result<StateSpace, SweepError> {
+/// [`SweepError::Unstable`]; [`SweepError::Structure`].
+pub(super) fn check_stable(system: &StateSpace, structure: &Structure) -> Result<(), SweepError> {
     structure.check(&system.d.map(Complex::from))?;
     let re = spectral_abscissa(&in_own_units(system, structure).a);
     if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
         return Err(SweepError::Unstable { re });
     }
-    Ok(balanced(system, structure))
+    Ok(())
 }
 
 impl Interval {
@@ -147,6 +154,8 @@ struct Sweep<'a> {
     level: f64,
     peak: (f64, f64),
     pieces: Vec<Piece>,
+    /// Where scalings were found.
+    starts: Vec<(f64, DgScalings)>,
     covered: Covered,
     /// How many scalings showed the level on no interval.
     fruitless: usize,
@@ -154,22 +163,19 @@ struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    fn new(
-        system: &'a StateSpace,
-        structure: &'a Structure,
-        known: Option<&lower::LowerBound>,
-    ) -> Result<Self, SweepError> {
+    fn new(system: &'a StateSpace, structure: &'a Structure, known: Option<&lower::LowerBound>) -> Self {
         let floor = known.map_or(0.0, |lower| lower.value);
-        Ok(Self {
+        Self {
             system,
             structure,
             level: floor * (1.0 + LEVEL_RAISE),
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
+            starts: vec![],
             covered: Covered::default(),
             fruitless: 0,
             wide: Wide::new(system),
-        })
+        }
     }
 
     /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from
@@ -206,11 +212,8 @@ impl<'a> Sweep<'a> {
             return Ok(());
         }
         let Some(m) = response(self.system, omega) else { return Ok(()) };
-        let nearest = self.pieces.iter().min_by(|a, b| {
-            let distance = |p: &Piece| (p.frequency - omega).abs();
-            distance(a).total_cmp(&distance(b))
-        });
-        let start = nearest.map(|piece| piece.scalings.clone());
+        let nearest = self.starts.iter().min_by(|a, b| (a.0 - omega).abs().total_cmp(&(b.0 - omega).abs()));
+        let start = nearest.map(|(_, scalings)| scalings.clone());
         // Next to a short interval there are others: not even tried.
         if self.wide.is_first(omega) && self.widened(omega, start.as_ref())? {
             return Ok(());
@@ -263,7 +266,8 @@ impl<'a> Sweep<'a> {
     }
 
     fn push(&mut self, frequency: f64, interval: Interval, UpperBound { value, scalings, .. }: UpperBound) {
-        self.pieces.push(Piece { frequency, value, interval, scalings });
+        self.pieces.push(Piece { frequency, value, interval });
+        self.starts.push((frequency, scalings));
     }
 
     fn finish(mut self) -> FrequencyBound {
@@ -290,32 +294,44 @@ pub struct FrequencyMu {
 /// # Errors
 /// [`SweepError`].
 pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
-    let system = &settled(system, structure)?;
-    let first = real_lower_bound(system, structure);
-    let upper = bound_over_frequency(system, structure, first.as_ref())?;
-    let mut lower = first;
-    if lower.is_some() {
-        // For real scalars alone a search at one frequency finds nothing more.
-        return Ok(FrequencyMu { upper, lower });
-    }
-    let mut best: Vec<(f64, f64)> = upper.pieces.iter().map(|p| (p.value, p.frequency)).collect();
-    best.push((f64::INFINITY, upper.frequency));
-    best.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (_, omega) in best.into_iter().take(LOWER_BOUND_FREQUENCIES) {
-        let Some(m) = response(system, omega) else { continue };
-        let found = lower::lower_bound(&m, structure)?;
-        if let Some(mut found) = found
-            && lower.as_ref().is_none_or(|known| found.value > known.value)
-        {
-            found.frequency = Some(omega);
-            lower = Some(found);
-        }
+    check_stable(system, structure)?;
+    let (mut upper, mut lower) = (FrequencyBound::default(), None);
+    for part in of_system(system, structure) {
+        let own = balanced(&part.system(system), &part.structure);
+        let first = real_lower_bound(&own, &part.structure);
+        let known = larger(lower.clone(), first.clone());
+        let found = swept(&own, &part.structure, known.as_ref())?;
+        let peaks = found.peaks();
+        let shown = lower_at_peaks(&own, &part.structure, (&peaks, found.upper), first)?;
+        let whole =
+            shown.map(|shown| lower::LowerBound { delta: part.whole(&shown.delta, structure), ..shown });
+        lower = larger(lower, whole);
+        upper.add(found);
     }
     Ok(FrequencyMu { upper, lower })
 }
 
-/// At how many frequencies a perturbation is sought.
-const LOWER_BOUND_FREQUENCIES: usize = 8;
+fn larger(one: Option<lower::LowerBound>, other: Option<lower::LowerBound>) -> Option<lower::LowerBound> {
+    one.into_iter().chain(other).max_by(|a, b| a.value.total_cmp(&b.value))
+}
+
+impl FrequencyBound {
+    /// Takes the bound of another component in.
+    fn add(&mut self, mut other: Self) {
+        if other.upper > self.upper {
+            (self.upper, self.frequency) = (other.upper, other.frequency);
+        }
+        self.pieces.append(&mut other.pieces);
+    }
+
+    /// Frequencies (rad/s), those with the largest bounds of their own first.
+    fn peaks(&self) -> Vec<f64> {
+        let mut best: Vec<(f64, f64)> = self.pieces.iter().map(|p| (p.value, p.frequency)).collect();
+        best.push((f64::INFINITY, self.frequency));
+        best.sort_by(|a, b| b.0.total_cmp(&a.0));
+        best.into_iter().map(|(_, omega)| omega).collect()
+    }
+}
 
 #[cfg(test)]
 mod tests {

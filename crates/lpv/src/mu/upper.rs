@@ -5,7 +5,8 @@
 
 use super::CMat;
 use super::balance::Balance;
-use super::centre::{Centre, ZERO_MU};
+use super::centre::{Centre, ZERO_MU, least_lambda};
+use super::components::{Component, of_matrices};
 pub use super::scaling::DgScalings;
 use super::scaling::Family;
 use super::structure::{Structure, StructureError};
@@ -89,7 +90,78 @@ pub fn common_bound(
     asked: UpperBoundOptions,
 ) -> Result<UpperBound, StructureError> {
     all.iter().try_for_each(|m| structure.check(m))?;
-    Ok(found(all, structure, asked))
+    let parts = of_matrices(all, structure);
+    Ok(if parts.len() > 1 { joined(all, structure, &parts, asked) } else { found(all, structure, asked) })
+}
+
+/// The bound of matrices that fall into components: each is bounded by itself, and what leads from one to another is
+/// made small by the weights of their scalings.
+fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: UpperBoundOptions) -> UpperBound {
+    let each: Vec<UpperBound> = parts
+        .iter()
+        .map(|part| {
+            let own: Vec<CMat> = all.iter().map(|m| part.part(m)).collect();
+            let from = asked.from.map(|known| known.cut(&part.z, &part.w));
+            found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
+        })
+        .collect();
+    let largest = each.iter().map(|bound| bound.value).fold(0.0, f64::max);
+    let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
+    let mut best = unscaled(structure, f64::INFINITY);
+    for share in COUPLINGS {
+        let own = |of: fn(&UpperBound) -> &DgScalings| {
+            let scalings: Vec<&DgScalings> = each.iter().map(of).collect();
+            weighted(all, structure, parts, &scalings, share * largest)
+        };
+        let scalings = own(|bound| &bound.scalings);
+        let Some(value) = shown_by(all, &scalings) else { continue };
+        if value < best.value {
+            best = UpperBound { value, scalings, start: own(|bound| &bound.start), gap };
+        }
+        if best.value <= largest * (1.0 + BOUND_TOLERANCE) {
+            break;
+        }
+    }
+    if best.value.is_finite() { best } else { found(all, structure, asked) }
+}
+
+/// How large what leads from one component to another may be, relative to the bound.
+const COUPLINGS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
+
+/// The scalings of all components, each with a weight so that what leads to it has the size `coupling`.
+fn weighted(
+    all: &[CMat],
+    structure: &Structure,
+    parts: &[Component],
+    each: &[&DgScalings],
+    coupling: f64,
+) -> DgScalings {
+    let zero = CMat::zeros(structure.rows(), structure.cols());
+    let mut out = DgScalings {
+        dw: CMat::zeros(structure.rows(), structure.rows()),
+        dz: CMat::zeros(structure.cols(), structure.cols()),
+        g: zero,
+    };
+    let mut done: Vec<usize> = vec![];
+    for (part, own) in parts.iter().zip(each) {
+        let mut weight = 1.0f64;
+        let led = |m: &CMat| m.select_rows(&part.z).select_columns(&done);
+        let before = out.dw.select_rows(&done).select_columns(&done);
+        if let (Some(dz), Some(dw)) = (own.dz.clone().cholesky(), before.cholesky()) {
+            for m in all {
+                // |D_z^1/2 M D_w^-1/2|
+                let scaled = dz.l().adjoint() * led(m);
+                let scaled = dw.l().solve_lower_triangular(&scaled.adjoint());
+                let size = scaled.map_or(0.0, |s| s.norm());
+                if size > 0.0 {
+                    weight = weight.min((coupling / size).powi(2));
+                }
+            }
+        }
+        out.set(&part.z, &part.w, own, weight);
+        done.extend(&part.w);
+    }
+    out
 }
 
 fn found(
@@ -119,6 +191,11 @@ fn found(
     let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
     let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
     UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
+}
+
+/// The bound that scalings show for all of some matrices.
+fn shown_by(all: &[CMat], s: &DgScalings) -> Option<f64> {
+    Some(least_lambda(all, s)?.max(0.0).sqrt())
 }
 
 #[cfg(test)]

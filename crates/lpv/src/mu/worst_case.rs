@@ -14,10 +14,11 @@
 //! Control Conference, 2000.
 
 use super::CMat;
+use super::coordinates::balanced;
 use super::interval::{Covered, good_interval, middle};
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, response, settled};
+use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, check_stable, response};
 use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::Wide;
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
@@ -96,7 +97,8 @@ impl Perturbable {
 pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseError> {
     loop_.check()?;
     let structure = loop_.with_performance().map_err(SweepError::from)?;
-    let loop_ = &Perturbable { system: settled(&loop_.system, &structure)?, ..loop_.clone() };
+    check_stable(&loop_.system, &structure)?;
+    let loop_ = &Perturbable { system: balanced(&loop_.system, &structure), ..loop_.clone() };
     let worst = worst_perturbation(loop_);
     let mut sweep = GainSweep::new(loop_, worst.gain, worst.frequency)?;
     for omega in sweep.first_frequencies(worst.frequency) {
