@@ -32,6 +32,11 @@ use nalgebra::Complex;
 const LOWER_STARTS: usize = 16;
 const MIXED_STARTS: usize = 48;
 
+/// With more rows than this there are fewer starts with real scalars, as each takes longer: with the third power.
+const EASY_ROWS: usize = 8;
+
+const LEAST_STARTS: usize = 4;
+
 /// Steps from one start.
 const LOWER_STEPS: usize = 300;
 
@@ -73,7 +78,8 @@ pub fn lower_bound_below(
     let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
     let mut best: Option<LowerBound> = None;
     let mut tops: Vec<CMat> = vec![];
-    let count = if search.is_mixed { MIXED_STARTS } else { LOWER_STARTS };
+    let hard = m.nrows().max(EASY_ROWS).pow(3) / EASY_ROWS.pow(3);
+    let count = if search.is_mixed { (MIXED_STARTS / hard).max(LEAST_STARTS) } else { LOWER_STARTS };
     let known = upper.map_or_else(Vec::new, |upper| search.starts_of(upper));
     let plain_or_random = (0..count).map(|start| search.start(start, &mut random));
     for start in known.into_iter().chain(search.largest_start()).chain(plain_or_random) {
@@ -125,13 +131,17 @@ impl LowerSearch<'_> {
         any.then_some(q)
     }
 
-    /// A unit perturbation: the first ones plain, the others at random.
+    /// A unit perturbation: the first plain, the others at random, real scalars in every other one between their ends.
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
         let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         for (block, rows, cols) in self.modes.structure.places() {
             let mut draw = || if number == 0 { 1.0 } else { random.next() };
             let part = match block {
-                Block::Real(r) => CMat::identity(r, r) * Complex::new(draw().signum(), 0.0),
+                Block::Real(r) => {
+                    let drawn = draw();
+                    let value = if number % 2 == 0 { drawn.signum() } else { drawn };
+                    CMat::identity(r, r) * Complex::new(value, 0.0)
+                }
                 Block::Complex(r) => {
                     CMat::identity(r, r) * Complex::from_polar(1.0, std::f64::consts::PI * (1.0 - draw()))
                 }

@@ -116,6 +116,16 @@ impl Structure {
         &self.0
     }
 
+    /// The real unknowns of D-G scalings.
+    pub(super) fn unknowns(&self) -> usize {
+        let of = |block: &Block| match block {
+            Block::Real(r) => 2 * r * r,
+            Block::Complex(r) => r * r,
+            Block::Full { .. } => 1,
+        };
+        self.0.iter().map(of).sum()
+    }
+
     /// Entries of w.
     pub fn rows(&self) -> usize {
         self.0.iter().map(|b| b.rows()).sum()

@@ -15,7 +15,7 @@ use super::margin::real_lower_bound;
 use super::peaks::lower_at_peaks;
 use super::scaling::DgScalings;
 use super::structure::{Structure, StructureError};
-use super::upper::{UpperBound, UpperBoundOptions, upper_bound_with};
+use super::upper::{BOUND_TOLERANCE, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::{Shown, Wide};
 use super::{CMat, lower};
 use crate::matrix::{largest_complex_singular_value, spectral_abscissa};
@@ -64,6 +64,10 @@ pub enum SweepError {
 
 /// By how much the level is above the largest bound at a single frequency.
 const LEVEL_RAISE: f64 = 5e-5;
+
+/// So many unknowns of scalings are easy. With more of them less is aimed at: that raise, and how close the bounds at
+/// single frequencies are to the least ones, grow with the power 1.5.
+const EASY_UNKNOWNS: f64 = 200.0;
 
 /// An interval this much slower than every mode and this short, both relatively, raises the level by so much.
 const SHORT_INTERVAL_RAISE: f64 = 2e-3;
@@ -151,6 +155,8 @@ impl Interval {
 struct Sweep<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
+    /// How much less is aimed at.
+    coarse: f64,
     level: f64,
     peak: (f64, f64),
     pieces: Vec<Piece>,
@@ -165,10 +171,12 @@ struct Sweep<'a> {
 impl<'a> Sweep<'a> {
     fn new(system: &'a StateSpace, structure: &'a Structure, known: Option<&lower::LowerBound>) -> Self {
         let floor = known.map_or(0.0, |lower| lower.value);
+        let coarse = (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(1.0);
         Self {
             system,
             structure,
-            level: floor * (1.0 + LEVEL_RAISE),
+            coarse,
+            level: floor * (1.0 + coarse * LEVEL_RAISE),
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
             starts: vec![],
@@ -204,7 +212,7 @@ impl<'a> Sweep<'a> {
         if value > self.peak.1 {
             self.peak = (omega, value);
         }
-        self.level = self.level.max(value * (1.0 + LEVEL_RAISE));
+        self.level = self.level.max(value * (1.0 + self.coarse * LEVEL_RAISE));
     }
 
     fn add(&mut self, omega: f64) -> Result<(), SweepError> {
@@ -226,7 +234,7 @@ impl<'a> Sweep<'a> {
         }
         let Some(interval) = good_interval(self.system, &bound.scalings, self.level, omega) else {
             // The scalings hold with no clearance at all: a level that is a little higher has some.
-            self.level *= 1.0 + LEVEL_RAISE;
+            self.level *= 1.0 + self.coarse * LEVEL_RAISE;
             return Ok(());
         };
         if self.wide.is_next(omega, interval) && self.widened(omega, Some(&bound.start))? {
@@ -246,7 +254,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn bound(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, StructureError> {
-        let asked = UpperBoundOptions { level: self.level, from, ..UpperBoundOptions::default() };
+        let asked = UpperBoundOptions { level: self.level, tight: self.coarse * BOUND_TOLERANCE, from };
         upper_bound_with(m, self.structure, asked)
     }
 

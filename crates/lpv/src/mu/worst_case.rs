@@ -43,11 +43,11 @@ pub struct WorstCaseGain {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum WorstCaseError {
-    /// A perturbation of the size may destabilise.
+    /// No scalings show that the loop stays stable, which proves nothing about it.
     #[error(
-        "a perturbation of size {size} may take the loop to the brink of instability near {frequency:.4e} rad/s: \
-         mu is not shown to be below {:.6} there, and the gain \
-         has no bound",
+        "no D-G scalings show that the loop stays stable for perturbations of size {size}: at {} they bound mu by more \
+         than {:.6}, so that no bound on the gain is known",
+        rads(*frequency),
         1.0 / size
     )]
     NotRobustlyStable {
@@ -65,6 +65,11 @@ pub enum WorstCaseError {
     /// The sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+}
+
+/// A frequency (rad/s) in words.
+fn rads(frequency: f64) -> String {
+    if frequency.is_infinite() { "infinite frequency".into() } else { format!("{frequency:.4e} rad/s") }
 }
 
 /// By how much the gain is above what scalings show at the worst frequency, relatively.
