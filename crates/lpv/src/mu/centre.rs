@@ -277,11 +277,14 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     let gm = &g * &m;
     let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
     let rounded = added + &root * root.transpose() * lambda.abs();
-    // The norm of a matrix without negative entries is at most its largest row sum, of a symmetric one.
+    // A symmetric matrix is at most the diagonal matrix of the sums of its rows, without signs.
     let spread = inverse * rounded * inverse.transpose();
-    let off = spread.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
     let terms = (m.nrows() + m.ncols()) as f64;
-    Some(lambda + terms * f64::EPSILON * off).filter(|lambda| lambda.is_finite())
+    let mut raised = whitened;
+    for (k, row) in spread.row_iter().enumerate() {
+        raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
+    }
+    hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())
 }
 
 /// Newton's step, with the trace of D as it is.

@@ -8,7 +8,7 @@
 use super::CMat;
 use super::structure::{Block, Structure};
 use crate::system::state_space::StateSpace;
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 use std::ops::Range;
 
 /// A part of a perturbed system, by its entries of z and of w.
@@ -58,7 +58,7 @@ impl Component {
 /// The components of matrices, those that lead to others first.
 pub(super) fn of_matrices(all: &[CMat], structure: &Structure) -> Vec<Component> {
     let pattern = DMatrix::from_fn(structure.cols(), structure.rows(), |i, j| {
-        all.iter().any(|m| m[(i, j)].norm_sqr() > 0.0)
+        all.iter().any(|m| m[(i, j)] != Complex::ZERO)
     });
     components(&pattern, structure)
 }
@@ -153,7 +153,7 @@ fn component(nodes: &[&Node], structure: &Structure) -> Component {
 mod tests {
     use super::*;
     use crate::matrix::Mat;
-    use nalgebra::{Complex, dmatrix};
+    use nalgebra::dmatrix;
 
     fn of(m: &Mat, blocks: Vec<Block>) -> Vec<(Vec<usize>, Vec<usize>)> {
         let m = m.map(Complex::from);

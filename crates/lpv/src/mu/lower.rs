@@ -262,6 +262,7 @@ impl LowerSearch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::matrix::{complex_eigenvalues, complex_singular_values};
     use crate::mu::structure::random::problem;
     use crate::mu::upper::upper_bound;
     use proptest::prelude::*;
@@ -302,5 +303,24 @@ mod tests {
         let values = complex_singular_values(&m);
         let found = lower_bound(&m, &full).unwrap().unwrap().value;
         assert!((found / values[0] - 1.0).abs() < 1e-12, "{found} {values:?}");
+    }
+
+    /// One real scalar, repeated, and a real matrix: mu is its largest real eigenvalue, beside larger ones that are not
+    /// real.
+    #[test]
+    fn a_real_eigenvalue_behind_others_is_found() {
+        let m = nalgebra::dmatrix![0.0, 5.0, 0.3; -5.0, 0.0, -0.2; 0.1, 0.4, -1.5].map(Complex::from);
+        let right = complex_eigenvalues(&m).into_iter().filter(|v| v.im == 0.0).map(|v| v.re.abs());
+        let found = lower_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap().unwrap();
+        assert!((found.value - right.fold(0.0, f64::max)).abs() < 1e-9, "{}", found.value);
+    }
+
+    /// Of `I - M Delta` with entries of 1e17 the least singular value is nothing but rounding.
+    #[test]
+    fn a_perturbation_so_large_that_rounding_makes_it_singular_is_none() {
+        let m = nalgebra::dmatrix![1.0, 1.0; -1.0, -1.0 - 1e-15].map(Complex::from);
+        let structure = Structure::new(vec![Block::Real(2)]).unwrap();
+        let size = Complex::new(1e17, 0.0);
+        assert_eq!(checked(&m, &structure, CMat::identity(2, 2) * size), None);
     }
 }

@@ -399,4 +399,80 @@ mod tests {
             Err(other) => panic!("{other}"),
         }
     }
+
+    /// `(q1 - 1)^2 + (q2 - 1)^2 <= 0.01` is where the loop is unstable: an island, reached first at (1.1, 1), a margin
+    /// of 3/11 (J. Ackermann's example; q1 = 1.4 + 1.1 delta_1, q2 = 0.85 + 0.85 delta_2).
+    fn island() -> StateSpace {
+        StateSpace {
+            a: dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -16.89, -5.25, -3.25],
+            b: dmatrix![0.0, 0.0, 0.0; 0.0, 0.0, 0.0; -1.1, -2.38, -0.85],
+            c: dmatrix![7.7, 1.0, 1.0; 1.0, 0.0, 0.0; 6.0, 1.0, 1.0],
+            d: dmatrix![0.0, 1.7, 0.0; 0.0, 0.0, 0.0; 0.0, 0.0, 0.0],
+        }
+    }
+
+    fn both(system: &StateSpace, blocks: &[Block]) -> (f64, f64) {
+        let found = mu_over_frequency(system, &Structure::new(blocks.to_vec()).unwrap()).unwrap();
+        (found.lower.unwrap().value, found.upper.upper)
+    }
+
+    #[test]
+    fn an_island_is_found() {
+        let (lower, upper) = both(&island(), &[Block::Real(1), Block::Real(2)]);
+        let exact = 11.0 / 3.0;
+        assert!(
+            (lower - exact).abs() < 1e-6 * exact && exact <= upper && upper < 1.0002 * exact,
+            "{lower} {upper}"
+        );
+    }
+
+    /// In other coordinates, units of time, and with the blocks in another order.
+    #[test]
+    fn bounds_do_not_depend_on_how_a_system_is_written() {
+        let system = island();
+        let turn = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
+        let t = &turn * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * turn.transpose();
+        let back = t.clone().try_inverse().unwrap();
+        let similar = StateSpace {
+            a: &t * &system.a * &back,
+            b: &t * &system.b,
+            c: &system.c * back,
+            ..system.clone()
+        };
+        let faster = |speed: f64| StateSpace { a: &system.a * speed, b: &system.b * speed, ..system.clone() };
+        let order = [2, 0, 1];
+        let permuted = StateSpace {
+            b: system.b.select_columns(&order),
+            c: system.c.select_rows(&order),
+            d: system.d.select_rows(&order).select_columns(&order),
+            ..system.clone()
+        };
+        let blocks = [Block::Real(1), Block::Complex(1), Block::Complex(1)];
+        let known = both(&system, &blocks);
+        let others = [
+            both(&similar, &blocks),
+            both(&faster(1e3), &blocks),
+            both(&faster(1e-6), &blocks),
+            both(&permuted, &[Block::Complex(1), Block::Real(1), Block::Complex(1)]),
+        ];
+        for other in others {
+            let near = |a: f64, b: f64| (a - b).abs() < 2e-4 * b;
+            assert!(near(other.0, known.0) && near(other.1, known.1), "{other:?} {known:?}");
+        }
+    }
+
+    /// Two loops that one path joins, in one repeated scalar: the gain of the path does not count, at any frequency.
+    #[test]
+    fn a_path_between_components_does_not_count() {
+        for gain in [0.0, 1.0, 1e4] {
+            let system = StateSpace {
+                a: dmatrix![-1.0, 0.0; gain, -2.0],
+                b: dmatrix![1.0, 0.0; 0.0, 1.0],
+                c: dmatrix![0.5, 0.0; 0.0, 0.6],
+                d: dmatrix![0.0, 0.0; gain, 0.0],
+            };
+            let (lower, upper) = both(&system, &[Block::Real(2)]);
+            assert!((lower - 0.5).abs() < 1e-9 && (0.5..0.5001).contains(&upper), "{gain}: {lower} {upper}");
+        }
+    }
 }

@@ -11,6 +11,7 @@ pub use super::scaling::DgScalings;
 use super::scaling::Family;
 use super::structure::{Structure, StructureError};
 use crate::matrix::complex_singular_values;
+use nalgebra::Complex;
 
 /// A bound with the scalings that show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,13 +106,14 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
             found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
         })
         .collect();
+    let size = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
     let largest = each.iter().map(|bound| bound.value).fold(0.0, f64::max);
     let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
     let mut best = unscaled(structure, f64::INFINITY);
     for share in COUPLINGS {
         let own = |of: fn(&UpperBound) -> &DgScalings| {
             let scalings: Vec<&DgScalings> = each.iter().map(of).collect();
-            weighted(all, structure, parts, &scalings, share * largest)
+            weighted(all, structure, parts, &scalings, (share, largest.max(ZERO_MU * size)))
         };
         let scalings = own(|bound| &bound.scalings);
         let Some(value) = shown_by(all, &scalings) else { continue };
@@ -125,43 +127,46 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
     if best.value.is_finite() { best } else { found(all, structure, asked) }
 }
 
-/// How large what leads from one component to another may be, relative to the bound.
+/// How much of the bound what leads from one component to another may be.
 const COUPLINGS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
-/// The scalings of all components, each with a weight so that what leads to it has the size `coupling`.
+/// The scalings of all components, each with a weight so that what leads to it is a small share of what Phi is at the
+/// bound `beta`.
 fn weighted(
     all: &[CMat],
     structure: &Structure,
     parts: &[Component],
     each: &[&DgScalings],
-    coupling: f64,
+    (share, beta): (f64, f64),
 ) -> DgScalings {
-    let zero = CMat::zeros(structure.rows(), structure.cols());
-    let mut out = DgScalings {
-        dw: CMat::zeros(structure.rows(), structure.rows()),
-        dz: CMat::zeros(structure.cols(), structure.cols()),
-        g: zero,
-    };
+    let zero = |rows: usize, cols: usize| CMat::zeros(rows, cols);
+    let (rows, cols) = (structure.rows(), structure.cols());
+    let mut out = DgScalings { dw: zero(rows, rows), dz: zero(cols, cols), g: zero(rows, cols) };
     let mut done: Vec<usize> = vec![];
     for (part, own) in parts.iter().zip(each) {
-        let mut weight = 1.0f64;
-        let led = |m: &CMat| m.select_rows(&part.z).select_columns(&done);
         let before = out.dw.select_rows(&done).select_columns(&done);
-        if let (Some(dz), Some(dw)) = (own.dz.clone().cholesky(), before.cholesky()) {
-            for m in all {
-                // |D_z^1/2 M D_w^-1/2|
-                let scaled = dz.l().adjoint() * led(m);
-                let scaled = dw.l().solve_lower_triangular(&scaled.adjoint());
-                let size = scaled.map_or(0.0, |s| s.norm());
-                if size > 0.0 {
-                    weight = weight.min((coupling / size).powi(2));
-                }
+        let mut weight = 1.0f64;
+        for m in all {
+            let led = m.select_rows(&part.z).select_columns(&done);
+            if let Some((direct, mixed)) = couplings(&led, &part.part(m), own, before.clone()) {
+                let least = |size: f64, aim: f64| if size > 0.0 { (share * aim / size).powi(2) } else { 1.0 };
+                weight = weight.min(least(direct, beta)).min(least(mixed, beta * beta));
             }
         }
         out.set(&part.z, &part.w, own, weight);
         done.extend(&part.w);
     }
     out
+}
+
+/// The sizes of `D_z^1/2 L D^-1/2` and `D_w^-1/2 (M* D_z + j G) L D^-1/2`, where L leads from components with the
+/// scalings D to one with its own.
+fn couplings(led: &CMat, m: &CMat, own: &DgScalings, before: CMat) -> Option<(f64, f64)> {
+    let (dw, dz) = (own.dw.clone().cholesky()?, own.dz.clone().cholesky()?);
+    let before = before.cholesky()?;
+    let whitened = |x: CMat| Some(before.l().solve_lower_triangular(&x.adjoint())?.norm());
+    let mixed = (m.adjoint() * &own.dz + &own.g * Complex::new(0.0, 1.0)) * led;
+    Some((whitened(dz.l().adjoint() * led)?, whitened(dw.l().solve_lower_triangular(&mixed)?)?))
 }
 
 fn found(
@@ -204,7 +209,7 @@ mod tests {
     use crate::matrix::{Mat, hermitian_eigenvalues};
     use crate::mu::Block;
     use crate::mu::structure::random::problem;
-    use nalgebra::{Complex, dmatrix};
+    use nalgebra::dmatrix;
     use proptest::prelude::*;
 
     /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.
@@ -242,6 +247,39 @@ mod tests {
         for blocks in structures {
             let found = of(&nilpotent, blocks.clone());
             assert!(found < 1e-5, "{blocks:?} {found}");
+        }
+    }
+
+    /// The direct term of an LFT: channels of three repeated scalars that hardly form loops. mu is 0.6 (p1 = -2 at theta
+    /// = -5/3), and scalings for 0.61 exist. P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2, three of its channels.
+    #[test]
+    fn channels_of_a_repeated_scalar_are_bounded_apart() {
+        let m = dmatrix![-0.6, 0.0, 0.0; 0.0, 0.0, -0.6; 0.0, 0.0, -0.6].map(Complex::from);
+        let bound = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap();
+        assert!((0.6..0.6001).contains(&bound.value), "{}", bound.value);
+        assert!(margin(&bound, bound.value * (1.0 + 1e-6), &m) > -1e-9);
+    }
+
+    proptest! {
+        /// mu of parts that are joined one way is the largest of theirs, and the scalings of the whole show it.
+        #[test]
+        fn joined_parts_are_as_large_as_the_largest((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
+            let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
+            let whole = Structure::new(blocks).unwrap();
+            let mut all = CMat::zeros(whole.cols(), whole.rows());
+            all.view_mut((0, 0), m.shape()).copy_from(&m);
+            all.view_mut(m.shape(), k.shape()).copy_from(&k);
+            all.view_mut((m.nrows(), 0), (k.nrows(), m.ncols())).fill(Complex::new(gain, -gain));
+            let largest = [(&m, &one), (&k, &other)].map(|(m, s)| upper_bound(m, s).unwrap().value);
+            let largest = largest[0].max(largest[1]);
+            let bound = upper_bound(&all, &whole).unwrap();
+            let size = complex_singular_values(&all)[0];
+            let off = (bound.value - largest).abs();
+            prop_assert!(off <= 1e-4 * largest + 1e-6 * size, "{} {largest}", bound.value);
+            if bound.value > 1e-3 * size {
+                let margin = margin(&bound, bound.value * (1.0 + 1e-6), &all);
+                prop_assert!(margin > -1e-9, "{margin}");
+            }
         }
     }
 

@@ -308,6 +308,21 @@ mod tests {
         assert!(matches!(worst_case_gain(&first_order(0.0)), Err(WorstCaseError::Size { .. })));
     }
 
+    /// At infinite frequency two channels of one scalar form no loop, though what leads from one to the other is large:
+    /// full scalings of the repeated block show that, and the gain is bounded.
+    #[test]
+    fn a_path_in_the_direct_term_is_no_loop() {
+        let system = StateSpace {
+            a: dmatrix![-1.0],
+            b: dmatrix![0.01, 0.02, 1.0],
+            c: dmatrix![0.02; 0.01; 1.0],
+            d: dmatrix![0.5, 3.0, 0.0; 0.0, 0.5, 0.0; 0.0, 0.0, 0.0],
+        };
+        let structure = Structure::new(vec![Block::Real(2)]).unwrap();
+        let found = worst_case_gain(&Perturbable { system, structure, size: 1.0 }).unwrap();
+        assert!(found.worst.gain <= found.upper && found.upper < 1.001 * found.worst.gain, "{found:?}");
+    }
+
     fn systems() -> impl Strategy<Value = Perturbable> {
         (blocks(4), prop::collection::vec(-1.0..1.0f64, 200), 0.1..0.9f64).prop_map(
             |(structure, entries, part)| {
