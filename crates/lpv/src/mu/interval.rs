@@ -11,7 +11,7 @@
 //! does no harm.
 
 use super::CMat;
-use super::scaling::DgScalings;
+use super::upper::DgScalings;
 use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;

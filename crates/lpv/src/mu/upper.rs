@@ -3,15 +3,22 @@
 //! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the
 //! bound is that of the scalings found, and above it by what rounding may have done.
 
+pub(super) mod balance;
+pub(super) mod centre;
+mod joined;
+pub(super) mod product;
+mod scaling;
+
+pub use scaling::DgScalings;
+
 use super::CMat;
-use super::balance::Balance;
-use super::centre::{Centre, ZERO_MU, least_lambda};
 use super::components::{Component, of_matrices};
-pub use super::scaling::DgScalings;
-use super::scaling::Family;
 use super::structure::{Structure, StructureError};
 use crate::matrix::complex_singular_values;
-use nalgebra::Complex;
+use balance::Balance;
+use centre::{Centre, ZERO_MU, least_lambda};
+use joined::weighted;
+use scaling::Family;
 
 /// A bound with the scalings that show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,45 +137,6 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
 /// How much of the bound what leads from one component to another may be.
 const COUPLINGS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
-/// The scalings of all components, each with a weight so that what leads to it is a small share of what Phi is at the
-/// bound `beta`.
-fn weighted(
-    all: &[CMat],
-    structure: &Structure,
-    parts: &[Component],
-    each: &[&DgScalings],
-    (share, beta): (f64, f64),
-) -> DgScalings {
-    let zero = |rows: usize, cols: usize| CMat::zeros(rows, cols);
-    let (rows, cols) = (structure.rows(), structure.cols());
-    let mut out = DgScalings { dw: zero(rows, rows), dz: zero(cols, cols), g: zero(rows, cols) };
-    let mut done: Vec<usize> = vec![];
-    for (part, own) in parts.iter().zip(each) {
-        let before = out.dw.select_rows(&done).select_columns(&done);
-        let mut weight = 1.0f64;
-        for m in all {
-            let led = m.select_rows(&part.z).select_columns(&done);
-            if let Some((direct, mixed)) = couplings(&led, &part.part(m), own, before.clone()) {
-                let least = |size: f64, aim: f64| if size > 0.0 { (share * aim / size).powi(2) } else { 1.0 };
-                weight = weight.min(least(direct, beta)).min(least(mixed, beta * beta));
-            }
-        }
-        out.set(&part.z, &part.w, own, weight);
-        done.extend(&part.w);
-    }
-    out
-}
-
-/// The sizes of `D_z^1/2 L D^-1/2` and `D_w^-1/2 (M* D_z + j G) L D^-1/2`, where L leads from components with the
-/// scalings D to one with its own.
-fn couplings(led: &CMat, m: &CMat, own: &DgScalings, before: CMat) -> Option<(f64, f64)> {
-    let (dw, dz) = (own.dw.clone().cholesky()?, own.dz.clone().cholesky()?);
-    let before = before.cholesky()?;
-    let whitened = |x: CMat| Some(before.l().solve_lower_triangular(&x.adjoint())?.norm());
-    let mixed = (m.adjoint() * &own.dz + &own.g * Complex::new(0.0, 1.0)) * led;
-    Some((whitened(dz.l().adjoint() * led)?, whitened(dw.l().solve_lower_triangular(&mixed)?)?))
-}
-
 fn found(
     all: &[CMat],
     structure: &Structure,
@@ -209,7 +177,7 @@ mod tests {
     use crate::matrix::{Mat, hermitian_eigenvalues};
     use crate::mu::Block;
     use crate::mu::structure::random::problem;
-    use nalgebra::dmatrix;
+    use nalgebra::{Complex, dmatrix};
     use proptest::prelude::*;
 
     /// The least eigenvalue of `value^2 D - left`, its diagonal scaled to one.

@@ -279,8 +279,8 @@ mod tests {
     use super::*;
     use crate::matrix::{Mat, largest_complex_singular_value};
     use crate::mu::Block;
+    use crate::mu::over_frequency::mu_over_frequency;
     use crate::mu::structure::random::blocks;
-    use crate::mu::sweep::mu_over_frequency;
     use nalgebra::dmatrix;
     use proptest::prelude::*;
 

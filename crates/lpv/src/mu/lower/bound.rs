@@ -2,9 +2,9 @@
 
 use crate::matrix::{complex_singular_values, largest_complex_singular_value};
 use crate::mu::CMat;
-use crate::mu::balance::Balance;
-use crate::mu::centre::ZERO_MU;
 use crate::mu::structure::Structure;
+use crate::mu::upper::balance::Balance;
+use crate::mu::upper::centre::ZERO_MU;
 
 /// A perturbation that makes `I - M Delta` singular.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use super::annihilated::annihilated;
 use crate::matrix::{ComplexVector, complex_eigenvalues};
 use crate::mu::CMat;
-use crate::mu::product::product;
 use crate::mu::structure::{Block, Structure};
+use crate::mu::upper::product::product;
 use nalgebra::Complex;
 use std::ops::Range;
 

@@ -3,20 +3,20 @@
 //! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
 //! Applications 188, 1993, with lambda = beta^2 moving along.
 
-use super::CMat;
 use super::product::product;
 use super::scaling::{AtLambda, DgScalings, Family};
-use super::structure::Structure;
 use crate::matrix::{Definite, hermitian_eigenvalues};
+use crate::mu::CMat;
+use crate::mu::structure::Structure;
 use crate::stop;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A point, and lambda for which `Phi(lambda) > 0` there.
-pub(super) struct Centre {
+pub(in crate::mu) struct Centre {
     /// The matrices for all of which the scalings are to hold.
     all: Vec<CMat>,
-    pub(super) family: Family,
-    pub(super) p: Vec<f64>,
+    pub(in crate::mu) family: Family,
+    pub(in crate::mu) p: Vec<f64>,
     lambda: f64,
     /// The shift u of `Phi(lambda) + u D_0`, whose least value says how much smaller lambda may be.
     shift: f64,
@@ -28,11 +28,11 @@ pub(super) struct Centre {
     known: Option<f64>,
     /// A point on the way that is a start for matrices much like this one: at the end of the way too little is
     /// positive clearly.
-    pub(super) start: Vec<f64>,
+    pub(in crate::mu) start: Vec<f64>,
 }
 
 /// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
-pub(super) const ZERO_MU: f64 = 1e-7;
+pub(in crate::mu) const ZERO_MU: f64 = 1e-7;
 
 /// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much
 /// the same.
@@ -62,7 +62,7 @@ const WEIGHT_GROWTH: f64 = 5.0;
 ///
 /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
 /// well than its digits say.
-pub(super) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
+pub(in crate::mu) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
     let root = cholesky(s.dw.clone())?.unpack();
     let n = root.nrows();
     let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
@@ -80,7 +80,7 @@ struct Factors {
 
 impl Centre {
     /// From matrices whose largest singular value is one, and scalings that may be good for them.
-    pub(super) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
+    pub(in crate::mu) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
         let nw = structure.rows();
         let p = family.identity();
@@ -102,7 +102,7 @@ impl Centre {
 
     /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where
     /// that is above, at the centre there.
-    pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
+    pub(in crate::mu) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
         self.lambda = 1.1 * best.0;
