@@ -23,8 +23,9 @@ const PASSES: usize = 8;
 /// A change of coordinates with a condition number below this is none.
 const LEAST_CHANGE: f64 = 2.0;
 
-/// Corrections of a quotient of matrices.
-const CORRECTIONS: usize = 2;
+/// Corrections of a quotient of matrices, and how small the last one is, relatively.
+const CORRECTIONS: usize = 3;
+const SETTLED: f64 = 1e-14;
 
 /// The same system with a unit for each block and each state in which what it sends is as large as what it receives.
 /// Inputs and outputs are those of the structure.
@@ -91,20 +92,23 @@ fn with_equal_gramians(s: &StateSpace) -> Option<StateSpace> {
     }
     let one = Mat::identity(s.c.nrows(), s.c.nrows());
     Some(StateSpace {
-        a: quotient(&t, &s.a, &t, &inverse),
+        a: quotient(&t, &s.a, &t, &inverse)?,
         b: exact_product(&[(&t, &s.b, 1.0)]),
-        c: quotient(&one, &s.c, &t, &inverse),
+        c: quotient(&one, &s.c, &t, &inverse)?,
         d: s.d.clone(),
     })
 }
 
-/// `left right T^-1`, from an inverse of T that is not exact.
-fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Mat {
+/// `left right T^-1`, from an inverse of T that is not exact; `None` where it is too far from that.
+fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Option<Mat> {
     let mut out = left * right * inverse;
+    let mut change = f64::INFINITY;
     for _ in 0..CORRECTIONS {
-        out += exact_product(&[(left, right, 1.0), (&out, t, -1.0)]) * inverse;
+        let correction = exact_product(&[(left, right, 1.0), (&out, t, -1.0)]) * inverse;
+        change = correction.norm();
+        out += correction;
     }
-    out
+    (change <= SETTLED * out.norm()).then_some(out)
 }
 
 /// The sum of products, `sign left right`, rounded once but for what twice the digits leave.

@@ -4,7 +4,7 @@
 //! Int. J. Control 32(4), 1980 (a report of 1971); the balanced pair of gramians: B. C. Moore, IEEE Trans. Automatic
 //! Control 26(1), 1981.
 
-use crate::matrix::{Mat, diagonal, largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, diagonal, largest_eigenvalue, solve, symmetric_function, symmetric_part};
 use crate::system::state_space::StateSpace;
 
 /// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
@@ -70,11 +70,12 @@ pub(crate) fn lyapunov(a: &Mat, q: &Mat) -> Option<Mat> {
 /// The same, about to the square of `near`: in coordinates that are badly conditioned no more may be reached.
 fn lyapunov_to(a: &Mat, q: &Mat, near: f64) -> Option<Mat> {
     let n = a.nrows();
-    let (mut a, mut q) = (a.clone(), q.clone());
+    let (mut a, mut q, one) = (a.clone(), q.clone(), Mat::identity(n, n));
     for _ in 0..100 {
         // The sign of a stable matrix is -I, and from here one more step doubles the digits.
-        let close = (&a + Mat::identity(n, n)).norm() < near * n as f64;
-        let inverse = a.clone().try_inverse()?;
+        let close = (&a + &one).norm() < near * n as f64;
+        // Not `try_inverse`, which takes determinants of small matrices, and loses most digits of badly scaled ones.
+        let inverse = solve(&a, &one)?;
         let c = (a.norm() / inverse.norm()).sqrt();
         q = (&q / c + inverse.transpose() * &q * &inverse * c) * 0.5;
         a = (&a / c + inverse * c) * 0.5;
