@@ -14,7 +14,8 @@
 
 use lpv::controller::Controller;
 use lpv::lft::Lft;
-use lpv::mu::sweep::{bound_over_frequency, mu_over_frequency};
+use lpv::mu::over_frequency::mu_over_frequency;
+use lpv::mu::sweep::bound_over_frequency;
 use lpv::synthesis::{ScalingClass, least_gamma};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::constant::constant;

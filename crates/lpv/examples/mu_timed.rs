@@ -6,7 +6,7 @@
 //! `upper`, `lower` (of a system) and `intervals`.
 
 use lpv::matrix::{Mat, from_rows};
-use lpv::mu::sweep::mu_over_frequency;
+use lpv::mu::over_frequency::mu_over_frequency;
 use lpv::mu::upper::upper_bound;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;

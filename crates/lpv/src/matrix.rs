@@ -411,6 +411,14 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     eigenvalues.unwrap_or_else(|| vec![f64::NAN; n])
 }
 
+/// The eigenvectors of a Hermitian matrix as columns, those of the least eigenvalues first; `None` when it holds a
+/// number that is not finite.
+pub(crate) fn hermitian_eigenvectors(a: &DMatrix<Complex<f64>>) -> Option<DMatrix<Complex<f64>>> {
+    let decomposition = to_faer(a)?.self_adjoint_eigen(Side::Lower).ok()?;
+    let vectors = decomposition.U();
+    Some(DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)]))
+}
+
 /// The diagonal matrix of some numbers.
 pub(crate) fn diagonal(values: impl IntoIterator<Item = f64>) -> Mat {
     Mat::from_diagonal(&DVector::from_vec(values.into_iter().collect()))

@@ -11,18 +11,17 @@
 //! - [`structure`]: what a perturbation may look like;
 //! - [`upper`]: the bound by D-G scalings, and the scalings that show it;
 //! - [`lower`], [`margin`]: perturbations that destabilise;
-//! - [`sweep`], [`interval`]: bounds for all frequencies;
+//! - [`over_frequency`], [`sweep`], [`interval`]: bounds for all frequencies;
 //! - [`worst_case`]: the largest gain at a given size of the perturbation.
 
-mod annihilated;
-mod balance;
-mod centre;
+mod components;
+mod coordinates;
 pub mod interval;
 pub mod lower;
 pub mod margin;
+pub mod over_frequency;
+mod peaks;
 mod perturbable;
-mod product;
-mod scaling;
 pub mod structure;
 pub mod sweep;
 pub mod upper;

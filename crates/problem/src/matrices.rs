@@ -12,6 +12,22 @@ const LARGEST: f64 = 1e100;
 /// The keys and values of an object.
 pub type Entries = [(String, Json)];
 
+/// What a file says of itself, beside `data`, or in it with the plant: it decides nothing.
+pub const NOTES: [&str; 12] = [
+    "kind",
+    "name",
+    "source",
+    "tests",
+    "expected",
+    "note",
+    "notes",
+    "right",
+    "unit",
+    "convention",
+    "Bt_scale",
+    "G",
+];
+
 /// The value of a key.
 pub fn find<'a>(entries: &'a Entries, key: &str) -> Option<&'a Json> {
     entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
@@ -64,19 +80,37 @@ impl Reader {
         find(top, "data").map_or(Ok(top), |data| self.object(data, "data"))
     }
 
-    /// Refuses a key that is none of those `here` but was meant to be one: spelt otherwise, or one of those
-    /// `elsewhere`, which stand in another object. Other keys are ignored.
-    pub fn meant(&self, entries: &Entries, here: &[&str], elsewhere: (&[&str], &str)) -> Result<(), Error> {
-        let (others, place) = elsewhere;
-        for (key, _) in entries.iter().filter(|(key, _)| !here.contains(&key.as_str())) {
-            if others.contains(&key.as_str()) {
-                return Err(self.wrong(key, format!("is out of place; it stands {place}")));
-            }
-            if let Some(near) = here.iter().find(|word| is_near(key, word)) {
-                return Err(self.wrong(key, format!("is not known; did you mean '{near}'?")));
-            }
+    /// Refuses a key at `place`, as in "in 'data'", that is none of those `here`; those `elsewhere` stand in another
+    /// object.
+    pub fn only(
+        &self,
+        entries: &Entries,
+        place: &str,
+        here: &[&str],
+        elsewhere: (&[&str], &str),
+    ) -> Result<(), Error> {
+        let (others, right_place) = elsewhere;
+        let Some((key, _)) = entries.iter().find(|(key, _)| !here.contains(&key.as_str())) else {
+            return Ok(());
+        };
+        if others.contains(&key.as_str()) {
+            return Err(self.wrong(key, format!("is out of place; it stands {right_place}")));
         }
-        Ok(())
+        let near = here.iter().find(|word| is_near(key, word));
+        let near = near.map_or_else(String::new, |word| format!("; did you mean '{word}'?"));
+        let allowed: Vec<&str> = here.iter().filter(|key| !NOTES.contains(key)).copied().collect();
+        let allowed = allowed.join(", ");
+        Err(self.wrong(key, format!("is not known{near} (allowed {place}: {allowed})")))
+    }
+
+    /// Refuses an unknown key beside `data`, where there is one: besides it stands what a file says of itself, which
+    /// decides nothing.
+    pub fn only_notes_beside_data(&self, value: &Json, elsewhere: (&[&str], &str)) -> Result<(), Error> {
+        let top = self.object(value, "")?;
+        if find(top, "data").is_none() {
+            return Ok(());
+        }
+        self.only(top, "beside 'data'", &[&["data"], &NOTES[..]].concat(), elsewhere)
     }
 
     /// The error that something is wrong at a line.

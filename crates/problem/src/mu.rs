@@ -1,11 +1,13 @@
 //! `squid lpv mu`: from a problem file to bounds on mu from both sides.
 
 use crate::error::Error;
-use crate::mu_file::{Perturbed, mu_problem};
+use crate::mu_file::{MuProblem, Perturbed, mu_problem};
 use crate::source::Source;
 use crate::words::digits;
-use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound};
-use lpv::mu::sweep::{FrequencyMu, SweepError, mu_over_frequency, response};
+use lpv::bilinear::Bilinear;
+use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound_below};
+use lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};
+use lpv::mu::sweep::{SweepError, response};
 use lpv::mu::upper::upper_bound;
 use lpv::mu::worst_case::{Perturbable, WorstCaseError, worst_case_gain};
 use lpv::mu::{CMat, Structure};
@@ -41,6 +43,9 @@ pub struct Report {
     pub seconds: Option<f64>,
     /// Why there are no bounds.
     pub reason: Option<String>,
+    /// The highest frequency, rad/s: in discrete time pi over the sample time.
+    #[serde(skip)]
+    pub fastest: f64,
 }
 
 /// Robust performance and the worst-case gain.
@@ -77,14 +82,15 @@ fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Err
 /// # Errors
 /// Those of the file; [`Error::Mu`] when the system is unstable or the sweep does not close.
 pub fn run(source: &Source) -> Result<Report, Error> {
-    let (perturbed, structure) = mu_problem(source)?;
+    let MuProblem { perturbed, structure, discrete } = mu_problem(source)?;
     let wrong = |reason| Error::Mu { file: source.name.clone(), reason };
     let begin = Instant::now();
-    let mut report = Report { status: "bounded", ..Report::default() };
+    let mut report = Report { status: "bounded", fastest: f64::INFINITY, ..Report::default() };
     let lower = match perturbed {
         Perturbed::Matrix(m) => {
-            report.upper = Some(upper_bound(&m, &structure).map_err(|e| wrong(e.into()))?.value);
-            lower_bound(&m, &structure).map_err(|e| wrong(e.into()))?
+            let upper = upper_bound(&m, &structure).map_err(|e| wrong(e.into()))?;
+            report.upper = Some(upper.value);
+            lower_bound_below(&m, &structure, Some(&upper)).map_err(|e| wrong(e.into()))?
         }
         Perturbed::System(system) => report.over_frequency(&system, &structure).map_err(wrong)?,
         Perturbed::Performing(system, size) => {
@@ -95,6 +101,9 @@ pub fn run(source: &Source) -> Result<Report, Error> {
         }
     };
     report.set_lower(lower);
+    if let Some(transform) = discrete {
+        report.to_discrete(&transform);
+    }
     report.seconds = Some(begin.elapsed().as_secs_f64());
     Ok(report)
 }
@@ -195,13 +204,23 @@ impl Report {
         self.delta = Some(pairs(&lower.delta));
     }
 
+    /// Takes frequencies back to discrete time.
+    fn to_discrete(&mut self, transform: &Bilinear) {
+        self.fastest = transform.frequency(0.0).max(transform.frequency(f64::INFINITY));
+        let gain = self.performance.as_mut().map(|found| &mut found.gain_frequency);
+        for omega in [&mut self.frequency, &mut self.lower_frequency].into_iter().chain(gain) {
+            *omega = omega.map(|omega| transform.frequency(omega));
+        }
+    }
+
     /// The text for a terminal, with bounds rounded to the safe side.
     pub fn words(&self) -> String {
         let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
         let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));
+        let fastest = if self.fastest.is_infinite() { "infinity".into() } else { rads(self.fastest) };
         let (below, safe) = match self.frequency {
             Some(w) => (
-                format!("mu <= {most} at every frequency from 0 to infinity, largest near {}", rads(w)),
+                format!("mu <= {most} at every frequency from 0 to {fastest}, largest near {}", rads(w)),
                 "the loop stays stable for every perturbation of this structure",
             ),
             None => (

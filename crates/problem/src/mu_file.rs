@@ -9,13 +9,19 @@
 //! With `performance` the last p inputs of P are w and its last q outputs z: robust performance and the worst-case
 //! gain are from w to z. `size` is that of the perturbation for the latter, 1 if not given.
 //!
-//! An entry of M is a pair of numbers, or a plain number where it is real. No key may occur twice; other keys are
-//! ignored, but for those that are nearly one of these.
+//! `dt`, beside P, is the sample time (s) of a system in discrete time, `x+` in place of `x'`: mu is that over the unit
+//! circle, `z = exp(j omega dt)`.
+//!
+//! An entry of M is a pair of numbers, or a plain number where it is real. No key may occur twice, and no other key is
+//! allowed but what a file says of itself (see `problem_file`).
 
+use crate::discrete::POLES_AT_BOTH_ENDS;
 use crate::error::Error;
-use crate::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::matrices::{Entries, Matrices, NOTES, Reader, Size, find};
+use crate::problem_file::sample_time;
 use crate::source::Source;
 use certificate::Json;
+use lpv::bilinear::Bilinear;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
@@ -34,21 +40,34 @@ pub enum Perturbed {
 /// Largest number of rows, columns or repetitions; more are taken for a mistake.
 const LARGEST_BLOCK: f64 = 1000.0;
 
+/// A problem of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MuProblem {
+    /// What is perturbed, in continuous time.
+    pub perturbed: Perturbed,
+    /// The structure of the perturbation.
+    pub structure: Structure,
+    /// The transform of a system in discrete time.
+    pub discrete: Option<Bilinear>,
+}
+
 /// Reads a problem file.
 ///
 /// # Errors
 /// [`Error::Problem`] with file and key,
 /// also when the blocks do not fit.
-pub fn mu_problem(source: &Source) -> Result<(Perturbed, Structure), Error> {
+pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
+    const KEYS: [&str; 6] = ["M", "P", "blocks", "performance", "size", "dt"];
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
-    reader.meant(data, &["M", "P", "blocks", "performance", "size"], (&[], ""))?;
-    let perturbed = match (find(data, "M"), find(data, "P")) {
+    reader.only_notes_beside_data(&value, (&KEYS, "in 'data'"))?;
+    reader.only(data, "in 'data'", &[&KEYS[..], &NOTES].concat(), (&[], ""))?;
+    let mut perturbed = match (find(data, "M"), find(data, "P")) {
         (Some(_), Some(_)) => {
             return Err(reader.wrong("M", "and 'P' are both given; give a matrix M or a system P".into()));
         }
         (Some(m), None) => Perturbed::Matrix(complex_matrix(&reader, m)?),
-        (None, Some(p)) => Perturbed::System(system(&reader, reader.object(p, "P")?)?),
+        (None, Some(p)) => Perturbed::System(system(&reader, reader.object(p, "P")?, "P")?),
         (None, None) => {
             let words = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
             return Err(reader.wrong("M", words.into()));
@@ -56,15 +75,42 @@ pub fn mu_problem(source: &Source) -> Result<(Perturbed, Structure), Error> {
     };
     let structure = structure(&reader, data)?;
     let performance = performance(&reader, data)?;
+    let sample_time = sample_time(&reader, data)?;
+    if matches!(perturbed, Perturbed::Matrix(_)) {
+        let beside = [("performance", performance.is_some()), ("dt", sample_time.is_some())];
+        if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(reader.wrong(key, "goes with a system P, not with a matrix M".into()));
+        }
+    }
+    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
+    let mut discrete = None;
+    if let (Perturbed::System(system), Some(time)) = (&mut perturbed, sample_time) {
+        let (transform, continuous) = in_continuous_time(&reader, system, time)?;
+        (*system, discrete) = (continuous, Some(transform));
+    }
     let perturbed = match (perturbed, performance) {
         (Perturbed::System(system), Some((_, _, size))) => Perturbed::Performing(system, size),
-        (Perturbed::Matrix(_), Some(_)) => {
-            return Err(reader.wrong("performance", "goes with a system P, not with a matrix M".into()));
-        }
         (perturbed, _) => perturbed,
     };
-    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
-    Ok((perturbed, structure))
+    Ok(MuProblem { perturbed, structure, discrete })
+}
+
+/// A system in discrete time as one in continuous time, with the same mu.
+fn in_continuous_time(
+    reader: &Reader,
+    system: &StateSpace,
+    sample_time: f64,
+) -> Result<(Bilinear, StateSpace), Error> {
+    let radius = system.poles().iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    if radius >= 1.0 {
+        let words = format!(
+            "has an eigenvalue of modulus {radius}; in discrete time the loop is unstable without any perturbation"
+        );
+        return Err(reader.wrong("A", words));
+    }
+    let transform = Bilinear::of(&system.a, sample_time);
+    let found = transform.and_then(|transform| Some((transform, transform.continuous(system)?)));
+    found.ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))
 }
 
 /// A pair of whole numbers, from `least` to [`LARGEST_BLOCK`].
@@ -140,8 +186,9 @@ fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Compl
     }
 }
 
-/// A system of A, B, C and D.
-pub fn system(reader: &Reader, entries: &Entries) -> Result<StateSpace, Error> {
+/// A system of A, B, C and D under a key.
+pub fn system(reader: &Reader, entries: &Entries, key: &str) -> Result<StateSpace, Error> {
+    reader.only(entries, &format!("in '{key}'"), &["A", "B", "C", "D"], (&[], ""))?;
     let m = Matrices { reader, entries };
     let a = m.get("A", Size::own())?;
     let n = a.nrows();

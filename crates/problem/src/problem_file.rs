@@ -10,7 +10,8 @@
 //! A certificate is a problem file, too: its plant is read. Matrices are lists of rows; the partition is that of
 //! `lpv::plant`. Sizes follow from any matrix that shows them: a plant without states has `"A": []`, and its inputs and
 //! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
-//! twice. Other keys are ignored, but for those that are nearly one of these, or one of these in another place.
+//! twice, and no other key is allowed but what a file says of itself: `kind`, `name`, `source`, `tests`, `expected`,
+//! `note`, `notes`, `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
 //!
 //! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the parameters move however fast. `dt`, in either kind, is the sample time (s) of a plant in
@@ -26,7 +27,7 @@
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
-use crate::matrices::{Entries, Matrices, Reader, Size, find};
+use crate::matrices::{Entries, Matrices, NOTES, Reader, Size, find};
 use crate::source::Source;
 use certificate::{FORMAT_DISCRETE, Json};
 use lpv::matrix::Mat;
@@ -55,7 +56,7 @@ pub struct Problem {
 /// [`Error::Problem`] with file and key,
 /// also when matrices do not fit together.
 pub fn problem(source: &Source) -> Result<Problem, Error> {
-    read(source, true, "sample_time")
+    read(source, true, &OF_PLANT, "sample_time")
 }
 
 /// Reads the plant of the problem file of a sampled loop, in continuous time.
@@ -63,7 +64,7 @@ pub fn problem(source: &Source) -> Result<Problem, Error> {
 /// # Errors
 /// As [`problem`].
 pub fn of_sampled_loop(source: &Source) -> Result<Problem, Error> {
-    read(source, true, "dt")
+    read(source, true, &OF_SAMPLED_LOOP, "dt")
 }
 
 /// Reads the problem file of a finished loop: a plant without controls and measurements, whose matrices are left out.
@@ -71,7 +72,7 @@ pub fn of_sampled_loop(source: &Source) -> Result<Problem, Error> {
 /// # Errors
 /// As [`problem`]; where there are controls or measurements.
 pub fn finished(source: &Source) -> Result<Problem, Error> {
-    let problem = read(source, false, "sample_time")?;
+    let problem = read(source, false, &OF_PLANT, "sample_time")?;
     let sizes = problem.plant.sizes();
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
@@ -85,17 +86,36 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     Ok(problem)
 }
 
-/// The keys beside the plant, or beside its matrices.
-const BESIDE: [&str; 4] = ["blocks", "rate", "limits", "dt"];
+/// The keys beside a plant with parameters.
+const OF_PLANT: [&str; 4] = ["blocks", "rate", "limits", "dt"];
 
-/// Reads a problem file that must not have the key `other`, which is of another kind of problem.
-fn read(source: &Source, with_control: bool, other: &str) -> Result<Problem, Error> {
+/// The keys beside the plant of a sampled loop.
+const OF_SAMPLED_LOOP: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held"];
+
+/// Those of them that a plant without parameters has no use for.
+const OF_PARAMETERS: [&str; 2] = ["blocks", "rate"];
+
+/// The keys of a certificate beside the plant.
+const OF_CERTIFICATE: [&str; 11] = [
+    "format",
+    "controller_blocks",
+    "controller",
+    "gamma",
+    "X",
+    "S",
+    "T",
+    "residual",
+    "bounded_rate",
+    "limits",
+    "energy",
+];
+
+/// Reads a problem file with the keys `beside` the plant, and without the key `other`, which is of another kind of
+/// problem.
+fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Result<Problem, Error> {
     let (reader, value) = Reader::open(source)?;
-    let top = reader.object(&value, "")?;
     let data = reader.data(&value)?;
-    if find(top, "data").is_some() {
-        reader.meant(top, &["data", "kind"], (&BESIDE, "in 'data'"))?;
-    }
+    reader.only_notes_beside_data(&value, (beside, "in 'data'"))?;
     let matrices: Vec<&str> = names(PLANT).map(|(name, _, _)| name).chain(["D22", "E"]).collect();
     if find(data, other).is_some() {
         let words = match other {
@@ -109,11 +129,32 @@ fn read(source: &Source, with_control: bool, other: &str) -> Result<Problem, Err
     let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     match nested {
-        Some(_) => {
-            reader.meant(data, &[&BESIDE[..], &["P", "plant"]].concat(), (&[], ""))?;
-            reader.meant(entries, &matrices, (&BESIDE, "beside the plant, in 'data'"))?;
+        Some((key, _)) => {
+            let of_certificate: &[&str] = if find(data, "format").is_some() { &OF_CERTIFICATE } else { &[] };
+            reader.only(
+                data,
+                "in 'data'",
+                &[beside, &["P", "plant"], of_certificate, &NOTES].concat(),
+                (&[], ""),
+            )?;
+            reader.only(
+                entries,
+                &format!("in '{key}'"),
+                &matrices,
+                (beside, "beside the plant, in 'data'"),
+            )?;
         }
-        None => reader.meant(data, &[&BESIDE[1..], &matrices[..]].concat(), (&[], ""))?,
+        None => {
+            let plain: Vec<&str> =
+                beside.iter().filter(|key| !OF_PARAMETERS.contains(key)).copied().collect();
+            let words = "beside a plant 'P' with parameters";
+            reader.only(
+                data,
+                "in 'data'",
+                &[&matrices[..], &plain, &NOTES].concat(),
+                (&OF_PARAMETERS, words),
+            )?;
+        }
     }
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let matrices = Matrices { reader: &reader, entries };
@@ -169,7 +210,10 @@ fn limits(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) ->
 const LIMITS: (f64, f64) = (1e-9, 1e9);
 
 /// The sample time of a plant in discrete time.
-fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {
+///
+/// # Errors
+/// [`Error::Problem`] when it is no number in the range.
+pub fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {
     let (least, most) = SAMPLE_TIMES;
     let allowed = format!("a sample time from {least:e} to {most:e} s");
     let given = reader.optional_number(data, "dt", &allowed, |time| (least..=most).contains(&time))?;
@@ -280,13 +324,20 @@ mod tests {
             format!(r#"{{"data": {{"P": {{{matrices}{inside}}}, "blocks": []{beside}}}{above}}}"#)
         };
         assert_eq!(plant_of(&nested("", "", "")), plant_of(PLAIN));
-        plant_of(&nested(r#", "notes": 1, "convention": 2"#, r#", "unit": "m""#, r#", "source": 3"#))
-            .unwrap();
+        plant_of(&nested(r#", "notes": 1, "convention": 2"#, "", r#", "source": 3"#)).unwrap();
         for (beside, inside, above, words) in [
             (r#", "limit": [1]"#, "", "", "'limit' is not known; did you mean 'limits'?"),
             (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
             (r#", "sample_time": 0.1"#, "", "", "'sample_time' is of sampled loops; the sample time of"),
             ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
+            (
+                r#", "speed": 1"#,
+                "",
+                "",
+                "'speed' is not known (allowed in 'data': blocks, rate, limits, dt, P, plant)",
+            ),
+            ("", r#", "unit": "m""#, "", "'unit' is not known (allowed in 'P': A, Bt, "),
+            ("", "", r#", "speed": 1"#, "'speed' is not known (allowed beside 'data': data)"),
             ("", r#", "dt": 0.1"#, "", "'dt' is out of place; it stands beside the plant, in 'data'"),
             ("", "", r#", "limits": [1]"#, "'limits' is out of place; it stands in 'data'"),
         ] {

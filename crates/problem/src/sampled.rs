@@ -48,9 +48,8 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     let mut plant = of_sampled_loop(source)?;
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
-    reader.meant(data, &["P", "blocks", "K", "sample_time", "delay", "held"], (&[], ""))?;
     let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
-    let k = system(&reader, reader.object(k, "K")?)?;
+    let k = system(&reader, reader.object(k, "K")?, "K")?;
     let time = reader.optional_number(data, "sample_time", SAMPLE_TIMES, |v| v > 0.0)?;
     let missing = || reader.wrong("sample_time", format!("is missing; it must be {SAMPLE_TIMES}"));
     let time = time.ok_or_else(missing)?;

@@ -218,3 +218,31 @@ def test_what_has_no_gain_is_refused(
     assert done.returncode == code, done.stdout
     assert words in done.stdout + done.stderr
     assert not (tmp_path / "certificate.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("inside", "beside", "above", "words"),
+    [
+        ({"speed": 1}, {}, {}, "'speed' is not known (allowed in 'P': A, Bt, "),
+        ({}, {"sped": 1}, {}, "'sped' is not known (allowed in 'data': blocks, rate, limits, dt, P, plant)"),
+        ({}, {"rates": 1}, {}, "'rates' is not known; did you mean 'rate'?"),
+        ({}, {}, {"speed": 1}, "'speed' is not known (allowed beside 'data': data)"),
+        ({}, {}, {"rate": 1}, "'rate' is out of place; it stands in 'data'"),
+    ],
+)
+def test_no_key_is_ignored(
+    run_squid: Run, tmp_path: Path, inside: dict, beside: dict, above: dict, words: str
+) -> None:
+    """An unknown key is refused wherever it stands; what a file says of itself is not."""
+    problem = demo(0.1) | {"kind": "lpvgain", "source": "IQClab", "notes": "none"} | above
+    problem["data"] |= beside
+    problem["data"]["P"] = problem["data"]["P"] | inside
+    done = run_squid("lpv", "gain", written(tmp_path, problem), "--json")
+    assert done.returncode == 1
+    assert words in done.stderr and "problem.json: " in done.stderr
+
+
+def test_a_plant_without_parameters_has_no_blocks(run_squid: Run, tmp_path: Path) -> None:
+    """`blocks` beside plain matrices would be ignored, and is refused."""
+    done = run_squid("lpv", "gain", written(tmp_path, {"data": PLANT | {"blocks": [1]}}), "--json")
+    assert done.returncode == 1 and "'blocks' is out of place" in done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from collections.abc import Callable
@@ -211,6 +212,130 @@ def test_isolated_peak_of_a_real_scalar(run_squid: Run, tmp_path: Path) -> None:
     assert report["lower"] == pytest.approx(1.0, rel=1e-6)
     assert report["frequency"] == pytest.approx(3**-0.5, rel=1e-4)
     assert report["lower_frequency"] == pytest.approx(3**-0.5, abs=1e-5)
+
+
+def case(name: str) -> dict:
+    """Return a case of the repository."""
+    return json.loads((CASES / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def of_case(value: dict) -> System:
+    """Return the system of a problem."""
+    a, b, c, d = (np.array(value["data"]["P"][key], dtype=float) for key in "ABCD")
+    return a, b, c, d
+
+
+def test_two_masses(run_squid: Run, tmp_path: Path) -> None:
+    """MATLAB's first example of robstab, whose A has entries of 1e11: 0.34645 to 0.34681 at 575.03 rad/s."""
+    value = case("mu05_two_masses")
+    report = bounds(run_squid, tmp_path / "p.json", value)
+    expected = value["expected"]
+    assert report["lower"] == pytest.approx(expected["mu_lower"], rel=expected["rtol"])
+    assert expected["mu_lower"] <= report["upper"] <= expected["mu_upper"]
+    assert report["lower_frequency"] == pytest.approx(expected["omega"], rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [1.0, 1e3, 1e-6])
+def test_worst_case_gain_of_two_masses(run_squid: Run, tmp_path: Path, speed: float) -> None:
+    """MATLAB's first example of wcgain, in any unit of time: the worst corner has a gain of 1.0475."""
+    value = case("mu06_two_masses_gain")
+    a, b, c, d = of_case(value)
+    written = problem((a * speed, b * speed, c, d), value["data"]["blocks"])
+    written["data"] |= {"performance": [1, 1], "size": 1.0}
+    code, report, error = mu(run_squid, tmp_path / "p.json", written)
+    assert (code, error) == (0, "")
+    found, gain = report["performance"], value["expected"]["gain"]
+    assert found["gain_lower"] == pytest.approx(gain, rel=1e-4)
+    assert found["gain_lower"] <= found["gain_upper"] < gain * (1 + 2e-4)
+    # At the size 1/upper the gain is below upper, and grows with the size.
+    assert 1.02768 < found["lower"] <= found["upper"] < gain
+    delta = np.array(found["gain_delta"])[..., 0]
+    assert np.diag(delta) == pytest.approx(value["expected"]["delta"])
+
+
+def test_worst_case_gain_with_a_complex_scalar(run_squid: Run, tmp_path: Path) -> None:
+    """MATLAB's example of wcgain prints 5.1036 to 5.1140."""
+    value = case("mu10_integrator_gain")
+    code, report, error = mu(run_squid, tmp_path / "p.json", value)
+    assert (code, error) == (0, "")
+    found, expected = report["performance"], value["expected"]
+    assert expected["gain_lower"] <= found["gain_lower"] <= found["gain_upper"] <= expected["gain_upper"]
+
+
+def test_island(run_squid: Run, tmp_path: Path) -> None:
+    """The loop is unstable on a disc inside the box of the parameters, far from every corner: mu is 11/3."""
+    value = case("mu14_island")
+    report = bounds(run_squid, tmp_path / "p.json", value)
+    exact, rtol = value["expected"]["mu_true"], value["expected"]["rtol"]
+    assert exact * (1 - rtol) <= report["lower"] <= exact <= report["upper"] <= exact * (1 + rtol)
+
+
+def test_channels_that_form_no_loop(run_squid: Run, tmp_path: Path) -> None:
+    """The direct term of an LFT of 20 channels: what leads from one loop to another does not count."""
+    value = case("mu22_lpv4d_direct_term")
+    report = bounds(run_squid, tmp_path / "p.json", value)
+    exact, rtol = value["expected"]["mu_true"], value["expected"]["rtol"]
+    assert exact * (1 - 1e-9) <= report["upper"] <= exact * (1 + rtol)
+    assert report["lower"] == pytest.approx(exact, rel=rtol)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_other_coordinates(run_squid: Run, tmp_path: Path, seed: int) -> None:
+    """A similarity transform of condition 1e6 leaves the bounds as they are."""
+    random = np.random.default_rng(seed)
+    n, blocks = 4, [[-1, 0], [-2, 0], [1, 1]]
+    a = random.normal(size=(n, n))
+    a = a - (np.linalg.eigvals(a).real.max() + 0.3) * np.eye(n)
+    b, c, d = random.normal(size=(n, 4)), random.normal(size=(4, n)), 0.2 * random.normal(size=(4, 4))
+    u, v = (np.linalg.qr(random.normal(size=(n, n)))[0] for _ in range(2))
+    sizes = np.logspace(0.0, 6.0, n)
+    t, inverse = u * sizes @ v, (v.T / sizes) @ u.T
+    plain = bounds(run_squid, tmp_path / "p.json", problem((a, b, c, d), blocks))
+    # Not `bounds`: in these coordinates a response by NumPy has not the digits to check a perturbation with.
+    similar = (t @ a @ inverse, t @ b, c @ inverse, d)
+    code, other, error = mu(run_squid, tmp_path / "q.json", problem(similar, blocks))
+    assert (code, error) == (0, "")
+    for key in ("upper", "lower"):
+        assert other[key] == pytest.approx(plain[key], rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_corner_is_worse(run_squid: Run, tmp_path: Path, seed: int) -> None:
+    """Of real scalars and a real matrix: the largest real eigenvalue at all corners, by NumPy."""
+    random = np.random.default_rng(seed)
+    sizes = random.integers(1, 4, size=random.integers(1, 5))
+    n = int(sizes.sum())
+    m = random.normal(size=(n, n))
+    best = 0.0
+    for corner in itertools.product([-1.0, 1.0], repeat=len(sizes)):
+        values = np.linalg.eigvals(m * np.repeat(corner, sizes))
+        best = max([best, *values[values.imag == 0.0].real])
+    value = {"data": {"M": m.tolist(), "blocks": [[-int(r), 0] for r in sizes]}}
+    assert bounds(run_squid, tmp_path / "p.json", value)["lower"] >= best * (1 - 1e-6)
+
+
+def test_one_scalar_on_many_channels(run_squid: Run, tmp_path: Path) -> None:
+    """A real scalar repeated 20 times: mu is the largest real eigenvalue."""
+    m = np.random.default_rng(2).normal(size=(20, 20))
+    values = np.linalg.eigvals(m)
+    exact = np.abs(values[values.imag == 0.0].real).max()
+    report = bounds(run_squid, tmp_path / "p.json", {"data": {"M": m.tolist(), "blocks": [[-20, 0]]}})
+    assert exact * (1 - 1e-9) <= report["upper"] < exact * 1.001
+    assert report["lower"] == pytest.approx(exact, rel=1e-6)
+
+
+def test_discrete_time(run_squid: Run, tmp_path: Path) -> None:
+    """x+ = (-0.9 + delta) x leaves the unit circle at delta = -0.1, at the frequency pi/dt."""
+    value = problem((np.array([[-0.9]]), np.eye(1), np.eye(1), np.zeros((1, 1))), [[-1, 0]])
+    value["data"]["dt"] = 0.5
+    code, report, error = mu(run_squid, tmp_path / "p.json", value)
+    assert (code, error) == (0, "")
+    assert report["lower"] == pytest.approx(10.0, rel=1e-9) and 10.0 <= report["upper"] < 10.01
+    assert report["delta"][0][0][0] == pytest.approx(-0.1)
+    assert report["frequency"] == pytest.approx(np.pi / 0.5)
+    assert report["lower_frequency"] == pytest.approx(np.pi / 0.5)
+    words = run_squid("lpv", "mu", tmp_path / "p.json").stdout
+    assert "at every frequency from 0 to 6.28319 rad/s" in words
 
 
 NOMINAL = {
@@ -435,6 +560,24 @@ SYSTEM = {"P": {"A": [[-1]], "B": [[1]], "C": [[1]], "D": [[0]]}, "blocks": [[-1
         (SYSTEM, lambda d: d.update(performance=[1, 1]), "'D' is 1 x 1; for these blocks it must be 2 x 2"),
         (SYSTEM, lambda d: d.update(performance=[1]), "'performance' is a list of 1; it must be a pair"),
         (SYSTEM, lambda d: d.update(performance=[1, 0]), "it must be a pair of whole numbers from 1"),
+        (
+            SYSTEM,
+            lambda d: d.update(dt=0),
+            "'dt' is the number 0; it must be a sample time from 1e-9 to 1e9 s",
+        ),
+        (
+            SYSTEM,
+            lambda d: (d.update(dt=1), d["P"].update(A=[[1.5]])),
+            "'A' has an eigenvalue of modulus 1.5",
+        ),
+        (MATRIX, lambda d: d.update(dt=1), "'dt' goes with a system P, not with a matrix M"),
+        (
+            SYSTEM,
+            lambda d: d.update(sample_time=1),
+            "'sample_time' is not known (allowed in 'data': M, P, blocks, performance, size, dt)",
+        ),
+        (SYSTEM, lambda d: d.update(block=[]), "'block' is not known; did you mean 'blocks'?"),
+        (SYSTEM, lambda d: d["P"].update(E=[[1]]), "'E' is not known (allowed in 'P': A, B, C, D)"),
         (SYSTEM, lambda d: d.update(size=0), "'size' is the number 0; it must be a number above 0"),
         (
             MATRIX,
@@ -459,6 +602,11 @@ def test_wrong_file(
         ('{"data": {"M": [[1]], "M": [[2]], "blocks": [[1, 1]]}}', 'the key "M" stands twice'),
         ('{"data": {"M": [[Infinity]], "blocks": [[1, 1]]}}', "numbers must be finite"),
         ("[]", "must be an object"),
+        (
+            '{"data": {"M": [[1]], "blocks": [[1, 1]]}, "speed": 1}',
+            "'speed' is not known (allowed beside 'data'",
+        ),
+        ('{"data": {"M": [[1]], "blocks": [[1, 1]]}, "dt": 1}', "'dt' is out of place; it stands in 'data'"),
     ],
 )
 def test_wrong_text(run_squid: Run, tmp_path: Path, text: str, words: str) -> None:

@@ -52,7 +52,8 @@ pub enum LpvVerb {
     /// Reads {"data": {"M": [[[re, im], ..], ..], "blocks": [..]}}, where real entries may be plain numbers, or
     /// {"data": {"P": {"A": .., "B": .., "C": .., "D": ..}, "blocks": [..]}}: z = M w, w = Delta z, and A stable.
     /// `blocks` in the usual notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
-    /// complex block of p rows and q columns.
+    /// complex block of p rows and q columns. "dt", the sample time in s, makes P a system in discrete time: mu is then
+    /// that over the unit circle, and frequencies go to pi/dt.
     ///
     /// Of a system the upper bound holds at every frequency from 0 to infinity, not on a grid. The lower bound comes
     /// with the perturbation that shows it: it makes I - M Delta singular.

@@ -11,7 +11,7 @@
 //! does no harm.
 
 use super::CMat;
-use super::scaling::DgScalings;
+use super::upper::DgScalings;
 use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
@@ -42,6 +42,15 @@ const AXIS_TOLERANCE: f64 = 1e-7;
 const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
+
+/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
+pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
+    if omega.is_infinite() {
+        Some(system.d.map(|v| v.into()))
+    } else {
+        system.response(Complex::new(0.0, omega))
+    }
+}
 
 /// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`;
 /// `None` when they do not at `omega` itself.

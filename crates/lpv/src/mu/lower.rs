@@ -3,36 +3,39 @@
 //! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda
 //! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest.
 //! Its fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for
-//! the structured singular value", 27th CDC, 1988, and for real scalars of P. M. Young, J. C. Doyle, "Computation of
-//! mu with real and complex uncertainties", 29th CDC, 1990. What it settles on is made exact by turning the complex
-//! blocks, or moving one real scalar, until lambda is real: then `Delta = Q / lambda`.
+//! the structured singular value", 27th CDC, 1988. With real scalars lambda must be real, too ([`ascent`]). Then
+//! `Delta = Q / lambda`.
+//!
+//! One start is the perturbation of the upper bound: where D-G scalings are tight, the vector v that their inequality
+//! nearly annihilates is that of `w = Delta z`, `z = M v` (M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic
+//! Control 36(1), 1991). The others are signs and angles at random.
+
+mod annihilated;
+mod ascent;
+mod bound;
+mod modes;
+mod sequence;
+
+pub use bound::{LowerBound, SINGULAR_RESIDUAL, checked};
+pub(super) use sequence::Sequence;
 
 use super::CMat;
-use super::annihilated::annihilated;
-use super::product::product;
 use super::structure::{Block, Structure, StructureError};
-use crate::matrix::{ComplexVector, complex_eigenvalues, complex_singular_values, largest_singular_vectors};
+use super::upper::UpperBound;
+use crate::matrix::{ComplexVector, hermitian_eigenvectors, largest_singular_vectors};
 use crate::stop;
+use ascent::ascend;
+use modes::{Mode, Modes};
 use nalgebra::Complex;
 
-/// A perturbation that makes `I - M Delta` singular.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LowerBound {
-    /// mu is at least this: one over the size of Delta.
-    pub value: f64,
-    /// The perturbation.
-    pub delta: CMat,
-    /// The frequency, rad/s, where M is a frequency response.
-    pub frequency: Option<f64>,
-    /// The least singular value of `I - M Delta`, relative to the largest, at least 1.
-    pub residual: f64,
-}
-
-/// A residual below this counts as zero.
-pub const SINGULAR_RESIDUAL: f64 = 1e-12;
-
-/// How many perturbations the search starts from.
+/// How many perturbations the search starts from: complex blocks alone, and with real scalars.
 const LOWER_STARTS: usize = 16;
+const MIXED_STARTS: usize = 48;
+
+/// With more rows than this there are fewer starts with real scalars, as each takes longer: with the third power.
+const EASY_ROWS: usize = 8;
+
+const LEAST_STARTS: usize = 4;
 
 /// Steps from one start.
 const LOWER_STEPS: usize = 300;
@@ -40,83 +43,69 @@ const LOWER_STEPS: usize = 300;
 /// Steps without improvement after which a start is given up: with real scalars the steps may go round.
 const MOST_IDLE_STEPS: usize = 5;
 
-/// Newton steps that make an eigenvalue real.
-const MOST_CORRECTIONS: usize = 12;
+/// What an imaginary part costs where an eigenvalue to begin with is chosen.
+const IMAGINARY_PRICES: [f64; 3] = [0.0, 1.0, 10.0];
+
+/// How many vectors of the upper bound are tried.
+const UPPER_VECTORS: usize = 3;
+
+/// A bound this close to the upper one, relatively, is good enough.
+const CLOSED: f64 = 1e-6;
 
 /// Looks for the smallest perturbation that makes `I - M Delta` singular. `None` when none is found.
 ///
 /// # Errors
 /// [`StructureError`] when M does not fit the structure.
 pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>, StructureError> {
+    lower_bound_below(m, structure, None)
+}
+
+/// The same, where an upper bound is known.
+///
+/// # Errors
+/// As [`lower_bound`].
+pub fn lower_bound_below(
+    m: &CMat,
+    structure: &Structure,
+    upper: Option<&UpperBound>,
+) -> Result<Option<LowerBound>, StructureError> {
     structure.check(m)?;
     let search = LowerSearch {
-        m,
-        structure,
+        modes: Modes::new(m, structure),
         is_mixed: structure.blocks().iter().any(|b| matches!(b, Block::Real(_))),
     };
+    let enough = upper.map_or(f64::INFINITY, |upper| upper.value * (1.0 - CLOSED));
     let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
     let mut best: Option<LowerBound> = None;
     let mut tops: Vec<CMat> = vec![];
-    let plain_or_random = (0..LOWER_STARTS).map(|start| search.start(start, &mut random));
-    for start in search.largest_start().into_iter().chain(plain_or_random) {
-        let q = search.climb(start);
-        // Many starts lead to the same.
-        if tops.contains(&q) {
-            continue;
-        }
-        for found in search.exact(&q) {
-            if best.as_ref().is_none_or(|known| found.value > known.value) {
+    let hard = m.nrows().max(EASY_ROWS).pow(3) / EASY_ROWS.pow(3);
+    let count = if search.is_mixed { (MIXED_STARTS / hard).max(LEAST_STARTS) } else { LOWER_STARTS };
+    let known = upper.map_or_else(Vec::new, |upper| search.starts_of(upper));
+    let plain_or_random = (0..count).map(|start| search.start(start, &mut random));
+    for start in known.into_iter().chain(search.largest_start()).chain(plain_or_random) {
+        for (q, mode) in search.tops(start, &mut tops) {
+            let found = ascend(&search.modes, q, mode);
+            if let Some(found) = found.filter(|f| best.as_ref().is_none_or(|known| f.value > known.value)) {
                 best = Some(found);
             }
         }
-        tops.push(q);
+        if best.as_ref().is_some_and(|best| best.value >= enough) {
+            break;
+        }
     }
     Ok(best)
 }
 
-/// A perturbation that was evaluated and makes `I - M Delta` singular; `None` when it does not.
-pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBound> {
-    let n = m.nrows();
-    let values = complex_singular_values(&(CMat::identity(n, n) - m * &delta));
-    let residual = values.last()? / values.first()?.max(1.0);
-    let size = complex_singular_values(&delta).first().copied()?;
-    let sound = residual <= SINGULAR_RESIDUAL && structure.holds(&delta) && size > 0.0;
-    sound.then(|| LowerBound { value: 1.0 / size, delta, frequency: None, residual })
-}
-
-/// Numbers that look random and are the same in every run.
-pub(super) struct Sequence(pub(super) u64);
-
-impl Sequence {
-    fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    /// In [-1, 1].
-    fn next(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    /// 1 or -1.
-    pub(super) fn sign(&mut self) -> f64 {
-        if self.bits() & (1 << 30) == 0 { 1.0 } else { -1.0 }
-    }
-}
-
-/// An eigenvalue of `M Q`, and `M* u` and v, with `u* v = 1`.
-#[derive(Clone)]
-struct Mode {
-    lambda: Complex<f64>,
-    x: ComplexVector,
-    v: ComplexVector,
+/// A perturbation near a known one, at a matrix near by, that is as small as it gets.
+pub(super) fn improved(m: &CMat, structure: &Structure, known: &LowerBound) -> Option<LowerBound> {
+    let modes = Modes::new(m, structure);
+    let q = &known.delta * Complex::new(known.value, 0.0);
+    let mode = modes.nearest(&q, Complex::new(known.value, 0.0))?;
+    ascend(&modes, q, mode)
 }
 
 struct LowerSearch<'a> {
-    m: &'a CMat,
-    structure: &'a Structure,
+    modes: Modes<'a>,
     is_mixed: bool,
 }
 
@@ -124,13 +113,14 @@ impl LowerSearch<'_> {
     /// A unit perturbation with the full blocks that are the worst each by itself, by singular vectors: steps go slowly
     /// where the two largest singular values are close. `None` without full blocks.
     fn largest_start(&self) -> Option<CMat> {
-        let mut q = CMat::zeros(self.structure.rows(), self.structure.cols());
+        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         let mut any = false;
-        for (block, rows, cols) in self.structure.places() {
+        for (block, rows, cols) in self.modes.structure.places() {
             let part = match block {
                 Block::Full { .. } => {
                     any = true;
-                    let own = self.m.view((cols.start, rows.start), (cols.len(), rows.len())).into_owned();
+                    let own =
+                        self.modes.m.view((cols.start, rows.start), (cols.len(), rows.len())).into_owned();
                     let (u, v) = largest_singular_vectors(&own)?;
                     v * u.adjoint()
                 }
@@ -141,13 +131,17 @@ impl LowerSearch<'_> {
         any.then_some(q)
     }
 
-    /// A unit perturbation: the first ones plain, the others at random.
+    /// A unit perturbation: the first plain, the others at random, real scalars in every other one between their ends.
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
-        let mut q = CMat::zeros(self.structure.rows(), self.structure.cols());
-        for (block, rows, cols) in self.structure.places() {
+        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
+        for (block, rows, cols) in self.modes.structure.places() {
             let mut draw = || if number == 0 { 1.0 } else { random.next() };
             let part = match block {
-                Block::Real(r) => CMat::identity(r, r) * Complex::new(draw().signum(), 0.0),
+                Block::Real(r) => {
+                    let drawn = draw();
+                    let value = if number % 2 == 0 { drawn.signum() } else { drawn };
+                    CMat::identity(r, r) * Complex::new(value, 0.0)
+                }
                 Block::Complex(r) => {
                     CMat::identity(r, r) * Complex::from_polar(1.0, std::f64::consts::PI * (1.0 - draw()))
                 }
@@ -163,161 +157,112 @@ impl LowerSearch<'_> {
         q
     }
 
-    /// Improves Q until it gets no better; returns the best.
-    fn climb(&self, mut q: CMat) -> CMat {
-        let mut best = (f64::NEG_INFINITY, q.clone());
-        let mut idle = 0;
-        for _ in 0..LOWER_STEPS {
-            stop::check();
-            let Some(mode) = self.best_mode(&q) else { break };
-            let height = if self.is_mixed { mode.lambda.re } else { mode.lambda.norm() };
-            idle = if height > best.0 + 1e-10 * height.abs() { 0 } else { idle + 1 };
-            if height > best.0 {
-                best = (height, q.clone());
+    /// The unit perturbations that the upper bound suggests.
+    fn starts_of(&self, upper: &UpperBound) -> Vec<CMat> {
+        let (m, s) = (self.modes.m, &upper.scalings);
+        let phi = &s.dw * Complex::new(upper.value * upper.value, 0.0) - s.left(m);
+        let Some(vectors) = hermitian_eigenvectors(&phi) else { return vec![] };
+        vectors
+            .column_iter()
+            .take(UPPER_VECTORS)
+            .map(|v| self.of_vector(&v.into_owned(), upper.value))
+            .collect()
+    }
+
+    /// The perturbation with `v = Delta M v`, in units of its expected size, as far as there is one.
+    fn of_vector(&self, v: &ComplexVector, mu: f64) -> CMat {
+        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
+        let z = self.modes.m * v;
+        for (block, rows, cols) in &self.modes.places {
+            let (w, z) = (v.rows(rows.start, rows.len()), z.rows(cols.start, cols.len()));
+            let power = z.norm_squared();
+            if power == 0.0 {
+                continue;
             }
-            if idle > MOST_IDLE_STEPS {
-                break;
-            }
-            q = self.improved(&q, &mode);
-        }
-        best.1
-    }
-
-    /// The eigenvalue farthest to the right, or of the largest modulus where all blocks can be turned.
-    fn best_mode(&self, q: &CMat) -> Option<Mode> {
-        let rank = |v: &Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
-        let values = complex_eigenvalues(&product(self.m, q));
-        let lambda =
-            values.into_iter().filter(|v| v.re.is_finite()).max_by(|a, b| rank(a).total_cmp(&rank(b)))?;
-        self.mode(q, lambda)
-    }
-
-    fn mode(&self, q: &CMat, lambda: Complex<f64>) -> Option<Mode> {
-        let n = self.m.nrows();
-        let (u, v) = annihilated(product(self.m, q) - CMat::identity(n, n) * lambda)?;
-        let product = u.dotc(&v);
-        if product.norm() < 1e-12 {
-            return None;
-        }
-        // u* v = 1
-        Some(Mode { lambda, x: self.m.adjoint() * u / product.conj(), v })
-    }
-
-    /// The eigenvalue of `M Q` next to one that is known.
-    fn followed(&self, q: &CMat, near: Complex<f64>) -> Option<Mode> {
-        let values = complex_eigenvalues(&product(self.m, q));
-        let lambda = values.into_iter().min_by(|a, b| (a - near).norm().total_cmp(&(b - near).norm()))?;
-        self.mode(q, lambda)
-    }
-
-    /// Each block where the eigenvalue grows most.
-    fn improved(&self, q: &CMat, mode: &Mode) -> CMat {
-        let turn = if self.is_mixed || mode.lambda.norm() == 0.0 {
-            Complex::new(1.0, 0.0)
-        } else {
-            mode.lambda.conj() / mode.lambda.norm()
-        };
-        let mut out = q.clone();
-        for (block, rows, cols) in self.structure.places() {
-            let x = mode.x.rows(rows.start, rows.len());
-            let v = mode.v.rows(cols.start, cols.len());
-            let slope = || turn * x.dotc(&v);
-            let part = match block {
-                Block::Real(r) if slope().re != 0.0 => {
-                    CMat::identity(r, r) * Complex::new(slope().re.signum(), 0.0)
+            let part = match *block {
+                Block::Real(r) => {
+                    let delta = mu * z.dotc(&w).re / power;
+                    CMat::identity(r, r) * Complex::new(delta.clamp(-1.0, 1.0), 0.0)
                 }
-                Block::Complex(r) if slope().norm() > 0.0 => {
-                    CMat::identity(r, r) * (slope().conj() / slope().norm())
+                Block::Complex(r) => {
+                    let delta = z.dotc(&w) * (mu / power);
+                    CMat::identity(r, r) * (delta / delta.norm().max(1.0))
                 }
-                Block::Full { .. } if x.norm() > 0.0 && v.norm() > 0.0 => {
-                    x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * turn.conj()
+                Block::Full { .. } => {
+                    let delta = w * z.adjoint() * Complex::new(mu / power, 0.0);
+                    let size = w.norm() * mu / power.sqrt();
+                    delta / Complex::new(size.max(1.0), 0.0)
                 }
-                _ => continue,
             };
-            out.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+            q.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+        }
+        q
+    }
+
+    /// Where to ascend from a start: from itself, and from where it climbs without regard to what is real.
+    fn tops(&self, start: CMat, seen: &mut Vec<CMat>) -> Vec<(CMat, Mode)> {
+        let climbed = self.climb(start.clone());
+        let own = if self.is_mixed { vec![start, climbed] } else { vec![climbed] };
+        let mut out: Vec<(CMat, Mode)> = vec![];
+        for q in own {
+            // Many starts lead to the same.
+            if seen.contains(&q) {
+                continue;
+            }
+            if !self.is_mixed {
+                out.extend(self.turned(&q));
+            } else {
+                for price in IMAGINARY_PRICES {
+                    let Some(mode) = self.modes.best(&q, |v| v.re - price * v.im.abs()) else { continue };
+                    if out.iter().all(|(_, other)| other.lambda != mode.lambda) {
+                        out.push((q.clone(), mode));
+                    }
+                }
+            }
+            seen.push(q);
         }
         out
     }
 
-    /// Perturbations near Q for which an eigenvalue of `M Q` is real and positive.
-    fn exact(&self, q: &CMat) -> Vec<LowerBound> {
-        let Some(mode) = self.best_mode(q) else { return vec![] };
-        if !self.is_mixed {
-            let turned = q * (mode.lambda.conj() / mode.lambda.norm());
-            let delta = turned / Complex::new(mode.lambda.norm(), 0.0);
-            return checked(self.m, self.structure, delta).into_iter().collect();
-        }
-        let knobs = self.structure.places();
-        let turns = std::iter::once(None)
-            .chain((0..knobs.len()).filter(|k| matches!(knobs[*k].0, Block::Real(_))).map(Some));
-        turns.filter_map(|knob| self.made_real(q, mode.clone(), knob)).collect()
-    }
-
-    /// Turns all complex blocks, or moves one real scalar, until the eigenvalue followed is real.
-    fn made_real(&self, q: &CMat, mut mode: Mode, knob: Option<usize>) -> Option<LowerBound> {
-        let places = self.structure.places();
-        let mut q = q.clone();
-        for _ in 0..MOST_CORRECTIONS {
-            let near = mode.lambda;
-            if near.im.abs() <= 1e-13 * near.norm() {
-                break;
-            }
-            // d lambda by the angle of all complex blocks, or by the scalar.
-            let slope: Complex<f64> = match knob {
-                None => {
-                    let of = places.iter().filter(|(block, ..)| !matches!(block, Block::Real(_)));
-                    let part = |rows: &std::ops::Range<usize>, cols: &std::ops::Range<usize>| {
-                        let inner = q.view((rows.start, cols.start), (rows.len(), cols.len()));
-                        mode.x
-                            .rows(rows.start, rows.len())
-                            .dotc(&(inner * mode.v.rows(cols.start, cols.len())))
-                    };
-                    Complex::new(0.0, 1.0) * of.map(|(_, rows, cols)| part(rows, cols)).sum::<Complex<f64>>()
-                }
-                Some(k) => {
-                    let (_, rows, cols) = &places[k];
-                    mode.x.rows(rows.start, rows.len()).dotc(&mode.v.rows(cols.start, cols.len()))
-                }
-            };
-            if slope.im == 0.0 {
-                return None;
-            }
-            let step = -near.im / slope.im;
-            self.turn(&mut q, knob, step)?;
-            mode = self.followed(&q, near)?;
-        }
-        let near = mode.lambda;
-        if near.re <= 0.0 {
+    /// Complex blocks alone, turned until the largest eigenvalue is real.
+    fn turned(&self, q: &CMat) -> Option<(CMat, Mode)> {
+        let lambda = self.modes.best(q, |v| v.norm())?.lambda;
+        if lambda.norm() == 0.0 {
             return None;
         }
-        checked(self.m, self.structure, q / Complex::new(near.re, 0.0))
+        let turned = q * (lambda.conj() / lambda.norm());
+        let mode = self.modes.nearest(&turned, Complex::new(lambda.norm(), 0.0))?;
+        Some((turned, mode))
     }
 
-    fn turn(&self, q: &mut CMat, knob: Option<usize>, step: f64) -> Option<()> {
-        for (k, (block, rows, cols)) in self.structure.places().into_iter().enumerate() {
-            let mut part = q.view_mut((rows.start, cols.start), (rows.len(), cols.len()));
-            match knob {
-                None if !matches!(block, Block::Real(_)) => {
-                    part *= Complex::from_polar(1.0, step.clamp(-0.5, 0.5))
-                }
-                Some(chosen) if chosen == k => {
-                    let next = part[(0, 0)].re + step;
-                    if !(-1.0..=1.0).contains(&next) {
-                        return None;
-                    }
-                    let r = rows.len();
-                    part.copy_from(&(CMat::identity(r, r) * Complex::new(next, 0.0)));
-                }
-                _ => {}
+    /// Improves Q until it gets no better; returns the best.
+    fn climb(&self, mut q: CMat) -> CMat {
+        let height = |v: Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
+        let mut best = (f64::NEG_INFINITY, q.clone());
+        let mut idle = 0;
+        for _ in 0..LOWER_STEPS {
+            stop::check();
+            let Some(mode) = self.modes.best(&q, height) else { break };
+            let found = height(mode.lambda);
+            idle = if found > best.0 + 1e-10 * found.abs() { 0 } else { idle + 1 };
+            if found > best.0 {
+                best = (found, q.clone());
             }
+            if idle > MOST_IDLE_STEPS {
+                break;
+            }
+            let is_turned = !self.is_mixed && mode.lambda.norm() > 0.0;
+            let turn = if is_turned { mode.lambda / mode.lambda.norm() } else { Complex::new(1.0, 0.0) };
+            q = self.modes.aimed(&q, &mode, turn);
         }
-        Some(())
+        best.1
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::matrix::{complex_eigenvalues, complex_singular_values};
     use crate::mu::structure::random::problem;
     use crate::mu::upper::upper_bound;
     use proptest::prelude::*;
@@ -358,5 +303,24 @@ mod tests {
         let values = complex_singular_values(&m);
         let found = lower_bound(&m, &full).unwrap().unwrap().value;
         assert!((found / values[0] - 1.0).abs() < 1e-12, "{found} {values:?}");
+    }
+
+    /// One real scalar, repeated, and a real matrix: mu is its largest real eigenvalue, beside larger ones that are not
+    /// real.
+    #[test]
+    fn a_real_eigenvalue_behind_others_is_found() {
+        let m = nalgebra::dmatrix![0.0, 5.0, 0.3; -5.0, 0.0, -0.2; 0.1, 0.4, -1.5].map(Complex::from);
+        let right = complex_eigenvalues(&m).into_iter().filter(|v| v.im == 0.0).map(|v| v.re.abs());
+        let found = lower_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap().unwrap();
+        assert!((found.value - right.fold(0.0, f64::max)).abs() < 1e-9, "{}", found.value);
+    }
+
+    /// Of `I - M Delta` with entries of 1e17 the least singular value is nothing but rounding.
+    #[test]
+    fn a_perturbation_so_large_that_rounding_makes_it_singular_is_none() {
+        let m = nalgebra::dmatrix![1.0, 1.0; -1.0, -1.0 - 1e-15].map(Complex::from);
+        let structure = Structure::new(vec![Block::Real(2)]).unwrap();
+        let size = Complex::new(1e17, 0.0);
+        assert_eq!(checked(&m, &structure, CMat::identity(2, 2) * size), None);
     }
 }

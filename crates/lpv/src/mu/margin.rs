@@ -7,6 +7,7 @@
 //! flexible aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
+use super::coordinates::balanced;
 use super::lower::{LowerBound, Sequence, checked};
 use super::structure::Structure;
 use crate::matrix::{Mat, diagonal, eigenvalues, least_singular_vectors, solve};
@@ -28,7 +29,11 @@ const LARGEST_SIZE_RATIO: f64 = 1e6;
 /// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block
 /// that is not a real scalar, or none is found.
 pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<LowerBound> {
-    if !structure.is_real() || system.a.is_empty() {
+    if !structure.is_real() {
+        return None;
+    }
+    let system = &balanced(system, structure);
+    if system.a.is_empty() {
         return None;
     }
     let sizes = structure.blocks().iter().map(|b| b.rows()).collect();

@@ -89,6 +89,11 @@ impl Structure {
         }
     }
 
+    /// Of blocks that are not empty.
+    pub(super) fn of(blocks: Vec<Block>) -> Self {
+        Self(blocks)
+    }
+
     /// From the usual notation: `[-r, 0]` a real scalar repeated r times, `[r, 0]` a complex one, `[p, q]` a full
     /// block of p rows and q columns. `[-1, 1]` is taken for `[-1, 0]`, and `[1, 1]` is a complex scalar either way.
     ///
@@ -109,6 +114,16 @@ impl Structure {
     /// The blocks.
     pub fn blocks(&self) -> &[Block] {
         &self.0
+    }
+
+    /// The real unknowns of D-G scalings.
+    pub(super) fn unknowns(&self) -> usize {
+        let of = |block: &Block| match block {
+            Block::Real(r) => 2 * r * r,
+            Block::Complex(r) => r * r,
+            Block::Full { .. } => 1,
+        };
+        self.0.iter().map(of).sum()
     }
 
     /// Entries of w.

@@ -6,11 +6,14 @@
 //! because the bound is nearly the same over a wide range of frequencies, the level is raised faster and faster: a
 //! sweep ends after a limited number of steps, with a bound that is guaranteed, or says where it has none.
 
+use super::components::of_system;
+use super::coordinates::{balanced, in_own_units};
+pub use super::interval::response;
 use super::interval::{Covered, Interval, good_interval, middle};
-use super::margin::real_lower_bound;
-use super::scaling::DgScalings;
 use super::structure::{Structure, StructureError};
-use super::upper::{UpperBound, UpperBoundOptions, upper_bound_with};
+use super::upper::DgScalings;
+use super::upper::balance::Balance;
+use super::upper::{BOUND_TOLERANCE, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::{Shown, Wide};
 use super::{CMat, lower};
 use crate::matrix::{largest_complex_singular_value, spectral_abscissa};
@@ -19,7 +22,7 @@ use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 
-/// DgScalings, and where they show the bound.
+/// Where scalings show the bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// The frequency at which they were found, rad/s.
@@ -28,18 +31,17 @@ pub struct Piece {
     pub value: f64,
     /// Where they show the bound of the sweep.
     pub interval: Interval,
-    /// D and G.
-    pub scalings: DgScalings,
 }
 
 /// A bound for all frequencies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrequencyBound {
     /// mu is below this at every frequency from 0 to infinity.
     pub upper: f64,
     /// The frequency with the largest bound of its own, rad/s.
     pub frequency: f64,
-    /// Pieces whose intervals cover the axis, ascending.
+    /// Pieces whose intervals cover the axis, ascending; of a system whose channels fall into components, those of
+    /// each.
     pub pieces: Vec<Piece>,
 }
 
@@ -60,6 +62,10 @@ pub enum SweepError {
 
 /// By how much the level is above the largest bound at a single frequency.
 const LEVEL_RAISE: f64 = 5e-5;
+
+/// So many unknowns of scalings are easy. With more of them less is aimed at: that raise, and how close the bounds at
+/// single frequencies are to the least ones, grow with the power 1.5.
+const EASY_UNKNOWNS: f64 = 200.0;
 
 /// An interval this much slower than every mode and this short, both relatively, raises the level by so much.
 const SHORT_INTERVAL_RAISE: f64 = 2e-3;
@@ -82,15 +88,6 @@ const HURRY_COUNT: usize = 100;
 pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FRUITLESS: usize = 20;
 
-/// The frequency response of a system. p x m, at omega in rad/s; `D` at infinity.
-pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
-    if omega.is_infinite() {
-        Some(system.d.map(|v| v.into()))
-    } else {
-        system.response(Complex::new(0.0, omega))
-    }
-}
-
 /// Bounds mu of `M(j omega)` over all frequencies. The bound need not go below one from below that is `known`; where
 /// that was found is looked at, too.
 ///
@@ -101,11 +98,22 @@ pub fn bound_over_frequency(
     structure: &Structure,
     known: Option<&lower::LowerBound>,
 ) -> Result<FrequencyBound, SweepError> {
-    let re = spectral_abscissa(&system.a);
-    if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
-        return Err(SweepError::Unstable { re });
+    check_stable(system, structure)?;
+    let mut all = FrequencyBound::default();
+    for part in of_system(system, structure) {
+        let own = balanced(&part.system(system), &part.structure);
+        all.add(swept(&own, &part.structure, known)?);
     }
-    let mut sweep = Sweep::new(system, structure, known)?;
+    Ok(all)
+}
+
+/// The bound of one component in balanced coordinates.
+pub(super) fn swept(
+    system: &StateSpace,
+    structure: &Structure,
+    known: Option<&lower::LowerBound>,
+) -> Result<FrequencyBound, SweepError> {
+    let mut sweep = Sweep::new(system, structure, known);
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_STEPS {
         stop::check();
@@ -117,6 +125,19 @@ pub fn bound_over_frequency(
     }
     let (from, to) = sweep.covered.gap().unwrap_or((0.0, f64::INFINITY));
     Err(SweepError::Stuck { from, to })
+}
+
+/// That a loop is stable without perturbation, and fits the structure.
+///
+/// # Errors
+/// [`SweepError::Unstable`]; [`SweepError::Structure`].
+pub(super) fn check_stable(system: &StateSpace, structure: &Structure) -> Result<(), SweepError> {
+    structure.check(&system.d.map(Complex::from))?;
+    let re = spectral_abscissa(&in_own_units(system, structure).a);
+    if !system.a.is_empty() && (re.is_nan() || re >= 0.0) {
+        return Err(SweepError::Unstable { re });
+    }
+    Ok(())
 }
 
 impl Interval {
@@ -132,9 +153,13 @@ impl Interval {
 struct Sweep<'a> {
     system: &'a StateSpace,
     structure: &'a Structure,
+    /// How much less is aimed at.
+    coarse: f64,
     level: f64,
     peak: (f64, f64),
     pieces: Vec<Piece>,
+    /// Where scalings were found.
+    starts: Vec<(f64, DgScalings)>,
     covered: Covered,
     /// How many scalings showed the level on no interval.
     fruitless: usize,
@@ -142,23 +167,21 @@ struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    fn new(
-        system: &'a StateSpace,
-        structure: &'a Structure,
-        known: Option<&lower::LowerBound>,
-    ) -> Result<Self, SweepError> {
+    fn new(system: &'a StateSpace, structure: &'a Structure, known: Option<&lower::LowerBound>) -> Self {
         let floor = known.map_or(0.0, |lower| lower.value);
-        structure.check(&system.d.map(|v| v.into()))?;
-        Ok(Self {
+        let coarse = (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(1.0);
+        Self {
             system,
             structure,
-            level: floor * (1.0 + LEVEL_RAISE),
+            coarse,
+            level: floor * (1.0 + coarse * LEVEL_RAISE),
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
+            starts: vec![],
             covered: Covered::default(),
             fruitless: 0,
             wide: Wide::new(system),
-        })
+        }
     }
 
     /// Looks at zero, infinity, the modes and where the peak is thought to be, so that the level is about right from
@@ -171,7 +194,8 @@ impl<'a> Sweep<'a> {
         let mut largest = 0.0f64;
         for &omega in &points {
             let Some(m) = response(self.system, omega) else { continue };
-            largest = largest.max(largest_complex_singular_value(&m));
+            let m = Balance::new(&[m], self.structure).matrices;
+            largest = m.iter().map(largest_complex_singular_value).fold(largest, f64::max);
         }
         // Real blocks may have a mu of zero almost everywhere.
         self.level = self.level.max(1e-6 * largest).max(LEAST_LEVEL);
@@ -186,7 +210,7 @@ impl<'a> Sweep<'a> {
         if value > self.peak.1 {
             self.peak = (omega, value);
         }
-        self.level = self.level.max(value * (1.0 + LEVEL_RAISE));
+        self.level = self.level.max(value * (1.0 + self.coarse * LEVEL_RAISE));
     }
 
     fn add(&mut self, omega: f64) -> Result<(), SweepError> {
@@ -194,11 +218,8 @@ impl<'a> Sweep<'a> {
             return Ok(());
         }
         let Some(m) = response(self.system, omega) else { return Ok(()) };
-        let nearest = self.pieces.iter().min_by(|a, b| {
-            let distance = |p: &Piece| (p.frequency - omega).abs();
-            distance(a).total_cmp(&distance(b))
-        });
-        let start = nearest.map(|piece| piece.scalings.clone());
+        let nearest = self.starts.iter().min_by(|a, b| (a.0 - omega).abs().total_cmp(&(b.0 - omega).abs()));
+        let start = nearest.map(|(_, scalings)| scalings.clone());
         // Next to a short interval there are others: not even tried.
         if self.wide.is_first(omega) && self.widened(omega, start.as_ref())? {
             return Ok(());
@@ -211,7 +232,7 @@ impl<'a> Sweep<'a> {
         }
         let Some(interval) = good_interval(self.system, &bound.scalings, self.level, omega) else {
             // The scalings hold with no clearance at all: a level that is a little higher has some.
-            self.level *= 1.0 + LEVEL_RAISE;
+            self.level *= 1.0 + self.coarse * LEVEL_RAISE;
             return Ok(());
         };
         if self.wide.is_next(omega, interval) && self.widened(omega, Some(&bound.start))? {
@@ -231,7 +252,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn bound(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, StructureError> {
-        let asked = UpperBoundOptions { level: self.level, from, ..UpperBoundOptions::default() };
+        let asked = UpperBoundOptions { level: self.level, tight: self.coarse * BOUND_TOLERANCE, from };
         upper_bound_with(m, self.structure, asked)
     }
 
@@ -251,7 +272,8 @@ impl<'a> Sweep<'a> {
     }
 
     fn push(&mut self, frequency: f64, interval: Interval, UpperBound { value, scalings, .. }: UpperBound) {
-        self.pieces.push(Piece { frequency, value, interval, scalings });
+        self.pieces.push(Piece { frequency, value, interval });
+        self.starts.push((frequency, scalings));
     }
 
     fn finish(mut self) -> FrequencyBound {
@@ -260,89 +282,29 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Both bounds over all frequencies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrequencyMu {
-    /// The bound from above.
-    pub upper: FrequencyBound,
-    /// The perturbation found, with the bound from below that it shows; none when none was found.
-    pub lower: Option<lower::LowerBound>,
-}
-
-/// Bounds mu over all frequencies from both sides.
-///
-/// ```text
-/// upper >= sup over omega of mu(M(j omega)) >= lower,   M(s) = C (s I - A)^-1 B + D
-/// ```
-///
-/// # Errors
-/// [`SweepError`].
-pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<FrequencyMu, SweepError> {
-    let first = real_lower_bound(system, structure);
-    let upper = bound_over_frequency(system, structure, first.as_ref())?;
-    let mut lower = first;
-    if lower.is_some() {
-        // For real scalars alone a search at one frequency finds nothing more.
-        return Ok(FrequencyMu { upper, lower });
-    }
-    let mut best: Vec<(f64, f64)> = upper.pieces.iter().map(|p| (p.value, p.frequency)).collect();
-    best.push((f64::INFINITY, upper.frequency));
-    best.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (_, omega) in best.into_iter().take(LOWER_BOUND_FREQUENCIES) {
-        let Some(m) = response(system, omega) else { continue };
-        let found = lower::lower_bound(&m, structure)?;
-        if let Some(mut found) = found
-            && lower.as_ref().is_none_or(|known| found.value > known.value)
-        {
-            found.frequency = Some(omega);
-            lower = Some(found);
+impl FrequencyBound {
+    /// Takes the bound of another component in.
+    pub(super) fn add(&mut self, mut other: Self) {
+        if other.upper > self.upper {
+            (self.upper, self.frequency) = (other.upper, other.frequency);
         }
+        self.pieces.append(&mut other.pieces);
     }
-    Ok(FrequencyMu { upper, lower })
-}
 
-/// At how many frequencies a perturbation is sought.
-const LOWER_BOUND_FREQUENCIES: usize = 8;
+    /// Frequencies (rad/s), those with the largest bounds of their own first.
+    pub(super) fn peaks(&self) -> Vec<f64> {
+        let mut best: Vec<(f64, f64)> = self.pieces.iter().map(|p| (p.value, p.frequency)).collect();
+        best.push((f64::INFINITY, self.frequency));
+        best.sort_by(|a, b| b.0.total_cmp(&a.0));
+        best.into_iter().map(|(_, omega)| omega).collect()
+    }
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::matrix::Mat;
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
-
-    /// Position and integrator of a loop round a mass that is pushed through a lag: mass and damping uncertain by 30 %,
-    /// on the acceleration and the speed, one of which is the derivative of the other; stiffness by 40, the actuator by
-    /// 50 %.
-    fn mass(leak: f64, gain: f64) -> StateSpace {
-        let (kp, ki, kd) = (2.0 * gain, 0.5 * gain, 1.5);
-        StateSpace {
-            a: dmatrix![
-                0.0, 1.0, 0.0, 0.0;
-                -0.4, -0.5, 1.0, 0.0;
-                -5.0 * kp, -5.0 * kd, -5.0, -5.0 * ki;
-                1.0, 0.0, 0.0, -leak
-            ],
-            b: Mat::from_fn(4, 4, |i, _| if i == 1 { 1.0 } else { 0.0 }),
-            c: dmatrix![-0.12, -0.15, 0.3, 0.0; 0.0, 0.3, 0.0, 0.0; 0.4, 0.0, 0.0, 0.0; 0.0, 0.0, 0.5, 0.0],
-            d: Mat::from_fn(4, 4, |i, _| if i == 0 { 0.3 } else { 0.0 }),
-        }
-    }
-
-    /// Rows that nearly depend on one another, towards zero or infinity: the centre of all scalings that hold at one
-    /// frequency holds next to it alone, and no sweep ended with these. The bounds meet.
-    #[test]
-    fn rows_that_nearly_depend_on_one_another_do_not_keep_a_sweep_from_ending() {
-        let (two, three) =
-            (vec![Block::Real(2), Block::Real(1), Block::Real(1)], vec![Block::Real(3), Block::Real(1)]);
-        for (leak, gain, blocks) in [(0.02, 1.0, &three), (1e-3, 3.0, &two), (1e-3, 3.0, &three)] {
-            let found =
-                mu_over_frequency(&mass(leak, gain), &Structure::new(blocks.clone()).unwrap()).unwrap();
-            let (upper, lower) = (found.upper.upper, found.lower.unwrap().value);
-            assert!(lower <= upper && upper < 1.001 * lower, "{leak} {gain}: {lower} {upper}");
-            assert!(found.upper.pieces.len() < 100, "{leak} {gain}: {}", found.upper.pieces.len());
-        }
-    }
 
     /// A mode that hardly decays and has no part in the response: near its frequency no scalings are known to hold, and
     /// the sweep says so, instead of trying for ever.

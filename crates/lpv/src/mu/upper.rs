@@ -3,13 +3,22 @@
 //! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the
 //! bound is that of the scalings found, and above it by what rounding may have done.
 
+pub(super) mod balance;
+pub(super) mod centre;
+mod joined;
+pub(super) mod product;
+mod scaling;
+
+pub use scaling::DgScalings;
+
 use super::CMat;
-use super::balance::Balance;
-use super::centre::{Centre, ZERO_MU};
-pub use super::scaling::DgScalings;
-use super::scaling::Family;
+use super::components::{Component, of_matrices};
 use super::structure::{Structure, StructureError};
 use crate::matrix::complex_singular_values;
+use balance::Balance;
+use centre::{Centre, ZERO_MU, least_lambda};
+use joined::weighted;
+use scaling::Family;
 
 /// A bound with the scalings that show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,8 +98,44 @@ pub fn common_bound(
     asked: UpperBoundOptions,
 ) -> Result<UpperBound, StructureError> {
     all.iter().try_for_each(|m| structure.check(m))?;
-    Ok(found(all, structure, asked))
+    let parts = of_matrices(all, structure);
+    Ok(if parts.len() > 1 { joined(all, structure, &parts, asked) } else { found(all, structure, asked) })
 }
+
+/// The bound of matrices that fall into components: each is bounded by itself, and what leads from one to another is
+/// made small by the weights of their scalings.
+fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: UpperBoundOptions) -> UpperBound {
+    let each: Vec<UpperBound> = parts
+        .iter()
+        .map(|part| {
+            let own: Vec<CMat> = all.iter().map(|m| part.part(m)).collect();
+            let from = asked.from.map(|known| known.cut(&part.z, &part.w));
+            found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
+        })
+        .collect();
+    let size = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
+    let largest = each.iter().map(|bound| bound.value).fold(0.0, f64::max);
+    let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
+    let mut best = unscaled(structure, f64::INFINITY);
+    for share in COUPLINGS {
+        let own = |of: fn(&UpperBound) -> &DgScalings| {
+            let scalings: Vec<&DgScalings> = each.iter().map(of).collect();
+            weighted(all, structure, parts, &scalings, (share, largest.max(ZERO_MU * size)))
+        };
+        let scalings = own(|bound| &bound.scalings);
+        let Some(value) = shown_by(all, &scalings) else { continue };
+        if value < best.value {
+            best = UpperBound { value, scalings, start: own(|bound| &bound.start), gap };
+        }
+        if best.value <= largest * (1.0 + BOUND_TOLERANCE) {
+            break;
+        }
+    }
+    if best.value.is_finite() { best } else { found(all, structure, asked) }
+}
+
+/// How much of the bound what leads from one component to another may be.
+const COUPLINGS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
 fn found(
     all: &[CMat],
@@ -119,6 +164,11 @@ fn found(
     let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
     let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
     UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
+}
+
+/// The bound that scalings show for all of some matrices.
+fn shown_by(all: &[CMat], s: &DgScalings) -> Option<f64> {
+    Some(least_lambda(all, s)?.max(0.0).sqrt())
 }
 
 #[cfg(test)]
@@ -165,6 +215,39 @@ mod tests {
         for blocks in structures {
             let found = of(&nilpotent, blocks.clone());
             assert!(found < 1e-5, "{blocks:?} {found}");
+        }
+    }
+
+    /// The direct term of an LFT: channels of three repeated scalars that hardly form loops. mu is 0.6 (p1 = -2 at theta
+    /// = -5/3), and scalings for 0.61 exist. P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2, three of its channels.
+    #[test]
+    fn channels_of_a_repeated_scalar_are_bounded_apart() {
+        let m = dmatrix![-0.6, 0.0, 0.0; 0.0, 0.0, -0.6; 0.0, 0.0, -0.6].map(Complex::from);
+        let bound = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap();
+        assert!((0.6..0.6001).contains(&bound.value), "{}", bound.value);
+        assert!(margin(&bound, bound.value * (1.0 + 1e-6), &m) > -1e-9);
+    }
+
+    proptest! {
+        /// mu of parts that are joined one way is the largest of theirs, and the scalings of the whole show it.
+        #[test]
+        fn joined_parts_are_as_large_as_the_largest((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
+            let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
+            let whole = Structure::new(blocks).unwrap();
+            let mut all = CMat::zeros(whole.cols(), whole.rows());
+            all.view_mut((0, 0), m.shape()).copy_from(&m);
+            all.view_mut(m.shape(), k.shape()).copy_from(&k);
+            all.view_mut((m.nrows(), 0), (k.nrows(), m.ncols())).fill(Complex::new(gain, -gain));
+            let largest = [(&m, &one), (&k, &other)].map(|(m, s)| upper_bound(m, s).unwrap().value);
+            let largest = largest[0].max(largest[1]);
+            let bound = upper_bound(&all, &whole).unwrap();
+            let size = complex_singular_values(&all)[0];
+            let off = (bound.value - largest).abs();
+            prop_assert!(off <= 1e-4 * largest + 1e-6 * size, "{} {largest}", bound.value);
+            if bound.value > 1e-3 * size {
+                let margin = margin(&bound, bound.value * (1.0 + 1e-6), &all);
+                prop_assert!(margin > -1e-9, "{margin}");
+            }
         }
     }
 

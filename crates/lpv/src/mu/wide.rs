@@ -6,8 +6,8 @@
 //! definite between them but for what M is curved.
 
 use super::interval::{Interval, good_interval};
-use super::scaling::DgScalings;
 use super::structure::{Structure, StructureError};
+use super::upper::DgScalings;
 use super::upper::{UpperBound, UpperBoundOptions, common_bound};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;

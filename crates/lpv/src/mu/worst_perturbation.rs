@@ -8,9 +8,9 @@
 use super::CMat;
 use super::lower::Sequence;
 use super::perturbable::Perturbable;
-use super::product::product;
 use super::structure::Block;
 use super::sweep::response;
+use super::upper::product::product;
 use crate::matrix::{ComplexVector, largest_complex_singular_value, largest_singular_vectors};
 use crate::stop;
 use nalgebra::Complex;

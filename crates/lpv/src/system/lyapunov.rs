@@ -4,7 +4,7 @@
 //! Int. J. Control 32(4), 1980 (a report of 1971); the balanced pair of gramians: B. C. Moore, IEEE Trans. Automatic
 //! Control 26(1), 1981.
 
-use crate::matrix::{Mat, diagonal, largest_eigenvalue, symmetric_function, symmetric_part};
+use crate::matrix::{Mat, diagonal, largest_eigenvalue, solve, symmetric_function, symmetric_part};
 use crate::system::state_space::StateSpace;
 
 /// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
@@ -22,7 +22,7 @@ pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> 
         p += lyapunov(&s.a.transpose(), &(&s.b * s.b.transpose()))?;
         q += lyapunov(&s.a, &(s.c.transpose() * &s.c))?;
     }
-    let (p, q) = (filled(&(p / systems.len() as f64)), filled(&(q / systems.len() as f64)));
+    let (p, q) = [p, q].map(|sum| filled(&(sum / systems.len() as f64), EIGENVALUE_FLOOR)).into();
     // P = L L':  P^-1 # Q = L'^-1 (L' Q L)^1/2 L^-1, whose root holds the Hankel singular values.
     let l = p.cholesky()?.l();
     let hankel = symmetric_function(&(l.transpose() * q * &l), |v| v.max(0.0).sqrt());
@@ -32,8 +32,25 @@ pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> 
     (gain > 0.0 && x.iter().all(|v| v.is_finite())).then_some((x, gain))
 }
 
+/// How much of itself a gramian may be filled up with: the first that makes it positive definite is taken, because
+/// rounding makes it indefinite in coordinates that are badly conditioned.
+const FLOORS: [f64; 4] = [EIGENVALUE_FLOOR, 1e-4, 1e-2, 1.0];
+
+/// How near to its limit the sign iteration for the factors of gramians ends: their size is what matters.
+const NEAR: f64 = 1e-3;
+
+/// The factors p and q of the gramians `p p'` of what the inputs reach and `q q'` of what the outputs show, directions
+/// that they do not reach filled up; `None` when a step fails.
+pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
+    let p = lyapunov_to(&s.a.transpose(), &(&s.b * s.b.transpose()), NEAR)?;
+    let q = lyapunov_to(&s.a, &(s.c.transpose() * &s.c), NEAR)?;
+    let factor =
+        |gramian: &Mat| FLOORS.iter().find_map(|floor| filled(gramian, *floor).cholesky()).map(|f| f.l());
+    Some((factor(&p)?, factor(&q)?))
+}
+
 /// A gramian with the directions that it does not reach filled up; the identity for zero.
-fn filled(gramian: &Mat) -> Mat {
+fn filled(gramian: &Mat, least: f64) -> Mat {
     let n = gramian.nrows();
     let variances: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
     let most = variances.iter().copied().fold(0.0, f64::max);
@@ -41,18 +58,24 @@ fn filled(gramian: &Mat) -> Mat {
         return Mat::identity(n, n);
     }
     // In proportion to each state's own size, so that the states' units do not matter much.
-    let floor = |d: f64| EIGENVALUE_FLOOR * d.max(EIGENVALUE_FLOOR * most);
+    let floor = |d: f64| least * d.max(least * most);
     gramian + diagonal(variances.into_iter().map(floor))
 }
 
 /// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` when it does not converge.
 pub(crate) fn lyapunov(a: &Mat, q: &Mat) -> Option<Mat> {
+    lyapunov_to(a, q, 1e-7)
+}
+
+/// The same, about to the square of `near`: in coordinates that are badly conditioned no more may be reached.
+fn lyapunov_to(a: &Mat, q: &Mat, near: f64) -> Option<Mat> {
     let n = a.nrows();
-    let (mut a, mut q) = (a.clone(), q.clone());
+    let (mut a, mut q, one) = (a.clone(), q.clone(), Mat::identity(n, n));
     for _ in 0..100 {
         // The sign of a stable matrix is -I, and from here one more step doubles the digits.
-        let close = (&a + Mat::identity(n, n)).norm() < 1e-7 * n as f64;
-        let inverse = a.clone().try_inverse()?;
+        let close = (&a + &one).norm() < near * n as f64;
+        // Not `try_inverse`, which takes determinants of small matrices, and loses most digits of badly scaled ones.
+        let inverse = solve(&a, &one)?;
         let c = (a.norm() / inverse.norm()).sqrt();
         q = (&q / c + inverse.transpose() * &q * &inverse * c) * 0.5;
         a = (&a / c + inverse * c) * 0.5;

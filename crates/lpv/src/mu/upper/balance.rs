@@ -1,8 +1,8 @@
 //! Matrices in units of their blocks in which no block is much larger than those that it meets: from there the search
 //! for scalings begins.
 
-use super::CMat;
-use super::structure::Structure;
+use crate::mu::CMat;
+use crate::mu::structure::Structure;
 use nalgebra::DMatrix;
 
 /// The square of an entry below this part of the largest counts as so much.
@@ -11,14 +11,14 @@ const LEAST_SQUARE: f64 = 1e-24;
 /// `T_z M T_w^-1` with a scalar for each block, so that blocks that meet are of one size.
 ///
 /// E. E. Osborne, J. ACM 7(4), 1960; as a bound on mu M. G. Safonov, IEE Proc. D 129(6), 1982.
-pub(super) struct Balance {
-    pub(super) matrices: Vec<CMat>,
-    pub(super) tw: Vec<f64>,
-    pub(super) tz: Vec<f64>,
+pub(in crate::mu) struct Balance {
+    pub(in crate::mu) matrices: Vec<CMat>,
+    pub(in crate::mu) tw: Vec<f64>,
+    pub(in crate::mu) tz: Vec<f64>,
 }
 
 impl Balance {
-    pub(super) fn new(all: &[CMat], structure: &Structure) -> Self {
+    pub(in crate::mu) fn new(all: &[CMat], structure: &Structure) -> Self {
         let places = structure.places();
         let size = |i: usize, j: usize| {
             let (rows, cols) = (&places[i].2, &places[j].1);

@@ -3,20 +3,20 @@
 //! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
 //! Applications 188, 1993, with lambda = beta^2 moving along.
 
-use super::CMat;
 use super::product::product;
 use super::scaling::{AtLambda, DgScalings, Family};
-use super::structure::Structure;
 use crate::matrix::{Definite, hermitian_eigenvalues};
+use crate::mu::CMat;
+use crate::mu::structure::Structure;
 use crate::stop;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
 /// A point, and lambda for which `Phi(lambda) > 0` there.
-pub(super) struct Centre {
+pub(in crate::mu) struct Centre {
     /// The matrices for all of which the scalings are to hold.
     all: Vec<CMat>,
-    pub(super) family: Family,
-    pub(super) p: Vec<f64>,
+    pub(in crate::mu) family: Family,
+    pub(in crate::mu) p: Vec<f64>,
     lambda: f64,
     /// The shift u of `Phi(lambda) + u D_0`, whose least value says how much smaller lambda may be.
     shift: f64,
@@ -28,11 +28,11 @@ pub(super) struct Centre {
     known: Option<f64>,
     /// A point on the way that is a start for matrices much like this one: at the end of the way too little is
     /// positive clearly.
-    pub(super) start: Vec<f64>,
+    pub(in crate::mu) start: Vec<f64>,
 }
 
 /// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
-pub(super) const ZERO_MU: f64 = 1e-7;
+pub(in crate::mu) const ZERO_MU: f64 = 1e-7;
 
 /// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much
 /// the same.
@@ -58,6 +58,18 @@ const STEP_TOLERANCE: f64 = 1e-9;
 /// By how much the weight of lambda grows from one centre to the next, where the last one explains how lambda moved.
 const WEIGHT_GROWTH: f64 = 5.0;
 
+/// The least lambda with `Phi(lambda) >= 0` for all of some matrices, and above it by what rounding may have done.
+///
+/// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
+/// well than its digits say.
+pub(in crate::mu) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
+    let root = cholesky(s.dw.clone())?.unpack();
+    let n = root.nrows();
+    let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
+    let each = all.iter().map(|m| border(m, s, &root, &inverse));
+    each.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+}
+
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
 /// `Phi(lambda) + u D_0` of each matrix and D's blocks, factorised.
@@ -68,7 +80,7 @@ struct Factors {
 
 impl Centre {
     /// From matrices whose largest singular value is one, and scalings that may be good for them.
-    pub(super) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
+    pub(in crate::mu) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
         let nw = structure.rows();
         let p = family.identity();
@@ -90,7 +102,7 @@ impl Centre {
 
     /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where
     /// that is above, at the centre there.
-    pub(super) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
+    pub(in crate::mu) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
         self.lambda = 1.1 * best.0;
@@ -133,17 +145,9 @@ impl Centre {
         best
     }
 
-    /// The least lambda with `Phi(lambda) >= 0` at a point, and above it by what rounding may have done.
-    ///
-    /// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
-    /// well than its digits say.
+    /// The least lambda at a point.
     fn border(&self) -> Option<f64> {
-        let s = self.family.values(&self.p);
-        let root = cholesky(s.dw.clone())?.unpack();
-        let n = root.nrows();
-        let inverse = root.solve_lower_triangular(&CMat::identity(n, n))?.map(|v| v.norm());
-        let each = self.all.iter().map(|m| border(m, &s, &root, &inverse));
-        each.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+        least_lambda(&self.all, &self.family.values(&self.p))
     }
 
     /// `Phi(lambda) + shift D_0` of each matrix and D's blocks, factorised; `None` unless all are positive definite.
@@ -273,11 +277,14 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     let gm = &g * &m;
     let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
     let rounded = added + &root * root.transpose() * lambda.abs();
-    // The norm of a matrix without negative entries is at most its largest row sum, of a symmetric one.
+    // A symmetric matrix is at most the diagonal matrix of the sums of its rows, without signs.
     let spread = inverse * rounded * inverse.transpose();
-    let off = spread.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
     let terms = (m.nrows() + m.ncols()) as f64;
-    Some(lambda + terms * f64::EPSILON * off).filter(|lambda| lambda.is_finite())
+    let mut raised = whitened;
+    for (k, row) in spread.row_iter().enumerate() {
+        raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
+    }
+    hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())
 }
 
 /// Newton's step, with the trace of D as it is.

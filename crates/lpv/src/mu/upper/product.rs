@@ -1,12 +1,12 @@
 //! Products of complex matrices: nalgebra multiplies them entry by entry, faer with the processor's vectors.
 
-use super::CMat;
+use crate::mu::CMat;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::Complex;
 
 /// `left right`.
-pub(super) fn product(left: &CMat, right: &CMat) -> CMat {
+pub(in crate::mu) fn product(left: &CMat, right: &CMat) -> CMat {
     let mut out = CMat::zeros(left.nrows(), right.ncols());
     let ((m, k), (l, n)) = (left.shape(), right.shape());
     matmul(

@@ -1,7 +1,7 @@
 //! What a singular matrix annihilates.
 
-use super::CMat;
 use crate::matrix::ComplexVector;
+use crate::mu::CMat;
 use nalgebra::Complex;
 
 /// Rounds of inverse iteration: the second one mends a start that was nearly at right angles.

@@ -8,9 +8,9 @@
 //! size where a full block is not square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0`
 //! shows that mu < beta.
 
-use super::CMat;
 use super::product::product;
-use super::structure::{Block, Structure};
+use crate::mu::CMat;
+use crate::mu::structure::{Block, Structure};
 use nalgebra::Complex;
 use std::ops::Range;
 
@@ -37,7 +37,7 @@ struct Unknown {
 
 /// The unknowns of a structure.
 #[derive(Debug, Clone)]
-pub(super) struct Family {
+pub(in crate::mu) struct Family {
     places: Vec<(Block, Range<usize>, Range<usize>)>,
     rows: usize,
     cols: usize,
@@ -80,7 +80,7 @@ struct Weighed {
 }
 
 /// All products of all unknowns at one lambda.
-pub(super) struct AtLambda {
+pub(in crate::mu) struct AtLambda {
     /// Of unknown i: `products[starts[i]..starts[i + 1]]`.
     products: Vec<Weighed>,
     starts: Vec<usize>,
@@ -95,7 +95,10 @@ impl AtLambda {
     }
 
     /// `tr(F_i N)` for every unknown, `product(y, x)` being the entries of `W* N W`.
-    pub(super) fn along(&self, product: impl Fn(usize, usize) -> Complex<f64>) -> impl Iterator<Item = f64> {
+    pub(in crate::mu) fn along(
+        &self,
+        product: impl Fn(usize, usize) -> Complex<f64>,
+    ) -> impl Iterator<Item = f64> {
         (1..self.starts.len())
             .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * product(p.y, p.x)).re).sum())
     }
@@ -130,7 +133,7 @@ impl AtLambda {
 }
 
 impl Family {
-    pub(super) fn new(structure: &Structure) -> Self {
+    pub(in crate::mu) fn new(structure: &Structure) -> Self {
         let (rows, cols, places) = (structure.rows(), structure.cols(), structure.places());
         let mut unknowns = vec![];
         for (block, (kind, w, z)) in places.iter().enumerate() {
@@ -168,17 +171,17 @@ impl Family {
         Self { places, rows, cols, unknowns }
     }
 
-    pub(super) fn unknowns(&self) -> usize {
+    pub(in crate::mu) fn unknowns(&self) -> usize {
         self.unknowns.len()
     }
 
     /// D = I and G = 0; also the gradient of the trace of D, a full block counted once.
-    pub(super) fn identity(&self) -> Vec<f64> {
+    pub(in crate::mu) fn identity(&self) -> Vec<f64> {
         let on_diagonal = |u: &Unknown| !u.is_g && u.entries.len() == 1;
         self.unknowns.iter().map(|u| if on_diagonal(u) { 1.0 } else { 0.0 }).collect()
     }
 
-    pub(super) fn values(&self, p: &[f64]) -> DgScalings {
+    pub(in crate::mu) fn values(&self, p: &[f64]) -> DgScalings {
         let mut dw = CMat::zeros(self.rows, self.rows);
         let mut dz = CMat::zeros(self.cols, self.cols);
         let mut g = CMat::zeros(self.rows, self.cols);
@@ -202,7 +205,7 @@ impl Family {
     }
 
     /// Each block of D, a full one as 1 x 1.
-    pub(super) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
+    pub(in crate::mu) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
         let part = |(kind, w, _): &(Block, Range<usize>, Range<usize>)| {
             let n = order(*kind, w);
             s.dw.view((w.start, w.start), (n, n)).into_owned()
@@ -211,7 +214,7 @@ impl Family {
     }
 
     /// The products at a lambda.
-    pub(super) fn at(&self, lambda: f64) -> AtLambda {
+    pub(in crate::mu) fn at(&self, lambda: f64) -> AtLambda {
         let mut at = AtLambda { products: vec![], starts: vec![0], halves: vec![], half_starts: vec![0] };
         for unknown in &self.unknowns {
             for p in &unknown.products {
@@ -233,7 +236,7 @@ impl Family {
     /// inverses of D's blocks.
     ///
     /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
-    pub(super) fn derivatives(
+    pub(in crate::mu) fn derivatives(
         &self,
         at: &AtLambda,
         inners: &[CMat],
@@ -281,7 +284,7 @@ impl Family {
     }
 
     /// The point of scalings; its trace of D is that of the identity. The inverse of [`Self::values`] but for a factor.
-    pub(super) fn point(&self, s: &DgScalings) -> Vec<f64> {
+    pub(in crate::mu) fn point(&self, s: &DgScalings) -> Vec<f64> {
         let value = |u: &Unknown| {
             let (_, w, z) = &self.places[u.block];
             let (k, l, v) = u.entries[0];
@@ -311,9 +314,29 @@ impl DgScalings {
         &half + half.adjoint()
     }
 
+    /// The scalings of some entries of z and of w.
+    pub(in crate::mu) fn cut(&self, z: &[usize], w: &[usize]) -> Self {
+        let part = |m: &CMat, rows: &[usize], cols: &[usize]| m.select_rows(rows).select_columns(cols);
+        Self { dw: part(&self.dw, w, w), dz: part(&self.dz, z, z), g: part(&self.g, w, z) }
+    }
+
+    /// Sets the scalings of some entries of z and of w, times a weight.
+    pub(in crate::mu) fn set(&mut self, z: &[usize], w: &[usize], own: &Self, weight: f64) {
+        let put = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
+            for (i, row) in rows.iter().enumerate() {
+                for (j, col) in cols.iter().enumerate() {
+                    to[(*row, *col)] = from[(i, j)] * weight;
+                }
+            }
+        };
+        put(&mut self.dw, w, w, &own.dw);
+        put(&mut self.dz, z, z, &own.dz);
+        put(&mut self.g, w, z, &own.g);
+    }
+
     /// The scalings in the coordinates `w = T_w w~`, `z = T_z z~` undone, for a matrix divided by `size`:
     /// those of `M` from those of `T_z M T_w^-1 / size`, T diagonal.
-    pub(super) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
+    pub(in crate::mu) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
         let scaled = |m: &CMat, left: &[f64], right: &[f64], by: f64| {
             CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (left[i] * right[j] * by))
         };
@@ -325,7 +348,7 @@ impl DgScalings {
     }
 
     /// The inverse of [`Self::undone`].
-    pub(super) fn redone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
+    pub(in crate::mu) fn redone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
         let inverse = |t: &[f64]| t.iter().map(|v| 1.0 / v).collect::<Vec<f64>>();
         self.undone(&inverse(tw), &inverse(tz), 1.0 / size)
     }

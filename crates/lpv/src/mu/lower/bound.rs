@@ -1,0 +1,37 @@
+//! A perturbation that makes `I - M Delta` singular, evaluated.
+
+use crate::matrix::{complex_singular_values, largest_complex_singular_value};
+use crate::mu::CMat;
+use crate::mu::structure::Structure;
+use crate::mu::upper::balance::Balance;
+use crate::mu::upper::centre::ZERO_MU;
+
+/// A perturbation that makes `I - M Delta` singular.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LowerBound {
+    /// mu is at least this: one over the size of Delta.
+    pub value: f64,
+    /// The perturbation.
+    pub delta: CMat,
+    /// The frequency, rad/s, where M is a frequency response.
+    pub frequency: Option<f64>,
+    /// The least singular value of `I - M Delta`, relative to the largest, at least 1.
+    pub residual: f64,
+}
+
+/// A residual below this counts as zero.
+pub const SINGULAR_RESIDUAL: f64 = 1e-12;
+
+/// A perturbation that was evaluated and makes `I - M Delta` singular; `None` when it does not, or is so large that the
+/// rounding of M alone would make it so.
+pub fn checked(m: &CMat, structure: &Structure, delta: CMat) -> Option<LowerBound> {
+    let n = m.nrows();
+    let values = complex_singular_values(&(CMat::identity(n, n) - m * &delta));
+    let residual = values.last()? / values.first()?.max(1.0);
+    let size = complex_singular_values(&delta).first().copied()?;
+    let own = Balance::new(std::slice::from_ref(m), structure).matrices;
+    let largest = own.iter().map(largest_complex_singular_value).fold(0.0, f64::max);
+    let is_seen = size > 0.0 && size * largest * ZERO_MU <= 1.0;
+    let sound = residual <= SINGULAR_RESIDUAL && structure.holds(&delta) && is_seen;
+    sound.then(|| LowerBound { value: 1.0 / size, delta, frequency: None, residual })
+}

@@ -1,0 +1,23 @@
+//! Numbers that look random and are the same in every run.
+
+/// G. Marsaglia, "Xorshift RNGs", J. Statistical Software 8(14), 2003.
+pub(in crate::mu) struct Sequence(pub(in crate::mu) u64);
+
+impl Sequence {
+    fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    /// In [-1, 1].
+    pub(super) fn next(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// 1 or -1.
+    pub(in crate::mu) fn sign(&mut self) -> f64 {
+        if self.bits() & (1 << 30) == 0 { 1.0 } else { -1.0 }
+    }
+}
