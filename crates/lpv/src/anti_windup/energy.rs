@@ -31,7 +31,7 @@ use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, block, diagonal, eigenvalues, roots, solve, spectral_abscissa};
 use crate::system::controller::Controller;
 use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::plant::{ClosedLoop, GeneralisedPlant, commuting_part};
 use crate::system::state_space::StateSpace;
 use nalgebra::DVector;
 
@@ -244,7 +244,7 @@ impl<'a> Flow<'a> {
         let search = Search::of(self, Some(factor))?;
         let (least, shown) = search.solve(|_| factor * self.of.gamma * self.energy)?;
         let beta = CLAIMED * self.energy / least;
-        Ok(bound(factor * self.of.gamma, beta, shown))
+        Ok(self.bound(factor * self.of.gamma, beta, shown))
     }
 
     /// The least gain with H = 0, and G.
@@ -255,7 +255,14 @@ impl<'a> Flow<'a> {
         let search = Search::of(self, None)?;
         let gamma = |square: f64| self.of.gamma * square.sqrt() / CLAIMED;
         let (least, shown) = search.solve(|square| gamma(square) * self.energy)?;
-        Ok(bound(gamma(least), f64::INFINITY, shown))
+        Ok(self.bound(gamma(least), f64::INFINITY, shown))
+    }
+
+    /// The bound that was found, its scalings free of what rounding has mixed of different parameters.
+    fn bound(&self, gamma: f64, beta: f64, shown: Shown) -> (EnergyBound, Mat) {
+        let Shown { x, s, t, u, h, gain } = shown;
+        let [s, t] = [s, t].map(|m| commuting_part(&m, &self.closed.channels));
+        (EnergyBound { gamma, beta, x, s, t, u, h }, gain)
     }
 
     /// Whether the loop is stable at Theta = 0 with all of each command cut off, phi = u; where G is sought, the plant.
@@ -273,11 +280,6 @@ impl<'a> Flow<'a> {
 
 fn unstable() -> SynthesisError {
     SynthesisError::numerical(STAGE, "the loop without limits is not stable at Theta = 0")
-}
-
-fn bound(gamma: f64, beta: f64, shown: Shown) -> (EnergyBound, Mat) {
-    let Shown { x, s, t, u, h, gain } = shown;
-    (EnergyBound { gamma, beta, x, s, t, u, h }, gain)
 }
 
 /// One program and its unknowns.

@@ -9,7 +9,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues};
 use crate::riccati::equations::{WideController, stabilising};
 use crate::riccati::wide::{
-    Quad, Wide, above, cholesky, four, inverse, is_stable, narrow, scalar, symmetric, wide,
+    Quad, Wide, above, cholesky, four, gramian, inverse, is_stable, narrow, scalar, symmetric, wide,
 };
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
@@ -67,41 +67,38 @@ impl WideLoop {
         self.hamiltonian(gain, 0.0, &[]).is_some_and(|h| stabilising(&h).is_some())
     }
 
-    /// The H-infinity norm, from above within a part of 1e-5.
-    pub(crate) fn norm(&self) -> Option<f64> {
+    /// The H-infinity norm in 16 digits, where these tell it: a guess.
+    pub(crate) fn guess(&self) -> f64 {
         let own =
             StateSpace { a: narrow(&self.a), b: narrow(&self.b), c: narrow(&self.c), d: narrow(&self.d) };
         let guess = own.hinf_norm().value;
-        let guess = if guess.is_finite() && guess > 0.0 { guess } else { 1.0 };
+        if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
+    }
+
+    /// The H-infinity norm, from above within a part of 1e-5.
+    pub(crate) fn norm(&self) -> Option<f64> {
+        let guess = self.guess();
         let (mut low, mut high) =
             ((1.0 - 0.5 * NORM_RESOLUTION) * guess, (1.0 + 0.5 * NORM_RESOLUTION) * guess);
-        if self.is_below(high) && !self.is_below(low) {
-            return Some(high);
-        }
-        low = high;
+        let (mut above, mut below) = (self.is_below(high), !self.is_below(low));
         for _ in 0..MOST_STRIDES {
-            if self.is_below(high) {
-                break;
-            }
-            (low, high) = (high, STRIDE * high);
-        }
-        if !self.is_below(high) {
-            return None;
-        }
-        if low == high {
-            low = high / STRIDE;
-            for _ in 0..MOST_STRIDES {
-                if !self.is_below(low) {
-                    break;
+            match (above, below) {
+                (true, true) => break,
+                (true, false) => {
+                    (low, high) = (low / STRIDE, low);
+                    below = !self.is_below(low);
                 }
-                (low, high) = (low / STRIDE, low);
+                (false, _) => {
+                    (low, high, below) = (high, high * STRIDE, true);
+                    above = self.is_below(high);
+                }
             }
         }
         while high > (1.0 + NORM_RESOLUTION) * low {
             let middle = (low * high).sqrt();
             if self.is_below(middle) { high = middle } else { low = middle }
         }
-        Some(high)
+        above.then_some(high)
     }
 
     /// V with `X = V'V` that shows, by elimination with 32 digits, a bound of the gain above the norm by at most `room`
@@ -117,10 +114,7 @@ impl WideLoop {
 
     /// The diagonal of the gramian of the states: how far w moves each.
     fn reached(&self) -> Option<Vec<Quad>> {
-        let n = self.a.nrows();
-        let whole =
-            four(&self.a.transpose(), &Wide::zeros(n, n), &-(&self.b * self.b.transpose()), &-self.a.clone());
-        let gramian = stabilising(&whole)?;
+        let gramian = gramian(&self.a, &(&self.b * self.b.transpose()))?;
         let sizes: Vec<f64> = gramian.diagonal().iter().map(|v| v.0).collect();
         let most = sizes.iter().copied().fold(0.0, f64::max);
         let floor = if most > 0.0 { UNREACHED * most } else { 1.0 };

@@ -51,36 +51,38 @@ pub(crate) fn symmetric(a: &Wide) -> Wide {
     (a + a.transpose()) * Quad::from_f64(0.5)
 }
 
-/// The inverse, and the logarithm of the magnitude of the determinant, by elimination with partial pivoting; `None` for
-/// a singular matrix.
+/// The inverse, and the logarithm of the magnitude of the determinant, by elimination in place with partial pivoting;
+/// `None` for a singular matrix.
 pub(crate) fn inverse(a: &Wide) -> Option<(Wide, f64)> {
     let n = a.nrows();
-    // Row by row in memory: columns of the transpose.
-    let mut m = beside(a, &scalar(n, Quad::ONE)).transpose();
+    let mut rows: Vec<Vec<Quad>> = a.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let mut swapped = vec![0; n];
     let mut log_det = 0.0;
     for k in 0..n {
-        let pivot = (k..n).max_by(|&p, &q| m[(k, p)].0.abs().total_cmp(&m[(k, q)].0.abs()))?;
-        m.swap_columns(k, pivot);
-        let value = m[(k, k)];
+        let pivot = (k..n).max_by(|&p, &q| rows[p][k].0.abs().total_cmp(&rows[q][k].0.abs()))?;
+        rows.swap(k, pivot);
+        swapped[k] = pivot;
+        let value = rows[k][k];
         if value.0 == 0.0 || !value.0.is_finite() {
             return None;
         }
         log_det += value.0.abs().ln();
         let reciprocal = value.recip();
-        m.column_mut(k).iter_mut().skip(k).for_each(|v| *v *= reciprocal);
-        let row: Vec<Quad> = m.column(k).iter().copied().collect();
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = m[(k, i)];
+        let mut row = std::mem::take(&mut rows[k]);
+        row[k] = Quad::ONE;
+        row.iter_mut().for_each(|v| *v *= reciprocal);
+        for other in rows.iter_mut().filter(|other| !other.is_empty()) {
+            let factor = std::mem::replace(&mut other[k], Quad::ZERO);
             if factor.0 != 0.0 {
-                let mut other = m.column_mut(i);
-                // Beyond column n + k all of the unit matrix is still untouched.
-                for j in k..=(n + n - 1) {
-                    other[j] -= factor * row[j];
-                }
+                other.iter_mut().zip(&row).for_each(|(v, r)| *v -= factor * *r);
             }
         }
+        rows[k] = row;
     }
-    let inverse = m.rows(n, n).transpose();
+    for k in (0..n).rev() {
+        rows.iter_mut().for_each(|row| row.swap(k, swapped[k]));
+    }
+    let inverse = Wide::from_fn(n, n, |i, j| rows[i][j]);
     inverse.iter().all(|v| v.0.is_finite()).then_some((inverse, log_det))
 }
 
@@ -161,6 +163,20 @@ pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
 /// parts, for which the iteration goes on by as many steps as halve their order to one. Source: R. Byers, "Solving the
 /// algebraic Riccati equation with the matrix sign function", Linear Algebra and its Applications 85, 1987.
 pub(crate) fn sign(a: &Wide) -> Option<Wide> {
+    iterate(a, |_, _, _| {})
+}
+
+/// P of `A P + P A' + Q = 0` for a stable A: beside the iteration for the sign, `Q <- (c Q + S^-1 Q S'^-1/c)/2` goes to
+/// 2 P. `None` for one that is not stable. Source: J. D. Roberts, Int. J. Control 32(4), 1980.
+pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
+    let half = Quad::from_f64(0.5);
+    let mut q = q.clone();
+    let s = iterate(a, |inverse, up, down| q = (&q * up + inverse * &q * inverse.transpose() * down) * half)?;
+    ((s.trace().0 + a.nrows() as f64).abs() < 0.5).then(|| symmetric(&q) * half)
+}
+
+/// The iteration for the sign, with what goes on beside it: it gets `S^-1`, c and 1/c of each step.
+fn iterate(a: &Wide, mut beside: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> {
     let n = a.nrows();
     let half = Quad::from_f64(0.5);
     let mut s = a.clone();
@@ -172,15 +188,9 @@ pub(crate) fn sign(a: &Wide) -> Option<Wide> {
         let power =
             if scaled { (-log_det / (n.max(1) as f64 * std::f64::consts::LN_2)).round() } else { 0.0 };
         let (up, down) = (Quad::from_f64(2f64.powf(power)), Quad::from_f64(2f64.powf(-power)));
+        beside(&inverse, up, down);
         let next = (&s * up + inverse * down) * half;
-        let mut change: f64 = 0.0;
-        for i in 0..n {
-            for j in 0..=i {
-                let difference = (next[(i, j)] - s[(i, j)]).0 * (next[(j, i)] - s[(j, i)]).0;
-                change = change.max(difference.abs() / (1.0 + (next[(i, j)].0 * next[(j, i)].0).abs()));
-            }
-        }
-        let change = change.sqrt();
+        let change = change(&s, &next);
         if !change.is_finite() {
             return None;
         }
@@ -195,6 +205,18 @@ pub(crate) fn sign(a: &Wide) -> Option<Wide> {
         before = change;
     }
     None
+}
+
+/// By how much a matrix changes, in products of mirrored entries.
+fn change(s: &Wide, next: &Wide) -> f64 {
+    let mut most: f64 = 0.0;
+    for i in 0..s.nrows() {
+        for j in 0..=i {
+            let difference = (next[(i, j)] - s[(i, j)]).0 * (next[(j, i)] - s[(j, i)]).0;
+            most = most.max(difference.abs() / (1.0 + (next[(i, j)].0 * next[(j, i)].0).abs()));
+        }
+    }
+    most.sqrt()
 }
 
 /// From this change on the iteration converges by itself.

@@ -39,8 +39,8 @@ pub(crate) fn synthesise(
         _ => design(plant, least, options).ok_or_else(|| {
             let Bracket { upper, lower } = least;
             let diagnosis = format!(
-                "the least gamma is about {upper:.4e}, by Riccati equations with 32 digits (none is below \
-                 {lower:.4e}), but no controller near it survives the rounding to 16 digits; use balanced coordinates \
+                "the least gamma is between {lower:.4e} and {upper:.4e}, by Riccati equations with 32 digits, but no \
+                 controller near it survives the rounding to 16 digits; use balanced coordinates \
                  for the states, or leave out modes far slower or faster than the loop"
             );
             SynthesisError::numerical("controller by Riccati equations", diagnosis)
@@ -119,10 +119,11 @@ impl Changed {
         let bounded = |k: &WideController| {
             let rounded = k.rounded()?;
             let closed = WideLoop::new(plant, &WideController::new(&rounded))?;
-            let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
-            let room = options.back_off.min(MOST_ROOM);
-            let certified =
-                closed.bound(norm, most, room).or_else(|| closed.bound(norm, f64::INFINITY, MOST_ROOM))?;
+            let (guess, room) = (closed.guess(), options.back_off.min(MOST_ROOM));
+            let certified = closed.bound(guess, most, room).or_else(|| {
+                let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
+                closed.bound(norm, f64::INFINITY, MOST_ROOM)
+            })?;
             Some((rounded, certified))
         };
         let central = self.plant.central(&self.plant.solve(built_at)?)?;

@@ -11,6 +11,11 @@ pub fn channels(blocks: &[usize]) -> Vec<usize> {
     blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r)).collect()
 }
 
+/// What of a matrix, channels square, commutes with Theta: its entries between channels of one parameter.
+pub(crate) fn commuting_part(m: &Mat, channels: &[usize]) -> Mat {
+    m.map_with_location(|i, j, v| if channels[i] == channels[j] { v } else { 0.0 })
+}
+
 /// The generalised plant.
 ///
 /// ```text
