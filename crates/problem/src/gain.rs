@@ -45,7 +45,8 @@ pub struct Report {
     pub least: bool,
     /// The same with symmetric scalings alone.
     pub gamma_symmetric: Option<f64>,
-    /// The gain is below this however fast the parameters move: proved in exact arithmetic. `null` where none was found.
+    /// The gain is below this however fast the parameters move: proved in exact arithmetic. `null` where none was
+    /// found.
     pub proved: Option<f64>,
     /// The bound on the parameter's rate in the problem.
     #[serde(skip_serializing_if = "Option::is_none")]

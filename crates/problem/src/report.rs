@@ -72,14 +72,14 @@ pub struct Report {
     /// How far that is above `gamma`, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
     /// built.
     pub back_off: Option<f64>,
-    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move; `null`
-    /// where there is one at the rate alone.
+    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move;
+    /// `null` where there is one at the rate alone.
     pub certified_gamma: Option<f64>,
     /// The bound on the parameter's rate in the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The bound of the controller at that rate, proved in exact arithmetic: at most `certified_gamma`, which holds there,
-    /// too.
+    /// The bound of the controller at that rate, proved in exact arithmetic: at most `certified_gamma`, which holds
+    /// there, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
     /// What was proved of the loop with the limits of the problem.

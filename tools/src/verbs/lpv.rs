@@ -97,9 +97,9 @@ pub enum LpvVerb {
     /// be one at the rate alone. That for constant parameters is the worst-case gain over all frequencies, from both
     /// sides: see `mu`.
     ///
-    /// --json prints `gamma` and `gamma_symmetric` (the least bounds for parameters that move however fast, as computed),
-    /// `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the
-    /// worst parameters found), `reasons`, `seconds`.
+    /// --json prints `gamma` and `gamma_symmetric` (the least bounds for parameters that move however fast, as
+    /// computed), `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`,
+    /// `constant_theta` (the worst parameters found), `reasons`, `seconds`.
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
     /// 1, error: a file is wrong; 64: the command line is wrong.

@@ -225,7 +225,8 @@ fn ladder(
     ]
 }
 
-/// The tolerated size, the gain there and its certificate, proved, or at one a little smaller where rounding hides that it holds.
+/// The tolerated size, the gain there and its certificate, proved, or at a size a little smaller where rounding hides
+/// that it holds.
 fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, f64, Certificate), Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
     let at = |part: &f64| -> Result<(f64, f64, Certificate), Error> {

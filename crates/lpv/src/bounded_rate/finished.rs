@@ -40,8 +40,8 @@ const RAISES: [f64; 4] = [1e-3, 3e-3, 1e-2, 3e-2];
 
 /// A bound of the L2 gain of a loop of one parameter with `|theta'| <= rate`, in units of theta per unit of time.
 ///
-/// The order of the Lyapunov matrix is raised from 1 to 8 as long as the bound falls by more than 0.2 % and the unknowns
-/// are not too many.
+/// The order of the Lyapunov matrix is raised from 1 to 8 as long as the bound falls by more than 0.2 % and the
+/// unknowns are not too many.
 ///
 /// # Errors
 /// [`RateError::Unstable`] when the loop is not stable at a constant theta; [`RateError::Inequality`] when no bound is
