@@ -218,8 +218,8 @@ mod tests {
         }
     }
 
-    /// The direct term of an LFT: channels of three repeated scalars that hardly form loops. mu is 0.6 (p1 = -2 at theta
-    /// = -5/3), and scalings for 0.61 exist. P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2, three of its channels.
+    /// Three channels of one scalar in the direct term of P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2: mu is 0.6,
+    /// because p1 = -2 at theta = -5/3.
     #[test]
     fn channels_of_a_repeated_scalar_are_bounded_apart() {
         let m = dmatrix![-0.6, 0.0, 0.0; 0.0, 0.0, -0.6; 0.0, 0.0, -0.6].map(Complex::from);
@@ -231,7 +231,7 @@ mod tests {
     proptest! {
         /// mu of parts that are joined one way is the largest of theirs, and the scalings of the whole show it.
         #[test]
-        fn joined_parts_are_as_large_as_the_largest((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
+        fn joined_parts_have_the_largest_bound((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
             let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
             let whole = Structure::new(blocks).unwrap();
             let mut all = CMat::zeros(whole.cols(), whole.rows());

@@ -284,8 +284,8 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     for (k, row) in spread.row_iter().enumerate() {
         raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
     }
-    // An eigenvalue is known to the rounding of the largest, which may be negative and far larger; a Cholesky factor says
-    // whether it is above all.
+    // An eigenvalue is known to the rounding of the largest, which may be negative and far larger; a Cholesky factor
+    // says whether it is above all.
     let largest = hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())?;
     let n = raised.nrows();
     let is_above =
