@@ -113,17 +113,23 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
             found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
         })
         .collect();
-    let size = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
-    let largest = each.iter().map(|bound| bound.value).fold(0.0, f64::max);
+    let entry = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
+    if entry == 0.0 {
+        return unscaled(structure, 0.0);
+    }
+    // Entries of about one, as in `found`.
+    let units: Vec<CMat> = all.iter().map(|m| m.unscale(entry)).collect();
+    let one = vec![1.0; structure.rows().max(structure.cols())];
+    let largest = each.iter().map(|bound| bound.value / entry).fold(0.0, f64::max);
     let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
     let mut best = unscaled(structure, f64::INFINITY);
     for share in COUPLINGS {
         let own = |of: fn(&UpperBound) -> &DgScalings| {
-            let scalings: Vec<&DgScalings> = each.iter().map(of).collect();
-            weighted(all, structure, parts, &scalings, (share, largest.max(ZERO_MU * size)))
+            let scalings: Vec<_> = each.iter().map(|bound| of(bound).redone(&one, &one, entry)).collect();
+            weighted(&units, structure, parts, &scalings, (share, largest.max(ZERO_MU)))
         };
         let scalings = own(|bound| &bound.scalings);
-        let Some(value) = shown_by(all, &scalings) else { continue };
+        let Some(value) = shown_by(&units, &scalings) else { continue };
         if value < best.value {
             best = UpperBound { value, scalings, start: own(|bound| &bound.start), gap };
         }
@@ -131,7 +137,11 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
             break;
         }
     }
-    if best.value.is_finite() { best } else { found(all, structure, asked) }
+    if best.value.is_infinite() {
+        return found(all, structure, asked);
+    }
+    let own = |scalings: &DgScalings| scalings.undone(&one, &one, entry);
+    UpperBound { value: best.value * entry, scalings: own(&best.scalings), start: own(&best.start), gap }
 }
 
 /// How much of the bound what leads from one component to another may be.
@@ -226,6 +236,18 @@ mod tests {
         let bound = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap();
         assert!((0.6..0.6001).contains(&bound.value), "{}", bound.value);
         assert!(margin(&bound, bound.value * (1.0 + 1e-6), &m) > -1e-9);
+    }
+
+    /// Of zeros the bound is zero, and of parts that are joined it is as large as they are, however small.
+    #[test]
+    fn joined_parts_may_be_small() {
+        let structure = Structure::new(vec![Block::Complex(1), Block::Real(1)]).unwrap();
+        assert_eq!(upper_bound(&CMat::zeros(2, 2), &structure).unwrap().value, 0.0);
+        for size in [1e-300, 1.0, 1e90] {
+            let m = dmatrix![0.5, 0.0; 3.0, 0.25].map(|v| Complex::new(v * size, 0.0));
+            let found = upper_bound(&m, &structure).unwrap().value / size;
+            assert!((0.5..0.5001).contains(&found), "{size} {found}");
+        }
     }
 
     proptest! {
