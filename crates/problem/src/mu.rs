@@ -102,7 +102,7 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     };
     report.set_lower(lower);
     if let Some(transform) = discrete {
-        report.to_discrete(&transform);
+        report.take_to_discrete(&transform);
     }
     report.seconds = Some(begin.elapsed().as_secs_f64());
     Ok(report)
@@ -205,7 +205,7 @@ impl Report {
     }
 
     /// Takes frequencies back to discrete time.
-    fn to_discrete(&mut self, transform: &Bilinear) {
+    fn take_to_discrete(&mut self, transform: &Bilinear) {
         self.fastest = transform.frequency(0.0).max(transform.frequency(f64::INFINITY));
         let gain = self.performance.as_mut().map(|found| &mut found.gain_frequency);
         for omega in [&mut self.frequency, &mut self.lower_frequency].into_iter().chain(gain) {

@@ -67,8 +67,8 @@ fn middle_speed(a: &Mat) -> f64 {
     (speeds.iter().sum::<f64>() / speeds.len().max(1) as f64).exp()
 }
 
-/// The same stable system in coordinates in which its gramians are about equal and diagonal, and without the states that
-/// have no part in it.
+/// The same stable system in coordinates in which its gramians are about equal and diagonal, and without the states
+/// that have no part in it.
 pub(super) fn balanced(system: &StateSpace, structure: &Structure) -> StateSpace {
     let mut out = in_own_units(&system.without_idle_states(), structure);
     for _ in 0..PASSES {

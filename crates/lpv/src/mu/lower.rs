@@ -139,7 +139,7 @@ impl LowerSearch<'_> {
             let part = match block {
                 Block::Real(r) => {
                     let drawn = draw();
-                    let value = if number % 2 == 0 { drawn.signum() } else { drawn };
+                    let value = if number.is_multiple_of(2) { drawn.signum() } else { drawn };
                     CMat::identity(r, r) * Complex::new(value, 0.0)
                 }
                 Block::Complex(r) => {

@@ -1,5 +1,5 @@
-//! The smallest destabilising perturbation of a system, sought where the upper bound is largest and from there along the
-//! frequency.
+//! The smallest destabilising perturbation of a system, sought where the upper bound is largest and from there along
+//! the frequency.
 
 use super::interval::response;
 use super::lower::{LowerBound, improved, lower_bound_below};

@@ -113,17 +113,23 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
             found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
         })
         .collect();
-    let size = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
-    let largest = each.iter().map(|bound| bound.value).fold(0.0, f64::max);
+    let entry = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
+    if entry == 0.0 {
+        return unscaled(structure, 0.0);
+    }
+    // Entries of about one, as in `found`.
+    let units: Vec<CMat> = all.iter().map(|m| m.unscale(entry)).collect();
+    let one = vec![1.0; structure.rows().max(structure.cols())];
+    let largest = each.iter().map(|bound| bound.value / entry).fold(0.0, f64::max);
     let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
     let mut best = unscaled(structure, f64::INFINITY);
     for share in COUPLINGS {
         let own = |of: fn(&UpperBound) -> &DgScalings| {
-            let scalings: Vec<&DgScalings> = each.iter().map(of).collect();
-            weighted(all, structure, parts, &scalings, (share, largest.max(ZERO_MU * size)))
+            let scalings: Vec<_> = each.iter().map(|bound| of(bound).redone(&one, &one, entry)).collect();
+            weighted(&units, structure, parts, &scalings, (share, largest.max(ZERO_MU)))
         };
         let scalings = own(|bound| &bound.scalings);
-        let Some(value) = shown_by(all, &scalings) else { continue };
+        let Some(value) = shown_by(&units, &scalings) else { continue };
         if value < best.value {
             best = UpperBound { value, scalings, start: own(|bound| &bound.start), gap };
         }
@@ -131,7 +137,11 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
             break;
         }
     }
-    if best.value.is_finite() { best } else { found(all, structure, asked) }
+    if best.value.is_infinite() {
+        return found(all, structure, asked);
+    }
+    let own = |scalings: &DgScalings| scalings.undone(&one, &one, entry);
+    UpperBound { value: best.value * entry, scalings: own(&best.scalings), start: own(&best.start), gap }
 }
 
 /// How much of the bound what leads from one component to another may be.
@@ -218,8 +228,8 @@ mod tests {
         }
     }
 
-    /// The direct term of an LFT: channels of three repeated scalars that hardly form loops. mu is 0.6 (p1 = -2 at theta
-    /// = -5/3), and scalings for 0.61 exist. P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2, three of its channels.
+    /// Three channels of one scalar in the direct term of P. Polcz's model LPV4D, github.com/ppolcz/LPV_L2: mu is 0.6,
+    /// because p1 = -2 at theta = -5/3.
     #[test]
     fn channels_of_a_repeated_scalar_are_bounded_apart() {
         let m = dmatrix![-0.6, 0.0, 0.0; 0.0, 0.0, -0.6; 0.0, 0.0, -0.6].map(Complex::from);
@@ -228,10 +238,22 @@ mod tests {
         assert!(margin(&bound, bound.value * (1.0 + 1e-6), &m) > -1e-9);
     }
 
+    /// Of zeros the bound is zero, and of parts that are joined it is as large as they are, however small.
+    #[test]
+    fn joined_parts_may_be_small() {
+        let structure = Structure::new(vec![Block::Complex(1), Block::Real(1)]).unwrap();
+        assert_eq!(upper_bound(&CMat::zeros(2, 2), &structure).unwrap().value, 0.0);
+        for size in [1e-300, 1.0, 1e90] {
+            let m = dmatrix![0.5, 0.0; 3.0, 0.25].map(|v| Complex::new(v * size, 0.0));
+            let found = upper_bound(&m, &structure).unwrap().value / size;
+            assert!((0.5..0.5001).contains(&found), "{size} {found}");
+        }
+    }
+
     proptest! {
         /// mu of parts that are joined one way is the largest of theirs, and the scalings of the whole show it.
         #[test]
-        fn joined_parts_are_as_large_as_the_largest((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
+        fn joined_parts_have_the_largest_bound((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
             let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
             let whole = Structure::new(blocks).unwrap();
             let mut all = CMat::zeros(whole.cols(), whole.rows());

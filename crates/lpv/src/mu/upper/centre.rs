@@ -284,8 +284,19 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     for (k, row) in spread.row_iter().enumerate() {
         raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
     }
-    hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())
+    // An eigenvalue is known to the rounding of the largest, which may be negative and far larger; a Cholesky factor
+    // says whether it is above all.
+    let largest = hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())?;
+    let n = raised.nrows();
+    let is_above =
+        |lambda: &f64| cholesky(CMat::identity(n, n) * Complex::new(*lambda, 0.0) - &raised).is_some();
+    let size = largest.abs().max(ZERO_MU * ZERO_MU);
+    let above = RAISES.iter().map(|raise| largest + raise * size).find(is_above);
+    Some(above.unwrap_or(largest + terms * f64::EPSILON * raised.norm()))
 }
+
+/// By how much an eigenvalue is raised until it is above all, relatively.
+const RAISES: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4];
 
 /// Newton's step, with the trace of D as it is.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {

@@ -12,7 +12,7 @@ pub(super) fn weighted(
     all: &[CMat],
     structure: &Structure,
     parts: &[Component],
-    each: &[&DgScalings],
+    each: &[DgScalings],
     (share, beta): (f64, f64),
 ) -> DgScalings {
     let zero = |rows: usize, cols: usize| CMat::zeros(rows, cols);
