@@ -56,7 +56,7 @@ def synthesise(method: str, plant: control.StateSpace, nmeas: int, ncon: int) ->
     """Return the controller of a method, and what it says of it."""
     if method == "squid":
         found = squid_lpv.hinfsyn_proved(plant, nmeas, ncon)
-        return found.synthesis.K, {"gamma": found.synthesis.gam, "least": found.least_gamma}
+        return found.synthesis.K, {"gamma": found.synthesis.gam, "least": found.gamma}
     if method == "hinfsyn":
         k, _, gamma, _ = control.hinfsyn(plant, nmeas, ncon)
     else:

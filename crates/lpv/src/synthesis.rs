@@ -24,7 +24,7 @@ pub use least_gamma::least_gamma;
 
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
-use crate::riccati::least::is_none_below;
+use crate::riccati::least::{is_determined, is_none_below};
 use crate::synthesis::balance::middle_speed;
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
@@ -69,31 +69,39 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 /// A design by Riccati equations, or one by inequalities where that is better: where the first is not within the
 /// back-off.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
-    let quick = Options { quick: true, ..options };
     if found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
-        let speed = middle_speed(&plant.close(&found.controller).a());
-        let few = plant.sizes().x <= MOST_STATES_FOR_MULTIPLIERS;
-        let least = few.then(|| least_gamma::sought(plant, quick, Some(speed)).ok()).flatten();
-        return Design { multipliers: least.map_or_else(Vec::new, |(_, least)| least.multipliers), ..found };
+        return found;
     }
-    let Ok(other) = by_inequalities(plant, quick) else { return found };
+    let Ok(other) = by_inequalities(plant, Options { quick: true, ..options }) else { return found };
     let (gamma_optimum, lower) = (found.gamma_optimum.min(other.gamma_optimum), found.lower.max(other.lower));
-    let multipliers = other.multipliers.clone();
     let better = if other.certified.gamma < found.certified.gamma { other } else { found };
-    Design { gamma_optimum, lower, multipliers, ..better }
+    Design { gamma_optimum, lower, ..better }
 }
 
-/// For more states the multipliers that prove a lower bound take longer than all else.
+/// Multipliers that may prove a lower bound of the least gamma, the most promising first: those of the search by
+/// inequalities, with time in units of the loop of a design. None for many states, where they take longer than all
+/// else.
+pub fn multipliers(plant: &GeneralisedPlant, design: &Design) -> Vec<DualMultipliers> {
+    if !design.multipliers.is_empty() || plant.sizes().x > MOST_STATES_FOR_MULTIPLIERS {
+        return design.multipliers.clone();
+    }
+    let speed = middle_speed(&plant.close(&design.controller).a());
+    let least = least_gamma::sought(plant, Options { quick: true, ..Options::default() }, Some(speed));
+    least.map_or_else(|_| vec![], |(_, least)| least.multipliers)
+}
+
+/// See [`multipliers`].
 const MOST_STATES_FOR_MULTIPLIERS: usize = 12;
 
 /// Whether a gamma is shown to be the least within a part of [`LEAST_WITHIN`]: by a lower bound that is known, or as
 /// there is no controller even for one constant value of the parameters.
 ///
-/// With parameters the least is that of the synthesis inequalities, and no less than that of any controller for a
-/// constant value. All in floating point.
+/// Without parameters it must not change with the last digits of the plant's numbers. With parameters the least is that
+/// of the synthesis inequalities, and no less than that of any controller for a constant value. All in floating point.
 pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
     let level = (1.0 - LEAST_WITHIN) * gamma;
-    lower >= level || (level > 0.0 && is_none_below(plant, level))
+    let shown = lower >= level || (level > 0.0 && is_none_below(plant, level));
+    shown && (!plant.blocks.is_empty() || is_determined(plant, gamma, LEAST_WITHIN))
 }
 
 /// How far a gamma that is called the least may be above it, relative to itself.

@@ -115,6 +115,9 @@ const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the sma
     larger the gains, and no controller is near the least; give every control a weight and every measurement \
     noise";
 
+/// A back-off this much larger than asked is not worth a remark.
+const NEARLY: f64 = 1.001;
+
 impl Report {
     /// Proves what was designed.
     pub fn prove(&mut self, certificate: Certificate) {
@@ -159,6 +162,14 @@ impl Report {
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
+        if let Some(bound) = self.certified_gamma.filter(|bound| *bound > (1.0 + NEARLY * asked) * least) {
+            self.remarks.push(format!(
+                "the certified gamma is {:.1} % above the lowest gamma found where {:.1} % was asked: no controller \
+                    nearer to it was found whose bound 16 digits prove",
+                100.0 * (bound / least - 1.0),
+                100.0 * asked
+            ));
+        }
         if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
                 "the controller was built {:.1} % above the lowest gamma found where {:.1} % was asked: nothing closer \

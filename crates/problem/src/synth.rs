@@ -16,7 +16,7 @@ use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
-use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma};
+use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
 use squid_design::certify::{self, nominal};
 use std::time::Instant;
 
@@ -158,7 +158,7 @@ const UNKNOWN_BELOW: f64 = 0.5;
 /// Proves a design.
 fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
     report.gamma = Some(design.gamma_optimum);
-    report.gamma_lower = proved_lower(problem, &design.multipliers);
+    report.gamma_lower = proved_lower(problem, &multipliers(&problem.plant, design));
     report.least = is_least(&problem.plant, design.gamma_optimum, design.lower);
     report.gamma_design = Some(design.gamma_design);
     report.controller_states = Some(design.controller.a().nrows());

@@ -38,10 +38,15 @@ class HinfSynthesis(NamedTuple):
 
 
 class Proved(NamedTuple):
-    """Beside `HinfSynthesis`: the least gamma, what else was noticed, and the proof."""
+    """Beside `HinfSynthesis`: the lowest gamma found, what else was noticed, and the proof.
+
+    `is_least`: whether `gamma` is shown, in floating point, to be the least within 0.1 %; otherwise a better controller
+    may exist.
+    """
 
     synthesis: HinfSynthesis
-    least_gamma: float
+    gamma: float
+    is_least: bool
     remarks: list[str]
     certificate: Certificate
 
@@ -58,7 +63,7 @@ def hinfsyn(P: Any, nmeas: int, ncon: int, **options: Any) -> HinfSynthesis:
     Returns:
         K, the controller `u = K y`; CL, the loop from w to z; `gam`: the gain of the loop of P and K is below it,
         proved in exact arithmetic; `rcond`, the conditions of D12 and D21 (least singular value over the largest), and
-        twice NaN: there are no Riccati equations here.
+        twice NaN: those of the Riccati equations, which have 32 digits here, are not computed.
 
     Raises:
         InfeasibleError: there is no controller.
@@ -80,7 +85,7 @@ def hinfsyn_proved(
     reduce: bool = False,
     progress: Progress | None = None,
 ) -> Proved:
-    """Return what `hinfsyn` does, with the least gamma, remarks and the certificate.
+    """Return what `hinfsyn` does, with the lowest gamma found, remarks and the certificate.
 
     A plant in discrete time is taken to continuous time by the bilinear transform, which keeps gains, and its
     controller back. The proof is of the loop in discrete time.
@@ -89,8 +94,8 @@ def hinfsyn_proved(
         P: as in `hinfsyn`.
         nmeas: as in `hinfsyn`.
         ncon: as in `hinfsyn`.
-        back_off: how far above the least gamma the controller is built, relative; from 0.001 to 1.
-        gamma_limit: a least gamma above this counts as infeasible.
+        back_off: how far above the lowest gamma found the controller is built, relative; from 0.001 to 1.
+        gamma_limit: no gamma below this counts as infeasible, where that is shown.
         fastest_mode: no mode of the controller is to be faster, rad/s; of one in discrete time, as the bilinear
             transform has it in continuous time.
         reduce: leave out controller states while the bound stays within 2 %.
@@ -114,7 +119,7 @@ def hinfsyn_proved(
     d12, d21 = plant.D[: outputs - nmeas, inputs - ncon :], plant.D[outputs - nmeas :, : inputs - ncon]
     rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
     found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
-    return Proved(found, report["gamma"], report["remarks"], certificate)
+    return Proved(found, report["gamma"], report["least"], report["remarks"], certificate)
 
 
 def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, Any]:
@@ -199,14 +204,16 @@ class LpvController:
 
 @dataclass(frozen=True)
 class LpvSynthesis:
-    """What `lpvsyn` returns: the controller, its proved gain, the least gamma, remarks, and the proof.
+    """What `lpvsyn` returns: the controller, its proved gain, the lowest gamma found, remarks, and the proof.
 
-    `gam` is None where a gain is proved at the rate alone: `gam_at_rate`.
+    `gam` is None where a gain is proved at the rate alone: `gam_at_rate`. `is_least`: whether `gamma` is shown, in
+    floating point, to be the least of the synthesis inequalities within 0.1 %.
     """
 
     K: LpvController
     gam: float | None
-    least_gamma: float
+    gamma: float
+    is_least: bool
     gam_at_rate: float | None
     remarks: list[str]
     certificate: Certificate
@@ -243,7 +250,8 @@ def lpvsyn(
         progress: called back.
 
     Raises:
-        InfeasibleError: there is no controller.
+        InfeasibleError: no controller of the kind sought exists, as is shown in floating point; the message says of
+            which.
         NumericalError: nothing is known.
         InputError: the problem is wrong.
 
@@ -257,6 +265,7 @@ def lpvsyn(
         lpv_controller(rows, dt or 0.0),
         report["certified_gamma"],
         report["gamma"],
+        report["least"],
         report.get("certified_gamma_at_rate"),
         report["remarks"],
         certificate,

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 /// What `squid lpv` can do.
 #[derive(Debug, Subcommand)]
 pub enum LpvVerb {
-    /// Compute the least gamma and a scheduled controller, and prove its gain bound
+    /// Design a scheduled controller near the least gamma, and prove its gain bound
     ///
     /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without
     /// parameters {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt,
@@ -30,8 +30,14 @@ pub enum LpvVerb {
     /// what is proved. "limits", a positive number for each control, cuts commands off: the controller gets an
     /// anti-windup gain, and its gain with limits is proved for w of bounded energy, or of any.
     ///
-    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: there
-    /// is none, as computed in floating point, or none within --gamma-limit; 3, numerical_failure: nothing is known; 4,
+    /// `gamma` of --json is the lowest gamma found, and `least` whether it is shown, in floating point, to be the least
+    /// within 0.1 %: without parameters of any controller, by Riccati equations with 32 digits; with them of the
+    /// synthesis inequalities. Where it is not, a better controller may exist.
+    ///
+    /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: it is
+    /// shown, in floating point, that there is no controller, or none within --gamma-limit; with parameters, none that a
+    /// quadratic Lyapunov function common to all their values, with these scalings, shows: another may exist; 3,
+    /// numerical_failure: nothing is known; 4,
     /// too_fast: there are controllers, but none computed keeps --fastest-mode, which proves nothing about others; 1,
     /// error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller, `remarks` what
     /// in the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
@@ -97,8 +103,8 @@ pub enum LpvVerb {
     /// be one at the rate alone. That for constant parameters is the worst-case gain over all frequencies, from both
     /// sides: see `mu`.
     ///
-    /// --json prints `gamma` and `gamma_symmetric` (the least bounds for parameters that move however fast, as
-    /// computed), `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`,
+    /// --json prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that move however fast),
+    /// `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`,
     /// `constant_theta` (the worst parameters found), `reasons`, `seconds`.
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
@@ -120,10 +126,10 @@ pub struct Synth {
     /// Write report.json, controller.json and certificate.json to this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Build the controller this far above the least gamma, relative
+    /// Build the controller this far above the lowest gamma found, relative
     #[arg(long, value_name = "FRACTION", default_value_t = 0.1, allow_negative_numbers = true)]
     back_off: f64,
-    /// Report a least gamma above this as infeasible, with its value
+    /// Report as infeasible where it is shown that no gamma is below this
     #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
     gamma_limit: Option<f64>,
     /// Allow no mode of the controller faster than this, rad/s; also after --reduce

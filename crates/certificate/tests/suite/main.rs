@@ -7,6 +7,7 @@ mod common;
 mod constant;
 mod discrete;
 mod energy;
+mod factor;
 mod golden;
 mod independent;
 mod limits;

@@ -48,6 +48,27 @@ pub(crate) fn is_none_below(plant: &GeneralisedPlant, gain: f64) -> bool {
     coarse_grid(plant.blocks.len()).iter().any(at)
 }
 
+/// Whether the 16 digits of the numbers of a plant without parameters determine its least gain to a part: whether that
+/// of plants with every number rounded otherwise is the same.
+pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> bool {
+    let (below, above) = ((1.0 - part) * gain, (1.0 + part) * gain);
+    (1..=ROUNDED_OTHERWISE).all(|seed| {
+        let mut state = seed;
+        let other = plant.changed(|parts| parts.map(|v| v * (1.0 + f64::EPSILON * random(&mut state))));
+        let half_plane = HalfPlane::of(&other);
+        half_plane.moved(SHIFT).is_some_and(|p| p.solve(above).is_some()) && half_plane.is_none_below(below)
+    })
+}
+
+/// So many plants with numbers rounded otherwise are tried.
+const ROUNDED_OTHERWISE: u64 = 2;
+
+/// A number from -1 to 1. Source of the constants: D. E. Knuth, "The Art of Computer Programming" 2, MMIX.
+fn random(state: &mut u64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
 /// A plant and the speeds, rad/s, to which shifts of the boundary of its half plane are small.
 struct HalfPlane {
     plant: WidePlant,

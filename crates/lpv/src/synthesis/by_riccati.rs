@@ -120,7 +120,8 @@ impl Changed {
             let rounded = k.rounded()?;
             let closed = WideLoop::new(plant, &WideController::new(&rounded))?;
             let (guess, room) = (closed.guess(), options.back_off.min(MOST_ROOM));
-            let certified = closed.bound(guess, most, room).or_else(|| {
+            let below = |most: f64| closed.bound(guess, most, room);
+            let certified = below(built_at).or_else(|| below(most)).or_else(|| {
                 let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
                 closed.bound(norm, f64::INFINITY, MOST_ROOM)
             })?;
@@ -147,11 +148,11 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
     let regular = findings(plant).is_empty();
     let with_noise = SIZES.iter().flat_map(move |&size| {
         let added = Some(Regularisation::new(plant, size)).filter(|added| !regular && !added.is_empty());
-        let regular =
-            WidePlant::new(&added.as_ref().map_or_else(|| plant.clone(), |added| added.apply(plant)));
-        let noisy = regular.with_noise(size * gamma);
+        let alone = WidePlant::new(&added.as_ref().map_or_else(|| plant.clone(), |added| added.apply(plant)));
+        let noisy = alone.with_noise(size * gamma);
         let both = noisy.dual().with_noise(size * gamma).dual();
-        [noisy, both].map(|plant| Changed { plant, added: added.clone() })
+        let plants = [noisy, both].into_iter().chain(added.is_some().then_some(alone));
+        plants.map(move |plant| Changed { plant, added: added.clone() })
     });
     let affordable = with_noise.filter(move |changed| changed.plant.solve(affordable).is_some());
     std::iter::once(Changed { plant: WidePlant::new(plant), added: None }).chain(affordable)

@@ -288,8 +288,7 @@ impl fmt::Display for Regularisation {
         });
         write!(
             f,
-            "no controller could be computed for the plant as it is; this one was designed for the plant with \
-             {} added. The bound is of the plant as given, without them",
+            "the controller was designed for the plant with {} added; its bound is of the plant as given, without them",
             outputs.chain(disturbances).collect::<Vec<_>>().join("; ")
         )
     }

@@ -182,6 +182,11 @@ impl Partitioned {
         if total == t { Ok(()) } else { Err(wrong) }
     }
 
+    /// The matrix with a function of each entry.
+    pub(crate) fn map(&self, f: impl FnMut(f64) -> f64) -> Self {
+        Self { matrix: self.matrix.map(f), ..self.clone() }
+    }
+
     /// The sizes of all groups; 0 for those that do not occur.
     pub fn sizes(&self) -> Sizes {
         self.sizes

@@ -4,6 +4,7 @@
 mod anti_windup;
 mod bounded_rate;
 mod common;
+mod coordinates;
 mod direct_path;
 mod fast_modes;
 mod ladder;

@@ -124,7 +124,8 @@ fn every_controller_keeps_its_bound_when_frozen() {
         let plant = common::plant(&common::case(name));
         let design = synthesise(&plant, Options::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
         println!("{name}: least {:.5}, certified {:.5}", design.gamma_optimum, design.certified.gamma);
-        assert!(design.certified.gamma <= design.gamma_design * (1.0 + 1e-9), "{name}");
+        let most = design.gamma_design.max(1.1 * design.gamma_optimum);
+        assert!(design.certified.gamma <= most * (1.0 + 1e-9), "{name}");
         assert!(design.certified.largest_eigenvalue < 0.0, "{name}");
         assert_frozen_gains_below_the_bound(&plant, &design);
     }

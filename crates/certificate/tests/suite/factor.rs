@@ -1,0 +1,82 @@
+//! A Lyapunov matrix given as `X = V'V`.
+
+use crate::common::{golden, integrator, prove};
+use certificate::{AnyRate, Certificate, Rows};
+use serde_json::{Value, json};
+
+/// The integrator with V in place of X.
+fn by_factor(gamma: f64, v: &Value) -> Value {
+    let mut file = integrator(gamma);
+    file.as_object_mut().unwrap().remove("X");
+    file["V"] = v.clone();
+    file
+}
+
+/// With `X = V'V = x` the inequality is `[-2x x 1; x -gamma 0; 1 0 -gamma] < 0`, that is `2 gamma x > x^2 + 1`.
+#[test]
+fn it_proves_what_its_square_proves() {
+    for (v, gamma, holds) in [(1.0, 1.01, true), (1.0, 1.0, false), (-1.0, 1.01, true), (1.5, 1.348, true)] {
+        let found = prove(&by_factor(gamma, &json!([[v]])));
+        assert_eq!(found.is_ok(), holds, "{v} {gamma}: {found:?}");
+    }
+    let refusal = prove(&by_factor(1.347, &json!([[1.5]]))).unwrap_err();
+    assert!(refusal.starts_with("the claim is not proved: the matrix of the inequality"), "{refusal}");
+    let refusal = prove(&by_factor(1.01, &json!([[0.0]]))).unwrap_err();
+    assert!(refusal.contains("X is not positive definite"), "{refusal}");
+}
+
+/// 2^-30 beside 1: the square has a digit that no f64 holds, and both are read.
+#[test]
+fn its_square_is_not_rounded() {
+    let v = 1.0 + 2f64.powi(-30);
+    let x = v * v;
+    // gamma exactly at the limit of X = V'V, x^2 + 1 = 2 gamma x, would decide by the last digit; a little above it
+    // proves, the same below it does not.
+    let limit = (x * x + 1.0) / (2.0 * x);
+    assert!(prove(&by_factor(limit * (1.0 + 1e-15), &json!([[v]]))).is_ok());
+    assert!(prove(&by_factor(limit * (1.0 - 1e-15), &json!([[v]]))).is_err());
+}
+
+#[test]
+fn a_file_has_one_of_both_and_of_the_right_size() {
+    let mut both = integrator(1.01);
+    both["V"] = json!([[1.0]]);
+    assert!(prove(&both).unwrap_err().starts_with("X: "));
+    for wrong in [json!([]), json!([[1.0, 0.0], [0.0, 1.0]]), json!([[1.0, 2.0]]), json!([["1"]]), json!(1.0)]
+    {
+        assert!(prove(&by_factor(1.01, &wrong)).is_err(), "{wrong}");
+    }
+    let mut none = by_factor(1.01, &json!([[1.0]]));
+    none.as_object_mut().unwrap().remove("V");
+    assert!(prove(&none).unwrap_err().contains('X'));
+}
+
+/// Upper triangular V of a golden X, by Cholesky's method in floating point.
+fn factor(x: &Rows) -> Rows {
+    let n = x.len();
+    let mut v = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in i..n {
+            let sum: f64 = (0..i).map(|k| v[k][i] * v[k][j]).sum();
+            v[i][j] = if i == j { (x[i][i] - sum).sqrt() } else { (x[i][j] - sum) / v[i][i] };
+        }
+    }
+    v
+}
+
+#[test]
+fn golden_certificates_prove_by_a_factor_and_read_back() {
+    for name in ["hs04", "lpv03"] {
+        let given = golden(name);
+        let claim = given.any_rate.clone().unwrap();
+        let by_factor = AnyRate { v: factor(&claim.x), x: vec![], ..claim };
+        let changed = Certificate { any_rate: Some(by_factor), ..given.clone() };
+        assert_eq!(changed.prove().unwrap().gamma, given.prove().unwrap().gamma);
+        let text = changed.to_json().unwrap();
+        assert_eq!(Certificate::from_json(&text).unwrap(), changed);
+        // An entry of V that is another is another X.
+        let mut tampered = changed.clone();
+        tampered.any_rate.as_mut().unwrap().v[0][1] += 1e3;
+        assert!(tampered.prove().is_err());
+    }
+}

@@ -1,0 +1,148 @@
+//! The least gamma does not depend on coordinates, units or the unit of time, and slow weights do not spoil it.
+
+use crate::common;
+use lpv::error::SynthesisError;
+use lpv::matrix::Mat;
+use lpv::partition::Group::{self, T, U, W, X, Y, Z};
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::{Options, is_least, synthesise};
+use nalgebra::dmatrix;
+use proptest::prelude::*;
+
+/// A plant of a file with many.
+fn problem(file: &str, name: &str) -> GeneralisedPlant {
+    let problems = common::case(file);
+    let one = problems["problems"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
+    common::plant(one)
+}
+
+fn gamma(plant: &GeneralisedPlant) -> f64 {
+    let design = synthesise(plant, Options::default()).unwrap();
+    assert!(design.certified.gamma <= 1.1001 * design.gamma_optimum, "{}", design.certified.gamma);
+    assert!(is_least(plant, design.gamma_optimum, design.lower));
+    design.gamma_optimum
+}
+
+fn scaled(plant: &GeneralisedPlant, rows: &[(Group, f64)], columns: &[(Group, f64)]) -> GeneralisedPlant {
+    let mut out = plant.clone();
+    rows.iter().for_each(|(group, factor)| out.parts.rows_mut(*group).scale_mut(*factor));
+    columns.iter().for_each(|(group, factor)| out.parts.columns_mut(*group).scale_mut(*factor));
+    out
+}
+
+/// The plant in the states `T^-1 x`.
+fn transformed(plant: &GeneralisedPlant, t: &Mat) -> GeneralisedPlant {
+    let (inverse, none) = (t.clone().try_inverse().unwrap(), Mat::zeros(0, 0));
+    GeneralisedPlant { parts: plant.parts.in_coordinates((t, &inverse), (&none, &none)), blocks: vec![] }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// A turn, units of the states over six decades, another turn; units of all signals and of time.
+    #[test]
+    fn the_least_gamma_does_not_change(
+        which in 0_usize..4,
+        angles in prop::collection::vec(0.0..std::f64::consts::TAU, 8),
+        exponents in prop::collection::vec(-3.0..3.0_f64, 8),
+        units in prop::collection::vec(-3.0..3.0_f64, 4),
+        time in -3.0..3.0_f64,
+    ) {
+        let plant = match which {
+            0 => problem("mixed_sensitivity", "h20_mixsens_30"),
+            1 => problem("mixed_sensitivity", "h41_fast_weight"),
+            2 => problem("spread", "siso5"),
+            _ => common::plant(&common::case("hs04_active_suspension")),
+        };
+        let n = plant.sizes().x;
+        let turn = |from: usize| (0..n - 1).fold(Mat::identity(n, n), |q, i| {
+            let (sin, cos) = angles[(from + i) % 8].sin_cos();
+            let mut turn = Mat::identity(n, n);
+            turn.view_mut((i, i), (2, 2)).copy_from(&dmatrix![cos, -sin; sin, cos]);
+            q * turn
+        });
+        // A pole at 5e6 rad/s beside ones of order 1 leaves no digits for more.
+        let spread = if which == 1 { 0.2 } else { 1.0 };
+        let states = Mat::from_fn(n, n, |i, j| if i == j { 10f64.powf(spread * exponents[i % 8]) } else { 0.0 });
+        let [w, u, z, y] = [0, 1, 2, 3].map(|i| 10f64.powf(units[i]));
+        let other = transformed(&plant, &(turn(0) * states * turn(3)));
+        let other = scaled(&other, &[(Z, z), (Y, y), (X, 10f64.powf(time))], &[(W, w), (U, u)]);
+        let (own, found) = (gamma(&plant), gamma(&other) / (w * z));
+        prop_assert!((found / own - 1.0).abs() < 1e-3, "{found} {own}");
+    }
+}
+
+/// Unstable modes that the control hardly reaches are reached all the same; one that it does not reach is not.
+#[test]
+fn only_what_is_out_of_reach_is_called_so() {
+    let plant = |reach: f64| {
+        let blocks = [
+            (X, X, dmatrix![0.1, 0.0; 0.0, -1.0]),
+            (X, W, dmatrix![1.0, 0.0; 1.0, 0.0]),
+            (X, U, dmatrix![reach; 1.0]),
+            (Z, X, dmatrix![1.0, 1.0; 0.0, 0.0]),
+            (Z, U, dmatrix![0.0; 1.0]),
+            (Y, X, dmatrix![1.0, 1.0]),
+            (Y, W, dmatrix![0.0, 1.0]),
+        ];
+        GeneralisedPlant::new(vec![], &blocks).unwrap()
+    };
+    assert!(synthesise(&plant(1e-5), Options::default()).is_ok());
+    let refused = |plant| synthesise(plant, Options::default()).is_err_and(|error| !error.is_infeasible());
+    assert!(synthesise(&plant(1e-14), Options::default()).is_ok() || refused(&plant(1e-14)));
+    let error = synthesise(&plant(0.0), Options::default()).unwrap_err();
+    assert!(
+        matches!(error, SynthesisError::NotStabilisable { re, .. } if (re - 0.1).abs() < 1e-12),
+        "{error}"
+    );
+    // Two integrators that one input drives alike.
+    let mut twins = plant(1.0);
+    twins.parts.block_mut(X, X).fill(0.0);
+    assert!(matches!(synthesise(&twins, Options::default()), Err(SynthesisError::NotStabilisable { .. })));
+}
+
+/// A dense plant of 30 states, about half of them unstable: the matrix inequalities took minutes.
+#[test]
+fn thirty_unstable_states() {
+    let n = 30;
+    let entry = |i: usize, j: usize| ((37 * i * i + 101 * j + 7 * i * j + 3) as f64 * 0.618).sin();
+    let mat =
+        |rows: usize, columns: usize, from: usize| Mat::from_fn(rows, columns, |i, j| entry(i + from, j));
+    let blocks = [
+        (X, X, mat(n, n, 0) * (1.4 / (n as f64).sqrt())),
+        (X, W, Mat::from_fn(n, 6, |i, j| if j < 3 { entry(i + 50, j) } else { 0.0 })),
+        (X, U, mat(n, 3, 90)),
+        (Z, X, Mat::from_fn(6, n, |i, j| if i < 3 { entry(i + 140, j) } else { 0.0 })),
+        (Z, U, Mat::from_fn(6, 3, |i, j| f64::from(i == j + 3))),
+        (Y, X, mat(3, n, 200)),
+        (Y, W, Mat::from_fn(3, 6, |i, j| f64::from(j == i + 3))),
+    ];
+    let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
+    let poles = lpv::matrix::eigenvalues(&plant.a());
+    assert!(poles.iter().filter(|pole| pole.re > 0.0).count() >= 10);
+    let design = synthesise(&plant, Options::default()).unwrap();
+    assert!(design.lower >= 0.999 * design.gamma_optimum);
+    assert!(design.certified.gamma <= 1.1001 * design.gamma_optimum);
+}
+
+/// A double integrator whose damping is 1e-3 theta, with a weight of 1e4 at rest: frozen at theta = 0 its least gamma is
+/// 1.4857. With time in units of the plant's own modes the search ended at 12.7.
+#[test]
+fn slow_weights_with_a_parameter() {
+    let blocks = [
+        (X, X, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 0.0; -1.0, 0.0, -1e-4]),
+        (X, T, dmatrix![0.0; -1e-3; 0.0]),
+        (X, W, dmatrix![0.0; 0.0; 1.0]),
+        (X, U, dmatrix![0.0; 1.0; 0.0]),
+        (T, X, dmatrix![0.0, 1.0, 0.0]),
+        (Z, X, dmatrix![-2.0 / 3.0, 0.0, 1.0 - 1e-4 / 1.5; 0.0, 0.0, 0.0]),
+        (Z, W, dmatrix![2.0 / 3.0; 0.0]),
+        (Z, U, dmatrix![0.0; 1.0]),
+        (Y, X, dmatrix![-1.0, 0.0, 0.0]),
+        (Y, W, dmatrix![1.0]),
+    ];
+    let plant = GeneralisedPlant::new(vec![1], &blocks).unwrap();
+    let design = synthesise(&plant, Options::default()).unwrap();
+    assert!((1.485..1.495).contains(&design.gamma_optimum), "{}", design.gamma_optimum);
+    assert!(design.certified.gamma < 1.65, "{}", design.certified.gamma);
+}
