@@ -28,7 +28,7 @@ use crate::riccati::least::{is_determined, is_none_below};
 use crate::synthesis::balance::middle_speed;
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
-use crate::synthesis::least_gamma::least_gamma_within;
+use crate::synthesis::least_gamma::{at_best_speed, least_gamma_within};
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
@@ -112,7 +112,7 @@ pub const LEAST_WITHIN: f64 = 1e-3;
 /// # Errors
 /// As [`synthesise`].
 pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let least = least_gamma_within(plant, options);
+    let least = at_best_speed(plant, options);
     if options.quick {
         return directly(plant, &least, options);
     }

@@ -8,7 +8,7 @@ use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
-use lpv::synthesis::{Design, synthesise};
+use lpv::synthesis::{Design, by_inequalities};
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{DEPTH, PITCH, SIGNALS};
 use squid_design::augment::augment;
@@ -157,7 +157,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The H-infinity controller for the linearisation at each of the six speeds, by the same synthesis; computed once.
+    /// The H-infinity controller for the linearisation at each of the six speeds, by the same inequalities; computed once.
     pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
         let options = options(&self.inputs.design);
         let made = |v: &f64| {
@@ -165,7 +165,7 @@ impl<'a> Subject<'a> {
                 stage: "freezing",
                 diagnosis: "the plant has no value".into(),
             };
-            synthesise(&self.plant.frozen(&[self.rho(*v)]).map_err(singular)?, options)
+            by_inequalities(&self.plant.frozen(&[self.rho(*v)]).map_err(singular)?, options)
         };
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from conftest import Run
 from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
-from limited_plants import SPRING, TANKS, UNSTABLE, f8
+from limited_plants import SPRING, TANKS, TWO_SPRINGS, UNSTABLE, f8
 
 Claim = dict
 
-PROBLEMS = {"spring": SPRING, "unstable": UNSTABLE, "tanks": TANKS}
+PROBLEMS = {"spring": SPRING, "two springs": TWO_SPRINGS, "unstable": UNSTABLE, "tanks": TANKS}
 
 
 class Found(NamedTuple):

@@ -32,21 +32,22 @@ pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    least_gamma_within(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
+    at_best_speed(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
 }
 
 /// The same, by scalings, accuracy and patience of `options`.
 ///
 /// Where multipliers do not show that the gamma found is nearly the least, it is sought with time in the units of the
 /// closed loop, too: far slower weights and modes of the plant make its own unit a bad one.
-pub(crate) fn least_gamma_within(
+pub(crate) fn at_best_speed(
     plant: &GeneralisedPlant,
     options: Options,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    let mut best = sought(plant, options, None);
+    let mut best = least_gamma_within(plant, options);
     let is_sure =
         |found: &(Coordinates, LmiSolution)| found.1.lower >= (1.0 - DOUBTFUL_SHARE) * found.1.gamma;
-    if options.quick || best.as_ref().is_ok_and(is_sure) {
+    // Where a rough value is enough, nothing shows that it is near the least.
+    if options.quick || options.accuracy > DOUBTFUL_GAP || best.as_ref().is_ok_and(is_sure) {
         return best;
     }
     for speed in loop_speeds(plant) {
@@ -65,8 +66,17 @@ pub(crate) fn least_gamma_within(
     best
 }
 
+/// The same with time in units of the plant's own modes.
+pub(crate) fn least_gamma_within(
+    plant: &GeneralisedPlant,
+    options: Options,
+) -> Result<(Coordinates, LmiSolution), SynthesisError> {
+    sought(plant, options, None)
+}
+
 /// The speeds, rad/s, of the loop that an H-infinity controller closes round the plant at Theta = 0: the median of its
-/// modes, the fastest one, and the fastest of the plant. Empty where there is no such controller.
+/// modes, the fastest one, and the fastest of the plant; those near the middle of the plant's own modes are left out.
+/// Empty where there is no such controller.
 fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
     let none = vec![0.0; plant.blocks.len()];
     let closed = plant.frozen(&none).ok().and_then(|nominal| {
@@ -75,8 +85,13 @@ fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
     });
     let fastest = |a: &Mat| eigenvalues(a).iter().map(|v| v.norm()).fold(0.0, f64::max);
     let speeds = closed.map_or_else(Vec::new, |a| vec![middle_speed(&a), fastest(&a), fastest(&plant.a())]);
-    speeds.into_iter().filter(|speed| *speed > 0.0 && speed.is_finite()).collect()
+    let own = middle_speed(&plant.a());
+    let is_other = |speed: &f64| !(own / OTHER_SPEED..own * OTHER_SPEED).contains(speed);
+    speeds.into_iter().filter(|speed| *speed > 0.0 && speed.is_finite() && is_other(speed)).collect()
 }
+
+/// A unit of time that is another makes a difference from this ratio on.
+const OTHER_SPEED: f64 = 10.0;
 
 /// A lower bound as near as this to gamma, relative to it, settles the unit of time.
 const DOUBTFUL_SHARE: f64 = 0.01;
