@@ -63,8 +63,8 @@ pub struct AnyRate {
     /// The Lyapunov matrix; an empty list, or no such key in the file, where V is given.
     #[serde(rename = "X", skip_serializing_if = "Vec::is_empty")]
     pub x: Rows,
-    /// The Lyapunov matrix as `X = V'V`, formed without rounding: V shows with 16 digits what X rounded to them may not.
-    /// An empty list, or no such key in the file, where X is given.
+    /// V with `X = V'V`, formed without rounding: V shows with 16 digits what X rounded to them may not. An empty
+    /// list, or no such key in the file, where X is given.
     #[serde(rename = "V", skip_serializing_if = "Vec::is_empty")]
     pub v: Rows,
     /// The symmetric scaling.

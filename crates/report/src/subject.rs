@@ -157,7 +157,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The H-infinity controller for the linearisation at each of the six speeds, by the same inequalities; computed once.
+    /// The H-infinity controller for the linearisation at each of the six speeds, by the same inequalities; computed
+    /// once.
     pub fn alone(&self) -> &[Result<Design, SynthesisError>] {
         let options = options(&self.inputs.design);
         let made = |v: &f64| {

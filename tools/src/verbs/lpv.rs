@@ -35,13 +35,12 @@ pub enum LpvVerb {
     /// synthesis inequalities. Where it is not, a better controller may exist.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: it is
-    /// shown, in floating point, that there is no controller, or none within --gamma-limit; with parameters, none that a
+    /// shown, in floating point, that there is none, or none within --gamma-limit; with parameters, none that a
     /// quadratic Lyapunov function common to all their values, with these scalings, shows: another may exist; 3,
-    /// numerical_failure: nothing is known; 4,
-    /// too_fast: there are controllers, but none computed keeps --fastest-mode, which proves nothing about others; 1,
-    /// error: a file is wrong; 64: the command line is wrong. `reason` says why there is no controller, `remarks` what
-    /// in the problem makes gains grow without limit (a control without a weight, a measurement without noise) and
-    /// other deviations from what was asked.
+    /// numerical_failure: nothing is known; 4, too_fast: there are controllers, but none computed keeps --fastest-mode,
+    /// which proves nothing about others; 1, error: a file is wrong; 64: the command line is wrong. `reason` says why
+    /// there is no controller, `remarks` what in the problem makes gains grow without limit (a control without a
+    /// weight, a measurement without noise) and other deviations from what was asked.
     Synth(Synth),
     /// Prove a certificate again, and check that it is of the plant in a problem file
     ///
@@ -104,8 +103,9 @@ pub enum LpvVerb {
     /// sides: see `mu`.
     ///
     /// --json prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that move however fast),
-    /// `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`, `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`,
-    /// `constant_theta` (the worst parameters found), `reasons`, `seconds`.
+    /// `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`,
+    /// `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the worst parameters
+    /// found), `reasons`, `seconds`.
     ///
     /// Exit codes, and the word `status` of --json: 0, proved; 3, not_found: no bound was found, which proves nothing;
     /// 1, error: a file is wrong; 64: the command line is wrong.

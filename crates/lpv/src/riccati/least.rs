@@ -89,9 +89,12 @@ impl HalfPlane {
         self.plant.shifted(shift * self.slowest, shift / self.fastest)
     }
 
-    /// Whether there is none by two shifts, which rounding would not let agree.
+    /// Whether there is none by two shifts, which rounding would not let agree. A plant for which the equations have no
+    /// solution at a larger gain either is one that they do not fit.
     fn is_none_below(&self, gain: f64) -> bool {
-        [SHIFT, SMALLER_SHIFT].iter().all(|shift| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none()))
+        let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| p.solve(gain * STRIDE.powi(k)).is_some());
+        let none = |shift: &f64| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none() && fits(&p));
+        [SHIFT, SMALLER_SHIFT].iter().all(none)
     }
 }
 
@@ -103,6 +106,9 @@ const SHIFT: f64 = 1e-9;
 
 /// Another, for lower bounds.
 const SMALLER_SHIFT: f64 = 1e-11;
+
+/// So many larger gains are tried.
+const LARGER_GAINS: i32 = 6;
 
 /// How near to the upper bound a lower one is looked for first, relative to it.
 const NEAR: f64 = 2e-4;

@@ -70,8 +70,8 @@ impl Coordinates {
         coordinates
     }
 
-    /// The coordinates in which X and Y, both of the plant's own, are equal and diagonal, with time in units of a speed,
-    /// rad/s; y and u in units of the noise and the weight that they have. `None` as for [`Self::equalising`].
+    /// The coordinates in which X and Y, both of the plant's own, are equal and diagonal, with time in units of a
+    /// speed, rad/s; y and u in units of the noise and the weight that they have. `None` as for [`Self::equalising`].
     pub(crate) fn of_pair(plant: &GeneralisedPlant, speed: f64, x: &Mat, y: &Mat) -> Option<Self> {
         let size = plant.sizes();
         let none = Mat::zeros(0, 0);

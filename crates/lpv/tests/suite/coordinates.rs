@@ -125,8 +125,8 @@ fn thirty_unstable_states() {
     assert!(design.certified.gamma <= 1.1001 * design.gamma_optimum);
 }
 
-/// A double integrator whose damping is 1e-3 theta, with a weight of 1e4 at rest: frozen at theta = 0 its least gamma is
-/// 1.4857. With time in units of the plant's own modes the search ended at 12.7.
+/// A double integrator whose damping is 1e-3 theta, with a weight of 1e4 at rest: frozen at theta = 0 its least gamma
+/// is 1.4857. With time in units of the plant's own modes the search ended at 12.7.
 #[test]
 fn slow_weights_with_a_parameter() {
     let blocks = [
