@@ -101,7 +101,7 @@ pub enum SynthesisError {
     Infeasible { stage: &'static str },
     /// The least gamma is above the limit that was asked for.
     #[error(
-        "the least gamma found is {optimum:.4e}, {:.1} % above the limit {limit:.4e}{}",
+        "the least gamma found is {optimum:.6e}, {:.2} % above the limit {limit:.6e}{}",
         100.0 * (optimum / limit - 1.0),
         dominant_words(dominant)
     )]

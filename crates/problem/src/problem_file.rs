@@ -116,7 +116,7 @@ fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Re
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
     reader.only_notes_beside_data(&value, (beside, "in 'data'"))?;
-    let matrices: Vec<&str> = names(PLANT).map(|(name, _, _)| name).chain(["D22", "E"]).collect();
+    let matrices: Vec<&str> = names(PLANT).map(|(name, _, _)| name).chain(["E"]).collect();
     if find(data, other).is_some() {
         let words = match other {
             "dt" => {

@@ -222,7 +222,9 @@ impl Report {
             Status::TooFast => {
                 "too fast: no computed controller keeps the limit on the fastest mode\n".to_owned()
             }
-            Status::NumericalFailure => "numerical failure: nothing is known\n".to_owned(),
+            Status::NumericalFailure => {
+                "numerical failure: no controller with a proved bound was found\n".to_owned()
+            }
         };
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
@@ -246,7 +248,7 @@ impl Report {
             }
         }
         if let (Some(built), Some(back_off)) = (self.gamma_design, self.back_off) {
-            out += &format!("  built at            {built:.6}, {:.1} % above\n", 100.0 * back_off);
+            out += &format!("  built at            {built:.6}, {:.1} % above it\n", 100.0 * back_off);
         }
         if let Some(theorem) = &self.theorem {
             if self.certified_gamma_at_rate.is_some() {

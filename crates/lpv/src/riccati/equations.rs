@@ -75,6 +75,11 @@ impl WidePlant {
         }
     }
 
+    /// Whether every control has a weight and every measurement noise: D12 full column rank, D21 full row rank.
+    pub(crate) fn is_regular(&self) -> bool {
+        pseudo_inverse(&self.d12).is_some() && pseudo_inverse(&self.d21.transpose()).is_some()
+    }
+
     /// X and `F = [F1; F2]` of the first equation, where it has a positive semidefinite solution.
     fn first(&self, gain: Quad) -> Option<(Wide, Wide)> {
         let (n, w) = (self.a.nrows(), self.b1.ncols());

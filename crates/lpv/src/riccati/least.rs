@@ -27,17 +27,26 @@ const MOST_STRIDES: usize = 16;
 /// The least gain of a plant without parameters; `None` where no bracket is found.
 ///
 /// From above it is that of a plant with a slightly larger half plane, from below of one with a slightly smaller one,
-/// or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`.
+/// or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`. Where the two leave a gap, smaller
+/// changes are tried.
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
-    let found = half_plane.moved(SHIFT)?.bracket(1.0)?;
-    let none = |gain: &f64| half_plane.is_none_below(*gain);
-    let near = [found.lower, (1.0 - NEAR) * found.lower].into_iter().find(none);
-    let lower = near.or_else(|| Some(half_plane.moved(-SHIFT)?.bracket(found.lower)?.lower).filter(none));
     let past =
         |p: &GeneralisedPlant| largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()));
-    let direct = past(plant).max(past(&plant.dual()));
-    Some(Bracket { upper: found.upper, lower: lower.unwrap_or(0.0).max(direct) })
+    let mut best = Bracket { upper: f64::INFINITY, lower: past(plant).max(past(&plant.dual())) };
+    for shift in SHIFTS {
+        let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
+        let Some(found) = half_plane.moved(shift).and_then(|p| p.bracket(guess)) else { continue };
+        best.upper = best.upper.min(found.upper);
+        let none = |gain: &f64| half_plane.is_none_within(*gain, shift);
+        let near = [found.lower, (1.0 - NEAR) * found.lower].into_iter().find(none);
+        let lower = near.or_else(|| Some(half_plane.moved(-shift)?.bracket(found.lower)?.lower).filter(none));
+        best.lower = best.lower.max(lower.unwrap_or(0.0));
+        if best.lower >= (1.0 - NARROW) * best.upper {
+            break;
+        }
+    }
+    best.upper.is_finite().then_some(best)
 }
 
 /// Whether it is shown, in floating point, that no controller has a gain below this, even for one constant value of the
@@ -56,7 +65,8 @@ pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> b
         let mut state = seed;
         let other = plant.changed(|parts| parts.map(|v| v * (1.0 + f64::EPSILON * random(&mut state))));
         let half_plane = HalfPlane::of(&other);
-        half_plane.moved(SHIFT).is_some_and(|p| p.solve(above).is_some()) && half_plane.is_none_below(below)
+        let reached = |shift: &f64| half_plane.moved(*shift).is_some_and(|p| p.solve(above).is_some());
+        SHIFTS.iter().any(reached) && half_plane.is_none_below(below)
     })
 }
 
@@ -89,23 +99,30 @@ impl HalfPlane {
         self.plant.shifted(shift * self.slowest, shift / self.fastest)
     }
 
-    /// Whether there is none by two shifts, which rounding would not let agree. A plant for which the equations have no
-    /// solution at a larger gain either is one that they do not fit.
     fn is_none_below(&self, gain: f64) -> bool {
+        SHIFTS.iter().any(|shift| self.is_none_within(gain, *shift))
+    }
+
+    /// Whether there is none by a shift and a smaller one, which rounding would not let agree. A plant for which the
+    /// equations have no solution at a larger gain either is one that they do not fit.
+    fn is_none_within(&self, gain: f64, shift: f64) -> bool {
         let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| p.solve(gain * STRIDE.powi(k)).is_some());
-        let none = |shift: &f64| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none() && fits(&p));
-        [SHIFT, SMALLER_SHIFT].iter().all(none)
+        let none = |shift: f64| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none() && fits(&p));
+        none(shift) && none(SMALLER * shift)
     }
 }
 
 /// Modes slower than this, relative to the fastest, count as standing still.
 const ROUNDING_RATIO: f64 = 1e-14;
 
-/// The shift of the boundary of the half plane, relative to the slowest mode, and at infinity to the fastest.
-const SHIFT: f64 = 1e-9;
+/// The shifts of the boundary of the half plane, relative to the slowest mode, and at infinity to the fastest.
+const SHIFTS: [f64; 3] = [1e-9, 1e-12, 1e-14];
 
-/// Another, for lower bounds.
-const SMALLER_SHIFT: f64 = 1e-11;
+/// How much smaller another is, for lower bounds.
+const SMALLER: f64 = 1e-2;
+
+/// A bracket as narrow as this, relative to itself, is narrow enough.
+const NARROW: f64 = 5e-4;
 
 /// So many larger gains are tried.
 const LARGER_GAINS: i32 = 6;

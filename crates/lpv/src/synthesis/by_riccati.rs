@@ -13,7 +13,7 @@ use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
 use crate::riccati::wide::{Quad, Wide, beside};
 use crate::synthesis::design::{Design, Options};
-use crate::synthesis::regularity::{Regularisation, findings};
+use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
 use crate::system::parameter_grid::parameter_grid;
 use crate::system::plant::GeneralisedPlant;
@@ -120,8 +120,7 @@ impl Changed {
             let rounded = k.rounded()?;
             let closed = WideLoop::new(plant, &WideController::new(&rounded))?;
             let (guess, room) = (closed.guess(), options.back_off.min(MOST_ROOM));
-            let below = |most: f64| closed.bound(guess, most, room);
-            let certified = below(built_at).or_else(|| below(most)).or_else(|| {
+            let certified = closed.bound(guess, most, room).or_else(|| {
                 let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
                 closed.bound(norm, f64::INFINITY, MOST_ROOM)
             })?;
@@ -145,8 +144,10 @@ impl Changed {
 /// The plant as it is, then with less and less noise and weight that costs only a part of the back-off.
 fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator<Item = Changed> {
     let affordable = (1.0 + NOISE_SHARE * back_off) * gamma;
-    let regular = findings(plant).is_empty();
-    let with_noise = SIZES.iter().flat_map(move |&size| {
+    let given = WidePlant::new(plant);
+    let regular = given.is_regular();
+    let sizes = if regular { &SIZES[..SIZES_OF_REGULAR] } else { &SIZES[..] };
+    let with_noise = sizes.iter().flat_map(move |&size| {
         let added = Some(Regularisation::new(plant, size)).filter(|added| !regular && !added.is_empty());
         let alone = WidePlant::new(&added.as_ref().map_or_else(|| plant.clone(), |added| added.apply(plant)));
         let noisy = alone.with_noise(size * gamma);
@@ -155,7 +156,7 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
         plants.map(move |plant| Changed { plant, added: added.clone() })
     });
     let affordable = with_noise.filter(move |changed| changed.plant.solve(affordable).is_some());
-    std::iter::once(Changed { plant: WidePlant::new(plant), added: None }).chain(affordable)
+    std::iter::once(Changed { plant: given, added: None }).chain(affordable.take(MOST_CHANGES))
 }
 
 impl WidePlant {
@@ -188,5 +189,14 @@ const MOST_ROOM: f64 = 0.1;
 /// What part of the back-off noise and weight may cost.
 const NOISE_SHARE: f64 = 0.4;
 
-/// Noises and weights, relative to what the controls weigh and to the noise of the measurements.
-const SIZES: [f64; 9] = [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
+/// Noises and weights, relative to what the controls weigh and to the noise of the measurements. Where there is none,
+/// they are relative to what balanced coordinates make of the plant, which may be anything.
+const SIZES: [f64; 17] = [
+    1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14,
+];
+
+/// So many of them are for plants that have weights and noise.
+const SIZES_OF_REGULAR: usize = 9;
+
+/// So many changed plants are tried: where rounding spoils the controllers of all, it spoils those of more.
+const MOST_CHANGES: usize = 6;

@@ -77,7 +77,7 @@ pub(crate) fn least_gamma_within(
 /// The speeds, rad/s, of the loop that an H-infinity controller closes round the plant at Theta = 0: the median of its
 /// modes, the fastest one, and the fastest of the plant; those near the middle of the plant's own modes are left out.
 /// Empty where there is no such controller.
-fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
+pub(crate) fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
     let none = vec![0.0; plant.blocks.len()];
     let closed = plant.frozen(&none).ok().and_then(|nominal| {
         let (_, Ok(design)) = by_riccati::synthesise(&nominal, Options::default())? else { return None };

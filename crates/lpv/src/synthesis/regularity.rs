@@ -99,24 +99,13 @@ fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     (scaled, units)
 }
 
-/// For each control the largest of `|C1 A^k b|/rate^(k+1)`, with the rate of the fastest mode: what z sees of it
-/// through the states within the time of that mode. 0 where no mode moves.
+/// For each control `|C1 b|/rate`, with the rate of the fastest mode: what z sees of it through the states within the
+/// time of that mode. 0 where no mode moves.
 fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let (a, c1) = (plant.a(), plant.c1());
-    let mut largest = vec![0.0_f64; plant.sizes().u];
-    if !(rate > 0.0 && rate.is_finite()) {
-        return largest;
-    }
-    let mut state = plant.b2() / rate;
-    for _ in 0..a.nrows() {
-        let output = &c1 * &state;
-        for (most, column) in largest.iter_mut().zip(output.column_iter()) {
-            *most = most.max(column.norm());
-        }
-        state = &a * state / rate;
-    }
-    largest
+    let seen = plant.c1() * plant.b2();
+    let usable = rate > 0.0 && rate.is_finite();
+    seen.column_iter().map(|column| if usable { column.norm() / rate } else { 0.0 }).collect()
 }
 
 /// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then
