@@ -46,6 +46,8 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
             break;
         }
     }
+    // One that rounding puts above the other is worth no more than that.
+    best.lower = best.lower.min(best.upper);
     best.upper.is_finite().then_some(best)
 }
 
