@@ -18,16 +18,18 @@ SPRING = {
 # The same on a spring that pushes away.
 UNSTABLE = copy.deepcopy(SPRING)
 UNSTABLE["P"]["A"] = [[0, 1], [2, -0.5]]
-# Two such masses on springs of their own, each with a parameter, joined by a third spring; the first is pushed.
+# Two such masses, joined by a third spring, the first pushed: one parameter is in its spring and its damper, another in
+# the spring of the second.
 TWO_SPRINGS = {
     "P": {
         "A": [[0, 1, 0, 0], [-3, -0.5, 1, 0], [0, 0, 0, 1], [1, 0, -2.5, -0.4]],
-        "Bt": [[0, 0], [-1, 0], [0, 0], [0, -0.7]], "B1": [[0, 0], [1, 0], [0, 0], [0.3, 0]],
-        "B2": [[0], [1], [0], [0]], "Ct": [[1, 0, 0, 0], [0, 0, 1, 0]], "Dtt": [[0, 0], [0, 0]],
-        "Dt1": [[0, 0], [0, 0]], "Dt2": [[0], [0]], "C1": [[0, 0, 1, 0], [0, 0, 0, 0]], "D1t": [[0, 0], [0, 0]],
-        "D11": [[0, 0], [0, 0]], "D12": [[0], [0.3]], "C2": [[0, 0, 1, 0]], "D2t": [[0, 0]], "D21": [[0, 0.1]],
+        "Bt": [[0, 0, 0], [-1, -0.3, 0], [0, 0, 0], [0, 0, -0.7]], "B1": [[0, 0], [1, 0], [0, 0], [0.3, 0]],
+        "B2": [[0], [1], [0], [0]], "Ct": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]],
+        "Dtt": [[0, 0, 0], [0, 0, 0], [0, 0, 0]], "Dt1": [[0, 0], [0, 0], [0, 0]], "Dt2": [[0], [0], [0]],
+        "C1": [[0, 0, 1, 0], [0, 0, 0, 0]], "D1t": [[0, 0, 0], [0, 0, 0]], "D11": [[0, 0], [0, 0]],
+        "D12": [[0], [0.3]], "C2": [[0, 0, 1, 0]], "D2t": [[0, 0, 0]], "D21": [[0, 0.1]],
     },
-    "blocks": [1, 1], "limits": [1.0],
+    "blocks": [2, 1], "limits": [1.0],
 }  # fmt: skip
 # G = 10/(100 s + 1) [4 -5; -3 4] of demonstration 10 of IQClab, limits of 1, with all but integrated errors.
 TANKS = {
