@@ -70,17 +70,6 @@ impl Coordinates {
         coordinates
     }
 
-    /// The coordinates in which X and Y, both of the plant's own, are equal and diagonal, with time in units of a
-    /// speed, rad/s; y and u in units of the noise and the weight that they have. `None` as for [`Self::equalising`].
-    pub(crate) fn of_pair(plant: &GeneralisedPlant, speed: f64, x: &Mat, y: &Mat) -> Option<Self> {
-        let size = plant.sizes();
-        let none = Mat::zeros(0, 0);
-        let pair = Self { speed, ..Self::identity(plant) }.equalising(x, y, &none, &none, &[])?;
-        let control = (0..size.u).map(|j| 1.0 / norm_or_one(plant.d12().column(j).norm())).collect();
-        let measurement = (0..size.y).map(|i| norm_or_one(plant.d21().row(i).norm())).collect();
-        Some(Self { control, measurement, ..pair })
-    }
-
     /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal
     /// and diagonal. `None` when one of them is not positive definite.
     pub fn equalising(&self, x: &Mat, y: &Mat, s: &Mat, sigma: &Mat, channels: &[usize]) -> Option<Self> {

@@ -149,15 +149,6 @@ pub(crate) fn sought(
         (estimated, lower) = (estimated.max(estimate(&other)), lower.max(other.lower));
         best = LmiSolution { gap: gap(other.gamma, estimated), ..other };
     }
-    if let Some(next) = second_opinion(plant, &best)
-        && let Ok(other) = minimise(plant, &next, scalings, search)
-    {
-        multipliers.splice(0..0, other.multipliers.iter().cloned());
-        lower = lower.max(other.lower);
-        if better(&other, &best) {
-            (place, best) = (next, other);
-        }
-    }
     if best.margin > 0.0 {
         // With parameters few can be repaired, and each try of a proof takes a tenth of the search's time.
         let plain = plant.blocks.is_empty();
@@ -167,24 +158,6 @@ pub(crate) fn sought(
     let (gamma, missed) = (best.gamma, -best.margin);
     let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
     Err(SynthesisError::numerical(STAGE, diagnosis))
-}
-
-/// Where Riccati equations know of a gamma clearly below the one found: the coordinates in which X and Y of the loop of
-/// their controller are equal, which lie well inside the inequalities.
-fn second_opinion(plant: &GeneralisedPlant, found: &LmiSolution) -> Option<Place> {
-    if !plant.blocks.is_empty() {
-        return None;
-    }
-    let (_, Ok(design)) = by_riccati::synthesise(plant, Options::default())? else { return None };
-    if design.gamma_optimum > (1.0 - DOUBTFUL_GAP / 3.0) * found.gamma {
-        return None;
-    }
-    let (n, whole) = (plant.sizes().x, &design.certified.x);
-    let corner = |m: &Mat| symmetric_part(&m.view((0, 0), (n, n)).into_owned());
-    let (x, y) = (corner(whole), corner(&whole.clone().cholesky()?.inverse()));
-    let speed = middle_speed(&plant.close(&design.controller).a());
-    let coordinates = Coordinates::of_pair(plant, speed, &x, &y)?;
-    Some(Place { coordinates, unit: design.gamma_optimum })
 }
 
 /// How far gamma may be above the least, relative to itself; infinite when there is no lower bound.
