@@ -77,10 +77,11 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
 /// A design by Riccati equations, or one by inequalities where that is better: where the first is not within the
 /// back-off.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
-    if found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
+    let is_known = found.lower >= (1.0 - OPEN_GAP) * found.gamma_optimum;
+    if is_known && found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
         return found;
     }
-    let Ok(other) = by_inequalities(plant, Options { quick: true, ..options }) else { return found };
+    let Ok(other) = by_inequalities(plant, Options { quick: is_known, ..options }) else { return found };
     let (gamma_optimum, lower) = (found.gamma_optimum.min(other.gamma_optimum), found.lower.max(other.lower));
     let better = if other.certified.gamma < found.certified.gamma { other } else { found };
     Design { gamma_optimum, lower, ..better }

@@ -85,7 +85,7 @@ def test_a_limit_below_the_least_is_infeasible_and_one_above_is_not(run_squid: R
 
 
 def test_a_stable_plant_without_a_common_lyapunov_function(run_squid: Run, tmp_path: Path) -> None:
-    """u = 0 stabilises what switches between [-1 -1; 1 -1] and [-1 -7; 1/7 -1]; what is infeasible is said."""
+    """U = 0 stabilises what switches between [-1 -1; 1 -1] and [-1 -7; 1/7 -1]; what is infeasible is said."""
     plant = {
         "A": [[-1, -4], [4 / 7, -1]], "Bt": [[0, -3], [-3 / 7, 0]], "B1": [[1], [0]], "B2": [[0], [0]],
         "Ct": [[1, 0], [0, 1]], "Dtt": [[0, 0], [0, 0]], "Dt1": [[0], [0]], "Dt2": [[0], [0]],
@@ -96,5 +96,6 @@ def test_a_stable_plant_without_a_common_lyapunov_function(run_squid: Run, tmp_p
     path.write_text(json.dumps({"data": {"P": plant, "blocks": [2]}}), encoding="utf-8")
     done = run_squid("lpv", "synth", path)
     assert done.returncode == 2
-    assert done.stdout.startswith("infeasible: there is no common quadratic Lyapunov function with these scalings")
+    headline = "infeasible: there is no common quadratic Lyapunov function with these scalings"
+    assert done.stdout.startswith(headline)
     assert "another kind of controller may exist" in done.stdout

@@ -3,7 +3,7 @@
 //! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda
 //! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest.
 //! Its fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for
-//! the structured singular value", 27th CDC, 1988. With real scalars lambda must be real, too ([`ascent`]). Then
+//! the structured singular value", 27th CDC, 1988. With real scalars lambda must be real, too (`ascent`). Then
 //! `Delta = Q / lambda`.
 //!
 //! One start is the perturbation of the upper bound: where D-G scalings are tight, the vector v that their inequality

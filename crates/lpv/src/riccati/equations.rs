@@ -167,14 +167,14 @@ impl WideController {
 }
 
 /// X of the stable subspace `[I; X]` of a Hamiltonian matrix. An eigenvalue on the imaginary axis leads the iteration
-/// astray, not always to a stop: that `H11 + H12 X` is stable is the test.
+/// astray, not always to a stop: that the sign commutes with H and that `H11 + H12 X` is stable is the test.
 pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     let n = h.nrows() / 2;
     if n == 0 {
         return Some(Wide::zeros(0, 0));
     }
     let s = sign(h)?;
-    if s.trace().0.abs() > 0.5 {
+    if s.trace().0.abs() > 0.5 || !commutes(&s, h) {
         return None;
     }
     let part = |i: usize, j: usize| s.view((i * n, j * n), (n, n)).into_owned();
@@ -187,6 +187,23 @@ pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     let block = |j: usize| h.view((0, j * n), (n, n)).into_owned();
     is_stable(&(block(0) + block(1) * &x)).then_some(x)
 }
+
+/// Whether a matrix S commutes with H, as its sign function does: by products of mirrored entries of `S H - H S` beside
+/// the sizes of the terms on the diagonal, which no unit of the states alters.
+fn commutes(s: &Wide, h: &Wide) -> bool {
+    let n = h.nrows();
+    let rest = narrow(&(s * h - h * s));
+    let sizes = |i: usize| {
+        (0..n).map(|k| (s[(i, k)].0 * h[(k, i)].0).abs() + (h[(i, k)].0 * s[(k, i)].0).abs()).sum()
+    };
+    let terms: Vec<f64> = (0..n).map(sizes).collect();
+    let small =
+        |i: usize, j: usize| (rest[(i, j)] * rest[(j, i)]).abs() <= RESIDUAL.powi(2) * terms[i] * terms[j];
+    (0..n).all(|i| (0..=i).all(|j| small(i, j)))
+}
+
+/// The largest remainder, relative to its terms: of what commutes it is far smaller.
+const RESIDUAL: f64 = 1e-8;
 
 /// Whether some feedback `u = -B'X x` makes `A + B u` stable, which is then shown by that feedback: X is the solution
 /// of `A'X + XA - XBB'X + I = 0`. B in units of A.
@@ -255,4 +272,4 @@ fn pseudo_inverse(d: &Wide) -> Option<Wide> {
 }
 
 /// What of a column is left when the others are taken out, relative to itself, where they count as independent.
-const INDEPENDENT: f64 = 1e-10;
+const INDEPENDENT: f64 = 1e-14;

@@ -16,7 +16,7 @@ pub(crate) struct Bracket {
 }
 
 /// How wide the bracket is, relative to itself.
-const RESOLUTION: f64 = 1e-5;
+const RESOLUTION: f64 = 5e-7;
 
 /// From one gain to the next while no bracket is known.
 const STRIDE: f64 = 8.0;
