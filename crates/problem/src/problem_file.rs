@@ -96,12 +96,13 @@ const OF_SAMPLED_LOOP: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held
 const OF_PARAMETERS: [&str; 2] = ["blocks", "rate"];
 
 /// The keys of a certificate beside the plant.
-const OF_CERTIFICATE: [&str; 11] = [
+const OF_CERTIFICATE: [&str; 12] = [
     "format",
     "controller_blocks",
     "controller",
     "gamma",
     "X",
+    "V",
     "S",
     "T",
     "residual",

@@ -162,7 +162,8 @@ impl Report {
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        if let Some(bound) = self.certified_gamma.filter(|bound| *bound > (1.0 + NEARLY * asked) * least) {
+        let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + NEARLY * asked) * least;
+        if let Some(bound) = self.certified_gamma.filter(far) {
             self.remarks.push(format!(
                 "the certified gamma is {:.1} % above the lowest gamma found where {:.1} % was asked: no controller \
                     nearer to it was found whose bound 16 digits prove",

@@ -99,7 +99,7 @@ def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> Non
     path = tmp_path / "p.json"
     path.write_text(json.dumps(remus), encoding="utf-8")
     done = run_squid("lpv", "synth", path, "--out", tmp_path)
-    assert done.returncode == 0 and "with |theta'| <=    1.25, at seven values of theta" in done.stdout
+    assert done.returncode == 0 and "at seven values of theta, |theta'| <= 1.25" in done.stdout
     report = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     for words, key in (("at rate  ", "certified_gamma_at_rate"), ("gamma    ", "certified_gamma")):
         said = float(done.stdout.partition(f"certified {words}")[2].split()[0])

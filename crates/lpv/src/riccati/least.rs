@@ -31,9 +31,7 @@ const MOST_STRIDES: usize = 16;
 /// changes are tried.
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
-    let past =
-        |p: &GeneralisedPlant| largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()));
-    let mut best = Bracket { upper: f64::INFINITY, lower: past(plant).max(past(&plant.dual())) };
+    let mut best = Bracket { upper: f64::INFINITY, lower: half_plane.direct };
     for shift in SHIFTS {
         let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
         let Some(found) = half_plane.moved(shift).and_then(|p| p.bracket(guess)) else { continue };
@@ -86,6 +84,8 @@ struct HalfPlane {
     plant: WidePlant,
     slowest: f64,
     fastest: f64,
+    /// The larger of `|P D11|` and `|D11 N|`, below which there is none.
+    direct: f64,
 }
 
 impl HalfPlane {
@@ -94,7 +94,12 @@ impl HalfPlane {
             eigenvalues(&plant.a()).iter().map(|v| v.norm()).filter(|v| v.is_finite() && *v > 0.0).collect();
         let fastest = speeds.iter().copied().reduce(f64::max).unwrap_or(1.0);
         let moving = speeds.iter().copied().filter(|v| *v > ROUNDING_RATIO * fastest);
-        Self { plant: WidePlant::new(plant), slowest: moving.fold(fastest, f64::min), fastest }
+        let slowest = moving.fold(fastest, f64::min);
+        let past = |p: &GeneralisedPlant| {
+            largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()))
+        };
+        let direct = past(plant).max(past(&plant.dual()));
+        Self { plant: WidePlant::new(plant), slowest, fastest, direct }
     }
 
     fn moved(&self, shift: f64) -> Option<WidePlant> {
@@ -102,7 +107,7 @@ impl HalfPlane {
     }
 
     fn is_none_below(&self, gain: f64) -> bool {
-        SHIFTS.iter().any(|shift| self.is_none_within(gain, *shift))
+        self.direct > gain || SHIFTS.iter().any(|shift| self.is_none_within(gain, *shift))
     }
 
     /// Whether there is none by a shift and a smaller one, which rounding would not let agree. A plant for which the
