@@ -9,7 +9,7 @@ use crate::system::plant::GeneralisedPlant;
 /// The least gain, between two numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bracket {
-    /// Whether controllers have a gain below this is what the equations say at this gain.
+    /// At this gain the equations say that a controller exists.
     pub(crate) upper: f64,
     /// At this gain they say that there is none.
     pub(crate) lower: f64,

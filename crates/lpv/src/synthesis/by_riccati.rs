@@ -160,8 +160,8 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
 }
 
 impl WidePlant {
-    /// The plant with one more w for each control, which enters where the control does: so much, in units of what the
-    /// control weighs.
+    /// The plant with one more w for each control, which enters where the control does, its size in units of the
+    /// control's weight.
     fn with_noise(&self, size: f64) -> Self {
         let (z, y, u) = (self.c1.nrows(), self.c2.nrows(), self.b2.ncols());
         let weight = |j: usize| self.d12.column(j).iter().map(|v| v.0 * v.0).sum::<f64>().sqrt();
