@@ -261,7 +261,7 @@ def test_an_unstable_system_has_no_norm(sq: ModuleType) -> None:
         ({"nmeas": 1.5}, "InputError", "nmeas is 1.5; it must be a whole number"),
         ({"back_off": 0.0}, "InputError", "back_off is 0.0; it must be from 0.001 to 1"),
         ({"gamma_limit": -1.0}, "InputError", "gamma_limit is -1.0; it must be above 0"),
-        ({"gamma_limit": 0.1}, "InfeasibleError", "above the limit 1.0000e-1"),
+        ({"gamma_limit": 0.1}, "InfeasibleError", "above the limit 1.000000e-1"),
         ({"B2": [[0], [0]], "A": [[1, 0], [0, 1]]}, "InfeasibleError", "is not reached by any control input"),
         ({"fastest_mode": 1e-9}, "NumericalError", "as fast as the limit allows"),
     ],

@@ -105,10 +105,11 @@ impl WideLoop {
     /// of it, and at most `most`: the first that holds clearly.
     pub(crate) fn bound(&self, norm: f64, most: f64, room: f64) -> Option<GainBound> {
         let reached = self.reached()?;
-        let raised = RAISES.iter().map(|share| (1.0 + share * room) * norm).filter(|gain| *gain <= most);
-        raised.flat_map(|gain| MARGINS.map(|margin| (gain, margin))).find_map(|(gain, margin)| {
+        let others = RAISES.iter().flat_map(|raise| MARGINS.map(|margin| (*raise, margin)));
+        TIGHTEST.into_iter().chain(others).find_map(|(raise, margin)| {
             crate::stop::check();
-            self.shown(gain, margin, &reached)
+            let gain = (1.0 + raise * room) * norm;
+            if gain <= most { self.shown(gain, margin, &reached) } else { None }
         })
     }
 
@@ -174,6 +175,9 @@ const CLEAR: f64 = 1e-22;
 
 /// How far above the norm a bound is sought, relative to the room above it.
 const RAISES: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.5, 1.0];
+
+/// Raises and margins of bounds that are hardly above the norm: tried first.
+const TIGHTEST: [(f64, (f64, f64)); 2] = [(3e-3, (1e-3, 3e-3)), (2e-2, (1e-3, 1e-2))];
 
 /// The shift of the modes, relative to the slowest, and the share of the gain that the states have as outputs.
 const MARGINS: [(f64, f64); 4] = [(1e-2, 0.1), (1e-3, 0.1), (1e-2, 1e-2), (1e-3, 1e-2)];
