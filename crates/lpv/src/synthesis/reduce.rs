@@ -9,6 +9,8 @@
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, block, solve, spectral_abscissa, svd};
+use crate::riccati::bound::WideLoop;
+use crate::riccati::equations::WideController;
 use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
@@ -34,17 +36,27 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     let mut best = design.clone();
     for states in (0..design.controller.a().nrows()).rev() {
         let Some(controller) = residualised(&balanced, states) else { break };
-        let closed = plant.close(&controller);
-        let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
-        let Ok(certified) = bounded_gain(&closed, &LoopError::none(&closed), &shown) else { break };
-        if certified.gamma > design.certified.gamma * (1.0 + ALLOWED_RISE) {
-            break;
-        }
+        let most = design.certified.gamma * (1.0 + ALLOWED_RISE);
+        let certified = without_parameters(plant, &controller, most).or_else(|| {
+            let closed = plant.close(&controller);
+            let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
+            bounded_gain(&closed, &LoopError::none(&closed), &shown).ok()
+        });
+        let Some(certified) = certified.filter(|bound| bound.gamma <= most) else { break };
         if slow_enough(&controller) {
             best = Design { controller, certified, ..best };
         }
     }
     best
+}
+
+/// The bound of the loop of a plant without parameters by a Riccati equation, where it is at most `most`.
+fn without_parameters(plant: &GeneralisedPlant, controller: &Controller, most: f64) -> Option<GainBound> {
+    if !plant.blocks.is_empty() {
+        return None;
+    }
+    let closed = WideLoop::new(plant, &WideController::new(controller))?;
+    closed.bound(closed.guess(), most, ALLOWED_RISE)
 }
 
 /// The design with modes of its controller at their steady values, so that none on the grid of [`parameter_grid`] is
@@ -66,9 +78,11 @@ pub fn without_fast_modes(
     let most = design.certified.gamma * (1.0 + rise);
     let mut starts =
         STARTS.into_iter().map(|start| start * design.certified.gamma).filter(|start| *start <= most);
-    let certified = starts.find_map(|gamma| {
-        let start = balanced_start(&closed, &GainBound { gamma, ..design.certified.clone() })?;
-        bounded_gain(&closed, &LoopError::none(&closed), &start).ok()
+    let certified = without_parameters(plant, &controller, most).or_else(|| {
+        starts.find_map(|gamma| {
+            let start = balanced_start(&closed, &GainBound { gamma, ..design.certified.clone() })?;
+            bounded_gain(&closed, &LoopError::none(&closed), &start).ok()
+        })
     })?;
     (certified.gamma <= most).then(|| Design { controller, certified, ..design.clone() })
 }

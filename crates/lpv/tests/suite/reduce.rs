@@ -9,7 +9,7 @@ use nalgebra::Complex;
 
 #[test]
 fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
-    let plant = common::plant(&common::case("compleib/compleib_AC15"));
+    let plant = common::plant(&common::case("compleib/compleib_HE4"));
     let thetas = parameter_grid(plant.blocks.len());
     let fastest = |design: &Design| design.controller.fastest_mode(&thetas);
     let design = synthesise(&plant, Options::default()).unwrap();
