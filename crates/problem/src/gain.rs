@@ -11,7 +11,7 @@
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
 use crate::source::Source;
-use crate::synth::symmetric;
+use crate::synth::{SYMMETRIC_UNKNOWN, symmetric};
 use crate::words::{at_most, digits};
 use certificate::{Certificate, Theorem};
 use lpv::analysis::GainBound;
@@ -123,7 +123,7 @@ impl Report {
         let design = match synthesise(plant, d22, Options { back_off: BACK_OFF, ..Options::default() }) {
             Ok(design) => design,
             Err(error) => {
-                self.reasons.push(no_bound(&error));
+                self.reasons.push(no_bound(&error, "these scalings"));
                 return None;
             }
         };
@@ -132,7 +132,8 @@ impl Report {
             Ok(least) => (self.gamma, self.gamma_symmetric) = (Some(both.min(least)), Some(least)),
             Err(reason) => {
                 self.gamma = Some(both);
-                self.reasons.push(reason);
+                let why = no_bound(&reason, "symmetric scalings alone");
+                self.reasons.push(format!("{SYMMETRIC_UNKNOWN}: {why}"));
             }
         }
         self.least = self.gamma.is_some_and(|gamma| is_least(plant, gamma, design.lower));
@@ -231,16 +232,17 @@ impl Report {
     }
 }
 
-/// Why there is no bound for parameters that move however fast.
-fn no_bound(error: &SynthesisError) -> String {
+/// Why there is no bound for parameters that move however fast: in words of a loop, since the error's are of a
+/// synthesis.
+fn no_bound(error: &SynthesisError, scalings: &str) -> String {
     match error {
         SynthesisError::NotStabilisable { re, im } | SynthesisError::NotDetectable { re, im } => {
             format!("the loop is unstable: it has a mode at {re:.4} {im:+.4}i")
         }
         other if other.is_infeasible() => {
-            "no constant Lyapunov matrix with these scalings bounds the gain for \
-            parameters that move however fast"
-                .into()
+            format!(
+                "no constant Lyapunov matrix with {scalings} bounds the gain for parameters that move however fast"
+            )
         }
         _ => "no bound was found for parameters that move however fast: the search failed numerically".into(),
     }

@@ -131,7 +131,11 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
         "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
     const SIZE: &str = "a number above 0, the size of the perturbation";
     let size = reader.optional_number(data, "size", SIZE, |v| v > 0.0)?.unwrap_or(1.0);
-    let Some(value) = find(data, "performance") else { return Ok(None) };
+    let Some(value) = find(data, "performance") else {
+        let alone =
+            "is given without 'performance'; it is the size of the perturbation for the worst-case gain";
+        return if find(data, "size").is_some() { Err(reader.wrong("size", alone.into())) } else { Ok(None) };
+    };
     match pair(value, 1.0) {
         Some((w, z)) => Ok(Some((w as usize, z as usize, size))),
         None => Err(reader.wrong("performance", format!("is {}; {ALLOWED}", value.describe()))),

@@ -103,9 +103,6 @@ pub struct Report {
     /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
     #[serde(skip)]
     pub regularised: bool,
-    /// Number of remarks about the problem, which come first.
-    #[serde(skip)]
-    pub of_problem: usize,
     /// The certificate, which contains the controller.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
@@ -230,9 +227,7 @@ impl Report {
         if let Some(reason) = &self.reason {
             out += &format!("  {reason}\n");
         }
-        // Remarks on the problem are of interest where there is no controller and no proof of infeasibility.
-        let unexplained = matches!(self.status, Status::TooFast | Status::NumericalFailure);
-        for remark in self.remarks.iter().skip(if unexplained { 0 } else { self.of_problem }) {
+        for remark in &self.remarks {
             out += &format!("  remark: {remark}\n");
         }
         if self.gamma.is_some() {

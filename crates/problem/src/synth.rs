@@ -36,7 +36,7 @@ pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Er
 pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
     let started = Instant::now();
     let remarks: Vec<String> = findings(&problem.plant).iter().map(ToString::to_string).collect();
-    let mut report = Report { of_problem: remarks.len(), remarks, rate: problem.rate, ..Report::default() };
+    let mut report = Report { remarks, rate: problem.rate, ..Report::default() };
     match problem.rate {
         Some(rate) => {
             let slow = SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) };
@@ -75,7 +75,7 @@ fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut R
                 // A solution with symmetric scalings is one with both.
                 report.gamma = Some(both.min(least));
             }
-            Err(reason) => report.remarks.push(reason),
+            Err(reason) => report.remarks.push(format!("{SYMMETRIC_UNKNOWN}: {reason}")),
         }
     }
     report.doubt_gamma();
@@ -92,6 +92,7 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
                 SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }
             );
             report.status = if none { Status::Infeasible } else { Status::NumericalFailure };
+            report.infeasible = NOT_STABILISED;
             report.reason = Some(error.to_string());
             return;
         }
@@ -138,19 +139,22 @@ fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, S
 }
 
 /// The least gamma with symmetric scalings alone, where `both` is that with skew ones, too; or why it is not known.
-pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, String> {
-    let unknown = |why: String| format!("the least gamma with symmetric scalings alone is not known: {why}");
+pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, SynthesisError> {
     if plant.blocks.is_empty() {
         return Ok(both);
     }
-    match least_gamma(plant, ScalingClass::Symmetric) {
-        Ok((_, least)) if least.gamma > both && least.lower < UNKNOWN_BELOW * least.gamma => {
-            Err(unknown(format!("the search stopped at {:.4e}", least.gamma)))
-        }
-        Ok((_, least)) => Ok(least.gamma),
-        Err(reason) => Err(unknown(reason.to_string())),
+    let (_, least) = least_gamma(plant, ScalingClass::Symmetric)?;
+    if least.gamma > both && least.lower < UNKNOWN_BELOW * least.gamma {
+        let diagnosis = format!("the search stopped at {:.4e}", least.gamma);
+        return Err(SynthesisError::numerical("symmetric scalings", diagnosis));
     }
+    Ok(least.gamma)
 }
+
+/// Begins the reason for it.
+pub(crate) const SYMMETRIC_UNKNOWN: &str = "the least gamma with symmetric scalings alone is not known";
+
+const NOT_STABILISED: &str = "no controller stabilises the plant";
 
 /// A lower estimate below this fraction of gamma leaves gamma unknown.
 const UNKNOWN_BELOW: f64 = 0.5;
@@ -207,7 +211,7 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
 }
 
 const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot bring back to \
-    discrete time; change --back-off";
+    discrete time; change the back-off";
 
 /// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
 /// None in discrete time: what is proved of the plant in continuous time is not of the one that was given.
@@ -249,9 +253,7 @@ fn without_controller(problem: &Problem, options: Options, error: &SynthesisErro
         (SynthesisError::AboveLimit { .. }, false) => {
             "no controller with a common quadratic Lyapunov function and these scalings has a gain below the limit"
         }
-        (SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }, _) => {
-            "no controller stabilises the plant"
-        }
+        (SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }, _) => NOT_STABILISED,
         _ => "there is no common quadratic Lyapunov function with these scalings",
     };
     report.reason = Some(error.to_string());

@@ -1,7 +1,7 @@
 """H-infinity and LPV synthesis with proved gains, mu, and autopilots for underwater vehicles."""
 
 from squid_lpv._core import __version__
-from squid_lpv.analysis import LpvGain, Mu, hinfnorm, lpvgain, mu
+from squid_lpv.analysis import LpvGain, Mu, Performance, hinfnorm, lpvgain, mu
 from squid_lpv.certificates import Certificate, Theorem
 from squid_lpv.errors import InfeasibleError, InputError, NumericalError, SquidError
 from squid_lpv.mat import loadmat, savemat
@@ -30,6 +30,7 @@ __all__ = [
     "LpvSynthesis",
     "Mu",
     "NumericalError",
+    "Performance",
     "Proved",
     "SquidError",
     "StateSpace",

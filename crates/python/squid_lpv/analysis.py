@@ -26,44 +26,94 @@ def hinfnorm(P: Any) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
+class Performance:
+    """Robust performance and the worst-case gain from w to z.
+
+    For every perturbation smaller than `1/upper` the gain is below `upper`; `lower` bounds the same mu from below. With
+    a perturbation of norm `size` the gain is at most `gain_upper` (None where the loop is not shown to stay stable),
+    and with `gain_delta` it is `gain_lower` at `gain_frequency`, rad/s.
+    """
+
+    upper: float
+    lower: float
+    size: float
+    gain_upper: float | None
+    gain_lower: float | None
+    gain_frequency: float | None
+    gain_delta: np.ndarray | None
+
+
+@dataclass(frozen=True)
 class Mu:
-    """Bounds on mu: `1/upper` is a size that no perturbation may have to do harm, `delta` one that does."""
+    """Bounds on mu: no perturbation smaller than `1/upper` destabilises; `delta` does.
+
+    `frequency`, rad/s, is where the upper bound is largest; `performance` is there where it was asked for.
+    """
 
     upper: float
     lower: float
     frequency: float | None
     delta: np.ndarray | None
+    performance: Performance | None = None
 
 
-def mu(M: Any, blocks: Sequence[Sequence[int]]) -> Mu:
+def _complex(rows: list | None) -> np.ndarray | None:
+    return None if rows is None else np.array([[complex(*v) for v in row] for row in rows])
+
+
+def _frequency(value: float | str | None) -> float | None:
+    return float("inf") if value == "infinity" else value
+
+
+def mu(
+    M: Any,
+    blocks: Sequence[Sequence[int]],
+    *,
+    performance: tuple[int, int] | None = None,
+    size: float | None = None,
+) -> Mu:
     """Return bounds on the structured singular value of a matrix, or of a stable system over all frequencies.
 
     Args:
-        M: a real or complex matrix, or anything with A, B, C, D in continuous time.
+        M: a real or complex matrix, or anything with A, B, C, D, or a transfer function; in discrete time mu is that over the unit circle.
         blocks: rows in MATLAB's notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
             complex block of p rows and q columns.
+        performance: (p, q): the last p inputs of a system are w and its last q outputs z.
+        size: the size of the perturbation for the worst-case gain from w to z, 1 where nothing is said.
 
     Raises:
         InputError: the blocks do not fit, or the system is not stable.
         NumericalError: the bounds did not close over all frequencies.
 
     """
+    M = systems.realised(M, "M")
     if all(hasattr(M, part) for part in "ABCD"):
         system = systems.of(M, "M")
-        if system.dt:
-            raise InputError("M is in discrete time; take it to continuous time first")
         data: dict[str, Any] = {"P": {part: getattr(system, part).tolist() for part in "ABCD"}}
+        if system.dt:
+            data["dt"] = system.sample_time
     else:
-        m = np.atleast_2d(np.asarray(M, dtype=complex))
+        try:
+            m = np.atleast_2d(np.asarray(M, dtype=complex))
+        except (TypeError, ValueError):
+            m = np.array(np.nan)
         if m.ndim != 2 or not np.isfinite(m).all():
             raise InputError("M must be a matrix of finite numbers, or a system with A, B, C, D")
         data = {"M": [[[v.real, v.imag] for v in row] for row in m.tolist()]}
     data["blocks"] = np.atleast_2d(np.asarray(blocks)).tolist()
+    if performance is not None:
+        data["performance"] = np.asarray(performance).tolist()
+    data |= without_none(size=size)
     report = json.loads(_core.mu(json.dumps({"data": data})))
-    found = report["delta"]
-    delta = None if found is None else np.array([[complex(*v) for v in row] for row in found])
-    frequency = float("inf") if report["frequency"] == "infinity" else report["frequency"]
-    return Mu(report["upper"], report["lower"], frequency, delta)
+    found = report.get("performance")
+    if found is not None:
+        found = Performance(**{
+            **found,
+            "gain_frequency": _frequency(found["gain_frequency"]),
+            "gain_delta": _complex(found["gain_delta"]),
+        })
+    frequency = _frequency(report["frequency"])
+    return Mu(report["upper"], report["lower"], frequency, _complex(report["delta"]), found)
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,12 @@ def hinfsyn_proved(
     """
     plant = systems.of(P)
     outputs, inputs = plant.D.shape
-    for name, count, most, of in (("nmeas", nmeas, outputs, "outputs"), ("ncon", ncon, inputs, "inputs")):
+    for name, count, most, of, needs in (
+        ("nmeas", nmeas, outputs, "outputs", "errors z and measurements y"),
+        ("ncon", ncon, inputs, "inputs", "disturbances w and controls u"),
+    ):
+        if most < 2:
+            raise InputError(f"P has {most} {of}; it needs two or more, {needs}")
         if not (isinstance(count, int | np.integer) and 0 < count < most):
             raise InputError(
                 f"{name} is {count}; it must be a whole number from 1 to {most - 1}, since P has {most} {of}"

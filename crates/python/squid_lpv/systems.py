@@ -49,6 +49,8 @@ def matrix(name: str, value: Any) -> Matrix:
 
     """
     try:
+        if np.iscomplexobj(value):
+            raise TypeError("its entries are complex")
         found = np.atleast_2d(np.asarray(value, dtype=float))
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} is no matrix of real numbers: {error}") from None
@@ -61,20 +63,44 @@ def matrix(name: str, value: Any) -> Matrix:
     return found
 
 
-def of(system: Any, name: str = "P") -> StateSpace:
-    """Return a system from anything that has A, B, C, D (and `dt`), or from a sequence of these four.
+def realised(system: Any, name: str) -> Any:
+    """Return a transfer function of SciPy or python-control as a state space, anything else as it is.
 
     Raises:
-        InputError: it has none, or they do not fit together.
+        InputError: it is improper, or has several inputs or outputs, which python-control converts with slycot alone.
 
     """
+    if not (hasattr(system, "num") and hasattr(system, "den")):
+        return system
+    try:
+        if hasattr(system, "to_ss"):
+            return system.to_ss()
+        import control
+
+        return control.ss(system)
+    except Exception as error:
+        raise InputError(
+            f"{name} is a {type(system).__name__} that cannot be converted ({error}); "
+            "give it as a state space, as of control.ss"
+        ) from None
+
+
+def of(system: Any, name: str = "P") -> StateSpace:
+    """Return a system from anything that has A, B, C, D (and `dt`), a sequence of these four, or a transfer function.
+
+    Raises:
+        InputError: it is none of these, or the matrices do not fit together.
+
+    """
+    system = realised(system, name)
     if all(hasattr(system, part) for part in "ABCD"):
         parts, dt = [getattr(system, part) for part in "ABCD"], getattr(system, "dt", None)
     elif isinstance(system, (tuple, list)) and len(system) in (4, 5):
         parts, dt = list(system[:4]), system[4] if len(system) == 5 else None
     else:
         raise InputError(
-            f"{name} is {type(system).__name__}; it must have A, B, C, D, or be a sequence of them"
+            f"{name} is {type(system).__name__}; it must have A, B, C, D, or be a sequence of them, "
+            "or a transfer function"
         )
     a, b, c, d = (matrix(f"{name}.{part}", value) for part, value in zip("ABCD", parts, strict=True))
     n = 0 if a.size == 0 else len(a)

@@ -56,8 +56,14 @@ pub enum SweepError {
     #[error(transparent)]
     Structure(#[from] StructureError),
     /// Intervals do not close.
-    #[error("the bound could not be shown between {from:.6e} and {to:.6e} rad/s")]
+    #[error("the bound could not be shown {} rad/s", range(*from, *to))]
     Stuck { from: f64, to: f64 },
+}
+
+/// A range, as one number where the digits shown are the same.
+fn range(from: f64, to: f64) -> String {
+    let [first, last] = [from, to].map(|v| format!("{v:.6e}"));
+    if first == last { format!("near {first}") } else { format!("between {first} and {last}") }
 }
 
 /// By how much the level is above the largest bound at a single frequency.

@@ -32,14 +32,17 @@ pub(crate) fn synthesise(
         Some(limit) if least.lower > limit => {
             let free = Options { gamma_limit: None, ..options };
             let found = design(plant, least, free);
-            let dominant = found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
+            let dominant =
+                found.and_then(|d| plant.close(&d.controller).frozen(&[]).ok()?.dominant_channel());
             Err(SynthesisError::AboveLimit { optimum: least.upper, lower: least.lower, limit, dominant })
         }
         Some(limit) if least.upper > limit => Err(SynthesisError::undecided(least.upper, least.lower, limit)),
         _ => design(plant, least, options).ok_or_else(|| {
             let Bracket { upper, lower } = least;
+            let [from, to] = [lower, upper].map(|gamma| format!("{gamma:.4e}"));
+            let least = if from == to { to } else { format!("between {from} and {to}") };
             let diagnosis = format!(
-                "the least gamma is between {lower:.4e} and {upper:.4e}, by Riccati equations with 32 digits, but no \
+                "the least gamma is {least}, by Riccati equations with 32 digits, but no \
                  controller near it survives the rounding to 16 digits; use balanced coordinates \
                  for the states, or leave out modes far slower or faster than the loop"
             );

@@ -1,0 +1,119 @@
+"""The forms in which people have their plants: transfer functions, MATLAB's files, complex numbers by mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+LAG = ([1.0], [1.0, 0.6, 1.0])
+"""1/(s^2 + 0.6 s + 1): its norm is 1/(2 zeta sqrt(1 - zeta^2)) with zeta = 0.3."""
+PEAK = 1.0 / (0.6 * np.sqrt(1.0 - 0.09))
+PARTS = {
+    "A": [[0.0, 1.0], [-2.0, -0.5]], "B1": [[0.0, 0.0], [1.0, 0.0]], "B2": [[0.0], [1.0]],
+    "C1": [[1.0, 0.0], [0.0, 0.0]], "C2": [[1.0, 0.0]],
+    "D11": np.zeros((2, 2)), "D12": [[0.0], [0.3]], "D21": [[0.0, 0.1]],
+}  # fmt: skip
+
+
+def whole() -> dict:
+    """Return the plant in four matrices."""
+    m = {key: np.array(value) for key, value in PARTS.items()}
+    d = np.block([[m["D11"], m["D12"]], [m["D21"], np.zeros((1, 1))]])
+    return {"A": m["A"], "B": np.hstack([m["B1"], m["B2"]]), "C": np.vstack([m["C1"], m["C2"]]), "D": d}
+
+
+def test_transfer_functions(sq: ModuleType) -> None:
+    import control
+    import scipy.signal
+
+    for system in (control.tf(*LAG), scipy.signal.TransferFunction(*LAG)):
+        assert sq.hinfnorm(system)[0] == pytest.approx(PEAK, rel=1e-9)
+    assert sq.mu(control.tf(*LAG), [[1, 1]]).upper == pytest.approx(PEAK, rel=1e-3)
+
+
+def test_what_cannot_be_converted(sq: ModuleType) -> None:
+    import control
+
+    with pytest.raises(sq.InputError, match=r"M is a TransferFunction that cannot .*; give it as a state space"):
+        sq.mu(control.tf([1.0, 0.0, 0.0], [1.0, 1.0]), [[1, 1]])
+    with pytest.raises(sq.InputError, match="M must be a matrix of finite numbers, or a system"):
+        sq.mu(([[1.0]], [[1.0, 2.0]]), [[1, 1]])
+    with pytest.raises(sq.InputError, match="P is dict; it must have A, B, C, D"):
+        sq.hinfnorm(PARTS)
+
+
+def test_complex_matrices_are_refused(sq: ModuleType) -> None:
+    """NumPy would drop the imaginary part with a warning."""
+    with pytest.raises(sq.InputError, match=r"P.A is no matrix of real numbers: its entries are complex"):
+        sq.hinfnorm(([[-1.0 + 1.0j]], [[1.0]], [[1.0]], [[0.0]]))
+    with pytest.raises(sq.InputError, match="its entries are complex"):
+        sq.lpvgain({"A": np.array([[-1.0 + 0.0j]])}, [1])
+
+
+@pytest.mark.parametrize(
+    "held",
+    [
+        {**whole(), "nmeas": 1, "ncon": 1},
+        {**whole(), "nmeas": 1, "ncont": 1},
+        {"P": {key.lower(): value for key, value in whole().items()}, "nmeas": 1, "ncont": 1},
+        PARTS,
+        {"P": {**PARTS, "D22": [[0.0]]}},
+    ],
+    ids=["four", "ncont", "struct", "parts", "struct of parts"],
+)
+def test_files_of_matlab(sq: ModuleType, tmp_path: Path, held: dict) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "plant.mat", held)
+    P, nmeas, ncon = sq.loadmat(tmp_path / "plant.mat")
+    assert (nmeas, ncon) == (1, 1)
+    assert all(np.array_equal(getattr(P, key), value) for key, value in whole().items())
+
+
+@pytest.mark.parametrize(
+    ("held", "words"),
+    [
+        ({key: value for key, value in PARTS.items() if key != "C1"}, "'c1' of 'P' is missing; it has a, b1, b2"),
+        ({**PARTS, "D12": [[0.0]]}, "'d12' is 1 x 1; it must be 2 x 1"),
+        ({**whole(), "nmeas": 1}, "'ncon' is missing"),
+        ({**whole(), "A": np.eye(2) * 1j, "nmeas": 1, "ncon": 1}, "its entries are complex"),
+    ],
+)
+def test_files_that_do_not_fit(sq: ModuleType, tmp_path: Path, held: dict, words: str) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "plant.mat", held)
+    with pytest.raises(sq.InputError, match=words):
+        sq.loadmat(tmp_path / "plant.mat")
+
+
+def test_one_output_is_too_few(sq: ModuleType) -> None:
+    one = ([[-1.0]], [[1.0, 1.0]], [[1.0]], [[0.0, 0.0]])
+    with pytest.raises(sq.InputError, match="P has 1 outputs; it needs two or more, errors z and measurements y"):
+        sq.hinfsyn(one, 1, 1)
+
+
+def test_robust_performance(sq: ModuleType) -> None:
+    """x' = -x + 0.5 delta x + w, z = x: at zero frequency the gain is 1/(1 - 0.5 delta), 2 at delta = 1.
+
+    With a full block from z to w, mu is 0.5 + 1: the inverse of the size at which the loop is singular.
+    """
+    system = sq.StateSpace(*map(np.array, ([[-1.0]], [[0.5, 1.0]], [[1.0], [1.0]], np.zeros((2, 2)))))
+    found = sq.mu(system, [[-1, 0]], performance=(1, 1), size=1.0)
+    assert found.upper == pytest.approx(0.5, rel=1e-3)
+    assert found.performance.gain_lower == pytest.approx(2.0, rel=1e-3)
+    assert found.performance.gain_upper == pytest.approx(2.0, rel=1e-3)
+    assert found.performance.gain_delta == pytest.approx(np.array([[1.0]]), rel=1e-6)
+    assert found.performance.lower <= 1.5 * (1 + 1e-6) and found.performance.upper == pytest.approx(1.5, rel=1e-3)
+    assert sq.mu(system, [[-1, 0], [1, 1]]).performance is None
+    with pytest.raises(sq.InputError, match="'size'.*without 'performance'"):
+        sq.mu(system, [[-1, 0], [1, 1]], size=1.0)
+
+
+def test_mu_in_discrete_time(sq: ModuleType) -> None:
+    """x+ = 0.5 x + w has its peak at z = 1: 1/(1 - 0.5)."""
+    found = sq.mu(sq.StateSpace(*map(np.atleast_2d, ([0.5], [1.0], [1.0], [0.0])), 0.1), [[1, 1]])
+    assert found.upper == pytest.approx(2.0, rel=1e-3)
