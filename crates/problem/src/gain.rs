@@ -11,7 +11,7 @@
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
 use crate::source::Source;
-use crate::synth::{SYMMETRIC_UNKNOWN, symmetric};
+use crate::synth::symmetric;
 use crate::words::{at_most, digits};
 use certificate::{Certificate, Theorem};
 use lpv::analysis::GainBound;
@@ -132,8 +132,7 @@ impl Report {
             Ok(least) => (self.gamma, self.gamma_symmetric) = (Some(both.min(least)), Some(least)),
             Err(reason) => {
                 self.gamma = Some(both);
-                let why = no_bound(&reason, "symmetric scalings alone");
-                self.reasons.push(format!("{SYMMETRIC_UNKNOWN}: {why}"));
+                self.reasons.push(no_bound(&reason, "symmetric scalings alone"));
             }
         }
         self.least = self.gamma.is_some_and(|gamma| is_least(plant, gamma, design.lower));

@@ -75,7 +75,9 @@ fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut R
                 // A solution with symmetric scalings is one with both.
                 report.gamma = Some(both.min(least));
             }
-            Err(reason) => report.remarks.push(format!("{SYMMETRIC_UNKNOWN}: {reason}")),
+            Err(reason) => report
+                .remarks
+                .push(format!("the least gamma with symmetric scalings alone is not known: {reason}")),
         }
     }
     report.doubt_gamma();
@@ -150,9 +152,6 @@ pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, Synt
     }
     Ok(least.gamma)
 }
-
-/// Begins the reason for it.
-pub(crate) const SYMMETRIC_UNKNOWN: &str = "the least gamma with symmetric scalings alone is not known";
 
 const NOT_STABILISED: &str = "no controller stabilises the plant";
 

@@ -75,7 +75,8 @@ def mu(
     """Return bounds on the structured singular value of a matrix, or of a stable system over all frequencies.
 
     Args:
-        M: a real or complex matrix, or anything with A, B, C, D, or a transfer function; in discrete time mu is that over the unit circle.
+        M: a real or complex matrix, or anything with A, B, C, D, or a transfer function; in discrete time mu is that
+            over the unit circle.
         blocks: rows in MATLAB's notation: [-r, 0] a real scalar repeated r times, [r, 0] a complex one, [p, q] a full
             complex block of p rows and q columns.
         performance: (p, q): the last p inputs of a system are w and its last q outputs z.
@@ -107,11 +108,13 @@ def mu(
     report = json.loads(_core.mu(json.dumps({"data": data})))
     found = report.get("performance")
     if found is not None:
-        found = Performance(**{
-            **found,
-            "gain_frequency": _frequency(found["gain_frequency"]),
-            "gain_delta": _complex(found["gain_delta"]),
-        })
+        found = Performance(
+            **{
+                **found,
+                "gain_frequency": _frequency(found["gain_frequency"]),
+                "gain_delta": _complex(found["gain_delta"]),
+            }
+        )
     frequency = _frequency(report["frequency"])
     return Mu(report["upper"], report["lower"], frequency, _complex(report["delta"]), found)
 

@@ -47,7 +47,9 @@ def loadmat(path: str | Path, name: str = "P") -> tuple[StateSpace, int, int]:
     if "b2" in lowered:
         parts, counts = _joined(path, name, lowered)
     else:
-        counts = {key: held.get(key, held.get("ncont" if key == "ncon" else key)) for key in ("nmeas", "ncon")}
+        counts = {
+            key: held.get(key, held.get("ncont" if key == "ncon" else key)) for key in ("nmeas", "ncon")
+        }
         for key, count in counts.items():
             if count is None:
                 raise InputError(f"{path}: '{key}' is missing; it is the number that hinfsyn takes")

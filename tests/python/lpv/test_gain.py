@@ -246,3 +246,18 @@ def test_a_plant_without_parameters_has_no_blocks(run_squid: Run, tmp_path: Path
     """`blocks` beside plain matrices would be ignored, and is refused."""
     done = run_squid("lpv", "gain", written(tmp_path, {"data": PLANT | {"blocks": [1]}}), "--json")
     assert done.returncode == 1 and "'blocks' is out of place" in done.stderr
+
+
+def test_words_of_a_finished_loop(run_squid: Run, tmp_path: Path) -> None:
+    """Skew scalings show a bound where symmetric ones do not; a finished loop has no control and no back-off."""
+    turning = {
+        "A": [[-0.1, 1], [-1, -0.1]], "Bt": [[0, 0.9], [-0.9, 0]], "Ct": [[1, 0], [0, 1]], "C1": [[1, 0]],
+        "B1": [[1], [0]], "Dtt": [[0, 0], [0, 0]], "Dt1": [[0], [0]], "D1t": [[0, 0]], "D11": [[0]],
+    }  # fmt: skip
+    done = run_squid("lpv", "gain", written(tmp_path, {"data": {"P": turning, "blocks": [2]}}), "--json")
+    report = json.loads(done.stdout)
+    assert report["status"] == "proved" and report["gamma_symmetric"] is None
+    assert report["reasons"] == [
+        "no constant Lyapunov matrix with symmetric scalings alone bounds the gain for parameters that move however "
+        "fast"
+    ]

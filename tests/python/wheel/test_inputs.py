@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from fly.stages import ROOT
 
 LAG = ([1.0], [1.0, 0.6, 1.0])
 """1/(s^2 + 0.6 s + 1): its norm is 1/(2 zeta sqrt(1 - zeta^2)) with zeta = 0.3."""
@@ -37,7 +39,9 @@ def test_transfer_functions(sq: ModuleType) -> None:
 def test_what_cannot_be_converted(sq: ModuleType) -> None:
     import control
 
-    with pytest.raises(sq.InputError, match=r"M is a TransferFunction that cannot .*; give it as a state space"):
+    with pytest.raises(
+        sq.InputError, match=r"M is a TransferFunction that cannot .*; give it as a state space"
+    ):
         sq.mu(control.tf([1.0, 0.0, 0.0], [1.0, 1.0]), [[1, 1]])
     with pytest.raises(sq.InputError, match="M must be a matrix of finite numbers, or a system"):
         sq.mu(([[1.0]], [[1.0, 2.0]]), [[1, 1]])
@@ -76,7 +80,10 @@ def test_files_of_matlab(sq: ModuleType, tmp_path: Path, held: dict) -> None:
 @pytest.mark.parametrize(
     ("held", "words"),
     [
-        ({key: value for key, value in PARTS.items() if key != "C1"}, "'c1' of 'P' is missing; it has a, b1, b2"),
+        (
+            {key: value for key, value in PARTS.items() if key != "C1"},
+            "'c1' of 'P' is missing; it has a, b1, b2",
+        ),
         ({**PARTS, "D12": [[0.0]]}, "'d12' is 1 x 1; it must be 2 x 1"),
         ({**whole(), "nmeas": 1}, "'ncon' is missing"),
         ({**whole(), "A": np.eye(2) * 1j, "nmeas": 1, "ncon": 1}, "its entries are complex"),
@@ -92,12 +99,14 @@ def test_files_that_do_not_fit(sq: ModuleType, tmp_path: Path, held: dict, words
 
 def test_one_output_is_too_few(sq: ModuleType) -> None:
     one = ([[-1.0]], [[1.0, 1.0]], [[1.0]], [[0.0, 0.0]])
-    with pytest.raises(sq.InputError, match="P has 1 outputs; it needs two or more, errors z and measurements y"):
+    with pytest.raises(
+        sq.InputError, match="P has 1 outputs; it needs two or more, errors z and measurements y"
+    ):
         sq.hinfsyn(one, 1, 1)
 
 
 def test_robust_performance(sq: ModuleType) -> None:
-    """x' = -x + 0.5 delta x + w, z = x: at zero frequency the gain is 1/(1 - 0.5 delta), 2 at delta = 1.
+    """Of x' = -x + 0.5 delta x + w, z = x: at zero frequency the gain is 1/(1 - 0.5 delta), 2 at delta = 1.
 
     With a full block from z to w, mu is 0.5 + 1: the inverse of the size at which the loop is singular.
     """
@@ -107,9 +116,11 @@ def test_robust_performance(sq: ModuleType) -> None:
     assert found.performance.gain_lower == pytest.approx(2.0, rel=1e-3)
     assert found.performance.gain_upper == pytest.approx(2.0, rel=1e-3)
     assert found.performance.gain_delta == pytest.approx(np.array([[1.0]]), rel=1e-6)
-    assert found.performance.lower <= 1.5 * (1 + 1e-6) and found.performance.upper == pytest.approx(1.5, rel=1e-3)
+    assert found.performance.lower <= 1.5 * (1 + 1e-6) and found.performance.upper == pytest.approx(
+        1.5, rel=1e-3
+    )
     assert sq.mu(system, [[-1, 0], [1, 1]]).performance is None
-    with pytest.raises(sq.InputError, match="'size'.*without 'performance'"):
+    with pytest.raises(sq.InputError, match=r"'size'.*without 'performance'"):
         sq.mu(system, [[-1, 0], [1, 1]], size=1.0)
 
 
@@ -117,3 +128,13 @@ def test_mu_in_discrete_time(sq: ModuleType) -> None:
     """x+ = 0.5 x + w has its peak at z = 1: 1/(1 - 0.5)."""
     found = sq.mu(sq.StateSpace(*map(np.atleast_2d, ([0.5], [1.0], [1.0], [0.0])), 0.1), [[1, 1]])
     assert found.upper == pytest.approx(2.0, rel=1e-3)
+
+
+def test_the_examples_of_the_documentation(sq: ModuleType, capsys: pytest.CaptureFixture) -> None:
+    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    for example in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(example, {})
+    printed = capsys.readouterr().out
+    assert "stable up to a size of 2.000, worst gain 2.000" in printed
+    least, proved = map(float, re.search(r"least gamma (\S+), .* K: (\S+)", printed).groups())
+    assert least < proved < 1.1 * least
