@@ -37,6 +37,8 @@ LONGEST = (
 )
 CRATES = ("crates", "fmu-plant", "fmu-controller", "fmu-squid", "modelDescription")
 """What the Python package is compiled from."""
+UNBROKEN = "100000"
+"""So many columns that no line of the command is broken."""
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
@@ -57,11 +59,23 @@ def squid_command() -> Path:
 
 @pytest.fixture(scope="session")
 def run_squid(squid_command: Path) -> Run:
-    """Return a function that runs `squid` with arguments and hands back exit code and output."""
+    """Return a function that runs `squid` with arguments and hands back exit code and output.
 
-    def run(*words: str | Path, timeout: float = 300.0) -> subprocess.CompletedProcess:
-        command = [squid_command, *map(str, words)]
-        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=timeout, check=False)
+    What it says is not broken into lines as for people, unless a number of columns is given; with "" it is.
+    """
+
+    def run(
+        *words: str | Path, timeout: float = 300.0, columns: str = UNBROKEN
+    ) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            [squid_command, *map(str, words)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            env={**os.environ, "COLUMNS": columns},
+            check=False,
+        )
 
     return run
 

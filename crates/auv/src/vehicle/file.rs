@@ -123,6 +123,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
         }
         if name == "mass" {
             check_weight(&table, &coefficients);
+            check_inertia(&table, &coefficients);
         }
         if name == "water" {
             check_density(&table, &coefficients);
@@ -168,6 +169,16 @@ fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
     if weight > 0.0 && expected > 0.0 && off {
         let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
         table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
+    }
+}
+
+/// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above
+/// `m (x_G^2 + z_G^2)`, where all of the mass is in one point.
+fn check_inertia(table: &Table<'_>, coefficients: &Coefficients) {
+    let c = coefficients;
+    let (inertia, of_a_point) = (c.I_yy, c.mass * (c.x_G * c.x_G + c.z_G * c.z_G));
+    if c.mass > 0.0 && inertia > 0.0 && inertia <= of_a_point {
+        table.blame("I_yy", FileProblem::Inertia { inertia, of_a_point });
     }
 }
 
