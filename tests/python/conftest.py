@@ -145,12 +145,7 @@ def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
     folder = folder_of(vehicle, "design")
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
-        packages = design_and_package(vehicle, "design", folder, [])
-        computed, page = folder / "report.json", folder / "report.html"
-        if not page.is_file() or page.stat().st_mtime < computed.stat().st_mtime:
-            done = run_squid("report", vehicle, "--out", folder)
-            assert done.returncode == 0, done.stderr
-    return packages
+        return design_and_package(vehicle, "design", folder, [])
 
 
 def reported(run_squid: Run, vehicle: Path) -> str:

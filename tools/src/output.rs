@@ -74,21 +74,25 @@ pub fn set(text: &str, indent: usize) -> String {
     text.split('\n').map(|line| set_line(line, indent, columns)).collect::<Vec<_>>().join("\n")
 }
 
-/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole.
+/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole. A row of a table is broken
+/// between its cells, where that can be, and goes on below the second of them.
 fn set_line(line: &str, indent: usize, columns: usize) -> String {
-    let own = line.chars().take_while(|c| *c == ' ').count();
-    let indent = indent.max(own).min(columns / 2);
-    let (mut out, mut rest, mut begin) = (String::new(), line, 0);
-    while begin + rest.chars().count() > columns {
-        let room =
-            rest.char_indices().nth(columns.saturating_sub(begin) + 1).map_or(rest.len(), |(at, _)| at);
-        let head = rest.len() - rest.trim_start().len();
-        let words = rest[..room].rfind(' ').filter(|at| *at > head);
-        let Some(at) = words.or_else(|| rest[head..].find(' ').map(|at| head + at)) else { break };
+    let head = line.len() - line.trim_start().len();
+    let (mut begin, indent) = (head.max(indent), indent.max(head).min(columns / 2));
+    let second = line.get(begin..).and_then(|cells| cells.find("  ").map(|at| (begin + at, &cells[at..])));
+    let second = second.map(|(at, rest)| at + rest.len() - rest.trim_start().len());
+    let after = second.map_or(indent, |second| second + 2).min(columns / 2);
+    let (mut out, mut rest, mut used) = (String::new(), line, 0);
+    while used + rest.chars().count() > columns {
+        let room = columns.saturating_sub(used) + 1;
+        let room = rest.char_indices().nth(room).map_or(rest.len(), |(at, _)| at);
+        let within = |pattern: &str| rest[..room].rfind(pattern).filter(|at| *at > begin);
+        let later = || rest.get(begin..)?.find(' ').map(|at| begin + at);
+        let Some(at) = within("  ").or_else(|| within(" ")).or_else(later) else { break };
         out += rest[..at].trim_end();
         out.push('\n');
-        out += &" ".repeat(indent);
-        (rest, begin) = (rest[at..].trim_start(), indent);
+        out += &" ".repeat(after);
+        (rest, begin, used) = (rest[at..].trim_start(), 0, after);
     }
     out + rest
 }
@@ -127,5 +131,8 @@ mod tests {
         assert_eq!(set_line("one two three", 3, 8), "one two\n   three");
         assert_eq!(set_line("in /a/long/path/that/stays whole", 0, 10), "in\n/a/long/path/that/stays\nwhole");
         assert_eq!(set_line("", 4, 10), "");
+        let row = "stage  met  phase margin  57 deg  0.50 m/s, opened at speed";
+        let broken = "stage  met  phase margin  57 deg\n              0.50 m/s, opened at speed";
+        assert_eq!(set_line(row, 7, 45), broken);
     }
 }

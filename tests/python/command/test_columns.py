@@ -34,7 +34,13 @@ VERBS = [
     ["new", "NEW/mine"],
     ["lpv", "synth", CASES / "lpv01_lpvtools_lft_tutorial.json"],
     ["doctor"],
-    ["design", "nowhere", "--no-advise", "--out", "a/directory/with/a/name/that/is/rather/long/for/a/terminal"],
+    [
+        "design",
+        "nowhere",
+        "--no-advise",
+        "--out",
+        "a/directory/with/a/name/that/is/rather/long/for/a/terminal",
+    ],
 ]
 
 

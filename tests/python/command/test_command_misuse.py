@@ -76,9 +76,7 @@ def test_a_vehicle_of_the_same_name_replaces_no_design(
     assert done.returncode == 1 and f"another vehicle, {moved}" in done.stderr, done.stderr
 
 
-def test_what_is_of_an_earlier_design_is_removed(
-    run_squid: Run, quick_vehicle: Path, tmp_path: Path
-) -> None:
+def test_what_is_of_an_earlier_design_is_removed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """FMUs and SSP go with the controller that they contain; the same design again leaves them."""
     vehicle, out = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle")), tmp_path / "out"
     design = ("design", vehicle, "--no-advise", "--out", out)

@@ -122,8 +122,10 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
             coefficients.hull = hull_table::read(&table, sources).unwrap_or_default();
         }
         if name == "mass" {
-            check_weight(&table, &coefficients);
-            check_inertia(&table, &coefficients);
+            let mass_is_known = check_weight(&table, &coefficients);
+            if mass_is_known {
+                check_inertia(&table, &coefficients);
+            }
         }
         if name == "water" {
             check_density(&table, &coefficients);
@@ -162,14 +164,17 @@ fn section_entry(
     }
 }
 
-/// Records a weight that does not match the mass; if either could not be read, nothing more is recorded.
-fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
+/// Records a weight that does not match the mass, and returns whether the two agree; if either could not be read,
+/// nothing more is recorded.
+fn check_weight(table: &Table<'_>, coefficients: &Coefficients) -> bool {
     let (weight, expected) = (coefficients.weight, coefficients.mass * GRAVITY);
+    let known = weight > 0.0 && expected > 0.0;
     let off = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
-    if weight > 0.0 && expected > 0.0 && off {
+    if known && off {
         let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
         table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
     }
+    known && !off
 }
 
 /// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above
