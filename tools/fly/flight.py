@@ -96,6 +96,7 @@ def report(packages: Packages, figures: dict, agreement: float) -> None:
         ("actuators", f"{100 * figures['actuator_use']:.0f} % of their limits at most"),
         ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
         ("plot", os.path.relpath(figures["plot"])),
+        ("report", os.path.relpath(packages.report)),
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")

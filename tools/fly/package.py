@@ -53,6 +53,11 @@ class Packages:
         return self.plant, self.controller, self.loop
 
     @property
+    def report(self) -> Path:
+        """The page of the report, which the FMUs contain, too."""
+        return self.folder / "report.html"
+
+    @property
     def figures(self) -> Path:
         """The figures of the design."""
         return self.folder / FIGURES
@@ -89,8 +94,6 @@ def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str
         return packages
     folder.mkdir(parents=True, exist_ok=True)
     mark.unlink(missing_ok=True)
-    for old in folder.glob("*.fmu"):
-        old.unlink()
     which = [vehicle, "--design", design, "--out", folder]
     run([build.squid(), "design", *which])
     run([build.squid(), "package", *which, "--platforms", platforms.option(names)])
@@ -105,7 +108,7 @@ def made_before(folder: Path) -> Packages | None:
         packages = Packages.found_in(folder)
     except StageError:
         return None
-    return packages if all(path.is_file() for path in packages.fmus) else None
+    return packages if all(path.is_file() for path in (*packages.fmus, packages.report)) else None
 
 
 def digest_of(made_from: list[Path], packages: Packages, words: list[str]) -> str:

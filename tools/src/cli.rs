@@ -31,6 +31,9 @@ pub struct Cli {
     pub json: bool,
 }
 
+/// The design that is meant where none is named.
+pub const DEFAULT_DESIGN: &str = "design";
+
 /// The end of `--help`, each example on a separate line.
 const FIRST_RUN: &str = "\
 A first run:
@@ -64,22 +67,19 @@ pub enum Verb {
     /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
     /// `[control]`, and lowers `follow` once where nothing meets what is required; all else stays as it is written,
     /// comments too. A design of a name that is not there is begun from
-    /// the vehicle alone, with the range of speed that suits it. Exit code 5 where what it found misses a
-    /// requirement; the file is written all the same.
+    /// the vehicle alone, with the range of speed that suits it. The same files give the same design on any machine,
+    /// however busy it is. Exit code 5 where what it found misses a requirement; the file is written all the same.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,
         /// The design to begin with: NAME.toml in the vehicle's directory, begun if it is not there
-        #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
+        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the one that was begun
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
-        /// How long to search
-        #[arg(long, value_name = "MINUTES", default_value_t = 3.0, allow_negative_numbers = true)]
-        minutes: f64,
-        /// Search no longer than this many designs, however fast the machine
-        #[arg(long, value_name = "COUNT", default_value_t = 1000)]
+        /// Search with at most this many designs; the search ends sooner where a round of it gains less than 1 %
+        #[arg(long, value_name = "COUNT", default_value_t = 100)]
         designs: usize,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
@@ -109,8 +109,10 @@ pub enum Verb {
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs no library, and beside them what
-    /// `squid verify --c` reads: controller.json and certificate.json. Refuses what `squid package` refuses.
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs no library but that of
+    /// mathematics (-lm), and that only where a thruster has `T_nn` or heave is measured; the header says so. Beside
+    /// them is what `squid verify --c` reads: controller.json and certificate.json. Refuses what `squid package`
+    /// refuses.
     Export {
         #[command(flatten)]
         which: Which,
@@ -177,6 +179,9 @@ pub enum Verb {
         sea: Option<PathBuf>,
     },
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
+    ///
+    /// `--speed` alone needs no design file: where design.toml is not there or does not fit the vehicle, the trim is
+    /// that at the depth at which the buoyancy is given.
     Show {
         #[command(flatten)]
         which: Which,
@@ -201,7 +206,7 @@ pub enum Verb {
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
         /// The design: a file NAME.toml in the vehicle's directory
-        #[arg(long, value_name = "NAME", default_value = "design", requires = "vehicle", value_parser = design_name)]
+        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle", value_parser = design_name)]
         design: String,
         /// The bandwidth that replaced w_b of every tracking weight, rad/s
         #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
@@ -378,7 +383,7 @@ pub struct Which {
     /// The vehicle's directory, for instance vehicles/squid
     pub vehicle: PathBuf,
     /// The design: a file NAME.toml in the vehicle's directory
-    #[arg(long, value_name = "NAME", default_value = "design", value_parser = design_name)]
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
     pub design: String,
     /// Replace the bandwidth w_b of every tracking weight, rad/s; with `--design paper` of Squid, 0.46, 0.23 and 0.1
     /// are those of the paper
@@ -401,13 +406,18 @@ fn design_name(text: &str) -> Result<String, String> {
 }
 
 impl Which {
+    /// The directory for all files.
+    pub fn directory(&self, inputs: &Inputs) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| store::default_directory(inputs))
+    }
+
     /// The vehicle and design files, and the directory of the design.
     ///
     /// # Errors
     /// [`Error::Argument`], those of the files.
     pub fn read(&self) -> Result<(Inputs, PathBuf), Error> {
         let inputs = inputs(&self.vehicle, &self.design, self.bandwidth)?;
-        let directory = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
+        let directory = self.directory(&inputs);
         Ok((inputs, directory))
     }
 

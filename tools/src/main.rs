@@ -4,7 +4,7 @@ use clap::Parser;
 use serde_json::json;
 use squid::cli::{Cli, Verb};
 use squid::error::Error;
-use squid::output::{all_said, answer, answer_in_json, printed};
+use squid::output::{all_said, answer, answer_in_json, printed, set};
 use squid::verbs::{
     campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
 };
@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         Err(error) => {
             let _ = answer(&json!({ "status": error.status(), "reason": error.to_string() }));
             // Not `eprintln`, which panics where nothing can be written.
-            let _ = writeln!(io::stderr(), "squid: {error}");
+            let _ = writeln!(io::stderr(), "{}", set(&format!("squid: {error}"), 0));
             match error {
                 _ if error.is_usage() => WRONG_USAGE.into(),
                 Error::Missed { .. } => MISSED.into(),
@@ -74,9 +74,7 @@ fn defect(panic: &(dyn Any + Send)) -> Error {
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
-        Verb::Tune { vehicle, design, to, minutes, designs } => {
-            tune::run(&vehicle, &design, to.as_deref(), (minutes, designs))
-        }
+        Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
         Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
             package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
         }

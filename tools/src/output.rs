@@ -3,6 +3,7 @@
 use serde::Serialize;
 use squid_design::error::StoreError;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,11 +43,58 @@ pub fn json(value: &impl Serialize) -> Result<String, StoreError> {
     serde_json::to_string(value).map_err(|reason| StoreError::Json { path: "standard output".into(), reason })
 }
 
-/// Prints words for people to standard output. A failure is kept for [`all_said`] and does not stop the work.
+/// The columns in which words for people are set, unless the environment says how many there are: `COLUMNS`, as for the
+/// help.
+pub const COLUMNS: usize = 100;
+
+/// Prints words for people to standard output, set in [`COLUMNS`]. A failure is kept for [`all_said`] and does not stop
+/// the work.
 pub fn say(text: &str) {
+    say_indented(text, 0);
+}
+
+/// The same with lines after a break that begin so far in, or as far in as the line before the break.
+pub fn say_indented(text: &str, indent: usize) {
     if !is_for_programs() {
-        print_line(text);
+        print_line(&set(text, indent));
     }
+}
+
+/// Prints paths, which are never broken.
+pub fn say_path(path: &Path) {
+    if !is_for_programs() {
+        print_line(&path.display().to_string());
+    }
+}
+
+/// Words for people, set in the columns that there are.
+pub fn set(text: &str, indent: usize) -> String {
+    let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let columns = asked.filter(|columns| *columns > 0).unwrap_or(COLUMNS);
+    text.split('\n').map(|line| set_line(line, indent, columns)).collect::<Vec<_>>().join("\n")
+}
+
+/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole. A row of a table is broken
+/// between its cells, where that can be, and goes on below the second of them.
+fn set_line(line: &str, indent: usize, columns: usize) -> String {
+    let head = line.len() - line.trim_start().len();
+    let (mut begin, indent) = (head.max(indent), indent.max(head).min(columns / 2));
+    let second = line.get(begin..).and_then(|cells| cells.find("  ").map(|at| (begin + at, &cells[at..])));
+    let second = second.map(|(at, rest)| at + rest.len() - rest.trim_start().len());
+    let after = second.map_or(indent, |second| second + 2).min(columns / 2);
+    let (mut out, mut rest, mut used) = (String::new(), line, 0);
+    while used + rest.chars().count() > columns {
+        let room = columns.saturating_sub(used) + 1;
+        let room = rest.char_indices().nth(room).map_or(rest.len(), |(at, _)| at);
+        let within = |pattern: &str| rest[..room].rfind(pattern).filter(|at| *at > begin);
+        let later = || rest.get(begin..)?.find(' ').map(|at| begin + at);
+        let Some(at) = within("  ").or_else(|| within(" ")).or_else(later) else { break };
+        out += rest[..at].trim_end();
+        out.push('\n');
+        out += &" ".repeat(after);
+        (rest, begin, used) = (rest[at..].trim_start(), 0, after);
+    }
+    out + rest
 }
 
 fn print_line(text: &str) {
@@ -69,4 +117,22 @@ pub fn printed(outcome: io::Result<()>) {
 pub fn all_said() -> Result<(), StoreError> {
     let lost = UNSAID.lock().ok().and_then(|mut first| first.take());
     lost.map_or(Ok(()), |reason| Err(StoreError::Unwritable { path: "standard output".into(), reason }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines are broken at spaces, those after a break begin where the first did, and a long path stays whole.
+    #[test]
+    fn lines_fit() {
+        assert_eq!(set_line("  one two three", 0, 9), "  one two\n  three");
+        assert_eq!(set_line("one two", 4, 7), "one two");
+        assert_eq!(set_line("one two three", 3, 8), "one two\n   three");
+        assert_eq!(set_line("in /a/long/path/that/stays whole", 0, 10), "in\n/a/long/path/that/stays\nwhole");
+        assert_eq!(set_line("", 4, 10), "");
+        let row = "stage  met  phase margin  57 deg  0.50 m/s, opened at speed";
+        let broken = "stage  met  phase margin  57 deg\n              0.50 m/s, opened at speed";
+        assert_eq!(set_line(row, 7, 45), broken);
+    }
 }

@@ -1,6 +1,6 @@
 //! Progress on the terminal: a line for each stage, with its key figure.
 
-use crate::output::say;
+use crate::output::{say, say_indented};
 use indicatif::{ProgressBar, ProgressStyle};
 use squid_design::progress::Event;
 use std::sync::Mutex;
@@ -8,6 +8,9 @@ use std::time::Duration;
 
 /// The moving line of the stage under way, if there is one.
 static RUNNING: Mutex<Vec<ProgressBar>> = Mutex::new(Vec::new());
+
+/// The columns of the name of a stage, and the space after it.
+const STAGE: usize = 13;
 
 /// How often a moving line moves.
 const TICK: Duration = Duration::from_millis(120);
@@ -30,7 +33,7 @@ pub fn show(event: Event) {
         Event::Warning { words } => say(words),
         Event::Done { stage, figures } => {
             for (i, line) in figures.lines().enumerate() {
-                say(&format!("{:<12} {line}", if i == 0 { stage } else { "" }));
+                say_indented(&format!("{:<12} {line}", if i == 0 { stage } else { "" }), STAGE);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod actuator_names;
 pub mod design_file;
+mod doubts;
 mod judged;
 
 use crate::error::InputError;

@@ -2,7 +2,7 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use auv::{Actuator, Dynamics, Linearisation, Speed, Trim, Vehicle, linearise_with, trim_with, trims};
+use auv::{Actuator, Dynamics, Linearisation, Pitch, Speed, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
 
@@ -27,16 +27,22 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
     }
 }
 
-/// Trim, A, B and eigenvalues at one speed, for programs.
+/// The same of a vehicle alone, about the level trim at a depth \[m\].
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn shown(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Value, ModelError> {
-    let l = linearise_at(vehicle, file, speed)?;
+pub fn of_vehicle(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
+    let pitch = Pitch::over(vehicle, depth, &[speed], None);
+    let level = trim_with(vehicle, Speed::Path(speed), depth, &pitch).map_err(ModelError::Trim)?;
+    Ok(linearise_with(vehicle, &level, false)?)
+}
+
+/// Trim, A, B and eigenvalues at one speed, for programs.
+pub fn shown(vehicle: &Vehicle, l: &Linearisation) -> Value {
     let t = &l.trim;
     let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
-    Ok(json!({
+    json!({
         "trim": {
             "speed": t.speed,
             "depth": t.depth,
@@ -49,7 +55,7 @@ pub fn shown(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Value, 
         "A": to_rows(&l.a),
         "B": to_rows(&l.b),
         "eigenvalues": l.eigenvalues().iter().map(|v| [v.re, v.im]).collect::<Vec<_>>(),
-    }))
+    })
 }
 
 /// The trims of a design at [`TRIM_ROWS`] speeds.

@@ -64,7 +64,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// As [`run`], and those of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
-    for words in inputs.vehicle.doubts() {
+    for words in inputs.doubts() {
         progress.done("", &format!("WARNING: {words}"));
     }
     progress.done("design", &format!("{}: {}", inputs.design.source(), inputs.design.description));

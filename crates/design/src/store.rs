@@ -11,10 +11,12 @@
 //! | `sampled_certificate.json` | the proof of the gain bound of the sampled loop, if there is one |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 //! | `constant_certificate.json` | with `--constant`: the proof of the gain bound for constant coefficients |
+//! | `.squid-vehicle` | the vehicle's directory, so that a vehicle of the same name does not replace the design |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
 pub mod files;
 pub mod freeze;
+pub mod place;
 pub mod unedited;
 
 use crate::augment::augment;
@@ -192,7 +194,8 @@ fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> Response
     }
 }
 
-/// Writes the files of a finished design, all of them or none, and removes those of an earlier one.
+/// Writes the files of a finished design, all of them or none, and removes those of an earlier one, its FMUs among
+/// them.
 ///
 /// # Errors
 /// [`StoreError::Unwritable`].
@@ -210,6 +213,10 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
         }
     }
     files.add_json(to("design.json"), &figures(inputs, finished))?;
+    place::outdated(directory, inputs, finished)?.into_iter().for_each(|path| files.remove(path));
+    if let Some(mark) = place::mark(inputs) {
+        files.add(to(place::MARK), mark);
+    }
     match &finished.robust {
         Some(found) => found.add_to(&mut files, directory)?,
         None => stored::forget(&mut files, directory),

@@ -1,6 +1,8 @@
 //! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
 
 use crate::error::ExportError;
+use crate::library::{functions, of_library};
+use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
 use scheduled::{Actuator, ControllerDesign, Kind};
@@ -40,7 +42,7 @@ pub(crate) fn header(
         return Err(ExportError::Keyword { name: actuator.name.clone() });
     }
     let own = vec![
-        ("about", about(design, standing)),
+        ("about", about(design, standing, tables.real)),
         ("sample_time", format!("{:?}", design.sample_time)),
         ("late", design.delay_ticks.to_string()),
         ("minimum", format!("{:?}", design.scheduling.minimum)),
@@ -157,15 +159,25 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     members
 }
 
+/// What the source needs of a library.
+fn linked(design: &ControllerDesign, real: Real) -> String {
+    let math = functions(design, real);
+    match math.is_empty() {
+        true => "The source needs no library.".to_owned(),
+        false => of_library(&math).replacen("it calls", "the source calls", 1),
+    }
+}
+
 /// What a reader of the header has to know.
-fn about(design: &ControllerDesign, standing: &Standing) -> String {
+fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
     let [ts, from, to] = [design.sample_time, design.scheduling.minimum, design.scheduling.maximum];
     let mut paragraphs = vec![
         format!(
             "Use: init once, reset where a flight begins, then step each {ts} s with the newest inputs. No function \
              allocates memory, waits, or keeps anything outside of the state that it is given; several states may be \
              stepped at once. How long a step takes does not depend on the numbers but for the branches of a few \
-             comparisons."
+             comparisons. {}",
+            linked(design, real)
         ),
         "An input that is infinite or not a number: refused with BAD_INPUT. Nothing is changed, and the last commands \
          hold, as if the tick were missed."

@@ -10,6 +10,7 @@
 mod compare;
 mod error;
 mod header;
+mod library;
 mod real;
 mod source;
 mod tables;

@@ -1,6 +1,7 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
 use crate::header::{Input, has_depth, inputs, stuck_bit};
+use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::fill;
@@ -23,7 +24,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             "libm",
             match math.is_empty() {
                 true => " * No function of a library is called.".to_owned(),
-                false => format!(" * Of the mathematical library it calls {}.", math.join(" and ")),
+                false => format!(" * {}", of_library(&math)),
             },
         ),
         ("include_math", if math.is_empty() { String::new() } else { "#include <math.h>".to_owned() }),
@@ -89,23 +90,6 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
 
 fn join<T>(items: &[T], between: &str, each: impl Fn(&T) -> String) -> String {
     items.iter().map(each).collect::<Vec<_>>().join(between)
-}
-
-/// The functions of the mathematical library that are called.
-fn functions(design: &ControllerDesign, real: Real) -> Vec<String> {
-    let squares =
-        |actuator: &Actuator| actuator.curve.as_ref().is_some_and(|c| matches!(c.law(), Law::Square(_)));
-    let square = design.actuators.iter().any(squares);
-    let heave =
-        design.controller_inputs.iter().any(|input| input.kind != Kind::Error && is(&input.signal, "w"));
-    let called = [(square, "sqrt"), (square, "copysign"), (heave, "tan")];
-    let names = called.iter().filter(|(is_called, _)| *is_called);
-    names.map(|(_, name)| format!("{name}{}", real.suffix())).collect()
-}
-
-/// Whether a signal is the state with this symbol.
-fn is(signal: &str, symbol: &str) -> bool {
-    place(signal).is_some_and(|place| STATES[SIGNALS[place].state].symbol == symbol)
 }
 
 fn numbers(design: &ControllerDesign, tables: &Tables) -> String {

@@ -8,11 +8,13 @@
 //! start    a first design file for a vehicle that has none
 //! search   the fastest design that meets what is required
 //! tried    a design that was tried, and which of two is better
+//! direction  keys of a search that are turned together
 //! finals   the best of a search, judged in full and proved
 //! ```
 
 pub mod advise;
 pub mod attempt;
+mod direction;
 pub mod error;
 mod finals;
 pub mod knob;

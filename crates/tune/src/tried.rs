@@ -34,6 +34,37 @@ impl Tried {
     }
 }
 
+/// What a search tried, in an order that does not depend on the machine.
+#[derive(Default)]
+pub(crate) struct Searched {
+    pub tried: Vec<Tried>,
+    /// Whether it ended before the designs were used up.
+    pub ended: bool,
+    /// Why the first that failed did.
+    pub reason: Option<String>,
+}
+
+impl Searched {
+    /// Adds what was found.
+    pub fn add(&mut self, found: impl IntoIterator<Item = Attempted>) {
+        for Attempted { tried, failed } in found {
+            self.reason = self.reason.take().or(failed);
+            self.tried.push(tried);
+        }
+    }
+
+    /// The best of all.
+    pub fn best(&self) -> Option<&Tried> {
+        self.tried.iter().min_by(|a, b| merit(a).total_cmp(&merit(b)))
+    }
+}
+
+/// A design that was tried, and why there is none.
+pub(crate) struct Attempted {
+    pub tried: Tried,
+    pub failed: Option<String>,
+}
+
 /// Less is better: what meets the requirements by its speed, and before what does not by how much that misses.
 pub(crate) fn merit(tried: &Tried) -> f64 {
     if tried.worst() >= SPARE { tried.cost } else { LOST + SPARE - tried.worst() }

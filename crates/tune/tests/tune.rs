@@ -12,6 +12,7 @@ use squid_tune::advise::advise;
 use squid_tune::attempt::Wanted;
 use squid_tune::error::Error;
 use squid_tune::knob::Knob;
+use squid_tune::search::{Standing, search};
 use squid_tune::start::start;
 use std::path::{Path, PathBuf};
 
@@ -110,4 +111,32 @@ fn no_range_has_its_reasons() {
     assert!(small.contains("stern_planes"), "{small}");
     let slow = refused(&|a| a.lag = 100.0);
     assert!(slow.contains("too fast for stern_planes with a lag of 100 s"), "{slow}");
+}
+
+/// The designs that a search may make are counted, and no clock and no number of processors has a part in it: on one
+/// and on three threads the file that is written and the front are the same; and the front says what is written.
+#[test]
+fn a_search_is_the_same_on_any_machine() {
+    let file = vehicles().join("squid/paper.toml");
+    let text = auv::read_text(&file).unwrap();
+    let text =
+        text.split("\n[uncertainty]\n").next().unwrap().to_owned() + "\n[require]\ngain_margin = 1.0\n";
+    let vehicle = vehicle(&vehicles().join("squid/vehicle.toml"));
+    let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
+    let inputs = Inputs::new(vehicle, design).unwrap();
+    const DESIGNS: usize = 9;
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| search(&inputs, &text, DESIGNS, &Progress::default()).unwrap())
+    };
+    let [one, three] = [1, 3].map(on);
+    assert_eq!((one.tried, one.ended), (DESIGNS, false), "all designs are used up");
+    assert_eq!((one.tried, one.ended, &one.text), (three.tried, three.ended, &three.text));
+    assert_eq!(one.front, three.front);
+    let written = one.front.iter().filter(|(_, standing)| *standing == Standing::Written).count();
+    assert!(written <= 1, "{:?}", one.front);
+    for (faster, standing) in one.front.iter().take_while(|(_, standing)| *standing != Standing::Written) {
+        let judged = matches!(standing, Standing::FellOut(_) | Standing::TooLittleRoom(..));
+        assert!(judged || written == 0, "{faster:?} is faster, and nothing is said of it");
+    }
 }

@@ -51,6 +51,52 @@ def test_no_verb_replaces_the_design_of_another_vehicle(
     assert contents(out) == before
 
 
+def test_a_vehicle_of_the_same_name_replaces_no_design(
+    run_squid: Run, quick_vehicle: Path, tmp_path: Path
+) -> None:
+    """Two directories, each called `mine` with a vehicle of that name: their designs have one default directory."""
+    out = tmp_path / "out"
+    one, other = (Path(shutil.copytree(quick_vehicle, tmp_path / name / "mine")) for name in "ab")
+    assert run_squid("design", one, "--no-advise", "--out", out).returncode == 0
+    before = contents(out)
+    with (other / "vehicle.toml").open("a", encoding="utf-8") as file:
+        file.write("# changed\n")
+    for verb in ("design", "simulate", "report"):
+        done = run_squid(verb, other, "--out", out)
+        assert done.returncode == 1, verb
+        assert f"this is the design of another vehicle, {one}" in done.stderr, done.stderr
+        assert "name another directory with --out" in done.stderr
+    assert contents(out) == before
+    # A directory that was moved is that of the same vehicle.
+    moved = one.rename(tmp_path / "moved")
+    assert run_squid("design", moved, "--no-advise", "--out", out).returncode == 0
+    renamed = moved / "vehicle.toml"
+    renamed.write_text(renamed.read_text(encoding="utf-8").replace('name = "squid"', 'name = "octopus"'))
+    done = run_squid("design", other, "--no-advise", "--out", out)
+    assert done.returncode == 1 and f"another vehicle, {moved}" in done.stderr, done.stderr
+
+
+def test_what_is_of_an_earlier_design_is_removed(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+    """FMUs and SSP go with the controller that they contain; the same design again leaves them."""
+    vehicle, out = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle")), tmp_path / "out"
+    design = ("design", vehicle, "--no-advise", "--out", out)
+    assert run_squid(*design).returncode == 0
+    assert run_squid("export", vehicle, "--out", out).returncode == 0
+    packed = [out / name for name in ("squid.fmu", "squid_plant.fmu", "squid_controller.fmu", "squid.ssp")]
+    for path in (*packed, out / "other.fmu"):
+        path.write_bytes(b"earlier")
+    done = run_squid(*design)
+    assert done.returncode == 0 and all(path.is_file() for path in packed)
+    assert "earlier design" not in done.stdout
+    path = vehicle / "design.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace("back_off = 0.", "back_off = 0.2", 1))
+    done = run_squid(*design)
+    assert done.returncode == 0, done.stderr
+    assert not any(path.exists() for path in packed) and (out / "other.fmu").is_file()
+    assert all(f"{path}: it was of an earlier design" in done.stdout for path in packed)
+    assert f"{out / 'c'} is of an earlier design; `squid export` writes it again" in done.stdout
+
+
 def test_an_old_design_is_made_again_and_said_to_be(
     run_squid: Run, quick_vehicle: Path, tmp_path: Path
 ) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import REMUS100, SQUID, Run
+from conftest import SQUID, Run
 from fly.stages import ROOT
 
 CASE = ROOT / "tests" / "cases" / "lpv01_lpvtools_lft_tutorial.json"
@@ -60,17 +61,42 @@ def test_a_refusal_is_an_object_too(run_squid: Run, words: list[str]) -> None:
     assert answer["reason"] in done.stderr
 
 
-@pytest.mark.parametrize("like", ["squid", "remus100"])
+SHIPPED = sorted(path.parent.name for path in ROOT.glob("vehicles/*/vehicle.toml"))
+
+
+@pytest.mark.parametrize("like", SHIPPED)
 def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: str) -> None:
     mine = tmp_path / "mine"
     assert run_squid("new", mine, "--like", like).returncode == 0
-    model = {"squid": SQUID, "remus100": REMUS100}[like]
-    own, theirs = (run_squid("show", path, "--speed", "2", "--json").stdout for path in (mine, model))
+    speed = {"bluerov2_heavy": "0.4", "sparus2": "0.5"}.get(like, "2")
+    model = ROOT / "vehicles" / like
+    own, theirs = (run_squid("show", path, "--speed", speed, "--json").stdout for path in (mine, model))
     assert own == theirs and json.loads(own)
     text = (mine / "vehicle.toml").read_text(encoding="utf-8")
     assert '\nname = "mine"\n' in text and '\nstatus = "surrogate"\n' in text
     design = (mine / "design.toml").read_text(encoding="utf-8")
     assert f"squid design {mine} --design NAME" in design and f"vehicles/{like}" not in text + design
+
+
+def test_a_vehicle_is_shown_without_its_design(run_squid: Run, tmp_path: Path) -> None:
+    """A design.toml that is not there, or is one of another vehicle, keeps nobody from seeing trim and A.
+
+    The vehicle whose speed is given has a design of Squid beside it, which tracks the speed.
+    """
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    shutil.copy(ROOT / "tests" / "vehicles" / "nps_auv_ii" / "vehicle.toml", mine)
+    alone = run_squid("show", mine, "--speed", "1.5")
+    assert alone.returncode == 0 and "Eigenvalues of A" in alone.stdout, alone.stderr
+    shutil.copy(SQUID / "design.toml", mine)
+    beside = run_squid("show", mine, "--speed", "1.5")
+    assert beside.returncode == 0, beside.stderr
+    note, shown = beside.stdout.split("Level trim", 1)
+    assert "design.toml is not used" in note and "[surge]" in note
+    assert alone.stdout.endswith(f"Level trim{shown}")
+    named = run_squid("show", mine, "--speed", "1.5", "--design", "nothing")
+    assert named.returncode == 1 and "nothing.toml: there is no such file" in named.stderr
+    assert run_squid("show", mine, "--fit").returncode == 1, "the fit is of the design"
 
 
 def test_a_new_vehicle_overwrites_nothing(run_squid: Run, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run
+from conftest import UNBROKEN, Run
 from fly.stages import ROOT
 
 SQUID = ROOT / "vehicles" / "squid"
@@ -206,6 +206,7 @@ def limited(squid_command: Path, size: int, *words: str | Path) -> subprocess.Co
         capture_output=True,
         text=True,
         check=False,
+        env={**os.environ, "COLUMNS": UNBROKEN},
         preexec_fn=limit,
         restore_signals=False,
     )

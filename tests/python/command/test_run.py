@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from conftest import Run
 from flights import figures_of
-from fly import build, flight, platforms, record, room, stamp
+from fly import build, flight, package, platforms, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import BUILD, ROOT, StageError, run
 
@@ -126,6 +127,28 @@ def test_a_folder_without_design_is_told(tmp_path: Path, text: str | None) -> No
         (tmp_path / FIGURES).write_text(text, encoding="utf-8")
     with pytest.raises(StageError, match="squid design"):
         Packages.found_in(tmp_path)
+
+
+def test_the_main_job_ends_by_naming_plot_and_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gammas = {"gamma_bound": 0.5, "gamma_optimum": 0.4, "back_off": 0.1, "gamma_bound_with_model_error": None}
+    (tmp_path / FIGURES).write_text(json.dumps({"certified": True, **gammas}), encoding="utf-8")
+    figures = {"speed_error": 0.1, "surface": None, "actuator_use": 0.5, "plot": tmp_path / "flight.svg"}
+    flight.report(Packages(tmp_path, "squid"), figures, 1e-12)
+    plot, page = (line.split() for line in capsys.readouterr().out.splitlines()[-2:])
+    assert plot == ["plot", os.path.relpath(tmp_path / "flight.svg")]
+    assert page == ["report", os.path.relpath(tmp_path / "report.html")]
+
+
+def test_an_earlier_run_without_a_report_is_made_again(tmp_path: Path) -> None:
+    (tmp_path / FIGURES).write_text('{"fmu_identifier": "squid"}', encoding="utf-8")
+    packages = Packages.found_in(tmp_path)
+    for path in packages.fmus:
+        path.touch()
+    assert package.made_before(tmp_path) is None
+    packages.report.touch()
+    assert package.made_before(tmp_path) == packages
 
 
 def test_a_step_that_does_not_settle_is_described() -> None:

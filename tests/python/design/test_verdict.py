@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -84,13 +85,16 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     printed, again = ((made / name).read_text(encoding="utf-8") for name in ("tune.txt", "again.txt"))
     assert "begun from the vehicle: " in printed
     assert "PROVED: gain below " in printed
+    assert "the search would go on: it used all 2 designs that --designs allows" in printed
+    assert re.search(r"squid tune \S+ --design design --to design$", printed, re.MULTILINE)
+    assert re.search(r"^ +[\d.]+ +[\d.]+   written$", printed, re.MULTILINE)
     table = [line for line in printed.splitlines() if "phase margin" in line]
     assert table[0] in again
 
     vehicle = Path(shutil.copytree(made, tmp_path / "mine"))
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     assert "# Pitch follows" in text
-    refused = run_squid("tune", vehicle, "--minutes", "0")
+    refused = run_squid("tune", vehicle, "--designs", "0")
     assert refused.returncode == 64
-    assert "--minutes is 0; it must be from 0.05 to 600" in refused.stderr
+    assert "--designs is 0; it must be at least 1" in refused.stderr
     assert (vehicle / "design.toml").read_text(encoding="utf-8") == text

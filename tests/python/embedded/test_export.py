@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,43 @@ def test_the_header_says_what_is_proved_and_no_more(run_squid: Run, tmp_path: Pa
     sentences = re.findall(rf"{said}: (.*?)(?= {said}| This is of)", claims)
     assert len(sentences) == claims.count(said) >= 1
     assert all(sentence in printed for sentence in sentences)
+
+
+@pytest.mark.parametrize("squared", [False, True])
+def test_the_header_says_what_to_link(
+    run_squid: Run, quick_vehicle: Path, tmp_path: Path, squared: bool
+) -> None:
+    """A thruster with a square law needs -lm: without optimisation gcc does not inline `sqrt`."""
+    vehicle, out = Path(shutil.copytree(quick_vehicle, tmp_path / "squid")), tmp_path / "out"
+    if squared:
+        path, head = vehicle / "vehicle.toml", 'name = "lower"\n'
+        text = path.read_text(encoding="utf-8")
+        assert text.count(head) == 1
+        law = 'T_nn = { value = 1e-4, unit = "N/rpm2", source = "test" }\n'
+        path.write_text(text.replace(head, head + law), encoding="utf-8")
+    for verb in (("design", "--no-advise"), ("export",)):
+        done = run_squid(verb[0], vehicle, *verb[1:], "--out", out)
+        assert done.returncode == 0, done.stderr
+    exported = Exported(out / "c", "squid")
+    header = " ".join(exported.header.read_text(encoding="utf-8").replace("\n *", " ").split())
+    says = ("the source calls sqrt and copysign: link with -lm." in header, "needs no library" in header)
+    assert says == (squared, not squared)
+    library = tmp_path / "squid.so"
+    strict = [
+        "cc",
+        "-std=c99",
+        "-O0",
+        "-shared",
+        "-fPIC",
+        "-Wl,--no-undefined",
+        exported.source,
+        "-o",
+        library,
+    ]
+    alone = subprocess.run(strict, capture_output=True, text=True, check=False)
+    linked = subprocess.run([*strict, "-lm"], capture_output=True, text=True, check=False)
+    assert linked.returncode == 0, linked.stderr
+    assert (alone.returncode == 0) == (not squared), alone.stderr
 
 
 def test_the_source_is_proved(committed: Exported, run_squid: Run) -> None:

@@ -4,7 +4,7 @@ mod fmus;
 
 use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
-use crate::output::{answer, json, say};
+use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -306,6 +306,6 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
         ),
     };
     say(&format!("flight {flight}: {outcome}; {compared}"));
-    written.iter().for_each(|path| say(&path.display().to_string()));
+    written.iter().for_each(|path| say_path(path));
     Ok(answer(&json!({ "flight": flight, "outcome": outcome, "same": off == 0.0, "files": written }))?)
 }

@@ -12,6 +12,7 @@ use squid_design::numbers::above;
 use squid_design::progress::Progress;
 use squid_design::run::{Finished, run_with};
 use squid_design::store::files::read;
+use squid_design::store::place::{check_owner, is_source_outdated, outdated};
 use squid_design::store::{self, Stored};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
@@ -95,9 +96,22 @@ fn designed(
     asked: &Design,
     progress: &Progress,
 ) -> Result<Finished, Error> {
+    check_owner(directory, inputs)?;
     let mut finished = run_with(inputs, progress, asked.robust)?;
+    let outdated = outdated(directory, inputs, &finished)?;
+    let source = is_source_outdated(directory, &finished)?;
     store::save(directory, inputs, &finished)?;
     progress.done("freeze", &format!("{}", directory.display()));
+    for path in outdated {
+        progress.done("removed", &format!("{}: it was of an earlier design", path.display()));
+    }
+    if source {
+        let words = format!(
+            "{} is of an earlier design; `squid export` writes it again",
+            directory.join("c").display()
+        );
+        progress.done("outdated", &words);
+    }
     if finished.verdict.missed().next().is_none() || asked.no_advise {
         return Ok(finished);
     }

@@ -5,6 +5,7 @@ use crate::output::{answer, say};
 use auv::Vehicle;
 use serde_json::json;
 use squid_design::error::StoreError;
+use squid_design::inputs::design_file::DesignFile;
 use squid_design::store::files::Files;
 use std::path::Path;
 
@@ -27,11 +28,20 @@ macro_rules! template {
 
 /// What a new vehicle can start from.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
+#[value(rename_all = "snake_case")]
 pub enum Like {
     /// Thrusters, the usual keys explained; the numbers are those of the Squid surrogate
     Squid,
     /// A propeller and stern planes; the published numbers of REMUS 100
     Remus100,
+    /// A propeller and stern planes given by their lift; the published numbers of LAUV
+    Lauv,
+    /// A slow hull with stern planes, for long range; the published numbers of LRAUV Tethys
+    Tethys,
+    /// Thrusters along and across the hull; the published numbers of Sparus II
+    Sparus2,
+    /// A box-shaped ROV that thrusters hold level from rest on; the published numbers of BlueROV2 Heavy
+    Bluerov2Heavy,
 }
 
 impl Like {
@@ -39,6 +49,10 @@ impl Like {
         match self {
             Self::Squid => template!("squid"),
             Self::Remus100 => template!("remus100"),
+            Self::Lauv => template!("lauv"),
+            Self::Tethys => template!("tethys"),
+            Self::Sparus2 => template!("sparus2"),
+            Self::Bluerov2Heavy => template!("bluerov2_heavy"),
         }
     }
 }
@@ -69,20 +83,22 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let vehicle = head.clone() + &vehicle.lines().map(|line| own(line) + "\n").collect::<String>();
     let file = directory.join("vehicle.toml");
     Vehicle::parse(&vehicle, &file.display().to_string())?;
+    let limits = DesignFile::parse(design, "design.toml", "design")?;
     std::fs::create_dir_all(directory)
         .map_err(|reason| StoreError::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
     files.add(directory.join("design.toml"), head + &here(design));
     files.save(directory)?;
+    let speed = auv::number(0.5 * (limits.speed_min + limits.speed_max));
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\
          {shown}/design.toml: what the controller must do\n\
-         Next: squid show {shown} --speed 1; squid design {shown}\n\
+         Next: squid show {shown} --speed {speed}; squid design {shown}\n\
          With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
-         a range\n\
-         of speed, steps and weights that suit the vehicle; then squid design {shown} --design own"
+         a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. design.toml \
+         is still that of {whose}: remove it then."
     ));
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
     Ok(answer(&json!({ "files": files }))?)

@@ -2,7 +2,7 @@
 
 use crate::cli::Which;
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, say, say_path};
 use crate::progress::show;
 use serde_json::json;
 use squid_design::progress::Progress;
@@ -42,6 +42,7 @@ pub fn run(
     let what = "proving again, and computing the plant of the proof again";
     let standing = standing(&progress.timed("certify", what, prove).0?);
     say(&standing);
+    let mut page = None;
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
@@ -64,6 +65,7 @@ pub fn run(
             let name = &whole.description.model_identifier;
             let system = ssp::pack(name, &plant, &controller, &stored, &directory)?;
             drop(packing);
+            page = (!no_report).then_some(report);
             let fmus = [plant, controller, whole].map(|packed| (packed.path, packed.bytes));
             fmus.into_iter().chain([system]).collect()
         }
@@ -76,7 +78,9 @@ pub fn run(
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
     lines.iter().for_each(|line| say(line));
-    Ok(answer(&json!({ "proof": standing, "files": names }))?)
+    let page = page.map(|report| report.save(&inputs, &directory)).transpose()?;
+    page.iter().for_each(|page| say_path(page));
+    Ok(answer(&json!({ "proof": standing, "files": names, "report": page }))?)
 }
 
 fn named(platforms: &[String]) -> Result<Vec<Platform>, Error> {

@@ -2,7 +2,7 @@
 //! each variable.
 
 use crate::error::Error;
-use crate::output::{answer, is_for_programs, say};
+use crate::output::{answer, is_for_programs, say, say_path};
 use auv::toml_file::cited;
 use auv::{Actuator, Vehicle};
 use scheduled::Inputs;
@@ -47,7 +47,7 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         let speed = if speed.is_nan() { String::new() } else { format!(", with {speed:.2} m/s") };
         say(&format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there."));
     }
-    say(&to.display().to_string());
+    say_path(&to);
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::{Which, read_sea};
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, say, say_path};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use serde_json::json;
@@ -24,6 +24,6 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>) -> Result<(), Error> 
     let report = rendered(&inputs, &stored, &directory, &asked, &Progress::new(&show))?;
     say(&format!("\n{}", report.words));
     let page = report.save(&inputs, &directory)?;
-    say(&page.display().to_string());
+    say_path(&page);
     Ok(answer(&json!({ "report": page, "unproved": report.unproved, "said": report.words }))?)
 }

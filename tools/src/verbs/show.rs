@@ -4,11 +4,12 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::{Show, Which};
+use crate::cli::{DEFAULT_DESIGN, Show, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
-use serde_json::{Map, Value};
+use auv::Vehicle;
+use serde_json::{Map, Value, json};
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
@@ -23,16 +24,22 @@ use std::path::Path;
 /// # Errors
 /// Those of the files and the model; [`Error::Argument`].
 pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
-    let (inputs, directory) = which.read()?;
-    let all = asked.speed.is_none() && !asked.fit && !asked.controller && !asked.uncertainty;
-    let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
-    if let Some(v) = speed.filter(|v| !(v.is_finite())) {
+    if let Some(v) = asked.speed.filter(|v| !(v.is_finite())) {
         return Err(Error::Argument {
             name: "--speed",
             found: auv::number(v),
             allowed: "a finite number (m/s), negative astern".into(),
         });
     }
+    let more = asked.fit || asked.controller || asked.uncertainty;
+    if let Some(speed) = asked.speed.filter(|_| !more)
+        && let Some(vehicle) = vehicle_alone(which)?
+    {
+        return of_the_vehicle(&vehicle, speed);
+    }
+    let (inputs, directory) = which.read()?;
+    let all = asked.speed.is_none() && !more;
+    let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
     let stored = match (store::load(&directory, &inputs), &which.out) {
         (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), None) => None,
         (loaded, _) => Some(loaded?),
@@ -42,11 +49,12 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(&inputs));
     unproved.iter().for_each(|words| say(words));
-    inputs.vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
+    inputs.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
     let mut shown = Map::new();
     if let Some(v) = speed {
-        say(&tables::speed(&inputs, v)?);
-        shown.insert("at_speed".into(), linearise::shown(&inputs.vehicle, &inputs.design, v)?);
+        let found = linearise::linearise_at(&inputs.vehicle, &inputs.design, v)?;
+        say(&tables::speed(&inputs.vehicle, &found));
+        shown.insert("at_speed".into(), linearise::shown(&inputs.vehicle, &found));
     }
     if asked.fit || all {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
@@ -62,6 +70,34 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         shown.insert("uncertainty".into(), values::uncertainty(&inputs)?);
     }
     Ok(answer(&shown)?)
+}
+
+/// The vehicle, where `design.toml` is not there or is not one of this vehicle, with words on the reason; `None` where
+/// it is, or another design was named.
+fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
+    let reason = match which.read() {
+        Ok(_) => return Ok(None),
+        Err(reason @ Error::Argument { .. }) => return Err(reason),
+        Err(reason) => reason,
+    };
+    let file = which.vehicle.join("vehicle.toml");
+    if which.design != DEFAULT_DESIGN || which.bandwidth.is_some() || !file.is_file() {
+        return Err(reason);
+    }
+    let vehicle = Vehicle::read(&file)?;
+    let design = which.vehicle.join(format!("{DEFAULT_DESIGN}.toml"));
+    if design.exists() {
+        say(&format!("{} is not used, since it does not fit the vehicle:\n{reason}", design.display()));
+    }
+    Ok(Some(vehicle))
+}
+
+/// Trim, A, B and eigenvalues of a vehicle without a design, at the depth at which its buoyancy is given.
+fn of_the_vehicle(vehicle: &Vehicle, speed: f64) -> Result<(), Error> {
+    vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
+    let found = linearise::of_vehicle(vehicle, vehicle.coefficients.reference_depth, speed)?;
+    say(&tables::speed(vehicle, &found));
+    Ok(answer(&json!({ "at_speed": linearise::shown(vehicle, &found) }))?)
 }
 
 /// The stored controller, or one designed for this output only.

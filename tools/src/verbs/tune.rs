@@ -10,39 +10,33 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::progress::Progress;
 use squid_design::store::files::{check_directory, write};
-use squid_tune::search::{Budget, Tuned, search};
+use squid_tune::search::{Standing, Tuned, search};
 use squid_tune::start::start;
 use squid_tune::tried::Tried;
 use std::path::Path;
-use std::time::Duration;
 
 /// Rows of the table of the front.
 const SHOWN: usize = 12;
-
-/// The least and the most minutes of a search.
-const MINUTES: (f64, f64) = (0.05, 600.0);
 
 /// Searches, writes `TO.toml` beside the vehicle, and prints verdict and front.
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
-pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize)) -> Result<(), Error> {
-    let (minutes, designs) = budget;
-    if !(MINUTES.0..=MINUTES.1).contains(&minutes) {
-        let allowed = format!("from {} to {}", auv::number(MINUTES.0), auv::number(MINUTES.1));
-        return Err(Error::Argument { name: "--minutes", found: auv::number(minutes), allowed });
-    }
+pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Result<(), Error> {
     if designs == 0 {
         let allowed = "at least 1".into();
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
     let (inputs, text, begun) = read(vehicle, design)?;
     // A file that people wrote is not overwritten unless they name it.
-    let to = vehicle.join(format!("{}.toml", to.unwrap_or(if begun { design } else { "tuned" })));
+    let name = to.unwrap_or(if begun { design } else { "tuned" });
+    let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    let budget = Budget { time: Duration::from_secs_f64(60.0 * minutes), designs };
-    let tuned = search(&inputs, &text, budget, &progress)?;
+    for words in inputs.doubts() {
+        progress.done("", &format!("WARNING: {words}"));
+    }
+    let tuned = search(&inputs, &text, designs, &progress)?;
     write(&to, tuned.text.as_bytes())?;
     progress.done("verdict", &tuned.finished.verdict.to_string());
     progress.done("front", &front(&tuned));
@@ -51,14 +45,22 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize))
         Err(reason) => format!("NOT PROVED: {reason}"),
     };
     let best = match tuned.finished.verdict.missed().next().is_none() {
-        true => format!("the fastest of {} designs that meets all requirements", tuned.tried),
+        true => format!(
+            "the fastest of {} designs that meets all requirements when judged in full and proved",
+            tuned.tried
+        ),
         false => not_found(&tuned),
     };
-    progress.done("tuned", &format!("{best}; {proved}\n{}", to.display()));
-    let point = |p: &Tried| json!({ "rise": p.rise, "disk_margin": p.disk, "meets_all": p.meets_all() });
+    let end = end(&tuned, vehicle, name);
+    progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}", to.display()));
+    let point = |(p, standing): &(Tried, Standing)| {
+        let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
+        json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
+    };
     answer(&json!({
         "file": to,
         "tried": tuned.tried,
+        "ended": tuned.ended,
         "proved": tuned.finished.proof.is_ok(),
         "verdict": tuned.finished.verdict,
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
@@ -71,7 +73,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, budget: (f64, usize))
 fn not_found(tuned: &Tuned) -> String {
     let mut words = format!(
         "none of {} designs meets all requirements, and the one that misses least is written; that is no proof that \
-         there is none: search longer with --minutes, or ask for less in [require]",
+         there is none: ask for less in [require]",
         tuned.tried
     );
     for limit in &tuned.limits {
@@ -106,7 +108,7 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
 /// The front as a table: what margin costs in speed.
 fn front(tuned: &Tuned) -> String {
     let every = tuned.front.len().div_ceil(SHOWN).max(1);
-    let of = match tuned.front.iter().any(Tried::meets_all) {
+    let of = match tuned.front.iter().any(|(tried, _)| tried.meets_all()) {
         true => "the designs tried that meet all requirements",
         false => "all designs tried, none of which meets all requirements",
     };
@@ -114,7 +116,40 @@ fn front(tuned: &Tuned) -> String {
         format!("the Pareto front of rise time and disk margin: {of}, evaluated at a few speeds"),
         "rise s   disk margin deg".to_owned(),
     ];
-    let rows = tuned.front.iter().step_by(every);
-    lines.extend(rows.map(|point| format!("{:>6.2}   {:>15.1}", point.rise, point.disk)));
+    // The design that is written, and those that were faster, are always there.
+    let written = tuned.front.iter().position(|(_, standing)| *standing == Standing::Written);
+    let is_shown = |i: usize| i % every == 0 || written.is_some_and(|written| i <= written);
+    let rows = tuned.front.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, row)| row);
+    lines.extend(rows.map(|(point, standing)| {
+        format!("{:>6.2}   {:>15.1}   {}", point.rise, point.disk, remark(standing)).trim_end().to_owned()
+    }));
     lines.join("\n")
+}
+
+/// What became of a design of the front.
+fn remark(standing: &Standing) -> String {
+    match standing {
+        Standing::Written => "written".into(),
+        Standing::FellOut(why) => why.clone(),
+        Standing::TooLittleRoom(key, room) => {
+            format!("not judged in full: {room} % of room in {key}, too little for more speeds")
+        }
+        Standing::NotJudged => String::new(),
+    }
+}
+
+/// Why the search is over, and how to go on.
+fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
+    let on = format!("squid tune {} --design {name} --to {name}", vehicle.display());
+    match tuned.ended {
+        true => format!(
+            "the search ended by itself after {} designs: the last round about the best gained less than 1 %; from what \
+             is written: {on}",
+            tuned.tried
+        ),
+        false => format!(
+            "the search would go on: it used all {} designs that --designs allows; go on from what is written with {on}",
+            tuned.tried
+        ),
+    }
 }

@@ -101,6 +101,13 @@ pub enum FileProblem {
         rounded(*weight), rounded(*expected), 100.0 * tolerance
     )]
     MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
+    /// A moment of inertia that no body has.
+    #[error(
+        "'mass.I_yy' is {} kg.m2, about the origin; it must be above mass (x_G^2 + z_G^2) = {} kg.m2, that of all the \
+         mass in one point (I_yy about the centre of gravity, or another unit?)",
+        rounded(*inertia), rounded(*of_a_point)
+    )]
+    Inertia { inertia: f64, of_a_point: f64 },
     /// The mass matrix is not positive definite.
     #[error(
         "the mass matrix (mass, I_yy, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \

@@ -122,7 +122,10 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
             coefficients.hull = hull_table::read(&table, sources).unwrap_or_default();
         }
         if name == "mass" {
-            check_weight(&table, &coefficients);
+            let mass_is_known = check_weight(&table, &coefficients);
+            if mass_is_known {
+                check_inertia(&table, &coefficients);
+            }
         }
         if name == "water" {
             check_density(&table, &coefficients);
@@ -161,13 +164,26 @@ fn section_entry(
     }
 }
 
-/// Records a weight that does not match the mass; if either could not be read, nothing more is recorded.
-fn check_weight(table: &Table<'_>, coefficients: &Coefficients) {
+/// Records a weight that does not match the mass, and returns whether the two agree; if either could not be read,
+/// nothing more is recorded.
+fn check_weight(table: &Table<'_>, coefficients: &Coefficients) -> bool {
     let (weight, expected) = (coefficients.weight, coefficients.mass * GRAVITY);
+    let known = weight > 0.0 && expected > 0.0;
     let off = (weight - expected).abs() > WEIGHT_TOLERANCE * expected;
-    if weight > 0.0 && expected > 0.0 && off {
+    if known && off {
         let (gravity, tolerance) = (GRAVITY, WEIGHT_TOLERANCE);
         table.blame("weight", FileProblem::MassAndWeight { weight, expected, gravity, tolerance });
+    }
+    known && !off
+}
+
+/// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above
+/// `m (x_G^2 + z_G^2)`, where all of the mass is in one point.
+fn check_inertia(table: &Table<'_>, coefficients: &Coefficients) {
+    let c = coefficients;
+    let (inertia, of_a_point) = (c.I_yy, c.mass * (c.x_G * c.x_G + c.z_G * c.z_G));
+    if c.mass > 0.0 && inertia > 0.0 && inertia <= of_a_point {
+        table.blame("I_yy", FileProblem::Inertia { inertia, of_a_point });
     }
 }
 

@@ -1,7 +1,9 @@
 //! What a vehicle file may say, but hardly means: signs and sizes of coefficients.
 
 use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::Effect;
 use crate::words::rounded;
+use std::f64::consts::PI;
 
 /// Added mass of more than this multiple of the vehicle's own is unusual: it is 0.6 to 1.4 times as much for the
 /// vehicles that are shipped.
@@ -11,9 +13,13 @@ const ADDED: f64 = 5.0;
 /// some seconds.
 const LAG: f64 = 5.0;
 
+/// Deflections of more than this are unusual (deg): a fin stalls at half of it.
+const DEFLECTION: f64 = 45.0;
+
 impl Vehicle {
     /// Remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above that of
-    /// buoyancy, lift that acts with the heave velocity, added mass and lags that are too large.
+    /// buoyancy, lift and damping that act with the motion, a moment of inertia that does not go with the mass, added
+    /// mass, lags and deflections that are too large.
     pub fn doubts(&self) -> Vec<String> {
         let c = &self.coefficients;
         let above = c.z_B - c.z_G;
@@ -29,6 +35,13 @@ impl Vehicle {
                 "the heave force Z_uw u w acts in the direction of w: without the terms of added mass Z_uw is {} kg/m, \
                  where the lift of a hull is negative",
                 rounded(c.Z_uw)
+            )
+        });
+        let damping = (c.M_uq > 0.0).then(|| {
+            format!(
+                "the pitch moment M_uq u q acts in the direction of q: without the terms of added mass M_uq is {} \
+                 kg.m, where the damping by fins is negative",
+                rounded(c.M_uq)
             )
         });
         let added = [("Z_w_dot", -c.Z_w_dot, "mass", c.mass), ("M_q_dot", -c.M_q_dot, "I_yy", c.I_yy)];
@@ -47,6 +60,43 @@ impl Vehicle {
                 rounded(a.lag)
             )
         });
-        gravity.into_iter().chain(lift).chain(added).chain(lags).collect()
+        let surfaces =
+            self.actuators.iter().filter(|a| matches!(a.effect, Effect::ControlSurface { .. })).map(|a| {
+                let most = a.min.abs().max(a.max.abs()).to_degrees();
+                (most > DEFLECTION + 1e-9).then(|| {
+                    format!(
+                        "'{}' is deflected by up to {} deg; more than {DEFLECTION} deg is unusual, where its force \
+                         is taken as proportional: check its unit",
+                        a.name,
+                        rounded(most)
+                    )
+                })
+            });
+        let inertia = self.inertia();
+        let of_coefficients = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
+        of_coefficients.chain(lags).chain(surfaces.flatten()).collect()
+    }
+
+    /// A moment of inertia about the centre of gravity below that of a ball of the vehicle's mass and the density of
+    /// water, or above that of all the mass at the ends of the hull.
+    fn inertia(&self) -> Option<String> {
+        let c = &self.coefficients;
+        let mass = c.mass;
+        let own = c.I_yy - mass * (c.x_G * c.x_G + c.z_G * c.z_G);
+        let radius = (3.0 * mass / (4.0 * PI * c.density)).cbrt();
+        let ball = 0.4 * mass * radius * radius;
+        let ends = self.geometry.map(|hull| 0.25 * mass * hull.length * hull.length);
+        let words = match ends {
+            _ if own < ball => format!("below {} kg.m2, that of a ball of its mass", rounded(ball)),
+            Some(ends) if own > ends => {
+                format!("above {} kg.m2, that of all its mass at the two ends of the hull", rounded(ends))
+            }
+            _ => return None,
+        };
+        Some(format!(
+            "'I_yy' is {} kg.m2, and {} kg.m2 about the centre of gravity, {words}: check its unit",
+            rounded(c.I_yy),
+            rounded(own)
+        ))
     }
 }

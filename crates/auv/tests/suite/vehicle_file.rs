@@ -587,6 +587,28 @@ fn a_curve_that_is_none_is_refused() {
     assert!(message(&fin).starts_with("unknown key 'control_surface.T_nn'"), "{}", message(&fin));
 }
 
+/// A moment of inertia that no body with this centre of gravity has, and planes that would stand backwards, are refused
+/// with what was found and what is allowed; planes that stall are doubted.
+#[test]
+fn what_no_vehicle_has_is_refused() {
+    let (found, _) = message(SQUID, "I_yy = { value = 16.687665664478594", "I_yy = { value = 1e-6");
+    assert!(found.contains("'mass.I_yy' is 1e-6 kg.m2"), "{found}");
+    assert!(found.contains("above mass (x_G^2 + z_G^2) = 0.0600"), "{found}");
+    let small = SQUID.replacen("I_yy = { value = 16.68", "I_yy = { value = 1.68", 1);
+    let doubts = Vehicle::parse(&small, "vehicle.toml").unwrap().doubts();
+    assert!(doubts.iter().any(|words| words.contains("below 1.66")), "{doubts:?}");
+    let limit = "max = { value = 13.6, unit = \"deg\"";
+    assert!(REMUS.contains(limit));
+    let with = |value: &str, unit: &str| {
+        REMUS.replacen(limit, &format!("max = {{ value = {value}, unit = \"{unit}\""), 1)
+    };
+    let refused = Vehicle::parse(&with("13.6", "rad"), "vehicle.toml").unwrap_err().to_string();
+    assert!(refused.contains("'control_surface.max' is 13.6 rad, or 779"), "{refused}");
+    assert!(refused.contains("it must be from -90 to 90 deg"), "{refused}");
+    let doubts = Vehicle::parse(&with("60", "deg"), "vehicle.toml").unwrap().doubts();
+    assert!(doubts.len() == 1 && doubts[0].contains("is deflected by up to 60 deg"), "{doubts:?}");
+}
+
 /// Changes that are allowed but hardly meant get a remark each; the vehicles that are shipped get none.
 #[test]
 fn doubts() {
@@ -599,6 +621,8 @@ fn doubts() {
     for (from, to, expected) in [
         ("z_G = { value = 0.03,", "z_G = { value = -0.03,", "gravity is 0.03 m above the centre of buoyancy"),
         ("Z_uw = { value = -67", "Z_uw = { value = 67", "acts in the direction of w"),
+        ("M_uq = { value = -20", "M_uq = { value = 20", "acts in the direction of q"),
+        ("I_yy = { value = 16.68", "I_yy = { value = 166.8", "at the two ends of the hull"),
         ("M_q_dot = { value = -12.25", "M_q_dot = { value = -1225.", "'M_q_dot' is 73.4"),
         ("lag = { value = 0.2,", "lag = { value = 200.0,", "the lag of 'lower' is 200 s"),
     ] {

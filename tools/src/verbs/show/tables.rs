@@ -1,6 +1,8 @@
 //! The tables of `squid show`.
 
 use crate::error::Error;
+use crate::output::COLUMNS;
+use auv::{Linearisation, Vehicle};
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use nalgebra::Complex;
@@ -8,15 +10,13 @@ use scheduled::Gamma;
 use squid_design::augment::augment;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::linearise_at;
 use squid_design::numbers::{above, decimals, readable};
 
+/// The columns of the name of a row.
+const HEAD: usize = 8;
+
 /// Trim, A, B and eigenvalues at one speed.
-///
-/// # Errors
-/// [`ModelError::Trim`](squid_design::error::ModelError::Trim).
-pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
-    let l = linearise_at(&inputs.vehicle, &inputs.design, speed)?;
+pub fn speed(vehicle: &Vehicle, l: &Linearisation) -> String {
     let t = &l.trim;
     let mut out = format!(
         "Level trim at V = {:.3} m/s, {:.1} m deep\n  incidence = pitch  {:>9} deg\n  forward speed u    {:>9} \
@@ -27,11 +27,11 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
         decimals(t.forward_speed, 4),
         decimals(t.heave, 4)
     );
-    for (actuator, value) in inputs.vehicle.actuators.iter().zip(&t.actuators) {
+    for (actuator, value) in vehicle.actuators.iter().zip(&t.actuators) {
         let (factor, unit) = readable(actuator.unit());
         out += &format!("  {:<18} {:>9} {unit}\n", actuator.name, decimals(factor * value, 4));
     }
-    let names: Vec<&str> = inputs.vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
+    let names: Vec<&str> = vehicle.actuators.iter().map(|a| a.name.as_str()).collect();
     let of_all = |of: fn(&signals::State) -> &'static str| l.states.iter().map(of).collect::<Vec<_>>();
     let states = of_all(|state| state.symbol);
     out += &format!("\nA, x = [{}] in {}\n", states.join(" "), of_all(|state| state.unit).join(", "));
@@ -39,14 +39,14 @@ pub fn speed(inputs: &Inputs, speed: f64) -> Result<String, Error> {
     out += "\nB, in x' per N or rad\n";
     out += &table(&l.b, &states, &names);
     out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&l.eigenvalues()));
-    Ok(out)
+    out
 }
 
 /// The fit: residuals of each order, and the largest residual of each entry of A and B.
 pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let mut out = String::from(
-        "Polynomials in rho fitted to [A B]\n  order   A: rms      of its variation   largest |residual of [A \
-            B]|   frequency response\n",
+        "Polynomials in rho fitted to [A B]\n                                           largest residual     frequency \
+         response\n  order   A: rms      of its variation   of [A B], 2-norm     to outputs   to pitch\n",
     );
     let responses =
         squid_design::fit::frequency::errors(&inputs.vehicle.actuators, &inputs.design.tracked, model);
@@ -55,7 +55,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         let response = responses.iter().find(|e| e.order == r.order);
         let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.channels[(1, most)]));
         out += &format!(
-            "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}                     {:7.3} %   {:7.3} %\n",
+            "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}            {:7.3} %    {:7.3} %\n",
             r.order,
             100.0 * r.a.relative_rms,
             100.0 * r.relative_to_variation,
@@ -65,9 +65,8 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
         );
     }
     out += &format!(
-        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all actuators \
-            to the tracked outputs in the scales of the design,\n  \
-         and from {} to pitch)\n",
+        "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all\n  actuators to \
+         the tracked outputs in the scales of the design, and from {} to pitch)\n",
         inputs.vehicle.actuators[most].name
     );
     let states: Vec<&str> = inputs.design.states.iter().map(|state| state.symbol).collect();
@@ -121,19 +120,26 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     Ok(out)
 }
 
+/// A table of as many columns side by side as fit, the others below.
 fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
-    let width = columns.iter().map(|c| c.len()).max().unwrap_or(0).max(11);
-    let mut out = format!("  {:<6}", "");
-    for column in columns {
-        out += &format!(" {column:>width$}");
-    }
-    out.push('\n');
-    for (i, row) in rows.iter().enumerate() {
-        out += &format!("  {row:<6}");
-        for j in 0..m.ncols() {
-            out += &format!(" {:>width$}", decimals(m[(i, j)], 6));
+    let width = |j: usize| columns[j].len().max(11) + 1;
+    let mut out = String::new();
+    let mut from = 0;
+    while from < m.ncols() {
+        let mut to = from + 1;
+        let wide = |to: usize| HEAD + (from..to).map(width).sum::<usize>();
+        while to < m.ncols() && wide(to + 1) <= COLUMNS {
+            to += 1;
         }
+        out += &format!("{:HEAD$}", "");
+        (from..to).for_each(|j| out += &format!("{:>1$}", columns[j], width(j)));
         out.push('\n');
+        for (i, row) in rows.iter().enumerate() {
+            out += &format!("  {row:<6}");
+            (from..to).for_each(|j| out += &format!("{:>1$}", decimals(m[(i, j)], 6), width(j)));
+            out.push('\n');
+        }
+        from = to;
     }
     out
 }

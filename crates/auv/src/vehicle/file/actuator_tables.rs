@@ -11,7 +11,7 @@ use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
-use crate::words::number;
+use crate::words::{number, rounded};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 10] = ["name", "x", "z", "direction", CURVE, SQUARE, "min", "max", "lag", "rate"];
@@ -19,6 +19,9 @@ const THRUSTER_GROUP: [&str; 8] = ["name", "thruster", CURVE, SQUARE, "min", "ma
 const MEMBER: [&str; 4] = ["share", "x", "z", "direction"];
 const CONTROL_SURFACE: [&str; 8] =
     ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag", "rate"];
+
+/// Beyond 90 deg a surface would stand backwards \[rad\]; a little more, for what rounding adds.
+const FARTHEST_DEFLECTION: f64 = std::f64::consts::FRAC_PI_2 + 1e-9;
 
 type Sources = BTreeMap<String, String>;
 
@@ -119,8 +122,24 @@ impl Reader<'_> {
         let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
         let surge = self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources);
         let limits = self.limits([&ANGLES, &["rad/s", "deg/s"]], None, sources);
+        let limits = limits.filter(|limits| self.can_be_deflected(limits));
         let effect = Effect::ControlSurface { Z_uu_delta: heave?, M_uu_delta: pitch?, X_uu_delta2: surge? };
         self.finish((limits?, None), effect)
+    }
+
+    /// Records deflections beyond those that a surface can have.
+    fn can_be_deflected(&self, limits: &Limits) -> bool {
+        let beyond = [("min", limits.min), ("max", limits.max)];
+        let beyond = beyond.into_iter().find(|(_, angle)| angle.abs() > FARTHEST_DEFLECTION);
+        if let Some((key, angle)) = beyond {
+            let found = format!("{} rad, or {} deg", rounded(angle), rounded(angle.to_degrees()));
+            self.table.not_allowed(
+                key,
+                found,
+                "from -90 to 90 deg (an angle in degrees with the unit \"rad\"?)",
+            );
+        }
+        beyond.is_none()
     }
 
     /// Limits, lag and curve of what thrusts; a table of points has limits of its own, which these must not exceed.

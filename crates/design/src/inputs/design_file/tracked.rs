@@ -6,7 +6,11 @@ use crate::inputs::design_file::{
 };
 use auv::toml_file::Table;
 use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
-use signals::{SIGNALS, SPEED};
+use signals::{PITCH, SIGNALS, SPEED};
+use std::f64::consts::FRAC_PI_2;
+
+/// What rounding may add to an angle, relative.
+const ROUNDING: f64 = 1e-9;
 
 /// The tracked outputs; with references apart from measurements they may have a model to follow.
 pub(super) fn tracked(root: &Table<'_>, apart: bool) -> Option<Vec<Tracked>> {
@@ -24,7 +28,7 @@ fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Track
     keys.extend(apart.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
     let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
-    let scale = within(table, "scale", SCALE);
+    let scale = within(table, "scale", SCALE).filter(|scale| is_an_error(table, place, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
@@ -37,6 +41,17 @@ fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Track
         weight: TrackingWeight { peak: peak?, steady_error: steady_error?, bandwidth: bandwidth? },
         model: model?,
     })
+}
+
+/// Records a pitch (rad) that counts as 1 and that no vehicle can be off.
+fn is_an_error(table: &Table<'_>, place: usize, scale: f64) -> bool {
+    let allowed = place != PITCH || scale <= FRAC_PI_2 * (1.0 + ROUNDING);
+    if !allowed {
+        let found = format!("{} rad, or {} deg", auv::rounded(scale), auv::rounded(scale.to_degrees()));
+        let words = "at most 90 deg: the error of the pitch that counts as 1 (an angle in degrees with the unit \"rad\"?)";
+        table.not_allowed("scale", found, words);
+    }
+    allowed
 }
 
 /// How much more slow references count; the same at all frequencies where it is not given.

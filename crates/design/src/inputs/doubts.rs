@@ -1,0 +1,69 @@
+//! What the files of a design may say, but hardly mean.
+
+use crate::inputs::Inputs;
+use auv::rounded;
+use signals::PITCH;
+
+/// An error of the pitch that counts as 1 is unusual beyond this (deg): the linear models hold for less.
+const PITCH_SCALE: f64 = 45.0;
+
+impl Inputs {
+    /// Remarks on numbers of both files that are allowed but improbable, a sentence each; those on coefficients are of
+    /// [`auv::Vehicle::doubts`].
+    pub fn doubts(&self) -> Vec<String> {
+        let (file, depth) = (&self.design.file, self.design.depth);
+        let pitch = self.design.tracked.iter().filter(|t| t.place == PITCH).map(|t| t.scale.to_degrees());
+        let pitch = pitch.filter(|scale| *scale > PITCH_SCALE * (1.0 + 1e-9)).map(|scale| {
+            format!(
+                "{file}: an error of the pitch of {} deg counts as 1 ('track.scale'); more than {PITCH_SCALE} deg is \
+                 unusual: check its unit",
+                rounded(scale)
+            )
+        });
+        // Half of the hull is above the water where its axis is at the surface.
+        let submerged = self.vehicle.geometry.map_or(0.0, |hull| 0.5 * hull.diameter);
+        let surfaced = (depth <= submerged).then(|| {
+            format!(
+                "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; give \
+                 the depth at which the vehicle works",
+                auv::number(depth)
+            )
+        });
+        self.vehicle.doubts().into_iter().chain(pitch).chain(surfaced).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::tests::shipped;
+
+    /// The shipped designs get no remark; a pitch of an odd scale and trims at the surface get one each, with the
+    /// numbers.
+    #[test]
+    fn odd_scales_and_depths_are_remarked_on() {
+        for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "depth")] {
+            assert_eq!(shipped(vehicle, design).doubts(), [""; 0], "{vehicle} {design}");
+        }
+        let mut inputs = shipped("squid", "design");
+        inputs.design.depth = 0.0;
+        inputs.design.tracked[0].scale = 1.0;
+        let doubts = inputs.doubts();
+        assert_eq!(doubts.len(), 2, "{doubts:?}");
+        assert!(doubts[0].contains("an error of the pitch of 57.2958 deg counts as 1"), "{}", doubts[0]);
+        assert!(doubts[1].contains("'model.depth' is 0 m, where the hull is not submerged"), "{}", doubts[1]);
+    }
+
+    /// 5 rad, where 5 deg was meant, is refused with what was found and what is allowed.
+    #[test]
+    fn a_pitch_that_no_vehicle_is_off_is_refused() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
+        let text = auv::read_text(&path).unwrap();
+        let unit = "unit = \"deg\"";
+        assert!(text.find(unit).unwrap() < text.find("output = \"speed\"").unwrap());
+        let wrong = text.replacen(unit, "unit = \"rad\"", 1);
+        let refused = crate::inputs::design_file::DesignFile::parse(&wrong, "design.toml", "design");
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("'track.scale' is ") && refused.contains("at most 90 deg"), "{refused}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Whose directory of a design it is, and what in it is of an earlier design.
+
+use crate::error::{Error, StoreError};
+use crate::inputs::Inputs;
+use crate::run::Finished;
+use crate::store::files::{read, reading};
+use scheduled::ControllerDesign;
+use std::path::{Path, PathBuf};
+
+/// The file that says which vehicle's directory the design is of.
+pub(super) const MARK: &str = ".squid-vehicle";
+
+/// The vehicle's directory as it is written down; `None` for a vehicle in memory.
+pub(super) fn mark(inputs: &Inputs) -> Option<String> {
+    let directory = &inputs.directory;
+    let whole = directory.canonicalize().ok().filter(|_| !directory.as_os_str().is_empty())?;
+    Some(format!("{}\n", whole.display()))
+}
+
+/// Checks that a directory has no design of another vehicle, which would be lost.
+///
+/// Vehicles of one name in two directories are two vehicles, as long as both are there.
+///
+/// # Errors
+/// [`StoreError::OfAnotherVehicle`].
+pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> {
+    let path = directory.join("controller.json");
+    let _held = reading(&path);
+    if !path.is_file() {
+        return Ok(());
+    }
+    let refused = |theirs: String| StoreError::OfAnotherVehicle {
+        directory: directory.display().to_string(),
+        theirs,
+        own: inputs.directory.display().to_string(),
+    };
+    let written = read(&directory.join(MARK)).ok();
+    match (written, mark(inputs)) {
+        (Some(theirs), Some(own)) if theirs == own => return Ok(()),
+        (Some(theirs), Some(_)) if Path::new(theirs.trim_end()).join("vehicle.toml").is_file() => {
+            return Err(refused(theirs.trim_end().to_owned()));
+        }
+        _ => {}
+    }
+    // What cannot be read belongs to nobody.
+    let stored = read(&path).ok().and_then(|text| ControllerDesign::from_json(&text).ok());
+    match stored.map(|stored| stored.vehicle.name).filter(|name| *name != inputs.vehicle.name) {
+        Some(name) => Err(refused(format!("'{name}'"))),
+        None => Ok(()),
+    }
+}
+
+/// The FMUs and the SSP in a directory that are of an earlier design than a finished one.
+///
+/// # Errors
+/// Those of the files.
+pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<Vec<PathBuf>, Error> {
+    if is_written(&directory.join("controller.json"), finished)? {
+        return Ok(vec![]);
+    }
+    let name = model_description::identifier(&inputs.vehicle.name);
+    let packed = ["_plant.fmu", "_controller.fmu", ".fmu", ".ssp"].map(|end| format!("{name}{end}"));
+    Ok(packed.iter().map(|file| directory.join(file)).filter(|path| path.is_file()).collect())
+}
+
+/// Whether the source in the folder of `squid export` is of an earlier design than a finished one.
+///
+/// # Errors
+/// Those of the files.
+pub fn is_source_outdated(directory: &Path, finished: &Finished) -> Result<bool, Error> {
+    let beside = directory.join("c/controller.json");
+    Ok(beside.is_file() && !is_written(&beside, finished)?)
+}
+
+/// Whether a file has the controller of a finished design.
+fn is_written(path: &Path, finished: &Finished) -> Result<bool, Error> {
+    let text = finished.frozen.controller.to_json()?;
+    Ok(read(path).is_ok_and(|written| written == text))
+}
