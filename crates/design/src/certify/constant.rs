@@ -242,8 +242,12 @@ impl Constant {
 fn model_line(fewer: &Truncated) -> String {
     let model = &fewer.model;
     let of_trim = model.blocks.iter().filter(|b| b.uncertain.is_of_trim()).count();
+    let gone = match fewer.gone.as_slice() {
+        [] => String::new(),
+        names => format!(";\nwithout channels, and so in the balls alone: {}", names.join(", ")),
+    };
     format!(
-        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho",
+        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho{gone}",
         model.blocks.len() - of_trim,
         model.channels() - model.scheduled,
         model.scheduled,
