@@ -50,7 +50,8 @@ impl Certificate {
     /// with them.
     pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
         let (p, kept) = (&self.plant, self.moving_states());
-        let is_at = |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
+        let is_at =
+            |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
         let jumps: Vec<f64> = p.d21.iter().map(|row| row[input]).collect();
         let jumping = jumps.iter().position(|jump| *jump != 0.0)?;
         let one = jumps.iter().enumerate().all(|(k, jump)| *jump == f64::from(u8::from(k == jumping)));
@@ -67,7 +68,8 @@ impl Certificate {
             channels = (0..t).map(|k| channels[k] || into(&p.ct, &p.dtt, k)).collect();
             states = next;
         }
-        let to_delta = |row: &Vec<f64>| row.iter().zip(&states).any(|(entry, reached)| *reached && *entry != 0.0);
+        let to_delta =
+            |row: &Vec<f64>| row.iter().zip(&states).any(|(entry, reached)| *reached && *entry != 0.0);
         let to_other = |k: usize| {
             k != jumping
                 && ((0..n).any(|j| states[j] && is_at(&p.c2, k, j))

@@ -224,7 +224,10 @@ fn a_step_that_a_filter_takes_away_is_refused() {
             crafted["limits"][key][0] = json!(direct * crafted["limits"][key][0].as_f64().unwrap());
         }
         let found = prove(&crafted).unwrap_err();
-        assert!(found.starts_with("limits.input: found 0, allowed is an input w whose step is a jump"), "{found}");
+        assert!(
+            found.starts_with("limits.input: found 0, allowed is an input w whose step is a jump"),
+            "{found}"
+        );
     }
 }
 

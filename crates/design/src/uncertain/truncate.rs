@@ -80,7 +80,8 @@ fn truncated(
             let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
             let found = values(actuators, &shorter, &points)?;
             let own = parameter.checked_sub(1).and_then(|i| column_of(model.blocks.get(i)?, actuators.len()));
-            let in_own = own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&wanted, from_last)));
+            let in_own =
+                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&wanted, from_last)));
             let error = distance(&found, &wanted).max(in_own);
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
                 best = Some((error, shorter));

@@ -119,10 +119,7 @@ impl RobustFigures {
 
     /// What is tolerated in part or in whole: what is declared, less what the model leaves out of it.
     pub fn declared(&self) -> String {
-        match self.left_out.as_slice() {
-            [] => "the declared uncertainty".into(),
-            names => format!("the declared uncertainty without that of {}", listed(names)),
-        }
+        declared_without(&self.left_out)
     }
 
     /// What the proof leaves out, with its size, in a sentence or two.
@@ -143,6 +140,14 @@ impl RobustFigures {
             100.0 * most,
             100.0 * self.model_error
         )
+    }
+}
+
+/// The declared uncertainty without that of some parameters, in words.
+pub fn declared_without(left_out: &[String]) -> String {
+    match left_out {
+        [] => "the declared uncertainty".into(),
+        names => format!("the declared uncertainty without that of {}", listed(names)),
     }
 }
 
