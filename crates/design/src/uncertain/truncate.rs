@@ -59,6 +59,16 @@ const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const CORNERS: usize = 8;
 const REPORTED: usize = 200;
 
+/// An LFT with a channel less, of `parameter`.
+struct Shorter {
+    /// How far it is off, relative.
+    error: f64,
+    parameter: usize,
+    /// How far it is off in the column of the actuator whose gain the parameter is.
+    in_own: f64,
+    lft: Lft,
+}
+
 /// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the
 /// box of `|delta_i| <= size`; those of an actuator's gain while its own column does not, either.
 ///
@@ -74,22 +84,29 @@ fn truncated(
     let points = points(model, size, CORNERS);
     let wanted = values(actuators, whole, &points)?;
     let mut lft = whole.clone();
+    // What each actuator's column has lost by the removed channels of its gain.
+    let mut lost = vec![0.0; 1 + model.blocks.len()];
     loop {
-        let mut best: Option<(f64, Lft)> = None;
+        let now = values(actuators, &lft, &points)?;
+        let mut best: Option<Shorter> = None;
         for (parameter, first, count) in runs(&lft.channels) {
             let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
             let found = values(actuators, &shorter, &points)?;
             let own = parameter.checked_sub(1).and_then(|i| column_of(model.blocks.get(i)?, actuators.len()));
             let in_own =
-                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&wanted, from_last)));
+                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&now, from_last)));
+            let in_own = lost[parameter] + in_own;
             let error = distance(&found, &wanted).max(in_own);
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                best = Some((error, shorter));
+            if best.as_ref().is_none_or(|least| error < least.error) {
+                best = Some(Shorter { error, parameter, in_own, lft: shorter });
             }
         }
-        match best {
-            Some((error, shorter)) if error <= tolerance => lft = shorter,
-            _ => break,
+        match best.filter(|best| best.error <= tolerance) {
+            Some(best) => {
+                lost[best.parameter] = best.in_own;
+                lft = best.lft;
+            }
+            None => break,
         }
     }
     let points = self::points(model, 1.0, REPORTED);
