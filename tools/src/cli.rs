@@ -106,6 +106,9 @@ pub enum Verb {
         /// Write only the three model descriptions, to this directory
         #[arg(long, value_name = "DIR")]
         descriptions: Option<PathBuf>,
+        /// Print also what is proved as a mathematical statement, as in the file
+        #[arg(long)]
+        verbose: bool,
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
@@ -128,6 +131,9 @@ pub enum Verb {
         /// Write a controller without proof; the source then says that it is uncertified
         #[arg(long)]
         allow_uncertified: bool,
+        /// Print also what is proved as a mathematical statement, as in the file
+        #[arg(long)]
+        verbose: bool,
     },
     /// Fly a design in this process: its manoeuvre, steps over the range of speed, the vehicle alone
     ///
@@ -211,6 +217,9 @@ pub enum Verb {
         /// The bandwidth that replaced w_b of every tracking weight, rad/s
         #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
         bandwidth: Option<f64>,
+        /// Print also what is proved as a mathematical statement, as in the file
+        #[arg(long)]
+        verbose: bool,
     },
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]

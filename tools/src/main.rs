@@ -75,19 +75,19 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
-        Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
-            package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
+        Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions, verbose } => {
+            package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions, verbose)
         }
-        Verb::Export { which, language, real, to, allow_uncertified } => {
-            export::run(&which, language, real, to, allow_uncertified)
+        Verb::Export { which, language, real, to, allow_uncertified, verbose } => {
+            export::run(&which, language, real, to, allow_uncertified, verbose)
         }
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea } => report::run(&which, paper, sea.as_deref()),
         Verb::Show { which, asked } => show::run(&which, &asked),
-        Verb::Verify { file, c, vehicle, design, bandwidth } => {
-            verify::run(file.as_deref(), c.as_deref(), vehicle.as_deref(), &design, bandwidth)
+        Verb::Verify { file, c, vehicle, design, bandwidth, verbose } => {
+            verify::run(file.as_deref(), c.as_deref(), vehicle.as_deref(), &design, bandwidth, verbose)
         }
         Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
         Verb::New { directory, like } => new::run(&directory, like),

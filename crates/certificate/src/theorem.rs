@@ -53,7 +53,7 @@ pub struct EnergyTheorem {
 pub struct LimitTheorem {
     /// The component of w that steps, from 0.
     pub input: usize,
-    /// The largest step.
+    /// The largest step, counted where it arrives: the jump of one y.
     pub size: f64,
     /// The rate of decay once the step is taken back.
     pub decay: f64,
@@ -227,7 +227,7 @@ impl fmt::Display for LimitTheorem {
             f,
             "With commands saturated at the limits in the file{moved}, the part that is cut off fed back by E, and \
              that Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant \
-             that the loop does not drive, held for any time and removed, leaves the state in the region in the file. \
+             that the loop does not drive, a jump by as much of one measurement, held for any time and removed, leaves the state in the region in the file. \
              The loop then returns to rest exponentially, {where_}: x'Xx decays with the rate {decay}."
         )
     }

@@ -194,7 +194,11 @@ fn limits_stage(
     let words = match &found {
         Ok(None) => return proof,
         Ok(Some(found)) => {
-            claims::limits(&frozen.controller, &found.theorem).map(|claim| proved(&claim, seconds))
+            let flown = claims::unproved_step(&frozen.controller, &found.theorem, &inputs.design.manoeuvre);
+            let claim =
+                claims::limits(&frozen.controller, &found.theorem).map(|claim| proved(&claim, seconds));
+            let lines: Vec<String> = claim.into_iter().chain(flown).collect();
+            Some(lines.join("\n")).filter(|words| !words.is_empty())
         }
         Err(reason) => {
             Some(format!("no step is shown to be survived at the limits, none is claimed: {reason}"))

@@ -8,6 +8,7 @@ use crate::terminals::terminals;
 use certificate::Theorem;
 use fmi2::{Described, Model, Resources};
 use model_description::ModelDescription;
+use squid_design::certify::claims::{self, Terms};
 use squid_design::error::{ProofError, StoreError};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
@@ -87,8 +88,24 @@ pub fn require_proof(
 pub fn standing(proof: &Result<Theorem, String>) -> String {
     match proof {
         Ok(theorem) => format!("certified: {theorem}"),
-        Err(reason) => format!("UNCERTIFIED: {reason}"),
+        Err(reason) => uncertified(reason),
     }
+}
+
+/// The outcome of [`require_proof`] for people, a line a claim.
+pub fn lines(proof: &Result<Theorem, String>, stored: &Stored) -> Vec<String> {
+    match proof {
+        Ok(theorem) => {
+            let terms = Terms::of(&stored.controller, theorem, Some(&stored.manoeuvre));
+            let claims = claims::lines(theorem, Some(&terms));
+            claims.into_iter().map(|claim| format!("certified: {claim}")).collect()
+        }
+        Err(reason) => vec![uncertified(reason)],
+    }
+}
+
+fn uncertified(reason: &str) -> String {
+    format!("UNCERTIFIED: {reason}")
 }
 
 /// The model description and resources of an FMU.

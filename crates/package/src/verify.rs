@@ -10,16 +10,18 @@ use crate::error::Error;
 use auv::LpvModel;
 use certificate::{Certificate, Theorem};
 use fmi2::Resources;
-use scheduled::ControllerDesign;
+use scheduled::{ControllerDesign, Manoeuvre};
+use squid_design::certify::claims::{Terms, lines};
 use squid_design::certify::limits::{ClaimedStep, of_autopilot};
 use squid_design::certify::sampled;
-use squid_design::certify::verify::{matches, of_inputs, parse};
+use squid_design::certify::verify::{matches, of_inputs, parse, same_controller};
 use squid_design::error::StoreError;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_design::store::files::read;
 use squid_design::store::freeze;
+use squid_design::synthesise::robust::stored;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::Path;
@@ -31,6 +33,8 @@ pub struct Verified {
     pub theorem: Theorem,
     /// Name of vehicle and design, when the file says so, and what was computed again.
     pub about: Vec<String>,
+    /// What is proved, a line a claim.
+    pub lines: Vec<String>,
     /// The largest step that the claim with limits is of; where it is known what the step is counted in.
     pub step: Option<ClaimedStep>,
 }
@@ -84,12 +88,14 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
          compared",
         design.sample_time, CONTROLLER
     )];
+    let manoeuvre = inputs.map(|inputs| &inputs.design.manoeuvre);
+    let lines = lines(&theorem, Some(&Terms::of(&design, &theorem, manoeuvre)));
     if let Some(inputs) = inputs {
         made_of(design, text, &Resources::default(), inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
     }
-    Ok(Verified { theorem, about, step })
+    Ok(Verified { theorem, about, lines, step })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -108,14 +114,21 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
 fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let certificate = parse(&read(path)?, &path.display().to_string())?;
     let theorem = certificate.prove()?;
-    let (mut about, mut step) = (vec![], None);
+    let (mut about, mut step, mut terms) = (vec![], None, None);
     if let Some(inputs) = inputs {
-        step = ClaimedStep::of_file(&inputs.design, &theorem);
+        let of_plant = |about| {
+            Ok(Verified { lines: lines(&theorem, None), theorem: theorem.clone(), about, step: None })
+        };
         let Inputs { vehicle, design, .. } = inputs;
         let model = Model::new(vehicle, design)?;
-        if sampled::of_inputs(&certificate, vehicle, design, &model)?.is_some() {
-            return Ok(Verified { theorem, about: at_ticks(path, &certificate, inputs)?, step });
+        if let Some(found) = stored::of_inputs(&certificate, inputs, &model)? {
+            return of_plant(with_uncertainty(path, &certificate, inputs, &found)?);
         }
+        if sampled::of_inputs(&certificate, vehicle, design, &model)?.is_some() {
+            return of_plant(at_ticks(path, &certificate, inputs)?);
+        }
+        step = ClaimedStep::of_file(design, &theorem);
+        terms = Some(Terms::of_file(design, &theorem));
         of_inputs(&certificate, vehicle, design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
@@ -125,7 +138,38 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         };
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
-    Ok(Verified { theorem, about, step })
+    Ok(Verified { lines: lines(&theorem, terms.as_ref()), theorem, about, step })
+}
+
+/// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
+fn with_uncertainty(
+    path: &Path,
+    certificate: &Certificate,
+    inputs: &Inputs,
+    found: &stored::OfInputs,
+) -> Result<Vec<String>, Error> {
+    let shown = path.display();
+    let plant = format!(
+        "{shown}: its plant is the uncertain model of {}, for {:.1} % of {}, which like the speed may change however \
+         fast; the error of that model against the vehicle is not covered",
+        named(inputs),
+        100.0 * found.part,
+        found.declared
+    );
+    let beside = path.with_file_name(CONTROLLER);
+    let controller = match beside.is_file() {
+        false => not_compared(path),
+        true => {
+            same_controller(&ControllerDesign::from_json(&read(&beside)?)?.lft, certificate)?;
+            format!("{shown}: its controller is that of {CONTROLLER} beside it")
+        }
+    };
+    Ok(vec![plant, controller])
+}
+
+/// That there is no controller to compare.
+fn not_compared(path: &Path) -> String {
+    format!("{}: its controller was not compared, because {CONTROLLER} is not beside it", path.display())
 }
 
 /// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
@@ -139,7 +183,7 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
     );
     let beside = path.with_file_name(CONTROLLER);
     let controller = match beside.is_file() {
-        false => format!("{shown}: its controller was not compared, because {CONTROLLER} is not beside it"),
+        false => not_compared(path),
         true => {
             let ticks = inputs.design.delay_ticks();
             let design = ControllerDesign::from_json(&read(&beside)?)?;
@@ -185,6 +229,9 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     }
     of_autopilot(&design, &certificate)?;
     let step = ClaimedStep::of(&design, &theorem);
+    let packed = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
+    let manoeuvre = packed.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
+    let lines = lines(&theorem, Some(&Terms::of(&design, &theorem, manoeuvre)));
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
         made_of(design, certificate, &resources, inputs)
@@ -194,7 +241,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
             named(inputs)
         ));
     }
-    Ok(Verified { theorem, about, step })
+    Ok(Verified { theorem, about, lines, step })
 }
 
 /// Vehicle and design, as what is compared with them is said.

@@ -152,18 +152,27 @@ fn origin(inputs: &Inputs) -> String {
     )
 }
 
+/// That the vehicle is a surrogate: of the paper's vehicle it is known what its numbers come from.
+fn surrogate(inputs: &Inputs) -> String {
+    let name = &inputs.vehicle.name;
+    if is_of_the_paper(inputs) {
+        return format!(
+            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a \
+             surrogate of {name} with coefficients derived from geometry; where they differ from the paper's, the \
+             vehicle does, too."
+        );
+    }
+    format!(
+        "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {name}. All numbers on \
+         this page are of the vehicle in that file."
+    )
+}
+
 impl Report {
     /// What there is to say before anything is computed: vehicle, design, warnings.
     pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
         let vehicle = &inputs.vehicle;
-        let surrogate = (vehicle.status == Status::Surrogate).then(|| {
-            format!(
-                "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are \
-                    of a surrogate of {} with coefficients derived from geometry; where they differ from the \
-                    paper's, the vehicle does, too.",
-                vehicle.name
-            )
-        });
+        let surrogate = (vehicle.status == Status::Surrogate).then(|| surrogate(inputs));
         let warnings = [unproved.clone(), surrogate].into_iter().flatten();
         let subject = name(vehicle);
         let introduction = vec![

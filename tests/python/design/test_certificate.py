@@ -42,7 +42,13 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
     for package in (packages.controller, packages.loop):
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
-        assert "PROVED: For every measurable trajectory" in done.stdout
+        proved = [line for line in done.stdout.splitlines() if line.startswith("PROVED: ")]
+        assert re.match(r"PROVED: gain of the weighted loop \(gamma\) below 0\.\d{4}, for every trajectory", proved[0])
+        assert proved[1].endswith("for every model in a ball around the fit")
+        assert re.match(r"PROVED: a pitch step of up to [\d.]+ deg from (trim|every state), ", proved[2])
+        assert "measurable" not in done.stdout
+        done = run_squid("verify", package, "--verbose", timeout=10.0)
+        assert "\nFor every measurable trajectory" in done.stdout
         assert "when [A B1 B2] of the plant is replaced" in done.stdout
 
 

@@ -307,7 +307,7 @@ def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
     certificate["limits"]["limits"][-1] *= 1.1
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
     done = run_squid("verify", out / "certificate.json")
-    assert done.returncode == 0 and "the rate of 1 state of the plant" in done.stdout, done.stderr
+    assert done.returncode == 0 and "with saturated commands and actuator rates" in done.stdout, done.stderr
     for words in (
         ("package", vehicle, "--out", out),
         ("verify", out / "certificate.json", "--vehicle", vehicle),

@@ -26,6 +26,22 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
     assert not (tmp_path / "none").exists()
 
 
+def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
+    """As a design begun by `squid tune` declares: none is dropped, and where none is left nothing is claimed."""
+    vehicle = Path(shutil.copytree(REMUS100, tmp_path / "remus100", ignore=shutil.ignore_patterns("frozen")))
+    file = vehicle / "design.toml"
+    design = file.read_text(encoding="utf-8").split("\n[uncertainty]\n")[0]
+    file.write_text(f"{design}\n[uncertainty]\nactuator_gain = 0.05\n", encoding="utf-8")
+    done = run_squid("design", vehicle, "--robust", "--out", tmp_path / "out", timeout=300.0)
+    assert done.returncode == 0, done.stderr
+    assert "uncertain    2 parameters in " in done.stdout and "all parameters kept" in done.stdout
+    file.write_text(f"{design}\n[uncertainty]\nactuator_gain = 0.001\n", encoding="utf-8")
+    done = run_squid("design", vehicle, "--robust", "--out", tmp_path / "none", timeout=300.0)
+    assert done.returncode == 1 and not (tmp_path / "none").exists()
+    assert "nothing of what is declared is left in the model" in done.stderr
+    assert "gain of propeller, gain of stern_planes" in done.stderr and "PROVED" not in done.stdout
+
+
 def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """More at the same gain, proved; and a nominal design takes the robust one's files away."""
     made = designed(run_squid, REMUS100, "--robust")
@@ -38,6 +54,12 @@ def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, t
     assert proved["gamma"] == found["proved"] <= found["gamma"], "what is proved is what was allowed"
     done = run_squid("verify", certificate)
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
+    done = run_squid("verify", certificate, "--vehicle", REMUS100)
+    assert done.returncode == 0, done.stderr
+    part = f"for {100 * found['robust_bears']:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
+    assert f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {REMUS100}"\
+        in done.stdout
+    assert part in done.stdout and "its controller is that of controller.json beside it" in done.stdout
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < (math.inf if nominal is None else nominal), size
     assert_documented(found)

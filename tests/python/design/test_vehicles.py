@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import Run, kept
+from conftest import REMUS100, SQUID, Run, designed, kept
 from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
@@ -39,6 +39,17 @@ def test_the_gain_is_proved_and_is_that_of_the_table(shipped: Packages) -> None:
     assert design["certified"] is True
     assert not [one["key"] for one in design["verdict"]["rows"] if one["outcome"] == "missed"]
     assert design["gamma_bound"] == pytest.approx(float(row[4]), rel=SPREAD)
+
+
+@pytest.mark.parametrize("vehicle", [SQUID, REMUS100], ids=["squid", "remus100"])
+def test_actuator_use_is_that_of_the_table(vehicle: Path, run_squid: Run, tmp_path: Path) -> None:
+    """The worst of the steps at constant speeds, within 1 of 100."""
+    row = next(line.split("|") for line in ROWS if f"`vehicles/{vehicle.name}`" in line)
+    out = Path(shutil.copytree(designed(run_squid, vehicle), tmp_path / "out"))
+    steps = json.loads(run_squid("simulate", vehicle, "--out", out, "--json").stdout)["steps"]
+    assert len(steps) == 6
+    found = 100.0 * max(step["actuator_use"] for step in steps)
+    assert found == pytest.approx(float(row[8].strip().removesuffix(" %")), abs=1.0)
 
 
 def test_the_manoeuvre_is_flown_within_the_limits(shipped: Packages, run_squid: Run, tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def test_the_source_is_proved(committed: Exported, run_squid: Run) -> None:
     assert done.returncode == 0, done.stderr
     assert "every number is what the trapezoidal rule at 0.02 s makes of the controller" in done.stdout
     assert "controller.json follows from vehicle.toml and design 'design'" in done.stdout
-    assert "PROVED: For every measurable trajectory" in done.stdout
+    assert "PROVED: gain of the weighted loop (gamma) below " in done.stdout
 
 
 def test_a_source_of_floats_is_proved(run_squid: Run, tmp_path: Path) -> None:

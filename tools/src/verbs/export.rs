@@ -9,7 +9,7 @@ use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::store::files::check_directory;
 use squid_package::c::pack;
-use squid_package::fmu::{require_proof, standing};
+use squid_package::fmu::{lines, require_proof, standing};
 use std::path::PathBuf;
 
 /// Writes the controller of a design.
@@ -22,6 +22,7 @@ pub fn run(
     real: Real,
     to: Option<PathBuf>,
     allow_uncertified: bool,
+    verbose: bool,
 ) -> Result<(), Error> {
     let Language::C = language;
     let real = match real {
@@ -35,11 +36,14 @@ pub fn run(
     let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
     let what = "proving again, and computing the plant of the proof again";
     let proof = Progress::new(&show).timed("certify", what, prove).0?;
-    let standing = standing(&proof);
-    say(&standing);
+    let (standing, claims) = (standing(&proof), lines(&proof, &stored));
+    claims.iter().for_each(|line| say(line));
+    if verbose {
+        say(&standing);
+    }
     let (files, paths) = pack(&stored, &proof, real, &to)?;
     files.save(&to)?;
     let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
     paths.iter().for_each(|path| say(path));
-    Ok(answer(&json!({ "proof": standing, "files": paths }))?)
+    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": paths }))?)
 }

@@ -9,7 +9,7 @@ use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::store::files::{Files, check_directory};
 use squid_package::error::Error as PackageError;
-use squid_package::fmu::{Binaries, Prepared, pack, prepare, require_proof, standing};
+use squid_package::fmu::{Binaries, Prepared, lines, pack, prepare, require_proof, standing};
 use squid_package::kind::Kind;
 use squid_package::platform::Platform;
 use squid_package::ssp;
@@ -28,6 +28,7 @@ pub fn run(
     allow_uncertified: bool,
     no_report: bool,
     descriptions: Option<PathBuf>,
+    verbose: bool,
 ) -> Result<(), Error> {
     let binaries = Binaries { platforms: named(platforms)?, directory: libraries };
     let (inputs, directory) = which.read()?;
@@ -40,8 +41,12 @@ pub fn run(
     let progress = Progress::new(&show);
     let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
     let what = "proving again, and computing the plant of the proof again";
-    let standing = standing(&progress.timed("certify", what, prove).0?);
-    say(&standing);
+    let proof = progress.timed("certify", what, prove).0?;
+    let (standing, claims) = (standing(&proof), lines(&proof, &stored));
+    claims.iter().for_each(|line| say(line));
+    if verbose {
+        say(&standing);
+    }
     let mut page = None;
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
@@ -72,15 +77,15 @@ pub fn run(
     };
     let size =
         |path: &Path, bytes: &[u8]| format!("{} ({:.0} kB)", path.display(), bytes.len() as f64 / 1000.0);
-    let lines: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
+    let written: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
     let names: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut set = Files::default();
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
-    lines.iter().for_each(|line| say(line));
+    written.iter().for_each(|line| say(line));
     let page = page.map(|report| report.save(&inputs, &directory)).transpose()?;
     page.iter().for_each(|page| say_path(page));
-    Ok(answer(&json!({ "proof": standing, "files": names, "report": page }))?)
+    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": names, "report": page }))?)
 }
 
 fn named(platforms: &[String]) -> Result<Vec<Platform>, Error> {

@@ -4,11 +4,12 @@ use crate::cli::inputs;
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
-use certificate::ConstantCertificate;
+use certificate::{ConstantCertificate, ConstantTheorem};
 use serde_json::json;
 use squid_design::certify::constant::{of_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::error::{Error as DesignError, ProofError};
+use squid_design::numbers::above;
 use squid_package::verify::{named, verify, verify_source};
 use std::path::Path;
 
@@ -22,6 +23,7 @@ pub fn run(
     vehicle: Option<&Path>,
     design: &str,
     bandwidth: Option<f64>,
+    verbose: bool,
 ) -> Result<(), Error> {
     let constant = file.map(|file| Ok::<_, Error>((file, constant_certificate(file)?))).transpose()?;
     if let Some((file, Some(certificate))) = constant {
@@ -40,7 +42,10 @@ pub fn run(
                 no_faster(rate_of(&certificate, &inputs))
             ));
         }
-        say(&format!("PROVED: {theorem}"));
+        say(&format!("PROVED: {}", line(&theorem)));
+        if verbose {
+            say(&theorem.to_string());
+        }
         let share = tolerated;
         return Ok(answer(
             &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": theorem.gamma, "share": share }),
@@ -54,14 +59,18 @@ pub fn run(
     };
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
-    say(&format!("PROVED: {}", theorem.sentences().join("\n  ")));
-    if let Some(ClaimedStep { output, size, unit }) = verified.step {
-        say(&format!("  That step is one of the {} reference, of up to {size} {unit}.", output.name));
+    verified.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
+    if verbose {
+        theorem.sentences().iter().for_each(|sentence| say(sentence));
+        if let Some(ClaimedStep { output, size, unit, .. }) = verified.step {
+            say(&format!("That step is one of the {} reference, of up to {size} {unit}.", output.name));
+        }
     }
     let step = |name: &str| verified.step.filter(|step| step.output.name == name).map(|step| step.size);
     Ok(answer(&json!({
         "status": "proved",
         "theorem": theorem.to_string(),
+        "claims": verified.lines,
         "gamma": theorem.gamma,
         "gamma_at_rate": theorem.gamma_at_rate(),
         "gamma_with_model_error": theorem.gamma_with_model_error,
@@ -69,6 +78,22 @@ pub fn run(
         "depth_step_m": step("depth"),
         "about": verified.about,
     }))?)
+}
+
+/// What is proved for constant coefficients, in a line.
+fn line(theorem: &ConstantTheorem) -> String {
+    let errors = if theorem.errors > 0 { " and every model in balls around it" } else { "" };
+    let slow = match theorem.rates.len() {
+        0 => String::new(),
+        n => format!(", of {n} more at a bounded rate,"),
+    };
+    format!(
+        "gain from w to z below {}, for every trajectory of {} of the parameters{slow} and constant values of the \
+         other {}{errors}",
+        above(theorem.gamma),
+        theorem.varying,
+        theorem.constant
+    )
 }
 
 /// The certificate in a file, if it is one for constant coefficients.

@@ -2,7 +2,8 @@
 //!
 //! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
 //! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
-//! Where a step is held, x is taken from `step x_held`, and `decay/2` is added to A, so that the inequality of such a
+//! The filters of w that a step passes are left out, and with them what they make of it: the step is counted where it
+//! arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step x_held`, and `decay/2` is added to A, so that the inequality of such a
 //! loop is that of a decay. The rate of a state of the plant that has a limit is one more u, whose phi moves that state
 //! the other way, and nothing else.
 
@@ -41,6 +42,43 @@ impl Certificate {
             }
         }
         (0..n).filter(|&i| moved[i] && seen[i]).collect()
+    }
+
+    /// The y that jumps by as much as an input w steps, where the loop of [`Self::moving_states`] gets nothing else of
+    /// the step: its states, channels and other y nothing at once, and nothing through filters, which may add to the
+    /// same y. `None` where that is not so: the states that are left out would take a part of the step, or all of it,
+    /// with them.
+    pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
+        let (p, kept) = (&self.plant, self.moving_states());
+        let is_at =
+            |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
+        let jumps: Vec<f64> = p.d21.iter().map(|row| row[input]).collect();
+        let jumping = jumps.iter().position(|jump| *jump != 0.0)?;
+        let one = jumps.iter().enumerate().all(|(k, jump)| *jump == f64::from(u8::from(k == jumping)));
+        // What the step reaches before it reaches the loop.
+        let (n, t) = (p.a.len(), p.ct.len());
+        let mut states: Vec<bool> = (0..n).map(|i| is_at(&p.b1, i, input)).collect();
+        let mut channels: Vec<bool> = (0..t).map(|k| is_at(&p.dt1, k, input)).collect();
+        for _ in 0..n + t {
+            let into = |of_states: &Rows, of_channels: &Rows, row: usize| {
+                (0..n).any(|j| states[j] && is_at(of_states, row, j))
+                    || (0..t).any(|k| channels[k] && is_at(of_channels, row, k))
+            };
+            let next: Vec<bool> = (0..n).map(|i| states[i] || into(&p.a, &p.bt, i)).collect();
+            channels = (0..t).map(|k| channels[k] || into(&p.ct, &p.dtt, k)).collect();
+            states = next;
+        }
+        let to_delta =
+            |row: &Vec<f64>| row.iter().zip(&states).any(|(entry, reached)| *reached && *entry != 0.0);
+        let to_other = |k: usize| {
+            k != jumping
+                && ((0..n).any(|j| states[j] && is_at(&p.c2, k, j))
+                    || (0..t).any(|c| channels[c] && is_at(&p.d2t, k, c)))
+        };
+        let aside = kept.iter().any(|&i| states[i])
+            || (0..p.c2.len()).any(to_other)
+            || self.residual.as_ref().is_some_and(|r| r.f.iter().any(to_delta));
+        (one && !aside).then_some(jumping)
     }
 }
 

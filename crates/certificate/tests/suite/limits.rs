@@ -196,6 +196,71 @@ fn the_formats_are_kept_apart() {
     assert!(found.ends_with(&format!("allowed is {allowed}")), "{found}");
 }
 
+/// The integrator, whose reference passes a filter `x_f' = -x_f + r` before it is y, with so much of it beside.
+fn filtered(direct: f64, of_filter: f64) -> Value {
+    let mut c = integrator();
+    c["plant"] = json!({
+        "A": [[0.0, 0.0], [0.0, -1.0]], "Bt": [[], []], "B1": [[0.0], [1.0]], "B2": [[1.0], [0.0]], "Ct": [],
+        "C1": [[1.0, 0.0]], "C2": [[-1.0, of_filter]], "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]],
+        "D11": [[0.0]], "D12": [[0.0]], "D2t": [[]], "D21": [[direct]]
+    });
+    c["X"] = json!([[1.0, 0.0], [0.0, 1.0]]);
+    c["gamma"] = json!(10.0);
+    c["residual"]["E"] = json!([[0.0], [0.0]]);
+    c["residual"]["F"] = json!([[0.0, 0.0]]);
+    c["residual"]["X"] = c["X"].clone();
+    c["residual"]["gamma"] = json!(10.0);
+    c
+}
+
+/// A filter that lets nothing through at once takes the step with it when it is left out: of a loop that gets none of
+/// it any size would be proved.
+#[test]
+fn a_step_that_a_filter_takes_away_is_refused() {
+    assert!(prove(&filtered(1.0, 0.5)).is_ok(), "{:?}", prove(&filtered(1.0, 0.5)));
+    for (direct, size) in [(0.0, 1e9), (1e-9, 0.4e9), (2.0, 0.2)] {
+        let mut crafted = with(filtered(direct, 0.5), "size", json!(size));
+        for key in ["x_held", "u_held"] {
+            crafted["limits"][key][0] = json!(direct * crafted["limits"][key][0].as_f64().unwrap());
+        }
+        let found = prove(&crafted).unwrap_err();
+        assert!(
+            found.starts_with("limits.input: found 0, allowed is an input w whose step is a jump"),
+            "{found}"
+        );
+    }
+}
+
+/// What the step may reach, of a loop of two states with another y: one y, at once, and that y through filters.
+#[test]
+fn a_step_arrives_at_one_measurement() {
+    let mut c = Certificate::from_json(&filtered(1.0, 0.5).to_string()).unwrap();
+    c.plant.c2 = vec![vec![-1.0, 0.5], vec![1.0, 0.0]];
+    c.plant.d21 = vec![vec![1.0], vec![0.0]];
+    assert_eq!(c.jumping_measurement(0), Some(0));
+    let refused = |change: &dyn Fn(&mut Certificate)| {
+        let mut changed = c.clone();
+        change(&mut changed);
+        assert_eq!(changed.jumping_measurement(0), None);
+    };
+    refused(&|c| c.plant.d21[0][0] = 0.5);
+    refused(&|c| c.plant.d21[1][0] = 1.0);
+    refused(&|c| c.plant.b1[0][0] = 1.0);
+    // Through the filter: to the other y, to the loop's state, to Delta.
+    refused(&|c| c.plant.c2[1][1] = 0.1);
+    refused(&|c| c.plant.a[0][1] = 0.1);
+    refused(&|c| c.residual.as_mut().unwrap().f[0][1] = 0.1);
+    // Through a channel from the filter to the other y.
+    refused(&|c| {
+        c.plant.ct = vec![vec![0.0, 1.0]];
+        c.plant.dtt = vec![vec![0.0]];
+        c.plant.dt1 = vec![vec![0.0]];
+        c.plant.dt2 = vec![vec![0.0]];
+        c.plant.bt = vec![vec![0.0]; 2];
+        c.plant.d2t = vec![vec![0.0], vec![1.0]];
+    });
+}
+
 /// Filters of w and of z are no part of the loop.
 #[test]
 fn weights_are_left_out() {

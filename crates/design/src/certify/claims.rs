@@ -2,9 +2,116 @@
 
 use crate::certify::ball::SAMPLES;
 use crate::certify::limits::ClaimedStep;
+use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
+use crate::numbers::decimals;
 use certificate::{LimitTheorem, Theorem};
-use scheduled::ControllerDesign;
+use scheduled::{ControllerDesign, Manoeuvre};
+
+/// What a certificate is of, where that is known: the speeds, and the step with saturated commands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terms {
+    /// The least and the largest speed \[m/s\].
+    speeds: (f64, f64),
+    /// The largest step that is proved.
+    step: Option<ClaimedStep>,
+    /// The step that is flown, in the unit of the other, if it is larger.
+    flown: Option<f64>,
+}
+
+impl Terms {
+    /// By a frozen design, and the manoeuvre that it flies.
+    pub fn of(design: &ControllerDesign, theorem: &Theorem, manoeuvre: Option<&Manoeuvre>) -> Self {
+        let step = ClaimedStep::of(design, theorem);
+        let speeds = (design.scheduling.minimum, design.scheduling.maximum);
+        Self { speeds, step, flown: step.and_then(|step| step.exceeded_by(manoeuvre?)) }
+    }
+
+    /// By a design file.
+    pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Self {
+        let step = ClaimedStep::of_file(file, theorem);
+        let flown = step.and_then(|step| step.exceeded_by(&file.manoeuvre));
+        Self { speeds: (file.speed_min, file.speed_max), step, flown }
+    }
+}
+
+/// What is proved, a line a claim: in terms of the design, where that is known.
+pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
+    let gain = if terms.is_some() { "gain of the weighted loop (gamma)" } else { "gain from w to z" };
+    let motion = match (terms, theorem.parameters) {
+        (Some(Terms { speeds: (least, most), .. }), _) => {
+            format!(", for every trajectory of speed from {least} to {most} m/s")
+        }
+        (None, 0) => String::new(),
+        (None, 1) => ", for every trajectory of the parameter".into(),
+        (None, n) => format!(", for every trajectory of the {n} parameters"),
+    };
+    let ball = if terms.is_some() {
+        "for every model in a ball around the fit"
+    } else {
+        "with the model error Delta"
+    };
+    let slow = theorem.bounded_rate.iter().flat_map(|slow| {
+        let rate = match terms {
+            Some(Terms { speeds: (least, most), .. }) => {
+                format!("the speed changes by at most {:.3} m/s^2", slow.rate * 0.5 * (most - least))
+            }
+            None => format!("the parameter moves by at most {} in a unit of time", slow.rate),
+        };
+        let with_error = slow
+            .gamma_with_model_error
+            .map(|gamma| format!("{gain} below {} {ball}, where {rate}", above(gamma)));
+        [Some(format!("{gain} below {}, where {rate}", above(slow.gamma))), with_error].into_iter().flatten()
+    });
+    let energy = theorem.energy.iter().map(|claim| {
+        let of = claim
+            .beta
+            .map_or_else(|| "every w".into(), |beta| format!("every w of an energy of at most {beta}"));
+        format!("{gain} below {} with saturated commands, for {of}", above(claim.gamma))
+    });
+    let claims = [
+        theorem.gamma.map(|gamma| format!("{gain} below {}{motion}", above(gamma))),
+        theorem.gamma_with_model_error.map(|gamma| format!("{gain} below {} {ball}", above(gamma))),
+    ];
+    claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).chain(energy).collect()
+}
+
+/// The claim with saturated commands, and what it leaves of the step that is flown.
+fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
+    let Some(limits) = theorem.limits else {
+        let nothing = "nothing is proved of saturated commands";
+        return terms.map(|_| nothing.into()).into_iter().collect();
+    };
+    let step = terms.and_then(|terms| terms.step);
+    let step_in_words = match step {
+        Some(step) => step.to_string(),
+        None => format!("a step of up to {} of input {}", limits.size, limits.input),
+    };
+    let from = if limits.everywhere { "every state" } else { "trim" };
+    let cut = if limits.rates == 0 { "commands" } else { "commands and actuator rates" };
+    let claim = format!(
+        "{step_in_words} from {from}, held for any time and taken back: the loop returns to trim with saturated {cut}"
+    );
+    std::iter::once(claim).chain(step.and_then(|step| beyond(&step, terms?.flown?))).collect()
+}
+
+/// That a step is flown which is larger than the one that is proved.
+fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
+    let ClaimedStep { output, size, unit, .. } = step;
+    let shown = decimals(flown, 2);
+    Some(format!(
+        "the {} step that is flown, {} {unit}, is LARGER than the one that is proved, {size} {unit}: with saturated \
+         commands nothing is proved of it",
+        output.name,
+        shown.trim_end_matches('0').trim_end_matches('.')
+    ))
+}
+
+/// That a manoeuvre flies a larger step than the one that is proved, if it does.
+pub fn unproved_step(design: &ControllerDesign, theorem: &Theorem, manoeuvre: &Manoeuvre) -> Option<String> {
+    let step = ClaimedStep::of(design, theorem)?;
+    beyond(&step, step.exceeded_by(manoeuvre)?)
+}
 
 /// Everything that the certificate of a frozen design proves, a claim each.
 pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {

@@ -50,8 +50,7 @@ const TOLERANCE: f64 = 0.01;
 /// The gain allowed relative to the nominal bound where the whole box is out of reach.
 pub const PRICE: f64 = 1.25;
 
-/// How far the balls of a certificate may be from those computed again, and its box above the declared one,
-/// relatively: rounding on another processor.
+/// How far the balls of a certificate may be from those computed again, relatively: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
 /// How often the share of the box is halved between what holds and what does not.
@@ -148,7 +147,6 @@ pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64
 
 /// Checks that plant and balls of a certificate are those of this vehicle and design file, computed again for a share
 /// of the declared box, that it takes for constant only what is, and nothing of the trim for slow; returns that share.
-/// It is the one by which the rows of zt of the uncertain parameters are smaller than for the whole box.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
@@ -156,16 +154,7 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
     let wrong = |what: &str| Error::from(ProofError::WrongPlant { what: what.to_owned() });
     let is_slow = rate_of(certificate, inputs).is_some();
     let (fewer, uncertain) = uncertain(inputs, &Model::new(&inputs.vehicle, &inputs.design)?, is_slow)?;
-    let found = same_plant::plant_with(&certificate.plant, &certificate.blocks, &uncertain.plant.blocks)?;
-    let size = |plant: &GeneralisedPlant| {
-        plant.ct().rows(uncertain.scheduled_channels(), uncertain.unknown_channels()).norm()
-    };
-    let share = size(&found) / size(&uncertain.plant);
-    if !(0.0..=1.0 + SAME_BALL).contains(&share) {
-        return Err(wrong("the size of the uncertainty"));
-    }
-    let plant = uncertain.sized(share);
-    same_plant::check_in_box(&certificate.plant, &certificate.blocks, &plant)?;
+    let share = same_plant::part_of(&certificate.plant, &certificate.blocks, &uncertain)?;
     let constant = filters(inputs, &fewer.model, None);
     let is_so = |f: &Filter| match f.parameter {
         0 => f.rate > 0.0,
@@ -174,7 +163,7 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
     if !certificate.filters.iter().all(is_so) {
         return Err(wrong("which parameters are constant"));
     }
-    let balls = around(inputs, &fewer.model, share, &plant)?;
+    let balls = around(inputs, &fewer.model, share, &uncertain.sized(share))?;
     let same = |ball: &ModelError, found: &ErrorBall| {
         let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
         pairs.into_iter().all(|(wanted, rows)| {
@@ -242,8 +231,12 @@ impl Constant {
 fn model_line(fewer: &Truncated) -> String {
     let model = &fewer.model;
     let of_trim = model.blocks.iter().filter(|b| b.uncertain.is_of_trim()).count();
+    let gone = match fewer.gone.as_slice() {
+        [] => String::new(),
+        names => format!(";\nwithout channels, and so in the balls alone: {}", names.join(", ")),
+    };
     format!(
-        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho",
+        "{} constant parameters and {of_trim} of the trim in {} channels, {} channels of rho{gone}",
         model.blocks.len() - of_trim,
         model.channels() - model.scheduled,
         model.scheduled,

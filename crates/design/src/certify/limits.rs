@@ -15,7 +15,7 @@ use lpv::controller::Controller;
 use lpv::matrix::{from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
-use scheduled::{ControllerDesign, Kind};
+use scheduled::{ControllerDesign, Kind, Manoeuvre};
 use signals::{DEPTH, PITCH, SIGNALS, Signal, place};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
@@ -210,9 +210,18 @@ pub struct ClaimedStep {
     pub size: f64,
     /// deg or m.
     pub unit: &'static str,
+    /// The size that is proved, in `unit`.
+    proved: f64,
 }
 
 impl ClaimedStep {
+    /// The step of a manoeuvre, in `unit`, if it is larger than the one that is proved.
+    pub fn exceeded_by(&self, manoeuvre: &Manoeuvre) -> Option<f64> {
+        let (factor, _) = readable(self.output.unit);
+        let flown = factor * manoeuvre.steps()[place(self.output.name)?].abs();
+        (flown > self.proved).then_some(flown)
+    }
+
     /// By the frozen design that the claim is of.
     pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
         let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
@@ -229,7 +238,8 @@ impl ClaimedStep {
     fn new(place: usize, size: f64) -> Self {
         let (factor, unit) = readable(SIGNALS[place].unit);
         let digits = if place == PITCH { 10.0 } else { 100.0 };
-        Self { output: &SIGNALS[place], size: (digits * factor * size).floor() / digits, unit }
+        let proved = factor * size;
+        Self { output: &SIGNALS[place], size: (digits * proved).floor() / digits, unit, proved }
     }
 }
 

@@ -11,9 +11,13 @@ use certificate::Plant;
 use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
 use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
+use lpv::robust::UncertainPlant;
 
 /// How far the plant of a certificate may be from the one computed again: rounding on another processor.
 const SAME_PLANT: f64 = 1e-8;
+
+/// How far the box of a certificate may be above the declared one, relatively: rounding on another processor.
+const SAME_BOX: f64 = 1e-6;
 
 /// Values of rho at which the two are compared.
 const POINTS: u32 = 4001;
@@ -58,6 +62,24 @@ pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Resu
 pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
     let certified = plant_with(plant, blocks, &wanted.blocks)?;
     compare(&certified, wanted, in_box(wanted.blocks.len()))
+}
+
+/// The part of the declared uncertainty for which a plant is that of the inputs, `whole` for all of it: the rows of zt
+/// of the uncertain parameters are smaller by that factor.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`] where it is no part, and as [`check_in_box`].
+pub fn part_of(plant: &Plant, blocks: &[usize], whole: &UncertainPlant) -> Result<f64, Error> {
+    let found = plant_with(plant, blocks, &whole.plant.blocks)?;
+    let size = |plant: &GeneralisedPlant| {
+        plant.ct().rows(whole.scheduled_channels(), whole.unknown_channels()).norm()
+    };
+    let part = size(&found) / size(&whole.plant);
+    if !(0.0..=1.0 + SAME_BOX).contains(&part) {
+        return Err(wrong("the size of the uncertainty".to_owned()).into());
+    }
+    check_in_box(plant, blocks, &whole.sized(part))?;
+    Ok(part)
 }
 
 /// Compares the direct path from u to y of a certificate with `wanted`; where it has none, that is 0.

@@ -11,6 +11,23 @@ pub enum UncertainError {
         "the design {design} names nothing uncertain; add a section [uncertainty], as vehicles/squid/design.toml has"
     )]
     NothingUncertain { design: String },
+    /// The reduction of the model leaves nothing of what is declared.
+    #[error(
+        "{design}: [uncertainty]: nothing of what is declared is left in the model: at {:.0} % of their ranges, none of \
+            {} moves the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger ranges, \
+            or other coefficients",
+        100.0 * size,
+        names.join(", "),
+        100.0 * tolerance
+    )]
+    NothingLeft {
+        design: String,
+        names: Vec<String>,
+        /// The part of the ranges.
+        size: f64,
+        /// The relative change of the model that is allowed.
+        tolerance: f64,
+    },
     /// A coefficient enters the motion otherwise than affinely.
     #[error(
         "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them \

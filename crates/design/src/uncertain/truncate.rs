@@ -2,16 +2,17 @@
 //!
 //! Channel directions that matter little go one by one. Of the channels of one parameter the least is the last
 //! singular direction of what they carry from the inputs to the outputs, other parameters' channels among both; of
-//! all parameters that one goes whose loss moves `[A B]` least, as long as that is within a tolerance. The projection
+//! all parameters that one goes whose loss moves `[A B]` least, as long as that is within a tolerance. The gain of an
+//! actuator must also keep the actuator's own column within it, which may be small beside the others. The projection
 //! is the oblique one that balances what goes in with what comes out, as in B. C. Moore, IEEE Trans. Automatic
 //! Control 26(1), 1981.
 
-use crate::error::Error;
+use crate::error::{Error, UncertainError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::linearise::scaled;
 use crate::uncertain::closed_loop::uncertain_plant;
-use crate::uncertain::model::UncertainModel;
+use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::reduce::runs;
 use crate::uncertain::trim::random_corners;
 use auv::Actuator;
@@ -34,7 +35,8 @@ pub struct Truncated {
 /// tolerance in a part of the declared box, and the plant with its weights.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value; as [`uncertain_plant`].
+/// [`UncertainError::NothingLeft`] where no parameter is left; [`ModelError::Lft`](crate::error::ModelError::Lft)
+/// where the model has no value; as [`uncertain_plant`].
 pub fn thinned(
     inputs: &Inputs,
     whole: &UncertainModel,
@@ -42,6 +44,10 @@ pub fn thinned(
     (size, tolerance): (f64, f64),
 ) -> Result<(Truncated, UncertainPlant), Error> {
     let fewer = truncated(&inputs.vehicle.actuators, whole, size, tolerance)?;
+    if fewer.model.blocks.is_empty() {
+        let (design, names) = (inputs.design.file.clone(), fewer.gone);
+        return Err(UncertainError::NothingLeft { design, names, size, tolerance }.into());
+    }
     let plant = uncertain_plant(inputs, &fewer.model, model.linear())?;
     Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
 }
@@ -53,8 +59,18 @@ const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const CORNERS: usize = 8;
 const REPORTED: usize = 200;
 
+/// An LFT with a channel less, of `parameter`.
+struct Shorter {
+    /// How far it is off, relative.
+    error: f64,
+    parameter: usize,
+    /// How far it is off in the column of the actuator whose gain the parameter is.
+    in_own: f64,
+    lft: Lft,
+}
+
 /// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the
-/// box of `|delta_i| <= size`.
+/// box of `|delta_i| <= size`; those of an actuator's gain while its own column does not, either.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value.
@@ -68,18 +84,29 @@ fn truncated(
     let points = points(model, size, CORNERS);
     let wanted = values(actuators, whole, &points)?;
     let mut lft = whole.clone();
+    // What each actuator's column has lost by the removed channels of its gain.
+    let mut lost = vec![0.0; 1 + model.blocks.len()];
     loop {
-        let mut best: Option<(f64, Lft)> = None;
-        for (_, first, count) in runs(&lft.channels) {
+        let now = values(actuators, &lft, &points)?;
+        let mut best: Option<Shorter> = None;
+        for (parameter, first, count) in runs(&lft.channels) {
             let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
-            let error = distance(&values(actuators, &shorter, &points)?, &wanted);
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                best = Some((error, shorter));
+            let found = values(actuators, &shorter, &points)?;
+            let own = parameter.checked_sub(1).and_then(|i| column_of(model.blocks.get(i)?, actuators.len()));
+            let in_own =
+                own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&now, from_last)));
+            let in_own = lost[parameter] + in_own;
+            let error = distance(&found, &wanted).max(in_own);
+            if best.as_ref().is_none_or(|least| error < least.error) {
+                best = Some(Shorter { error, parameter, in_own, lft: shorter });
             }
         }
-        match best {
-            Some((error, shorter)) if error <= tolerance => lft = shorter,
-            _ => break,
+        match best.filter(|best| best.error <= tolerance) {
+            Some(best) => {
+                lost[best.parameter] = best.in_own;
+                lft = best.lft;
+            }
+            None => break,
         }
     }
     let points = self::points(model, 1.0, REPORTED);
@@ -103,8 +130,26 @@ fn values(actuators: &[Actuator], lft: &Lft, points: &[Vec<f64>]) -> Result<Vec<
     points.iter().map(|point| Ok(scaled(actuators, lft.evaluate(point)?))).collect()
 }
 
+/// The column of `[A B]` that an actuator's gain scales, counted from the last: 1 is the last one.
+fn column_of(block: &Block, actuators: usize) -> Option<usize> {
+    match block.uncertain {
+        Uncertain::Gain(actuator) => Some(actuators - actuator),
+        Uncertain::Parameter(_) => None,
+    }
+}
+
+/// A column of each matrix, counted from the last.
+fn last(all: &[Mat], place: usize) -> Vec<Mat> {
+    all.iter().map(|m| m.columns(m.ncols() - place, 1).into_owned()).collect()
+}
+
+/// The largest distance of two matrices at the same point, relative to the second; 0 for two that are the same.
 fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
-    found.iter().zip(wanted).map(|(f, w)| (f - w).norm() / w.norm()).fold(0.0, f64::max)
+    let relative = |(f, w): (&Mat, &Mat)| match (f - w).norm() {
+        same if same <= 0.0 => 0.0,
+        off => off / w.norm(),
+    };
+    found.iter().zip(wanted).map(relative).fold(0.0, f64::max)
 }
 
 /// The LFT without the least direction of `count` channels of one parameter.
@@ -146,4 +191,37 @@ fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, 
     let mut channels = lft.channels.clone();
     channels.remove(first);
     Some(lft.transformed(&from, &to, channels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::tests::shipped;
+    use crate::uncertain::{Fidelity, over_range};
+
+    /// REMUS 100 with `actuator_gain` alone, as a design that `squid tune` begins.
+    fn of_gains(gain: f64) -> Result<Truncated, Error> {
+        let mut inputs = shipped("remus100", "design");
+        inputs.uncertain.clear();
+        inputs.design.uncertainty.as_mut().unwrap().actuator_gain = gain;
+        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let whole = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
+        thinned(&inputs, &whole, &model, (0.5, 0.01)).map(|(fewer, _)| fewer)
+    }
+
+    /// The propeller's column is small beside `[A B]`: all of its gain is less than the tolerance of that.
+    #[test]
+    fn the_gain_of_a_weak_actuator_stays() {
+        let found = of_gains(0.1).unwrap();
+        assert_eq!(found.gone, Vec::<String>::new());
+        let names: Vec<&str> = found.model.blocks.iter().map(|b| b.name.as_str()).collect();
+        assert_eq!(names, ["gain of propeller", "gain of stern_planes"]);
+    }
+
+    #[test]
+    fn a_model_with_nothing_uncertain_left_is_refused() {
+        let refused = of_gains(0.01).unwrap_err().to_string();
+        assert!(refused.contains("nothing of what is declared is left in the model"), "{refused}");
+        assert!(refused.contains("gain of propeller, gain of stern_planes"), "{refused}");
+    }
 }

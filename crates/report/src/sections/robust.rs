@@ -46,7 +46,7 @@ fn about(figures: &RobustFigures) -> String {
     format!(
         "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
             controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
-            {:.4}, which is {}, the robust controller tolerates {} of the declared uncertainty and the nominal one {}. \
+            {:.4}, which is {}, the robust controller tolerates {} of {} and the nominal one {}. \
          Both are judged by the same inequality, in \
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \
          rate within their ranges. The table has the gain that is \
@@ -54,15 +54,17 @@ fn about(figures: &RobustFigures) -> String {
         figures.gamma,
         gain_in_words(figures.gamma),
         percent(figures.robust_bears),
+        figures.declared(),
         percent(figures.nominal_bears)
     )
 }
 
 fn proof(figures: &RobustFigures) -> String {
     format!(
-        "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of the declared \
-            uncertainty the gain of the robust controller is below {}. {}",
+        "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of {} the gain of \
+            the robust controller is below {}. {}",
         percent(figures.robust_bears),
+        figures.declared(),
         above(figures.proved),
         figures.not_proved()
     )

@@ -46,7 +46,7 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     let design = &subject.stored.controller;
     let step = subject.proof().as_ref().ok().and_then(|theorem| ClaimedStep::of(design, theorem)).map(|step| {
-        let ClaimedStep { output, size, unit } = step;
+        let ClaimedStep { output, size, unit, .. } = step;
         format!(
             "The step with commands cut off is one of the {} reference from trim, of up to {size} {unit} either \
                 way, with the reference of the speed held.",

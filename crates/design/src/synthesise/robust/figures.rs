@@ -73,14 +73,14 @@ impl RobustFigures {
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {}, each tolerates a part of the \
-                declared uncertainty, changing arbitrarily fast:\n\
+            "At a gain of {:.4}, {}, each tolerates a part of {}, changing arbitrarily fast:\n\
              \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
              (proved: a gain below {})\n\
              The gain is below this at a part of the declared uncertainty, changing arbitrarily \
              fast\n        part     nominal      robust\n",
             self.gamma,
             gain_in_words(self.gamma),
+            self.declared(),
             100.0 * self.nominal_bears,
             100.0 * self.robust_bears,
             self.robust_bears / self.nominal_bears,
@@ -117,6 +117,11 @@ impl RobustFigures {
         out + &format!("No more rounds: {}\n{}\n", self.stop, self.not_proved())
     }
 
+    /// What is tolerated in part or in whole: what is declared, less what the model leaves out of it.
+    pub fn declared(&self) -> String {
+        declared_without(&self.left_out)
+    }
+
     /// What the proof leaves out, with its size, in a sentence or two.
     pub fn not_proved(&self) -> String {
         let (least, most) = self.remainder;
@@ -135,6 +140,14 @@ impl RobustFigures {
             100.0 * most,
             100.0 * self.model_error
         )
+    }
+}
+
+/// The declared uncertainty without that of some parameters, in words.
+pub fn declared_without(left_out: &[String]) -> String {
+    match left_out {
+        [] => "the declared uncertainty".into(),
+        names => format!("the declared uncertainty without that of {}", listed(names)),
     }
 }
 

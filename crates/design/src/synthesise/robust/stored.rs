@@ -6,7 +6,7 @@ use crate::error::{Error, ProofError, StoreError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::store::files::{Files, read};
-use crate::synthesise::robust::figures::RobustFigures;
+use crate::synthesise::robust::figures::{RobustFigures, declared_without};
 use crate::synthesise::robust::{Robust, TRUNCATION};
 use crate::uncertain::truncate::thinned;
 use crate::uncertain::{Fidelity, over_range};
@@ -81,6 +81,34 @@ impl StoredRobust {
     }
 }
 
+/// What the plant of a robust certificate is found to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfInputs {
+    /// The part of the declared uncertainty.
+    pub part: f64,
+    /// What that is a part of, in words.
+    pub declared: String,
+}
+
+/// Checks that the plant of a certificate is the uncertain model of the inputs at some part of what they declare;
+/// `None` for a certificate that has no uncertain parameter.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`], those of the uncertain model.
+pub fn of_inputs(
+    certificate: &Certificate,
+    inputs: &Inputs,
+    model: &Model,
+) -> Result<Option<OfInputs>, Error> {
+    if certificate.blocks.len() < 2 {
+        return Ok(None);
+    }
+    let whole = over_range(inputs, model, Fidelity::COARSE)?;
+    let (fewer, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
+    let part = same_plant::part_of(&certificate.plant, &certificate.blocks, &uncertain)?;
+    Ok(Some(OfInputs { part, declared: declared_without(&fewer.gone) }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,8 +140,14 @@ mod tests {
             let stored = StoredRobust { figures, certificate: certificate.clone() };
             stored.confirm(&inputs, &model, &controller)
         };
-        let (gamma, size) = (found.bound.gamma, found.size);
+        let (gamma, size, found_bound) = (found.bound.gamma, found.size, found.bound);
         confirmed(gamma, size).unwrap();
+        let found = of_inputs(&certificate, &inputs, &model).unwrap().unwrap();
+        assert!((found.part / size - 1.0).abs() < 1e-9, "{} of {size}", found.part);
+        let beyond = nominal(&uncertain.sized(1.1), &design.controller, &found_bound);
+        let refusal = of_inputs(&beyond, &inputs, &model).unwrap_err().to_string();
+        assert!(refusal.contains("the size of the uncertainty"), "{refusal}");
+
         let refused = |proved, size| confirmed(proved, size).unwrap_err();
         assert!(matches!(refused(gamma, 5.0), Error::Proof(ProofError::WrongPlant { .. })));
         assert!(matches!(refused(0.5 * gamma, size), Error::Proof(ProofError::Mismatch { .. })));
