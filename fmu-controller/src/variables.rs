@@ -61,7 +61,9 @@ fn within_range(one: Variable, signal: &Signal, design: &ControllerDesign, measu
 
 fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
     let inverse = if actuator.curve.is_some() { ", by the inverse of its curve" } else { "" };
-    let description = format!("command to {}: trim feedforward and K(rho), limited{inverse}", actuator.name);
+    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("; {words}"));
+    let description =
+        format!("command to {}: trim feedforward and K(rho), limited{inverse}{sign}", actuator.name);
     let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
     let nominal = if actuator.curve.is_some() { least.abs().max(most.abs()) } else { actuator.scale };
     Variable::real(&actuator.name, description, move |m| m.command(index), Role::output())

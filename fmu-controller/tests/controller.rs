@@ -41,6 +41,24 @@ fn describes_itself_from_the_design() {
     assert_eq!(describe(&resources(&design())).unwrap().xml, described.xml, "the same bytes every time");
 }
 
+/// The sign follows from the force; designs of earlier versions have none.
+#[test]
+fn describes_the_sign_of_a_command() {
+    let described = |design: &Value| {
+        let description = describe(&resources(design)).unwrap().description;
+        description.variables[description.position("thruster").unwrap()].description.clone()
+    };
+    let mut design = design();
+    assert!(!described(&design).contains("positive"));
+    for (force, words) in [
+        (json!([1.0, 0.0, -0.2]), "positive thrust pushes forward and turns the bow down"),
+        (json!([0.0, -1.0, 0.5]), "positive thrust pushes up and turns the bow up"),
+    ] {
+        design["actuators"][0]["force"] = force;
+        assert!(described(&design).ends_with(words), "{}", described(&design));
+    }
+}
+
 /// Speed and its reference are there for every design; else what its inputs name.
 #[test]
 fn takes_in_what_the_design_measures_and_follows() {

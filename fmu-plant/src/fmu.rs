@@ -8,6 +8,10 @@ use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 use crate::variables::{fidelities, inputs, outputs, parameters};
 use crate::{PlantError, PlantModel, Quantity, states};
 
+/// Default tolerance of an importer's integrator, relative to the nominal values of the states; in co-simulation the
+/// integrator of the model keeps a smaller one.
+pub const TOLERANCE: f64 = 1e-6;
+
 impl Model for PlantModel {
     type Error = PlantError;
 
@@ -33,7 +37,7 @@ impl Model for PlantModel {
                 start_time: 0.0,
                 stop_time: 60.0,
                 step_size: 0.01,
-                tolerance: None,
+                tolerance: Some(TOLERANCE),
             },
         }
     }

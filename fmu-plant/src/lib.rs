@@ -32,6 +32,7 @@ mod variables;
 mod waves;
 
 pub use error::PlantError;
+pub use fmu::TOLERANCE;
 pub use model::{Inputs, PlantModel, Settings};
 pub use quantity::Quantity;
 pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};

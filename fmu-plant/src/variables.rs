@@ -86,8 +86,9 @@ pub const GIVEN_SPEED: &str = "given_speed";
 
 fn command(index: usize, actuator: &Actuator) -> Variable {
     let through = if actuator.curve.is_some() { ", which its curve turns into a thrust" } else { "" };
+    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("; {words}"));
     let description =
-        format!("command to {}{through}; beyond its limits it goes to the limit", actuator.name);
+        format!("command to {}{through}; beyond its limits it goes to the limit{sign}", actuator.name);
     let (least, most) = (actuator.taken(actuator.min).0, actuator.taken(actuator.max).0);
     let get = move |m: &PlantModel| m.inputs.commands[index];
     let set = move |m: &mut PlantModel, v| m.inputs.commands[index] = v;

@@ -3,7 +3,7 @@
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
 use fmu_controller::Controller;
-use fmu_plant::{PlantModel, fidelities};
+use fmu_plant::{PlantModel, TOLERANCE, fidelities};
 
 use crate::tangents::Own;
 use crate::{ClosedLoop, ClosedLoopError};
@@ -39,7 +39,7 @@ impl Model for ClosedLoop {
                 start_time: 0.0,
                 stop_time: self.manoeuvre.duration,
                 step_size: design.sample_time,
-                tolerance: None,
+                tolerance: Some(TOLERANCE),
             },
         }
     }

@@ -5,8 +5,13 @@
  * REFERENCE=VALUE sets a real before the flight; a REFERENCE alone is printed, in a row after the time, first at the start
  * and then after EVERY steps of STEP seconds, COUNT of them in all. Exit code: 0, or 1 with a line on standard error.
  *
- * It runs where no Python does: under Wine, under QEMU, and under Valgrind without an interpreter's noise. */
+ * It runs where no Python does: under Wine, under QEMU, and under Valgrind without an interpreter's noise.
+ *
+ * The environment variables HOST_ROUND_UP, HOST_TRAP and HOST_STACK make it unusual: it then rounds upward, traps
+ * floating-point exceptions, or does all of this in a thread with a stack of so many bytes. */
 
+#define _GNU_SOURCE
+#include <fenv.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,6 +29,7 @@ static const char *problem(void) {
 }
 #else
 #include <dlfcn.h>
+#include <pthread.h>
 static void *open_library(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
 static void *find(void *library, const char *name) { return dlsym(library, name); }
 static void close_library(void *library) { dlclose(library); }
@@ -82,12 +88,34 @@ static void symbol(void *library, const char *name, void *function) {
 static void row(Component c, GetReal get, double time, const Reference *wanted, size_t count) {
     double values[MOST];
     require(get(c, wanted, count, values), "fmi2GetReal");
+    const int rounding = fegetround();
+    fesetround(FE_TONEAREST); /* for exact digits */
     printf("%.17g", time);
     for (size_t i = 0; i < count; i++) printf(",%.17g", values[i]);
     putchar('\n');
+    fesetround(rounding);
 }
 
-int main(int argc, char **argv) {
+/* What this host traps, of the exceptions that C names. */
+static int traps(void) {
+#ifdef __GLIBC__
+    return fegetexcept();
+#else
+    return 0;
+#endif
+}
+
+/* Sets the floating-point environment that the environment variables ask for. */
+static void set_environment(void) {
+    if (getenv("HOST_ROUND_UP") != NULL && fesetround(FE_UPWARD) != 0) refuse("HOST_ROUND_UP", "not possible here");
+    if (getenv("HOST_TRAP") == NULL) return;
+#ifdef __GLIBC__
+    if (feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW | FE_UNDERFLOW) != -1) return;
+#endif
+    refuse("HOST_TRAP", "not possible here");
+}
+
+static int fly(int argc, char **argv) {
     Reference wanted[MOST];
     size_t count = 0;
     Instantiate instantiate;
@@ -111,6 +139,10 @@ int main(int argc, char **argv) {
     symbol(library, "fmi2GetReal", &get);
     symbol(library, "fmi2DoStep", &step);
 
+    const double size = strtod(argv[4], NULL);
+    const long steps = strtol(argv[5], NULL, 10), every = strtol(argv[6], NULL, 10);
+    set_environment();
+    const int rounding = fegetround(), trapped = traps();
     const Callbacks callbacks = {logger, calloc, free, NULL, NULL};
     Component c = instantiate("host", COSIMULATION, argv[2], argv[3], &callbacks, 0, 0);
     if (c == NULL) refuse("fmi2Instantiate", "returned NULL");
@@ -130,8 +162,6 @@ int main(int argc, char **argv) {
     require(enter(c), "fmi2EnterInitializationMode");
     require(leave(c), "fmi2ExitInitializationMode");
 
-    const double size = strtod(argv[4], NULL);
-    const long steps = strtol(argv[5], NULL, 10), every = strtol(argv[6], NULL, 10);
     row(c, get, 0.0, wanted, count);
     for (long k = 0; k < steps; k++) {
         require(step(c, (double)k * size, size, 1), "fmi2DoStep");
@@ -139,6 +169,34 @@ int main(int argc, char **argv) {
     }
     require(terminate(c), "fmi2Terminate");
     release(c);
+    if (fegetround() != rounding || traps() != trapped) refuse(argv[1], "changed the floating-point environment");
     close_library(library);
     return fflush(stdout) == 0 ? 0 : 1;
 }
+
+#ifdef _WIN32
+int main(int argc, char **argv) { return fly(argc, argv); }
+#else
+struct arguments {
+    int argc, result;
+    char **argv;
+};
+
+static void *fly_in_thread(void *given) {
+    struct arguments *arguments = given;
+    arguments->result = fly(arguments->argc, arguments->argv);
+    return NULL;
+}
+
+int main(int argc, char **argv) {
+    const char *stack = getenv("HOST_STACK");
+    struct arguments arguments = {argc, 1, argv};
+    pthread_attr_t attributes;
+    pthread_t thread;
+    if (stack == NULL) return fly(argc, argv);
+    if (pthread_attr_init(&attributes) != 0 || pthread_attr_setstacksize(&attributes, strtoul(stack, NULL, 10)) != 0
+        || pthread_create(&thread, &attributes, fly_in_thread, &arguments) != 0 || pthread_join(thread, NULL) != 0)
+        refuse("HOST_STACK", "no such thread");
+    return arguments.result;
+}
+#endif

@@ -17,6 +17,7 @@ from filelock import FileLock
 from fly import build, stamp, wheel
 from fly.package import Packages, design_and_package, folder_of
 from fly.stages import BUILD, ROOT
+from native import compile_host, program
 
 Run = Callable[..., subprocess.CompletedProcess]
 
@@ -55,6 +56,12 @@ def squid_command() -> Path:
     """Return the command `squid`, with the binaries of the FMUs built beside it."""
     build.build()
     return build.squid()
+
+
+@pytest.fixture(scope="session")
+def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the small importer for this machine."""
+    return compile_host([program("gcc", "cc", "gcc", "clang")], tmp_path_factory.mktemp("host") / "host")
 
 
 @pytest.fixture(scope="session")

@@ -118,7 +118,8 @@ fn output(actuator: &Actuator) -> String {
         None => "trim and K(rho) y, limited".to_owned(),
     };
     let unit = actuator.taken_unit();
-    format!("    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
+    let sign = actuator.sign_in_words().map_or(String::new(), |words| format!("    /* {words} */\n"));
+    format!("{sign}    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
 }
 
 /// Whether depths count from one that the state keeps.

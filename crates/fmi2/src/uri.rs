@@ -12,13 +12,17 @@ pub enum UriError {
     /// A host other than this one.
     #[error("the resource location '{uri}' names the host '{host}'; only local files can be read")]
     Remote { uri: String, host: String },
-    /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8.
+    /// A `%` that is not followed by two hexadecimal digits, or bytes that are not UTF-8, in a path that does not exist
+    /// as it is written.
     #[error("the resource location '{uri}' has a broken percent-encoding")]
     BadEncoding { uri: String },
 }
 
 /// Path of a file URI: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, with or without a slash at the
-/// end, percent-encoded or not, with a drive letter on Windows after two or three slashes.
+/// end, with a drive letter on Windows after two or three slashes.
+///
+/// The path is percent-decoded. Some importers do not encode it (FMI.jl, fmi4c): where only the path as it is written
+/// exists, it is that.
 ///
 /// # Errors
 /// See [`UriError`].
@@ -45,8 +49,16 @@ pub fn path_of(uri: &str) -> Result<PathBuf, UriError> {
         return Err(UriError::NotFile { uri: uri.to_owned() });
     }
     let path = path.trim_start_matches('/').trim_end_matches('/');
-    let path = decode(path).ok_or_else(|| UriError::BadEncoding { uri: uri.to_owned() })?;
-    Ok(if begins_with_drive(&path) { PathBuf::from(path) } else { PathBuf::from(format!("/{path}")) })
+    let written = absolute(path);
+    match decode(path).map(|path| absolute(&path)) {
+        Some(decoded) if decoded.exists() || !written.exists() => Ok(decoded),
+        None if !written.exists() => Err(UriError::BadEncoding { uri: uri.to_owned() }),
+        _ => Ok(written),
+    }
+}
+
+fn absolute(path: &str) -> PathBuf {
+    if begins_with_drive(path) { PathBuf::from(path) } else { PathBuf::from(format!("/{path}")) }
 }
 
 fn begins_with_drive(path: &str) -> bool {
@@ -93,6 +105,19 @@ mod tests {
         ] {
             assert_eq!(path_of(uri), Ok(PathBuf::from(path)), "{uri}");
         }
+    }
+
+    #[test]
+    fn takes_a_path_that_is_not_encoded_where_only_that_exists() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = |name: &str| path_of(&format!("file://{}/{name}", folder.path().display()));
+        for name in ["100%", "a%20b", "%zz", "%ff"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+            assert_eq!(found(name), Ok(folder.path().join(name)), "{name}");
+        }
+        std::fs::create_dir(folder.path().join("a b")).unwrap();
+        assert_eq!(found("a%20b"), Ok(folder.path().join("a b")), "a decoded path comes first");
+        assert_eq!(found("no%20file"), Ok(folder.path().join("no file")));
     }
 
     #[test]

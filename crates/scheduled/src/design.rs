@@ -1,7 +1,7 @@
 //! The frozen design of a controller, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{Curve, DEPTH, PITCH, SPEED, Status, place};
+use signals::{Curve, DEPTH, Force, PITCH, SPEED, Status, place};
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -158,9 +158,17 @@ pub struct Actuator {
     /// From what a thruster takes to its thrust; `None` where it takes the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
+    /// What a command does to the vehicle, for the documentation alone; earlier versions did not write it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<Force>,
 }
 
 impl Actuator {
+    /// What a positive command does, in words.
+    pub fn sign_in_words(&self) -> Option<String> {
+        self.force.and_then(|force| signals::sign_in_words(force, &self.unit))
+    }
+
     /// Unit of what it takes.
     pub fn taken_unit(&self) -> &str {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)

@@ -7,7 +7,8 @@
 //! | `squid-controller/3` | the same, and `anti_windup`, rows of a matrix |
 //!
 //! A design is written in the first that can say it. All else is the same in each; `delay_ticks` is left out where it
-//! is 0, `depth` likewise, `speed_given` where it is false, the `curve` of an actuator where there is none.
+//! is 0, `depth` likewise, `speed_given` where it is false, the `curve` of an actuator where there is none. Earlier
+//! versions did not write the `force` of an actuator.
 
 use crate::design::{Actuator, Gamma, InputHashes, LftMatrices, Rows, Scheduling, TrimTable, VehicleName};
 use crate::{ControllerDesign, ControllerInput, DesignError, Kind};

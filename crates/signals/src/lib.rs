@@ -5,10 +5,13 @@
 //! design and is in the design file.
 //!
 //! The commands are outputs of the actuators, or what a thruster takes instead: its [`Curve`] says which.
+//! [`sign_in_words`] says what a positive output does.
 
 mod curve;
+mod force;
 
 pub use curve::{COMMAND_UNITS, Curve, CurveError, Law, POINTS};
+pub use force::{Force, sign_in_words};
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

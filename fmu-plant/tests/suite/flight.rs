@@ -247,3 +247,30 @@ fn a_vehicle_with_stern_planes_flies_too() {
     flight.fly_in(12.0, 20);
     assert!(flight.get("pitch") > flight.get("trim_pitch") + 0.02, "planes down by the stern lift the bow");
 }
+
+/// What the description of each command says of its sign, against what the vehicle then does.
+#[test]
+fn a_positive_command_does_what_its_description_says() {
+    for (resources, vehicle) in [(squid(), vehicle("squid")), (remus100(), vehicle("remus100"))] {
+        let description = fmu_plant::describe(&resources).unwrap().description;
+        for actuator in &vehicle.actuators {
+            let name = &actuator.name;
+            let flown = |more: f64| {
+                let mut flight = prepare(&resources, &[]);
+                let level = flight.get(&format!("trim_{name}"));
+                flight.set(name, level + more * actuator.reach());
+                flight.exit().unwrap();
+                flight.fly(0.2, 0.01);
+                (flight.get("pitch_rate"), flight.get("speed"))
+            };
+            let (more, less) = (flown(0.1), flown(-0.1));
+            let (turned, faster) = (more.0 - less.0, more.1 - less.1);
+            let said = &description.variables[description.position(name).unwrap()].description;
+            assert_eq!(said.contains("turns the bow up"), turned > 1e-6, "{said}: {turned} rad/s");
+            assert_eq!(said.contains("turns the bow down"), turned < -1e-6, "{said}: {turned} rad/s");
+            if actuator.unit() == "N" {
+                assert_eq!(said.contains("pushes forward"), faster > 0.0, "{said}: {faster} m/s");
+            }
+        }
+    }
+}

@@ -111,6 +111,7 @@ fn by_hand() -> ControllerDesign {
         minimum: one.min,
         maximum: one.max,
         curve: one.curve.clone(),
+        force: Some(one.force_per_output()),
     };
     ControllerDesign {
         vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },

@@ -29,6 +29,7 @@ fn describes_itself_from_the_files() {
     assert_eq!((description.model_identifier.as_str(), description.model_name.as_str()), ("squid", "squid"));
     let experiment = description.default_experiment;
     assert_eq!((experiment.start_time, experiment.stop_time, experiment.step_size), (0.0, 30.0, 0.02));
+    assert_eq!(experiment.tolerance, Some(1e-6));
     let of = |causality| {
         let ours = description.variables.iter().filter(move |one| one.causality == causality);
         ours.map(|one| one.name.as_str()).collect::<Vec<_>>()

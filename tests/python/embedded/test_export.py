@@ -93,6 +93,14 @@ def test_the_header_says_what_to_link(
     assert (alone.returncode == 0) == (not squared), alone.stderr
 
 
+def test_the_header_says_the_sign_of_each_command(committed: Exported) -> None:
+    """Squid's lower thruster is below the centre of gravity, the others above it; all push forward."""
+    text = committed.header.read_text(encoding="utf-8")
+    for name, way in {"lower": "up", "upper_port": "down", "upper_starboard": "down"}.items():
+        said = rf"/\* positive thrust pushes forward and turns the bow {way} \*/\n +\w+ {name};"
+        assert re.search(said, text), name
+
+
 def test_the_source_is_proved(committed: Exported, run_squid: Run) -> None:
     done = run_squid("verify", "--c", committed.source, "--vehicle", SQUID)
     assert done.returncode == 0, done.stderr

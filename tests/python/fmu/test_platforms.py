@@ -140,9 +140,8 @@ def plan_of(kind: str, unpacked: Unpacked) -> Plan:
 
 
 @pytest.fixture(scope="session")
-def here(unpacked: dict[str, Unpacked], tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Signals]:
+def here(unpacked: dict[str, Unpacked], host: Path) -> Callable[[str], Signals]:
     """Return a function that flies a kind of FMU on this machine, once."""
-    host = compile_host([program("gcc", "cc", "gcc", "clang")], tmp_path_factory.mktemp("host") / "host")
     own = platforms.HERE[(sys.platform, machine())]
     return cache(lambda kind: unpacked[kind].flight([host], own, plan_of(kind, unpacked[kind])))
 

@@ -13,17 +13,11 @@ from fly import platforms
 from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
-from native import Plan, Unpacked, compile_host, program
+from native import Plan, Unpacked, program
 
 KINDS = ["plant", "controller", "loop"]
 ERROR = 99
 UNUSUAL = ["with space", "prozent%20kodiert", "Fähre-Ünïcode-航行", "a+b&c;d#e", "dot.dot..", "quote'd"]
-
-
-@pytest.fixture(scope="session")
-def host(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the importer for this machine."""
-    return compile_host([program("gcc", "cc", "gcc", "clang")], tmp_path_factory.mktemp("host") / "host")
 
 
 def valgrind(*words: str | Path) -> list[str | Path]:

@@ -35,7 +35,7 @@ def compile_host(compiler: Sequence[str | Path], to: Path) -> Path:
     """Compile the importer; a warning is an error."""
     words = [*compiler, *WARNINGS, "-o", to, SOURCE]
     if to.suffix != ".exe":
-        words.append("-ldl")
+        words += ["-ldl", "-lm", "-pthread"]
     subprocess.run(words, check=True)
     return to
 

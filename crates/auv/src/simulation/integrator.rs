@@ -53,16 +53,17 @@ pub enum IntegrationError {
     NotFinite,
 }
 
-/// The method, and the step size that it last proposed.
+/// The step size that the method last proposed.
+///
+/// The method itself lives only while it integrates: its tables are 8 kB, which every copy of a plant would carry.
 #[derive(Clone)]
 pub(crate) struct Integrator {
-    method: Dop853,
     step: f64,
 }
 
 impl Integrator {
     pub(crate) fn new() -> Self {
-        Self { method: method(), step: FIRST_STEP }
+        Self { step: FIRST_STEP }
     }
 
     /// The step size that it last proposed \[s\], its only memory from one interval to the next.
@@ -100,55 +101,54 @@ impl Integrator {
         }
         // The method counts steps and signs of stiffness across intervals; a new one makes the result depend on the
         // state alone.
-        self.method = method();
-        self.restart(equations, 0.0, duration, start)?;
+        let mut method = method();
+        self.restart(&mut method, equations, 0.0, duration, start)?;
         let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
         let mut steps = 0;
         loop {
-            let remaining = duration - self.method.t();
+            let remaining = duration - method.t();
             if remaining < SHORTEST_INTERVAL {
-                return finite(euler(equations, self.method.t(), self.method.y(), remaining));
+                return finite(euler(equations, method.t(), method.y(), remaining));
             }
             if steps == most_steps {
                 return Err(IntegrationError::TooManySteps { steps });
             }
             steps += 1;
-            let proposed = self.method.h();
+            let proposed = method.h();
             let clipped = proposed > remaining;
             if clipped {
-                self.method.set_h(remaining);
+                method.set_h(remaining);
             }
-            let (before, body) = (self.method.t(), *self.method.y());
-            if let Err(error) = self.method.step(equations) {
-                self.recover(equations, duration, &error)?;
+            let (before, body) = (method.t(), *method.y());
+            if let Err(error) = method.step(equations) {
+                self.recover(&mut method, equations, duration, &error)?;
                 continue;
             }
-            let taken = self.method.t() - before;
+            let taken = method.t() - before;
             let accepted = taken > 0.0;
-            if taken > CORNER_STEP
-                && crosses(&equations.switches(&body), &equations.switches(self.method.y()))
-            {
+            if taken > CORNER_STEP && crosses(&equations.switches(&body), &equations.switches(method.y())) {
                 self.step = 0.1 * taken;
-                self.restart(equations, before, duration, &body)?;
+                self.restart(&mut method, equations, before, duration, &body)?;
                 continue;
             }
-            self.step = if clipped && accepted { proposed.max(self.method.h()) } else { self.method.h() };
+            self.step = if clipped && accepted { proposed.max(method.h()) } else { method.h() };
             if !accepted && self.step < SMALLEST_STEP {
                 return Err(IntegrationError::StepTooSmall);
             }
-            self.method.set_h(self.step);
+            method.set_h(self.step);
         }
     }
 
     fn restart<F: Equations>(
-        &mut self,
+        &self,
+        method: &mut Dop853,
         equations: &F,
         time: f64,
         end: f64,
         state: &Body,
     ) -> Result<(), IntegrationError> {
-        self.method.h0 = self.step.clamp(SMALLEST_STEP, LARGEST_STEP).min(end - time);
-        match self.method.init(equations, time, end, state) {
+        method.h0 = self.step.clamp(SMALLEST_STEP, LARGEST_STEP).min(end - time);
+        match method.init(equations, time, end, state) {
             Ok(_) => Ok(()),
             Err(_) => Err(IntegrationError::StepTooSmall),
         }
@@ -156,13 +156,14 @@ impl Integrator {
 
     /// The method gives up after fifteen signs of stiffness, however slowly they come; that is no reason to stop.
     fn recover<F: Equations>(
-        &mut self,
+        &self,
+        method: &mut Dop853,
         equations: &F,
         duration: f64,
         error: &Error<f64, Body>,
     ) -> Result<(), IntegrationError> {
         match *error {
-            Error::Stiffness { t, y } => self.restart(equations, t, duration, &y),
+            Error::Stiffness { t, y } => self.restart(method, equations, t, duration, &y),
             _ => Err(IntegrationError::StepTooSmall),
         }
     }

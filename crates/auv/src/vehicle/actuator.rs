@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
-use signals::Curve;
+use signals::{Curve, Force};
 
 use crate::scalar::Scalar;
 use crate::vehicle::allowed::Allowed;
@@ -100,6 +100,17 @@ impl Actuator {
     /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.
     pub fn force<D: Scalar>(&self, u: D, output: D) -> [D; 3] {
         self.effect.map(|_, value| D::from(value)).force(u, output)
+    }
+
+    /// Returns the force per output about zero, that of a control surface at a surge speed of 1 m/s.
+    pub fn force_per_output(&self) -> Force {
+        let [there, back] = [1.0, -1.0].map(|output| self.force(1.0, output));
+        std::array::from_fn(|i| 0.5 * (there[i] - back[i]))
+    }
+
+    /// Returns what a positive output does, in words.
+    pub fn sign_in_words(&self) -> Option<String> {
+        signals::sign_in_words(self.force_per_output(), self.unit())
     }
 
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the

@@ -101,6 +101,7 @@ fn controller(
                 minimum: a.min,
                 maximum: a.max,
                 curve: a.curve.clone(),
+                force: Some(a.force_per_output()),
             })
             .collect(),
         lft,

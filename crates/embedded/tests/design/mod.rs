@@ -95,6 +95,7 @@ fn actuator(random: &mut Random, index: usize) -> Actuator {
         minimum: -60.0,
         maximum: 100.0,
         curve,
+        force: Some([1.0, 0.0, index as f64 - 0.5]),
     }
 }
 

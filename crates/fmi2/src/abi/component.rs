@@ -4,6 +4,7 @@ use std::any::Any;
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::abi::environment::in_default;
 use crate::abi::logger::Logger;
 use crate::abi::types::{self, Status};
 use crate::instance::Outcome;
@@ -19,7 +20,7 @@ pub(crate) struct Component<M: Model> {
     pub(crate) last_step: Status,
 }
 
-/// Runs one call: checks handle and state table, catches panics, logs what went wrong, returns the status.
+/// Runs one call in the default floating-point environment: checks handle and state table, catches panics, logs what went wrong, returns the status.
 ///
 /// # Safety
 /// `component` is NULL or a handle from `fmi2Instantiate::<M>` that was not freed and is in no other call.
@@ -32,6 +33,14 @@ pub(crate) unsafe fn call<M: Model>(
     let Some(component) = (unsafe { component.cast::<Component<M>>().as_mut() }) else {
         return Status::Error;
     };
+    in_default(|| run(component, function, body))
+}
+
+fn run<M: Model>(
+    component: &mut Component<M>,
+    function: Function,
+    body: impl FnOnce(&mut Component<M>) -> Outcome<M>,
+) -> Status {
     if let Err(refusal) = component.instance.allows(function) {
         component.logger.error(function.name(), &refusal);
         return Status::Error;

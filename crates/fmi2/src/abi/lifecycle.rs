@@ -4,6 +4,7 @@ use std::ffi::{c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::component::{Component, call, functions, panic_text};
+use crate::abi::environment::in_default;
 use crate::abi::logger::Logger;
 use crate::abi::pointers::{slice, text};
 use crate::abi::types::{self, CO_SIMULATION, CallbackFunctions, MODEL_EXCHANGE, Status};
@@ -43,8 +44,7 @@ pub unsafe extern "C" fn instantiate<M: Model>(
         // SAFETY: not NULL, and the importer vouches for the rest.
         false => unsafe { text(fmu_resource_location, "fmuResourceLocation") },
     };
-    let loaded = catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?)));
-    match loaded {
+    in_default(|| match catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?))) {
         Ok(Ok(instance)) => {
             let component = Component { instance, logger, strings: Vec::new(), last_step: Status::Ok };
             Box::into_raw(Box::new(component)).cast()
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn instantiate<M: Model>(
             logger.fatal(Function::Instantiate.name(), panic_text(&*payload));
             std::ptr::null_mut()
         }
-    }
+    })
 }
 
 fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Result<Instance<M>, Refusal> {
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn free_instance<M: Model>(component: types::Component) {
     // SAFETY: the handle came from Box::into_raw, and the importer vouches that it was not freed.
     let component = unsafe { Box::from_raw(component.cast::<Component<M>>()) };
     // A destructor that panics must not unwind into C; no logger is left to report it.
-    let _ = catch_unwind(AssertUnwindSafe(|| drop(component)));
+    let _ = in_default(|| catch_unwind(AssertUnwindSafe(|| drop(component))));
 }
 
 functions! {

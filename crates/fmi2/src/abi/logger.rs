@@ -44,18 +44,19 @@ impl Logger {
         let Some(callback) = self.callback.filter(|_| self.filter.shows(category)) else {
             return;
         };
-        // "#" would begin the reference to a variable (section 2.1.5).
-        let (category, message) = (c_string(category.name()), c_string(&message.replace('#', "##")));
+        // "#" would begin the reference to a variable (section 2.1.5), "%" a conversion. The text is the format itself:
+        // not every importer's logger reads variable arguments.
+        let format = c_string(&message.replace('#', "##").replace('%', "%%"));
+        let category = c_string(category.name());
         // SAFETY: the importer promises a function of this type for as long as the instance lives; the texts
-        // are NUL-terminated and outlive the call; "%s" takes exactly the one text that follows.
+        // are NUL-terminated and outlive the call; no conversion in the format takes an argument.
         unsafe {
             callback(
                 self.environment,
                 self.instance_name.as_ptr(),
                 status,
                 category.as_ptr(),
-                c"%s".as_ptr(),
-                message.as_ptr(),
+                format.as_ptr(),
             );
         }
     }

@@ -18,6 +18,7 @@ pub fn design() -> ControllerDesign {
         minimum: -60.0,
         maximum: 100.0,
         curve: None,
+        force: Some([1.0, 0.0, 0.2]),
     };
     ControllerDesign {
         vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
