@@ -77,8 +77,9 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Tune { vehicle, design, to, minutes, designs } => {
             tune::run(&vehicle, &design, to.as_deref(), (minutes, designs))
         }
-        Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions } => {
-            package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions)
+        Verb::Package { which, platforms, kind, binaries, allow_uncertified, no_report, descriptions } => {
+            let interfaces = kind.into();
+            package::run(&which, &platforms, interfaces, binaries, allow_uncertified, no_report, descriptions)
         }
         Verb::Export { which, language, real, to, allow_uncertified } => {
             export::run(&which, language, real, to, allow_uncertified)
