@@ -9,11 +9,11 @@ from pathlib import Path
 from fly import build, environment, package, platforms, room
 from fly.stages import stage
 
-DISK = 2.0
+DISK = 2.5
 """Disk space of the first run, with a margin (GB)."""
 TEMPORARY = 0.1
 """Disk space of temporary files (GB)."""
-DISK_OF_PLATFORMS = 1.5
+DISK_OF_PLATFORMS = 2.0
 """Additional disk space of the first run for other platforms (GB)."""
 
 
