@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from fly import environment, libraries
+from fly import environment, libraries, universal
 from fly.environment import Environment
 from fly.stages import ROOT, StageError, run
 
@@ -25,8 +25,8 @@ TARGETS = {
     "aarch64-linux": "aarch64-unknown-linux-gnu",
     "darwin64": "universal2-apple-darwin",
 }
-"""The platforms by their names in FMI, and the names that cargo-zigbuild and maturin have for them: Rust's, and for
-macOS one for the libraries with both of its processors."""
+"""The platforms by their names in FMI, and Rust's target names; for macOS that of maturin and cargo-zigbuild for a
+library with both of its processors."""
 UNIVERSAL = ("x86_64-apple-darwin", "aarch64-apple-darwin")
 """Rust's names for the two processors of macOS."""
 PATTERNS = {"win64": "{}.dll", "darwin64": "lib{}.dylib"}
@@ -87,9 +87,13 @@ def build_all(names: Sequence[str], log: str | None = None) -> None:
     path = os.pathsep.join([str(scripts), os.environ["PATH"]])
     variables = {**zig.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": libraries.without_paths()}
     variables["MACOSX_DEPLOYMENT_TARGET"] = MACOS
-    targets = (TARGETS[name] + (f".{GLIBC}" if "linux" in name else "") for name in names)
+    targets = (f"{target}.{GLIBC}" if "linux" in target else target for target in rust_targets(names))
     words = [word for target in targets for word in ("--target", target)]
     run([scripts / "cargo-zigbuild", *libraries.BUILD, *words], variables=variables, log=log)
+    if "darwin64" in names:
+        parts = zip(*(libraries_of(target, "darwin64") for target in UNIVERSAL), strict=True)
+        for of_each, whole in zip(parts, binaries(["darwin64"]), strict=True):
+            universal.join(of_each, whole)
 
 
 def add_targets(names: Sequence[str]) -> None:
@@ -105,10 +109,9 @@ def add_targets(names: Sequence[str]) -> None:
 
 def binaries(names: Sequence[str]) -> list[Path]:
     """Return the paths of the shared libraries for platforms."""
-    return [
-        path
-        for name in names
-        for path in libraries.files(
-            libraries.target_directory() / TARGETS[name] / "fmu", PATTERNS.get(name, "lib{}.so")
-        )
-    ]
+    return [path for name in names for path in libraries_of(TARGETS[name], name)]
+
+
+def libraries_of(target: str, name: str) -> list[Path]:
+    """Return the paths of the shared libraries of one of Rust's targets, for a platform by its FMI name."""
+    return libraries.files(libraries.target_directory() / target / "fmu", PATTERNS.get(name, "lib{}.so"))

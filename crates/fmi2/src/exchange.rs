@@ -86,16 +86,16 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2SetReal`: as [`set`](Self::set), and in event mode also of states.
+    /// `fmi2SetReal`: as [`set`](Self::set), and in event and continuous-time mode also of states.
     ///
-    /// The standard has `fmi2SetContinuousStates` for these, in continuous-time mode alone; CasADi never leaves event
-    /// mode, and sets them there by `fmi2SetReal`.
+    /// The standard has `fmi2SetContinuousStates` for these; CasADi sets them by `fmi2SetReal`, together with inputs.
     ///
     /// # Errors
     /// A refused call; nothing is then set.
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
         let states = self.table.states();
-        if self.now.phase != Phase::Event || !references.iter().any(|reference| states.contains(reference)) {
+        let moves = matches!(self.now.phase, Phase::Event | Phase::Continuous);
+        if !moves || !references.iter().any(|reference| states.contains(reference)) {
             return self.set(references, |position| values[position]);
         }
         self.allows(Function::SetReal)?;

@@ -97,9 +97,7 @@ impl Platform {
             }
             (None, Some(triple)) => targets.map(|target| target.join(triple).join("fmu")).collect(),
         };
-        let there = places.iter().map(|place| place.join(&library)).filter(|path| path.is_file());
-        let made = |path: &PathBuf| path.metadata().and_then(|found| found.modified()).ok();
-        there.max_by_key(made).ok_or_else(|| Error::NoBinary {
+        newest(&places, &library).ok_or_else(|| Error::NoBinary {
             places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
             how: self.how(kind),
             library,
@@ -114,6 +112,12 @@ impl Platform {
             Some(triple) => format!("cargo-zigbuild {words} --target {triple}"),
         }
     }
+}
+
+/// Of the files of this name in these places the one that was written last.
+fn newest(places: &[PathBuf], name: &str) -> Option<PathBuf> {
+    let there = places.iter().map(|place| place.join(name)).filter(|path| path.is_file());
+    there.max_by_key(|path| path.metadata().and_then(|found| found.modified()).ok())
 }
 
 fn unknown(name: &str) -> Error {
@@ -147,6 +151,26 @@ mod tests {
             message,
             "the platform is 'linux'; it must be host, all, or some of linux64, win64, aarch64-linux, darwin64"
         );
+    }
+
+    #[test]
+    fn of_two_builds_the_newest_is_packed() {
+        let folder = tempfile::tempdir().unwrap();
+        let places =
+            ["fmu", "x86_64-unknown-linux-gnu/fmu", "nowhere"].map(|place| folder.path().join(place));
+        let name = "libfmu_plant_library.so";
+        let [one, other] = [&places[0], &places[1]].map(|place| {
+            std::fs::create_dir_all(place).unwrap();
+            std::fs::File::create(place.join(name)).unwrap()
+        });
+        let now = std::time::SystemTime::now();
+        let earlier = now - std::time::Duration::from_secs(60);
+        for (first, second, expected) in [(now, earlier, &places[0]), (earlier, now, &places[1])] {
+            one.set_modified(first).unwrap();
+            other.set_modified(second).unwrap();
+            assert_eq!(newest(&places, name), Some(expected.join(name)));
+        }
+        assert_eq!(newest(&places, "libfmu_squid_library.so"), None);
     }
 
     #[test]

@@ -154,7 +154,7 @@ class Plant:
 def test_casadi_evaluates_and_integrates(
     by_kind: dict[str, Packages], squid: Packages, kind: str, tmp_path: Path
 ) -> None:
-    """It sets the states by fmi2SetReal, in event mode."""
+    """It sets the states by fmi2SetReal."""
     fmu = (squid if kind == "both" else by_kind["me"]).plant
     plant = Plant(fmu, tmp_path / "fmpy")
     start = np.array(plant.values(plant.states))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import sys
 import zipfile
@@ -110,6 +109,17 @@ def test_linux_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str,
         assert not [section.name for section in elf.iter_sections() if section.name.startswith(".debug")]
 
 
+@pytest.mark.skipif(platforms.here() is None, reason="Zig does not link the binaries of this machine")
+def test_the_main_job_needs_no_newer_glibc_than_all_platforms(
+    packages: Packages, kind: str, tmp_path: Path
+) -> None:
+    """However new that of this machine is."""
+    binary = Unpacked.of(getattr(packages, kind), tmp_path).binary(platforms.here())
+    with binary.open("rb") as file:
+        versions = glibc_versions(ELFFile(file))
+    assert versions and max(versions) <= GLIBC
+
+
 def glibc_versions(elf: ELFFile) -> list[tuple[int, ...]]:
     """Return the versions of the C library whose symbols a binary asks for."""
     sections = [section for section in elf.iter_sections() if isinstance(section, GNUVerNeedSection)]
@@ -147,7 +157,8 @@ def test_macos_library_is_one_for_both_processors_and_asks_for_little(
             elif load.cmd == LC_BUILD_VERSION:
                 oldest.append((command.platform, command.minos >> 16, command.minos >> 8 & 0xFF))
         (own,) = named[LC_ID_DYLIB]
-        assert re.fullmatch(r"@rpath/libfmu_\w+_library\.dylib", own)
+        # Of either processor: what does not belong together would have been joined unnoticed.
+        assert own == f"@rpath/libfmu_{kind.replace('loop', 'squid')}_library.dylib"
         assert "/usr/lib/libSystem.B.dylib" in named[LC_LOAD_DYLIB]
         assert set(named[LC_LOAD_DYLIB]) <= SYSTEM_LIBRARIES["darwin64"]
         assert named[LC_RPATH] == []

@@ -59,7 +59,7 @@ functions! {
         // SAFETY: as above.
         unsafe { get(own, references, count, values, |value: bool| c_int::from(value)) }
     };
-    /// `fmi2SetReal`; in event mode also of states.
+    /// `fmi2SetReal`; in model exchange also of states.
     set_real(references: *const u32, count: usize, values: *const f64) = SetReal, |own| {
         // SAFETY: as above.
         let (references, values) =

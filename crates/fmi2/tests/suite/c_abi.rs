@@ -5,7 +5,7 @@ use std::ptr::{null, null_mut};
 
 use crate::example::Lag;
 use crate::importer::*;
-use fmi2::abi::Status;
+use fmi2::abi::{Component, Status};
 use fmi2::{INTERFACE_RESOURCE, Interface, Resources, describe};
 
 /// Asserts that the last call was refused with one sentence that holds `text`.
@@ -491,12 +491,29 @@ fn the_description_offers_the_interface_of_the_resource() {
     assert!(refused.ends_with(expected), "{refused}");
 }
 
-/// As CasADi does, which evaluates derivatives in event mode, where it sets states and inputs in one call.
+/// As CasADi does, which sets states and inputs in one call.
 #[test]
-fn states_are_set_like_inputs_in_event_mode() {
+fn states_are_set_like_inputs_in_model_exchange() {
     let fmu = unpack();
-    let c = fmu.made_for(Interface::ModelExchange, false);
+    for continuous in [false, true] {
+        let c = fmu.made_for(Interface::ModelExchange, false);
+        initialise(c);
+        if continuous {
+            assert_eq!(unsafe { fmi2EnterContinuousTimeMode(c) }, Status::Ok);
+        }
+        sets_the_state(c);
+    }
+    // In co-simulation the FMU integrates.
+    let c = fmu.instantiate(false);
     initialise(c);
+    unsafe {
+        assert_refused(fmi2SetReal(c, &Y, 1, &3.0), "'y' may not be set in state 'step complete'");
+        fmi2FreeInstance(c);
+    }
+}
+
+/// Sets state and input of the lag at once, then with a value that is refused, and frees it.
+fn sets_the_state(c: Component) {
     let (mut rate, mut state) = (0.0, 0.0);
     unsafe {
         assert_eq!(fmi2SetReal(c, [Y, U].as_ptr(), 2, [3.0, 1.0].as_ptr()), Status::Ok);
@@ -509,11 +526,6 @@ fn states_are_set_like_inputs_in_event_mode() {
         );
         assert_refused(fmi2SetReal(c, [Y, GAIN].as_ptr(), 2, [7.0, 1.0].as_ptr()), "'gain' may not be set");
         assert_eq!((real(c, Y), real(c, U)), (3.0, 1.0), "a refused call sets nothing");
-        fmi2FreeInstance(c);
-        // In co-simulation the FMU integrates.
-        let c = fmu.instantiate(false);
-        initialise(c);
-        assert_refused(fmi2SetReal(c, &Y, 1, &3.0), "'y' may not be set in state 'step complete'");
         fmi2FreeInstance(c);
     }
 }
