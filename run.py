@@ -13,14 +13,14 @@ EXAMPLES = {
     "python3 run.py fly": "design and fly the Squid surrogate",
     "python3 run.py fly vehicles/remus100": "the same for another vehicle",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
-    "python3 run.py fly --platforms all": "FMUs that run on Linux (x86-64 and ARM) and Windows",
-    "python3 run.py wheels": "the Python package for Linux (x86-64 and ARM) and Windows",
+    "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
+    "python3 run.py wheels": "the Python package for the same systems",
     "python3 run.py test": "all tests, Rust and Python",
 }
 NEEDED = (
     "Requirements: cargo (rustup.rs), a C compiler for the linker, Python 3.10 or later (3.11 for the tests), and "
     "for the first run access to the package registries of cargo and pip. All output is in build/ and target/: "
-    "2 GB for fly, 7 GB for the tests."
+    "3 GB for fly, 8 GB for the tests."
 )
 
 
@@ -64,8 +64,8 @@ def parser() -> argparse.ArgumentParser:
         "--platforms",
         default="host",
         metavar="LIST",
-        help="platforms of the FMUs: host, all, or a comma-separated list of linux64, win64, aarch64-linux "
-        "(default: host; other platforms are built with Zig, which pip installs)",
+        help="platforms of the FMUs: host, all, or a comma-separated list of linux64, win64, "
+        "aarch64-linux, darwin64 (default: host; macOS was never run)",
     )
     wheels = verbs.add_parser(
         "wheels",
@@ -77,7 +77,7 @@ def parser() -> argparse.ArgumentParser:
         default="all",
         metavar="LIST",
         help="host, for this machine alone; all (default), or a comma-separated list of linux64, win64, "
-        "aarch64-linux, for any such machine",
+        "aarch64-linux, darwin64, for any such machine",
     )
     verbs.add_parser(
         "test",

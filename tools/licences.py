@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from fly import build, platforms
+from fly import libraries, platforms
 from fly.stages import ROOT, StageError, answer
 
 
@@ -27,7 +27,7 @@ class Shipped:
 
 FMUS = Shipped(
     ROOT / "crates" / "package" / "third_party.txt",
-    build.LIBRARIES,
+    libraries.CRATES,
     "The binaries of this FMU contain",
     ("MIT", "Apache-2.0"),
 )
@@ -52,7 +52,7 @@ def compiled_in(shipped: Shipped) -> list[dict]:
     words = ["cargo", "tree", "--locked", "--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     for crate in shipped.crates:
         words += ["--package", crate]
-    for target in platforms.TARGETS.values():
+    for target in platforms.rust_targets(list(platforms.TARGETS)):
         words += ["--target", target]
     built = {tuple(line.split()[:2]) for line in answer(words).splitlines() if line}
     packages = json.loads(answer(["cargo", "metadata", "--locked", "--format-version", "1"]))["packages"]

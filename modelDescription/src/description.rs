@@ -54,6 +54,18 @@ impl ModelDescription {
     }
 }
 
+/// Which of the interfaces that a model has its FMU offers; some importers take only FMUs with one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Interfaces {
+    /// All of them.
+    #[default]
+    All,
+    /// Co-simulation alone.
+    CoSimulation,
+    /// Model exchange alone.
+    ModelExchange,
+}
+
 /// Capability flags of the element `CoSimulation` (section 4.3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CoSimulation {

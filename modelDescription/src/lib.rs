@@ -23,7 +23,7 @@ mod variable;
 mod xml;
 
 pub use description::{
-    Capabilities, CoSimulation, DefaultExperiment, LogCategory, ModelDescription, identifier,
+    Capabilities, CoSimulation, DefaultExperiment, Interfaces, LogCategory, ModelDescription, identifier,
 };
 pub use enumeration::{Enumeration, Item};
 pub use guid::guid;

@@ -5,8 +5,8 @@ use std::io;
 
 use crate::element::{NONE, Xml, document, leaf, number, parent};
 use crate::{
-    DependencyKind, Enumeration, Kind, LogCategory, ModelDescription, Problem, RealType, ScalarVariable,
-    Unit, Unknown,
+    DependencyKind, Enumeration, Interfaces, Kind, LogCategory, ModelDescription, Problem, RealType,
+    ScalarVariable, Unit, Unknown,
 };
 
 /// Why the XML could not be written.
@@ -28,21 +28,23 @@ fn joined(problems: &[Problem]) -> String {
 type Attributes = Vec<(&'static str, String)>;
 
 impl ModelDescription {
-    /// The XML with the given GUID, checked first; the same description gives the same bytes.
+    /// The XML with the given GUID and interfaces, checked first; the same description gives the same bytes.
     ///
     /// # Errors
     /// [`WriteError::Problems`] if [`check`](Self::check) returns a problem.
-    pub fn to_xml(&self, guid: &str) -> Result<String, WriteError> {
+    pub fn to_xml(&self, guid: &str, interfaces: Interfaces) -> Result<String, WriteError> {
         let problems = self.check();
         if !problems.is_empty() {
             return Err(WriteError::Problems { problems });
         }
         let bytes = document(|xml| {
             parent(xml, "fmiModelDescription", &self.root(guid), |xml| {
-                if self.model_exchange {
+                if self.model_exchange && interfaces != Interfaces::CoSimulation {
                     leaf(xml, "ModelExchange", &self.of_model_exchange())?;
                 }
-                leaf(xml, "CoSimulation", &self.of_co_simulation())?;
+                if interfaces != Interfaces::ModelExchange {
+                    leaf(xml, "CoSimulation", &self.of_co_simulation())?;
+                }
                 list(xml, "UnitDefinitions", &self.units(), write_unit)?;
                 self.write_types(xml)?;
                 list(xml, "LogCategories", &self.log_categories, |xml, category| {

@@ -108,7 +108,7 @@ fn assert_problem(change: impl FnOnce(&mut ModelDescription), expected: &str) {
     let problems: Vec<String> = description.check().iter().map(ToString::to_string).collect();
     assert_eq!(problems.len(), 1, "{problems:?}");
     assert!(problems[0].contains(expected), "{problems:?}");
-    assert!(description.to_xml("").unwrap_err().to_string().contains(expected));
+    assert!(description.to_xml("", Interfaces::All).unwrap_err().to_string().contains(expected));
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn finds_problems_of_states_and_dependencies() {
 
 #[test]
 fn elements_stand_in_the_order_of_the_schema() {
-    let xml = description().to_xml("{guid}").unwrap();
+    let xml = description().to_xml("{guid}", Interfaces::All).unwrap();
     let mut position = 0;
     for part in [
         r#"<?xml version="1.0" encoding="UTF-8"?>"#,
@@ -259,5 +259,5 @@ fn elements_stand_in_the_order_of_the_schema() {
         let found = xml[position..].find(part);
         position += found.unwrap_or_else(|| panic!("{part} is not after byte {position} of\n{xml}"));
     }
-    assert_eq!(description().to_xml("{guid}").unwrap(), xml);
+    assert_eq!(description().to_xml("{guid}", Interfaces::All).unwrap(), xml);
 }

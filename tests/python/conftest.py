@@ -54,7 +54,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def squid_command() -> Path:
     """Return the command `squid`, with the binaries of the FMUs built beside it."""
-    build.build()
+    KEPT.mkdir(parents=True, exist_ok=True)
+    with FileLock(KEPT / "build.lock"):
+        build.build()
     return build.squid()
 
 

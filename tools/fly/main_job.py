@@ -9,11 +9,11 @@ from pathlib import Path
 from fly import build, environment, package, platforms, room
 from fly.stages import stage
 
-DISK = 2.0
+DISK = 2.5
 """Disk space of the first run, with a margin (GB)."""
 TEMPORARY = 0.1
 """Disk space of temporary files (GB)."""
-DISK_OF_PLATFORMS = 1.5
+DISK_OF_PLATFORMS = 2.0
 """Additional disk space of the first run for other platforms (GB)."""
 
 
@@ -24,16 +24,14 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
     package.sources_of(vehicle, design)
     names = platforms.named(platform_words)
     room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), TEMPORARY, "building and flying")
+    of = f" for {', '.join(platforms.with_own(names))}" if names else ""
     with (
-        stage("Building squid and the binaries of the FMUs; creating the Python environment (FMPy)"),
+        stage(f"Building squid and the binaries of the FMUs{of}; creating the Python environment (FMPy)"),
         ThreadPoolExecutor() as pool,
     ):
         environment_made = pool.submit(environment.ready)
-        build.build()
+        build.build(names)
         python = environment_made.result()
-    if names:
-        with stage(f"Building the binaries for {', '.join(names)}"):
-            platforms.build_all(names)
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
         packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)
     python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle)

@@ -85,7 +85,7 @@ def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str
     The FMUs run on the host platform and on those named, by their names in FMI.
     """
     sources = sources_of(vehicle, design)
-    binaries = [*build.binaries(), *platforms.binaries(names)]
+    binaries = dict.fromkeys([*build.binaries(), *platforms.binaries(names)])
     made_from = [build.squid(), *binaries, *sources]
     mark = folder / "stamp"
     packages = made_before(folder) if mark.is_file() else None

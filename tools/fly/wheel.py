@@ -7,8 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from fly import build as binaries
-from fly import platforms
+from fly import libraries, platforms
 from fly.stages import BUILD, ROOT, StageError, run, stage
 
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
@@ -39,7 +38,7 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
     path = os.pathsep.join([str(tools.scripts), os.environ["PATH"]])
     # Without an interpreter of that platform: what the stable ABI is, the compiler knows.
     # Stripped, as the FMUs are, dependencies too: for what is not, Zig compiles the C library of Windows once more.
-    flags = "\x1f".join([binaries.without_paths(), "-Cstrip=symbols"])
+    flags = "\x1f".join([libraries.without_paths(), "-Cstrip=symbols"])
     variables = {**tools.variables, "PATH": path, "CARGO_ENCODED_RUSTFLAGS": flags}
     variables |= {} if optimised else UNOPTIMISED
     if platform == "host":
@@ -50,6 +49,9 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
         words += ["--target", platforms.TARGETS[platform]]
         if platform == "win64":
             variables |= windows_tools(tools.scripts / "maturin")
+        elif platform == "darwin64":
+            words += ["--zig"]
+            variables["MACOSX_DEPLOYMENT_TARGET"] = platforms.MACOS
         else:
             words += ["--zig", "--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")

@@ -13,6 +13,7 @@ use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
 use squid_design::store::files::check_directory;
 use squid_flight::sea::Sea;
+use squid_package::kind::Interfaces;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -90,25 +91,8 @@ pub enum Verb {
     Package {
         #[command(flatten)]
         which: Which,
-        /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, separated by commas
-        #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
-        platforms: Vec<String>,
-        /// Where the FMUs' shared libraries are, if not where cargo puts them; those of named platforms in folders of
-        /// that name
-        #[arg(long, value_name = "DIR")]
-        binaries: Option<PathBuf>,
-        /// Pack a controller without proof; its FMUs then say that they are uncertified
-        #[arg(long)]
-        allow_uncertified: bool,
-        /// Pack no report as documentation; computing it takes most of the time
-        #[arg(long)]
-        no_report: bool,
-        /// Write only the three model descriptions, to this directory
-        #[arg(long, value_name = "DIR")]
-        descriptions: Option<PathBuf>,
-        /// Print also what is proved as a mathematical statement, as in the file
-        #[arg(long)]
-        verbose: bool,
+        #[command(flatten)]
+        asked: Packing,
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
@@ -375,6 +359,54 @@ pub enum Where {
 pub enum Language {
     /// C99: a header and a source
     C,
+}
+
+/// The options of `squid package`.
+#[derive(Debug, Args)]
+pub struct Packing {
+    /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, darwin64, separated by commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
+    pub platforms: Vec<String>,
+    /// The interface of FMI that the FMUs offer; some tools take only FMUs with one
+    #[arg(long, value_enum, default_value = "both")]
+    pub kind: FmuKind,
+    /// Where the FMUs' shared libraries are, if not where cargo puts them; those of named platforms in folders of
+    /// that name
+    #[arg(long, value_name = "DIR")]
+    pub binaries: Option<PathBuf>,
+    /// Pack a controller without proof; its FMUs then say that they are uncertified
+    #[arg(long)]
+    pub allow_uncertified: bool,
+    /// Pack no report as documentation; computing it takes most of the time
+    #[arg(long)]
+    pub no_report: bool,
+    /// Write only the three model descriptions, to this directory
+    #[arg(long, value_name = "DIR")]
+    pub descriptions: Option<PathBuf>,
+    /// Print also what is proved as a mathematical statement, as in the file
+    #[arg(long)]
+    pub verbose: bool,
+}
+
+/// The interfaces of FMI that an FMU offers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FmuKind {
+    /// Co-simulation alone: the FMU steps itself
+    Cs,
+    /// Model exchange alone: the importer integrates; of plant and loop, because the controller is sampled
+    Me,
+    /// Both; of the controller co-simulation
+    Both,
+}
+
+impl From<FmuKind> for Interfaces {
+    fn from(kind: FmuKind) -> Self {
+        match kind {
+            FmuKind::Cs => Self::CoSimulation,
+            FmuKind::Me => Self::ModelExchange,
+            FmuKind::Both => Self::All,
+        }
+    }
 }
 
 /// The type of the numbers of a controller in C.

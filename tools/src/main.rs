@@ -75,9 +75,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
-        Verb::Package { which, platforms, binaries, allow_uncertified, no_report, descriptions, verbose } => {
-            package::run(&which, &platforms, binaries, allow_uncertified, no_report, descriptions, verbose)
-        }
+        Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, language, real, to, allow_uncertified, verbose } => {
             export::run(&which, language, real, to, allow_uncertified, verbose)
         }

@@ -1,11 +1,15 @@
 //! From resources to model, description and GUID; packager and binary share this code, and the packager
 //! writes the XML.
 
-use model_description::{Capabilities, CoSimulation, ModelDescription, WriteError, guid};
+use model_description::{Capabilities, CoSimulation, Interfaces, ModelDescription, WriteError, guid};
 
 use crate::log::Category;
 use crate::refusal::LoadError;
-use crate::{Model, Resources, Table};
+use crate::{Interface, Model, ResourceError, Resources, Table};
+
+/// The resource that names the only interface of an FMU: `CoSimulation` or `ModelExchange`. Without it the FMU has all
+/// interfaces of its model.
+pub const INTERFACE_RESOURCE: &str = "interface.txt";
 
 /// A loaded model with its XML.
 #[derive(Debug)]
@@ -38,13 +42,19 @@ pub enum DescribeError {
 /// # Errors
 /// [`DescribeError`].
 pub fn describe<M: Model>(resources: &Resources) -> Result<Described<M>, DescribeError> {
-    let (model, table, description, guid) = load(resources)?;
-    let xml = description.to_xml(&guid)?;
+    let Loaded { model, table, description, guid, interfaces } = load(resources)?;
+    let xml = description.to_xml(&guid, interfaces)?;
     Ok(Described { model, table, description, guid, xml })
 }
 
-/// A model with its variables, its description and its GUID.
-type Loaded<M> = (M, Table<M>, ModelDescription, String);
+/// A model with its variables, its description, its GUID, and the interfaces that its FMU offers.
+pub(crate) struct Loaded<M> {
+    pub(crate) model: M,
+    pub(crate) table: Table<M>,
+    description: ModelDescription,
+    pub(crate) guid: String,
+    pub(crate) interfaces: Interfaces,
+}
 
 /// Loads a model. The packager has checked its description against the standard, and the GUID shows that it is the
 /// same.
@@ -56,7 +66,38 @@ pub(crate) fn load<M: Model>(resources: &Resources) -> Result<Loaded<M>, LoadErr
     let table = Table::of(&model);
     let description = description_of(&model, &table);
     let guid = guid(&description, resources.iter());
-    Ok((model, table, description, guid))
+    let interfaces = interfaces::<M>(resources)?;
+    Ok(Loaded { model, table, description, guid, interfaces })
+}
+
+/// Why [`INTERFACE_RESOURCE`] names no interface of the model.
+#[derive(Debug, thiserror::Error)]
+#[error("resources/{INTERFACE_RESOURCE} is '{found}'; it must be {allowed}")]
+struct WrongInterface {
+    found: String,
+    allowed: &'static str,
+}
+
+fn interfaces<M: Model>(resources: &Resources) -> Result<Interfaces, LoadError> {
+    match resources.text(INTERFACE_RESOURCE) {
+        Err(ResourceError::Missing { .. }) => Ok(Interfaces::All),
+        Err(error) => Err(LoadError(Box::new(error))),
+        Ok("CoSimulation") => Ok(Interfaces::CoSimulation),
+        Ok("ModelExchange") if M::MODEL_EXCHANGE => Ok(Interfaces::ModelExchange),
+        Ok(found) => {
+            let allowed = if M::MODEL_EXCHANGE { "CoSimulation or ModelExchange" } else { "CoSimulation" };
+            Err(LoadError(Box::new(WrongInterface { found: found.to_owned(), allowed })))
+        }
+    }
+}
+
+/// Whether an FMU with these interfaces can be instantiated for one of its model's.
+pub(crate) fn offers(interfaces: Interfaces, interface: Interface) -> bool {
+    match interfaces {
+        Interfaces::All => true,
+        Interfaces::CoSimulation => interface == Interface::CoSimulation,
+        Interfaces::ModelExchange => interface == Interface::ModelExchange,
+    }
 }
 
 fn description_of<M: Model>(model: &M, table: &Table<M>) -> ModelDescription {

@@ -86,6 +86,37 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
+    /// `fmi2SetReal`: as [`set`](Self::set), and in event and continuous-time mode also of states.
+    ///
+    /// The standard has `fmi2SetContinuousStates` for these; CasADi sets them by `fmi2SetReal`, together with inputs.
+    ///
+    /// # Errors
+    /// A refused call; nothing is then set.
+    pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
+        let states = self.table.states();
+        let moves = matches!(self.now.phase, Phase::Event | Phase::Continuous);
+        if !moves || !references.iter().any(|reference| states.contains(reference)) {
+            return self.set(references, |position| values[position]);
+        }
+        self.allows(Function::SetReal)?;
+        self.now.model.states(&mut self.rates);
+        for (&reference, &value) in references.iter().zip(values) {
+            match states.iter().position(|&state| state == reference) {
+                None => self.table.check(reference, &value, self.now.phase)?,
+                Some(_) if !value.is_finite() => {
+                    return Err(Refusal::NotFinite { name: self.name(reference), value });
+                }
+                Some(place) => self.rates[place] = value,
+            }
+        }
+        self.now.model.set_states(&self.rates);
+        for (&reference, &value) in references.iter().zip(values).filter(|(one, _)| !states.contains(one)) {
+            self.table.set(&mut self.now.model, reference, value)?;
+        }
+        self.now.stale = true;
+        Ok(())
+    }
+
     /// `fmi2GetContinuousStates`.
     ///
     /// # Errors

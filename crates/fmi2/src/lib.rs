@@ -26,7 +26,7 @@ mod states;
 mod uri;
 mod variables;
 
-pub use describe::{DescribeError, Described, describe};
+pub use describe::{DescribeError, Described, INTERFACE_RESOURCE, describe};
 pub use exchange::Events;
 pub use instance::{Instance, rounding_of_time};
 pub use legal::Function;

@@ -83,6 +83,10 @@ pub enum Refusal {
     EmptyName,
     #[error("the FMU type {given} is not supported, only {supported}")]
     WrongFmuType { given: i32, supported: &'static str },
+    #[error(
+        "the FMU was packed without {interface}; `squid package --kind both` packs it with all interfaces"
+    )]
+    InterfaceNotPacked { interface: &'static str },
     #[error("the resource location is NULL, but the model reads its design from there")]
     NoResourceLocation,
     #[error(transparent)]

@@ -6,8 +6,8 @@ use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
 use certificate::Theorem;
-use fmi2::{Described, Model, Resources};
-use model_description::ModelDescription;
+use fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
+use model_description::{Interfaces, ModelDescription};
 use squid_design::certify::claims::{self, Terms};
 use squid_design::error::{ProofError, StoreError};
 use squid_design::inputs::Inputs;
@@ -108,12 +108,22 @@ fn uncertified(reason: &str) -> String {
     format!("UNCERTIFIED: {reason}")
 }
 
-/// The model description and resources of an FMU.
+/// The model description and resources of an FMU with these interfaces.
 ///
 /// # Errors
-/// [`Error::Describe`] when the frozen design gives no valid FMU.
-pub fn prepare(kind: Kind, inputs: &Inputs, stored: &Stored) -> Result<Prepared, Error> {
+/// [`Error::Describe`] when the frozen design gives no valid FMU, or the model lacks the interface.
+pub fn prepare(
+    kind: Kind,
+    inputs: &Inputs,
+    stored: &Stored,
+    interfaces: Interfaces,
+) -> Result<Prepared, Error> {
     let mut resources = Resources::default();
+    match interfaces {
+        Interfaces::All => {}
+        Interfaces::CoSimulation => resources.insert(INTERFACE_RESOURCE, "CoSimulation"),
+        Interfaces::ModelExchange => resources.insert(INTERFACE_RESOURCE, "ModelExchange"),
+    }
     if kind != Kind::Plant {
         resources.insert("controller.json", stored.controller.to_json()?);
         if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
@@ -139,19 +149,18 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
     Prepared { identifier: description.model_identifier.clone(), xml, description, resources }
 }
 
-/// Packs one FMU that belongs into `directory`, in memory. Its documentation is the report.
+/// Packs one prepared FMU that belongs into `directory`, in memory. Its documentation is the report.
 ///
 /// # Errors
-/// [`Error::NoBinary`] when the shared library has not been built, [`Error::Describe`].
+/// [`Error::NoBinary`] when the shared library has not been built.
 pub fn pack(
     kind: Kind,
-    inputs: &Inputs,
+    prepared: Prepared,
     stored: &Stored,
     report: &Rendered,
     binaries: &Binaries,
     directory: &Path,
 ) -> Result<Packed, Error> {
-    let prepared = prepare(kind, inputs, stored)?;
     let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     for platform in &binaries.platforms {
         let binary = platform.find(kind, binaries.directory.as_deref())?;

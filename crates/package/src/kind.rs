@@ -1,5 +1,7 @@
 //! The kinds of FMU.
 
+pub use model_description::Interfaces;
+
 /// The kinds of FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -14,6 +16,12 @@ pub enum Kind {
 impl Kind {
     /// All of them.
     pub const ALL: [Kind; 3] = [Kind::Plant, Kind::Controller, Kind::Squid];
+
+    /// Those that have an interface: a sampled controller has no continuous state to integrate.
+    pub fn with(interfaces: Interfaces) -> Vec<Kind> {
+        let has = |kind: &Kind| interfaces != Interfaces::ModelExchange || *kind != Kind::Controller;
+        Self::ALL.into_iter().filter(has).collect()
+    }
 
     /// The crate that is its shared library.
     pub fn library(self) -> &'static str {

@@ -17,7 +17,7 @@ pub struct Platform {
 }
 
 /// What one FMU carries with `--platforms all`.
-const ALL: [Platform; 3] = [
+const ALL: [Platform; 4] = [
     Platform { folder: "linux64", triple: Some("x86_64-unknown-linux-gnu"), prefix: "lib", suffix: ".so" },
     Platform { folder: "win64", triple: Some("x86_64-pc-windows-gnu"), prefix: "", suffix: ".dll" },
     // A separate folder: a tool on x86-64 loads whatever is in linux64.
@@ -27,6 +27,8 @@ const ALL: [Platform; 3] = [
         prefix: "lib",
         suffix: ".so",
     },
+    // One library with both processors in it: tools on both look in this folder. The name is cargo-zigbuild's.
+    Platform { folder: "darwin64", triple: Some("universal2-apple-darwin"), prefix: "lib", suffix: ".dylib" },
 ];
 
 impl Platform {
@@ -70,7 +72,8 @@ impl Platform {
     }
 
     /// Looks for the shared library in `binaries`; or beside this program as cargo lays it out, and then in `target` of
-    /// the working directory, for a program that is installed elsewhere.
+    /// the working directory, for a program that is installed elsewhere. That of this program's own platform may have
+    /// been built with the name of the platform or without it; the newest is taken.
     ///
     /// For another platform than this program's, it is in a folder named for the platform below `binaries`.
     ///
@@ -85,12 +88,16 @@ impl Platform {
             (Some(directory), Some(_)) => vec![directory.join(self.folder)],
             (None, None) => {
                 let unpacked = beside.iter().map(|beside| beside.join("fmu"));
-                unpacked.chain(targets.map(|target| target.join("fmu"))).collect()
+                let own = ALL.iter().find(|one| one.folder == self.folder).and_then(|one| one.triple);
+                let built = targets.flat_map(|target| {
+                    let named = own.map(|triple| target.join(triple).join("fmu"));
+                    named.into_iter().chain([target.join("fmu")])
+                });
+                unpacked.chain(built).collect()
             }
             (None, Some(triple)) => targets.map(|target| target.join(triple).join("fmu")).collect(),
         };
-        let library_path = places.iter().map(|place| place.join(&library)).find(|path| path.is_file());
-        library_path.ok_or_else(|| Error::NoBinary {
+        newest(&places, &library).ok_or_else(|| Error::NoBinary {
             places: places.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "),
             how: self.how(kind),
             library,
@@ -105,6 +112,12 @@ impl Platform {
             Some(triple) => format!("cargo-zigbuild {words} --target {triple}"),
         }
     }
+}
+
+/// Of the files of this name in these places the one that was written last.
+fn newest(places: &[PathBuf], name: &str) -> Option<PathBuf> {
+    let there = places.iter().map(|place| place.join(name)).filter(|path| path.is_file());
+    there.max_by_key(|path| path.metadata().and_then(|found| found.modified()).ok())
 }
 
 fn unknown(name: &str) -> Error {
@@ -126,8 +139,8 @@ mod tests {
 
     #[test]
     fn each_platform_is_taken_once() {
-        assert_eq!(folders(&["all"]), ["linux64", "win64", "aarch64-linux"]);
-        assert_eq!(folders(&["win64", "all"]), ["win64", "linux64", "aarch64-linux"]);
+        assert_eq!(folders(&["all"]), ["linux64", "win64", "aarch64-linux", "darwin64"]);
+        assert_eq!(folders(&["win64", "all"]), ["win64", "linux64", "aarch64-linux", "darwin64"]);
         assert_eq!(folders(&["host"]).len(), 1);
     }
 
@@ -136,14 +149,34 @@ mod tests {
         let message = Platform::named(&["linux".into()]).unwrap_err().to_string();
         assert_eq!(
             message,
-            "the platform is 'linux'; it must be host, all, or some of linux64, win64, aarch64-linux"
+            "the platform is 'linux'; it must be host, all, or some of linux64, win64, aarch64-linux, darwin64"
         );
+    }
+
+    #[test]
+    fn of_two_builds_the_newest_is_packed() {
+        let folder = tempfile::tempdir().unwrap();
+        let places =
+            ["fmu", "x86_64-unknown-linux-gnu/fmu", "nowhere"].map(|place| folder.path().join(place));
+        let name = "libfmu_plant_library.so";
+        let [one, other] = [&places[0], &places[1]].map(|place| {
+            std::fs::create_dir_all(place).unwrap();
+            std::fs::File::create(place.join(name)).unwrap()
+        });
+        let now = std::time::SystemTime::now();
+        let earlier = now - std::time::Duration::from_secs(60);
+        for (first, second, expected) in [(now, earlier, &places[0]), (earlier, now, &places[1])] {
+            one.set_modified(first).unwrap();
+            other.set_modified(second).unwrap();
+            assert_eq!(newest(&places, name), Some(expected.join(name)));
+        }
+        assert_eq!(newest(&places, "libfmu_squid_library.so"), None);
     }
 
     #[test]
     fn a_missing_binary_says_how_to_build_it() {
         let empty = tempfile::tempdir().unwrap();
-        let [.., arm] = ALL;
+        let [.., arm, _] = ALL;
         let message = arm.find(Kind::Squid, Some(empty.path())).unwrap_err().to_string();
         assert!(message.contains("libfmu_squid_library.so is not in"), "{message}");
         assert!(message.contains("-p fmu-squid-library --target aarch64-unknown-linux-gnu"), "{message}");

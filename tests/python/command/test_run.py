@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from conftest import Run
 from flights import figures_of
-from fly import build, flight, package, platforms, record, room, stamp
+from fly import flight, libraries, package, platforms, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import BUILD, ROOT, StageError, run
 
@@ -44,7 +44,7 @@ def test_what_cargo_is_told_does_not_name_this_folder(
 ) -> None:
     """A flag that does would have every crate compiled anew where the folder was moved."""
     monkeypatch.setenv("CARGO_HOME", str(tmp_path))
-    assert str(ROOT) not in build.without_paths() and str(tmp_path) in build.without_paths()
+    assert str(ROOT) not in libraries.without_paths() and str(tmp_path) in libraries.without_paths()
 
 
 def test_a_failing_command_stops_the_job_and_shows_its_log(

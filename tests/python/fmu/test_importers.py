@@ -19,7 +19,7 @@ import fmipp_importer
 import fmpy
 import numpy as np
 import pytest
-from fly import build, record
+from fly import libraries, record
 from fly.master import Signals, Slave, shared
 from fly.package import Packages
 from fly.stages import ROOT
@@ -41,7 +41,7 @@ def fmi_crate() -> Path:
     headers = subprocess.run(
         [compiler, "-print-file-name=include"], capture_output=True, text=True, check=True
     )
-    target = build.target_directory() / "importers"
+    target = libraries.target_directory() / "importers"
     variables = {
         "LIBCLANG_PATH": str(Path(clang.stdout.strip()) / "native"),
         "BINDGEN_EXTRA_CLANG_ARGS": f"-I{headers.stdout.strip()}",
@@ -57,7 +57,7 @@ def fmi_crate() -> Path:
 @pytest.fixture(scope="session")
 def other_crates() -> Path:
     """Return the folder with the importers of other crates, which need nothing but a C compiler."""
-    target = build.target_directory() / "importers"
+    target = libraries.target_directory() / "importers"
     subprocess.run(
         ["cargo", "build", "--quiet", "--locked"],
         cwd=FOLDER / "other-crates",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import zipfile
@@ -15,10 +16,23 @@ import pytest
 from conftest import SQUID, Run
 from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
-from fly import platforms
+from fly import libraries, platforms
 from fly.master import Signals
 from fly.package import Packages
 from fly.record import differences
+from fly.stages import ROOT
+from macholib.mach_o import (
+    CPU_TYPE_NAMES,
+    LC_BUILD_VERSION,
+    LC_CODE_SIGNATURE,
+    LC_ID_DYLIB,
+    LC_LOAD_DYLIB,
+    LC_RPATH,
+    MH_DYLIB,
+    PLATFORM_MACOS,
+)
+from macholib.MachO import MachO, MachOHeader
+from macholib.SymbolTable import SymbolTable
 from native import Plan, Unpacked, compile_host, program
 
 AGREEMENT = 1e-12
@@ -36,6 +50,11 @@ SYSTEM_LIBRARIES = {
     }
     | {"ld-linux-aarch64.so.1"},
     "win64": {"kernel32.dll", "ntdll.dll"},
+    "darwin64": {
+        "/usr/lib/libSystem.B.dylib",
+        "/usr/lib/libcharset.1.dylib",
+        "/usr/lib/libiconv.2.dylib",
+    },
 }
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 WINDOWS_API_SETS = "api-ms-win-"
@@ -73,7 +92,7 @@ def test_one_fmu_holds_all_platforms(everywhere: Packages, kind: str) -> None:
     fmu = getattr(everywhere, kind)
     with zipfile.ZipFile(fmu) as archive:
         binaries = {name for name in archive.namelist() if name.startswith("binaries/")}
-    suffixes = {"linux64": ".so", "win64": ".dll", "aarch64-linux": ".so"}
+    suffixes = {"linux64": ".so", "win64": ".dll", "aarch64-linux": ".so", "darwin64": ".dylib"}
     assert binaries == {f"binaries/{folder}/{fmu.stem}{suffix}" for folder, suffix in suffixes.items()}
 
 
@@ -88,6 +107,17 @@ def test_linux_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str,
         assert max(glibc_versions(elf)) <= GLIBC
         assert elf.get_section_by_name(".symtab") is None, "not stripped"
         assert not [section.name for section in elf.iter_sections() if section.name.startswith(".debug")]
+
+
+@pytest.mark.skipif(platforms.here() is None, reason="Zig does not link the binaries of this machine")
+def test_the_main_job_needs_no_newer_glibc_than_all_platforms(
+    packages: Packages, kind: str, tmp_path: Path
+) -> None:
+    """However new that of this machine is."""
+    binary = Unpacked.of(getattr(packages, kind), tmp_path).binary(platforms.here())
+    with binary.open("rb") as file:
+        versions = glibc_versions(ELFFile(file))
+    assert versions and max(versions) <= GLIBC
 
 
 def glibc_versions(elf: ELFFile) -> list[tuple[int, ...]]:
@@ -111,6 +141,47 @@ def test_windows_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: st
     assert not hasattr(binary, "DIRECTORY_ENTRY_DEBUG")
 
 
+def test_macos_library_is_one_for_both_processors_and_asks_for_little(
+    unpacked: dict[str, Unpacked], kind: str
+) -> None:
+    """No Mac was at hand: this is what the file says of itself, not that it runs."""
+    headers = mach_headers(unpacked[kind].binary("darwin64"))
+    assert {CPU_TYPE_NAMES[header.header.cputype] for header in headers} == {"x86_64", "ARM64"}
+    for header in headers:
+        assert header.header.filetype == MH_DYLIB
+        named = {LC_ID_DYLIB: [], LC_LOAD_DYLIB: [], LC_RPATH: []}
+        oldest = []
+        for load, command, data in header.commands:
+            if load.cmd in named:
+                named[load.cmd].append(data.rstrip(b"\0").decode())
+            elif load.cmd == LC_BUILD_VERSION:
+                oldest.append((command.platform, command.minos >> 16, command.minos >> 8 & 0xFF))
+        (own,) = named[LC_ID_DYLIB]
+        # Of either processor: what does not belong together would have been joined unnoticed.
+        assert own == f"@rpath/libfmu_{kind.replace('loop', 'squid')}_library.dylib"
+        assert "/usr/lib/libSystem.B.dylib" in named[LC_LOAD_DYLIB]
+        assert set(named[LC_LOAD_DYLIB]) <= SYSTEM_LIBRARIES["darwin64"]
+        assert named[LC_RPATH] == []
+        assert oldest == [(PLATFORM_MACOS, *map(int, platforms.MACOS.split(".")))]
+        # A processor of Apple runs nothing unsigned; the linker signs without a name.
+        assert LC_CODE_SIGNATURE in {load.cmd for load, _, _ in header.commands}
+
+
+def mach_headers(binary: Path) -> list[MachOHeader]:
+    """Return what a library for macOS says for each of its processors."""
+    return MachO(str(binary)).headers
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_binaries_name_no_folder_of_the_machine_that_built_them(
+    unpacked: dict[str, Unpacked], kind: str, folder: str
+) -> None:
+    binary = unpacked[kind].binary(folder).read_bytes()
+    home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
+    for place in (ROOT, home, Path.home() / ".rustup", libraries.target_directory()):
+        assert bytes(place) + b"/" not in binary, place
+
+
 def test_all_platforms_export_the_same_functions(unpacked: dict[str, Unpacked], kind: str) -> None:
     of_windows = pefile.PE(str(unpacked[kind].binary("win64"))).DIRECTORY_ENTRY_EXPORT.symbols
     names = {"win64": {symbol.name.decode() for symbol in of_windows}}
@@ -118,15 +189,20 @@ def test_all_platforms_export_the_same_functions(unpacked: dict[str, Unpacked], 
         with unpacked[kind].binary(folder).open("rb") as file:
             symbols = ELFFile(file).get_section_by_name(".dynsym").iter_symbols()
             names[folder] = {s.name for s in symbols if s["st_shndx"] != "SHN_UNDEF"}
+    for header in mach_headers(unpacked[kind].binary("darwin64")):
+        found = {name.decode().removeprefix("_") for _, name in SymbolTable(header.parent, header).extdefsyms}
+        names[f"darwin64 {header.header.cputype}"] = found
     functions = [{name for name in found if name.startswith("fmi2")} for found in names.values()]
-    assert functions[0] == functions[1] == functions[2]
+    assert len(functions) == 5
+    assert all(one == functions[0] for one in functions)
     assert {"fmi2Instantiate", "fmi2DoStep", "fmi2GetReal", "fmi2FreeInstance"} <= functions[0]
     assert names["linux64"] == names["aarch64-linux"] == functions[0], "nothing but FMI is exported on Linux"
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_binaries_stay_small(unpacked: dict[str, Unpacked], kind: str, folder: str) -> None:
-    assert unpacked[kind].binary(folder).stat().st_size <= LARGEST[kind]
+    processors = 2 if folder == "darwin64" else 1
+    assert unpacked[kind].binary(folder).stat().st_size <= LARGEST[kind] * processors
 
 
 def plan_of(kind: str, unpacked: Unpacked) -> Plan:

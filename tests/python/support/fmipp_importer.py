@@ -13,7 +13,7 @@ import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from fly import build, platforms, stamp
+from fly import libraries, platforms, stamp
 from importers import FOLDER, others
 from native import program
 
@@ -24,7 +24,7 @@ PARTS = ("base", "integrators")
 def built() -> Path:
     """Return the program, made first if it is missing or its source has changed."""
     source = FOLDER / "fmipp" / "fly.cpp"
-    folder = build.target_directory() / "importers" / "fmipp"
+    folder = libraries.target_directory() / "importers" / "fmipp"
     made, mark = folder / "fly-fmipp", folder / "stamp"
     compiler = program("g++", "g++", "clang++")
     expected = stamp.digest([source], LIBRARY, BOOST, compiler)

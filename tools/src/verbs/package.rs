@@ -1,6 +1,6 @@
 //! `squid package`: proves the certificate again, and packs FMUs and SSP.
 
-use crate::cli::Which;
+use crate::cli::{Packing, Which};
 use crate::error::Error;
 use crate::output::{answer, say, say_path};
 use crate::progress::show;
@@ -9,8 +9,8 @@ use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::store::files::{Files, check_directory};
 use squid_package::error::Error as PackageError;
-use squid_package::fmu::{Binaries, Prepared, lines, pack, prepare, require_proof, standing};
-use squid_package::kind::Kind;
+use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, require_proof, standing};
+use squid_package::kind::{Interfaces, Kind};
 use squid_package::platform::Platform;
 use squid_package::ssp;
 use squid_report::rendered::{Rendered, rendered};
@@ -21,16 +21,10 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// Those of the files, the design, the report and the libraries.
-pub fn run(
-    which: &Which,
-    platforms: &[String],
-    libraries: Option<PathBuf>,
-    allow_uncertified: bool,
-    no_report: bool,
-    descriptions: Option<PathBuf>,
-    verbose: bool,
-) -> Result<(), Error> {
-    let binaries = Binaries { platforms: named(platforms)?, directory: libraries };
+pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
+    let Packing { platforms, kind, binaries, allow_uncertified, no_report, descriptions, verbose } = asked;
+    let interfaces = kind.into();
+    let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
     let (inputs, directory) = which.read()?;
     let mut stored = store::load(&directory, &inputs)?;
     let folder = descriptions.as_ref().unwrap_or(&directory);
@@ -51,7 +45,8 @@ pub fn run(
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
-            let described = Kind::ALL.into_iter().map(|kind| prepare(kind, &inputs, &stored));
+            let kinds = Kind::with(interfaces).into_iter();
+            let described = kinds.map(|kind| prepare(kind, &inputs, &stored, interfaces));
             let file = |p: Prepared| (to.join(format!("{}.xml", p.identifier)), p.xml.into_bytes());
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
@@ -64,15 +59,21 @@ pub fn run(
                 }
             };
             let packing = progress.begin("package", "compressing");
-            let packed = |kind| pack(kind, &inputs, &stored, &report, &binaries, &directory);
-            let [plant, controller, whole] =
-                [packed(Kind::Plant)?, packed(Kind::Controller)?, packed(Kind::Squid)?];
-            let name = &whole.description.model_identifier;
-            let system = ssp::pack(name, &plant, &controller, &stored, &directory)?;
+            let packed = |kind| -> Result<Packed, PackageError> {
+                let prepared = prepare(kind, &inputs, &stored, interfaces)?;
+                pack(kind, prepared, &stored, &report, &binaries, &directory)
+            };
+            let fmus = Kind::with(interfaces).into_iter().map(packed).collect::<Result<Vec<_>, _>>()?;
+            let system = match &fmus[..] {
+                [plant, controller, whole] => {
+                    let name = &whole.description.model_identifier;
+                    Some(ssp::pack(name, plant, controller, &stored, &directory)?)
+                }
+                _ => None,
+            };
             drop(packing);
             page = (!no_report).then_some(report);
-            let fmus = [plant, controller, whole].map(|packed| (packed.path, packed.bytes));
-            fmus.into_iter().chain([system]).collect()
+            fmus.into_iter().map(|packed| (packed.path, packed.bytes)).chain(system).collect()
         }
     };
     let size =
@@ -80,6 +81,12 @@ pub fn run(
     let written: Vec<String> = files.iter().map(|(path, bytes)| size(path, bytes)).collect();
     let names: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
     let mut set = Files::default();
+    if descriptions.is_none() && interfaces == Interfaces::ModelExchange {
+        say("no controller and no SSP: they are for co-simulation");
+        let [_, controller, whole] = Kind::ALL.map(|kind| prepare(kind, &inputs, &stored, Interfaces::All));
+        set.remove(directory.join(format!("{}.fmu", controller?.identifier)));
+        set.remove(directory.join(format!("{}.ssp", whole?.identifier)));
+    }
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
     written.iter().for_each(|line| say(line));

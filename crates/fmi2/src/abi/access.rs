@@ -59,10 +59,12 @@ functions! {
         // SAFETY: as above.
         unsafe { get(own, references, count, values, |value: bool| c_int::from(value)) }
     };
-    /// `fmi2SetReal`.
+    /// `fmi2SetReal`; in model exchange also of states.
     set_real(references: *const u32, count: usize, values: *const f64) = SetReal, |own| {
         // SAFETY: as above.
-        unsafe { set(own, references, count, values, |value: f64| value) }
+        let (references, values) =
+            unsafe { (slice(references, count, "vr")?, slice(values, count, "value")?) };
+        Ok(own.instance.set_real(references, values)?)
     };
     /// `fmi2SetInteger`, also for enumerations.
     set_integer(references: *const u32, count: usize, values: *const c_int) = SetInteger, |own| {

@@ -76,11 +76,14 @@ fn load<M: Model>(name: &str, fmu_type: c_int, guid: &str, location: &str) -> Re
         (given, false) => return Err(Refusal::WrongFmuType { given, supported: "1 (co-simulation)" }),
     };
     let resources = Resources::from_folder(&path_of(location)?)?;
-    let (model, table, _, expected) = describe::load::<M>(&resources)?;
-    if expected != guid {
-        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected });
+    let loaded = describe::load::<M>(&resources)?;
+    if loaded.guid != guid {
+        return Err(Refusal::WrongGuid { given: guid.to_owned(), expected: loaded.guid });
     }
-    Ok(Instance::of(interface, model, table, guid))
+    if !describe::offers(loaded.interfaces, interface) {
+        return Err(Refusal::InterfaceNotPacked { interface: interface.name() });
+    }
+    Ok(Instance::of(interface, loaded.model, loaded.table, guid))
 }
 
 /// `fmi2FreeInstance`.

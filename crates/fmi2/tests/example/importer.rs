@@ -135,8 +135,15 @@ pub fn unpack() -> Unpacked {
 
 /// The same with another gain.
 pub fn unpack_with(gain: &str) -> Unpacked {
+    unpack_files(&[("gain.txt", gain)])
+}
+
+/// The same with other resources.
+pub fn unpack_files(files: &[(&str, &str)]) -> Unpacked {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("gain.txt"), gain).unwrap();
+    for (name, content) in files {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
     let resources = Resources::from_folder(folder.path()).unwrap();
     let guid = CString::new(describe::<Lag>(&resources).unwrap().guid).unwrap();
     let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();

@@ -3,8 +3,10 @@
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
+use crate::example::Lag;
 use crate::importer::*;
-use fmi2::abi::Status;
+use fmi2::abi::{Component, Status};
+use fmi2::{INTERFACE_RESOURCE, Interface, Resources, describe};
 
 /// Asserts that the last call was refused with one sentence that holds `text`.
 #[track_caller]
@@ -445,4 +447,85 @@ fn an_importer_integrates() {
         fmi2FreeInstance(c);
     }
     assert_eq!(messages(), Vec::<String>::new());
+}
+
+#[test]
+fn an_fmu_of_one_interface_refuses_the_other() {
+    for (word, offered, other) in [
+        ("CoSimulation", Interface::CoSimulation, Interface::ModelExchange),
+        ("ModelExchange", Interface::ModelExchange, Interface::CoSimulation),
+    ] {
+        let fmu = unpack_files(&[("gain.txt", "2.0"), (INTERFACE_RESOURCE, word)]);
+        let both = unpack();
+        assert_ne!(fmu.guid, both.guid);
+        assert!(fmu.made_for(other, false).is_null());
+        let refused = messages();
+        assert_eq!(refused.len(), 1);
+        let expected = format!("fmi2Instantiate: the FMU was packed without {};", other.name());
+        assert!(refused[0].contains(&expected), "{refused:?}");
+        let c = fmu.made_for(offered, false);
+        assert!(!c.is_null());
+        initialise(c);
+        unsafe { fmi2FreeInstance(c) };
+        assert_eq!(messages(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn the_description_offers_the_interface_of_the_resource() {
+    let of = |word: Option<&str>| {
+        let gain = [("gain.txt", "2.0")];
+        let files: Resources = gain.into_iter().chain(word.map(|word| (INTERFACE_RESOURCE, word))).collect();
+        describe::<Lag>(&files).map(|described| described.xml).map_err(|error| error.to_string())
+    };
+    let offered = |word| {
+        let xml = of(word).unwrap();
+        ["<ModelExchange ", "<CoSimulation "].map(|element| xml.contains(element))
+    };
+    assert_eq!(offered(None), [true, true]);
+    assert_eq!(offered(Some("CoSimulation")), [false, true]);
+    assert_eq!(offered(Some("ModelExchange")), [true, false]);
+    let refused = of(Some("ScheduledExecution")).unwrap_err();
+    let expected =
+        "resources/interface.txt is 'ScheduledExecution'; it must be CoSimulation or ModelExchange";
+    assert!(refused.ends_with(expected), "{refused}");
+}
+
+/// As CasADi does, which sets states and inputs in one call.
+#[test]
+fn states_are_set_like_inputs_in_model_exchange() {
+    let fmu = unpack();
+    for continuous in [false, true] {
+        let c = fmu.made_for(Interface::ModelExchange, false);
+        initialise(c);
+        if continuous {
+            assert_eq!(unsafe { fmi2EnterContinuousTimeMode(c) }, Status::Ok);
+        }
+        sets_the_state(c);
+    }
+    // In co-simulation the FMU integrates.
+    let c = fmu.instantiate(false);
+    initialise(c);
+    unsafe {
+        assert_refused(fmi2SetReal(c, &Y, 1, &3.0), "'y' may not be set in state 'step complete'");
+        fmi2FreeInstance(c);
+    }
+}
+
+/// Sets state and input of the lag at once, then with a value that is refused, and frees it.
+fn sets_the_state(c: Component) {
+    let (mut rate, mut state) = (0.0, 0.0);
+    unsafe {
+        assert_eq!(fmi2SetReal(c, [Y, U].as_ptr(), 2, [3.0, 1.0].as_ptr()), Status::Ok);
+        assert_eq!(fmi2GetDerivatives(c, &mut rate, 1), Status::Ok);
+        assert_eq!(fmi2GetContinuousStates(c, &mut state, 1), Status::Ok);
+        assert_eq!((rate, state, real(c, U)), ((2.0 * 1.0 - 3.0) / 0.5, 3.0, 1.0));
+        assert_refused(
+            fmi2SetReal(c, [U, Y].as_ptr(), 2, [5.0, f64::NAN].as_ptr()),
+            "'y' cannot be set to NaN",
+        );
+        assert_refused(fmi2SetReal(c, [Y, GAIN].as_ptr(), 2, [7.0, 1.0].as_ptr()), "'gain' may not be set");
+        assert_eq!((real(c, Y), real(c, U)), (3.0, 1.0), "a refused call sets nothing");
+        fmi2FreeInstance(c);
+    }
 }

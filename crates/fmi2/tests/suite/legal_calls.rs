@@ -14,6 +14,7 @@ const COUNT: u32 = 3;
 const ARMED: u32 = 4;
 const LABEL: u32 = 5;
 const METHOD: u32 = 6;
+const RATE: u32 = 8;
 
 /// A fresh instance in the given phase.
 fn in_phase(fmu: &Unpacked, interface: Interface, phase: Phase) -> Component {
@@ -312,14 +313,14 @@ fn after_an_error_a_reset_or_an_earlier_state_goes_on() {
 
 /// What changes at events only is not set between them (footnote of the table in section 3.2.3).
 #[test]
-fn in_continuous_time_mode_continuous_inputs_alone_are_set() {
+fn in_continuous_time_mode_continuous_inputs_and_states_alone_are_set() {
     let fmu = unpack();
     let c = in_phase(&fmu, Interface::ModelExchange, Phase::Continuous);
     let refused: [c_int; 3] = unsafe {
         [
             fmi2SetBoolean(c, &ARMED, 1, &0) as c_int,
             fmi2SetReal(c, &GAIN, 1, &1.0) as c_int,
-            fmi2SetReal(c, &Y, 1, &1.0) as c_int,
+            fmi2SetReal(c, &RATE, 1, &1.0) as c_int,
         ]
     };
     assert_eq!((refused, messages().len()), ([Status::Error as c_int; 3], 3));
