@@ -2,8 +2,8 @@
 //!
 //! All `unsafe` code lives here. The C functions are here, generic over the model; the macro
 //! [`export!`](crate::export) gives them their C names. Each call passes one gate (`component.rs`) that
-//! checks pointer and state table, catches panics, and logs one sentence for what it refuses; it computes in the default
-//! floating-point environment (`environment.rs`).
+//! checks pointer and state table, catches panics, and logs one sentence for what it refuses; it computes in
+//! the default floating-point environment (`environment.rs`).
 
 #![allow(unsafe_code)]
 
