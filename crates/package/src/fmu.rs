@@ -276,7 +276,8 @@ mod tests {
         let wires = |measured: &[(&str, &str)]| {
             let (inputs, stored) = measuring(measured);
             let packed = |kind| {
-                let Prepared { identifier, description, .. } = prepare(kind, &inputs, &stored).unwrap();
+                let Prepared { identifier, description, .. } =
+                    prepare(kind, &inputs, &stored, Interfaces::All).unwrap();
                 Packed { path: identifier.into(), bytes: Vec::new(), description }
             };
             let (plant, controller) = (packed(Kind::Plant), packed(Kind::Controller));
