@@ -20,8 +20,8 @@ pub(crate) struct Component<M: Model> {
     pub(crate) last_step: Status,
 }
 
-/// Runs one call in the default floating-point environment: checks handle and state table, catches panics, logs what went
-/// wrong, returns the status.
+/// Runs one call in the default floating-point environment: checks handle and state table, catches panics, logs what
+/// went wrong, returns the status.
 ///
 /// # Safety
 /// `component` is NULL or a handle from `fmi2Instantiate::<M>` that was not freed and is in no other call.
