@@ -24,8 +24,8 @@ impl Inputs {
         let submerged = self.vehicle.geometry.map_or(0.0, |hull| 0.5 * hull.diameter);
         let surfaced = (depth <= submerged).then(|| {
             format!(
-                "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; give \
-                 the depth at which the vehicle works",
+                "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; \
+                 give the depth at which the vehicle works",
                 auv::number(depth)
             )
         });
