@@ -118,7 +118,7 @@ fn front(tuned: &Tuned) -> String {
     ];
     // The design that is written, and those that were faster, are always there.
     let written = tuned.front.iter().position(|(_, standing)| *standing == Standing::Written);
-    let is_shown = |i: usize| i % every == 0 || written.is_some_and(|written| i <= written);
+    let is_shown = |i: usize| i.is_multiple_of(every) || written.is_some_and(|written| i <= written);
     let rows = tuned.front.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, row)| row);
     lines.extend(rows.map(|(point, standing)| {
         format!("{:>6.2}   {:>15.1}   {}", point.rise, point.disk, remark(standing)).trim_end().to_owned()

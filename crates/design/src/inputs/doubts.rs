@@ -35,7 +35,6 @@ impl Inputs {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::inputs::tests::shipped;
 
     /// The shipped designs get no remark; a pitch of an odd scale and trims at the surface get one each, with the
