@@ -196,7 +196,8 @@ pub enum Verb {
         #[arg(long, value_name = "DIR")]
         vehicle: Option<PathBuf>,
         /// The design: a file NAME.toml in the vehicle's directory
-        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle", value_parser = design_name)]
+        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
+        #[arg(value_parser = design_name)]
         design: String,
         /// The bandwidth that replaced w_b of every tracking weight, rad/s
         #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]

@@ -74,8 +74,8 @@ pub fn set(text: &str, indent: usize) -> String {
     text.split('\n').map(|line| set_line(line, indent, columns)).collect::<Vec<_>>().join("\n")
 }
 
-/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole. A row of a table is broken
-/// between its cells, where that can be, and goes on below the second of them.
+/// A line broken at spaces; a word that is longer than the line, such as a path, stays whole. A row of a table is
+/// broken between its cells, where that can be, and goes on below the second of them.
 fn set_line(line: &str, indent: usize, columns: usize) -> String {
     let head = line.len() - line.trim_start().len();
     let (mut begin, indent) = (head.max(indent), indent.max(head).min(columns / 2));

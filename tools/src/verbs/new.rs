@@ -97,8 +97,8 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
          {shown}/design.toml: what the controller must do\n\
          Next: squid show {shown} --speed {speed}; squid design {shown}\n\
          With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
-         a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. design.toml \
-         is still that of {whose}: remove it then."
+         a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. \
+         design.toml is still that of {whose}: remove it then."
     ));
     let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
     Ok(answer(&json!({ "files": files }))?)

@@ -143,12 +143,13 @@ fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
     let on = format!("squid tune {} --design {name} --to {name}", vehicle.display());
     match tuned.ended {
         true => format!(
-            "the search ended by itself after {} designs: the last round about the best gained less than 1 %; from what \
-             is written: {on}",
+            "the search ended by itself after {} designs: the last round about the best gained less than 1 %; from \
+             what is written: {on}",
             tuned.tried
         ),
         false => format!(
-            "the search would go on: it used all {} designs that --designs allows; go on from what is written with {on}",
+            "the search would go on: it used all {} designs that --designs allows; go on from what is written \
+             with {on}",
             tuned.tried
         ),
     }

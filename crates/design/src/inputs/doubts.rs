@@ -24,8 +24,8 @@ impl Inputs {
         let submerged = self.vehicle.geometry.map_or(0.0, |hull| 0.5 * hull.diameter);
         let surfaced = (depth <= submerged).then(|| {
             format!(
-                "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; give \
-                 the depth at which the vehicle works",
+                "{file}: 'model.depth' is {} m, where the hull is not submerged: the equations hold in deep water; \
+                 give the depth at which the vehicle works",
                 auv::number(depth)
             )
         });
@@ -58,9 +58,9 @@ mod tests {
     fn a_pitch_that_no_vehicle_is_off_is_refused() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
         let text = auv::read_text(&path).unwrap();
-        let unit = "unit = \"deg\"";
+        let unit = "\nunit = \"deg\"";
         assert!(text.find(unit).unwrap() < text.find("output = \"speed\"").unwrap());
-        let wrong = text.replacen(unit, "unit = \"rad\"", 1);
+        let wrong = text.replacen(unit, "\nunit = \"rad\"", 1);
         let refused = crate::inputs::design_file::DesignFile::parse(&wrong, "design.toml", "design");
         let refused = refused.unwrap_err().to_string();
         assert!(refused.contains("'track.scale' is ") && refused.contains("at most 90 deg"), "{refused}");

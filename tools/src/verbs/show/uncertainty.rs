@@ -59,8 +59,8 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
 
 fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
     let mut out = String::from(
-        "Uncertain parameters and their channels in the LFT: at one speed (the most over the speeds), over\nthe range of \
-         speed\n",
+        "Uncertain parameters and their channels in the LFT: at one speed (the most over the speeds), \
+         over\nthe range of speed\n",
     );
     for b in &joint.blocks {
         let (factor, unit) = readable(b.unit);
