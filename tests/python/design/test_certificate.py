@@ -43,7 +43,9 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
         proved = [line for line in done.stdout.splitlines() if line.startswith("PROVED: ")]
-        assert re.match(r"PROVED: gain of the weighted loop \(gamma\) below 0\.\d{4}, for every trajectory", proved[0])
+        assert re.match(
+            r"PROVED: gain of the weighted loop \(gamma\) below 0\.\d{4}, for every trajectory", proved[0]
+        )
         assert proved[1].endswith("for every model in a ball around the fit")
         assert re.match(r"PROVED: a pitch step of up to [\d.]+ deg from (trim|every state), ", proved[2])
         assert "measurable" not in done.stdout

@@ -56,9 +56,13 @@ def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, t
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
     done = run_squid("verify", certificate, "--vehicle", REMUS100)
     assert done.returncode == 0, done.stderr
-    part = f"for {100 * found['robust_bears']:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
-    assert f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {REMUS100}"\
+    part = (
+        f"for {100 * found['robust_bears']:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
+    )
+    assert (
+        f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {REMUS100}"
         in done.stdout
+    )
     assert part in done.stdout and "its controller is that of controller.json beside it" in done.stdout
     for size, nominal, robust in found["ladder"][1:]:
         assert robust < (math.inf if nominal is None else nominal), size
