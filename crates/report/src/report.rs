@@ -218,3 +218,22 @@ impl Report {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Of numbers that somebody else wrote nothing is known: neither geometry nor a paper.
+    #[test]
+    fn only_the_vehicle_of_the_paper_is_compared_with_it() {
+        let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
+        let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
+        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning.unwrap();
+        assert!(warning(&inputs).contains("derived from geometry"));
+        "otter".clone_into(&mut inputs.vehicle.name);
+        let found = warning(&inputs);
+        assert!(found.starts_with("SURROGATE: ") && found.contains("not those of the real otter"), "{found}");
+        assert!(!found.contains("geometry") && !found.contains("paper"), "{found}");
+    }
+}

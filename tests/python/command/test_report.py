@@ -181,18 +181,6 @@ def test_a_surrogate_is_called_one(written: tuple[str, Path], page: ET.Element) 
     assert all(("surrogate" in text) == surrogate for text in named)
 
 
-def test_a_new_vehicle_is_not_said_to_be_of_the_paper(run_squid: Run, tmp_path: Path) -> None:
-    """Its numbers are what its owner says: nothing is known of geometry, nor of a paper."""
-    vehicle = tmp_path / "otter"
-    assert run_squid("new", vehicle).returncode == 0
-    out = tmp_path / "out"
-    assert run_squid("design", vehicle, "--no-advise", "--out", out, timeout=300.0).returncode == 0
-    assert run_squid("report", vehicle, "--out", out, timeout=300.0).returncode == 0
-    text = words(ET.fromstring((out / "report.html").read_text(encoding="utf-8")))
-    assert "SURROGATE" in text and "not those of the real otter" in text
-    assert "derived from geometry; where they differ" not in text
-
-
 def test_the_claim_on_the_order_follows_from_the_table(squid: Packages) -> None:
     """The residuals are in a table; the finding must be the one that its criterion gives for them."""
     page = ET.fromstring((squid.folder / "report.html").read_text(encoding="utf-8"))
