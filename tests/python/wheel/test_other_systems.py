@@ -1,4 +1,4 @@
-"""The wheels for Windows and 64-bit ARM, built and used under Wine and QEMU, and that for macOS, built and read.
+"""The wheels for Windows and 64-bit ARM, built and used under Wine and QEMU.
 
 In CI they are compiled without optimisation, in a third of the time. As they are shipped, on request:
 SQUID_WHEELS=1 build/venv/bin/python -m pytest -c tests/pytest.ini tests/python/wheel/test_other_systems.py
@@ -18,10 +18,6 @@ import pefile
 import pytest
 from conftest import wheel_for
 from fly import platforms
-from fly.stages import ROOT
-from macholib.mach_o import CPU_TYPE_NAMES, LC_BUILD_VERSION, LC_ID_DYLIB, LC_LOAD_DYLIB
-from macholib.MachO import MachO
-from macholib.SymbolTable import SymbolTable
 from native import program
 
 AS_SHIPPED = "SQUID_WHEELS" in os.environ
@@ -128,31 +124,6 @@ def test_windows(sq: ModuleType, tmp_path: Path) -> None:
     agrees(
         sq, [wine, home / "python.exe"], f"Z:{packages}", WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all"
     )
-
-
-def test_macos(tmp_path: Path) -> None:
-    """What the file says of itself: no Mac was at hand."""
-    made = wheel_for("darwin64", optimised=AS_SHIPPED)
-    assert made.name.endswith(f"-macosx_{platforms.MACOS.replace('.', '_')}_universal2.whl")
-    with zipfile.ZipFile(made) as archive:
-        archive.extractall(tmp_path)
-    (core,) = (tmp_path / "squid_lpv").glob("_core*.so")
-    headers = MachO(str(core)).headers
-    assert {CPU_TYPE_NAMES[header.header.cputype] for header in headers} == {"x86_64", "ARM64"}
-    for header in headers:
-        exported = {name for _, name in SymbolTable(header.parent, header).extdefsyms}
-        assert b"_PyInit__core" in exported
-        commands = [
-            (load.cmd, command, data.rstrip(b"\0").decode(errors="replace"))
-            for load, command, data in header.commands
-            if load.cmd in (LC_ID_DYLIB, LC_LOAD_DYLIB, LC_BUILD_VERSION)
-        ]
-        paths = {path for kind, _, path in commands if kind != LC_BUILD_VERSION}
-        assert all(path.startswith(("/usr/lib/lib", "@rpath/")) for path in paths), paths
-        (least,) = (command.minos for kind, command, _ in commands if kind == LC_BUILD_VERSION)
-        assert (least >> 16, least >> 8 & 0xFF) == tuple(map(int, platforms.MACOS.split(".")))
-    for place in (ROOT, Path.home() / ".cargo", Path.home() / ".rustup"):
-        assert bytes(place) + b"/" not in core.read_bytes(), place
 
 
 def test_arm(sq: ModuleType, tmp_path: Path) -> None:
