@@ -167,8 +167,8 @@ impl Certificate {
             return Err(ReadError::NoInput { found: l.input, inputs: s.w });
         }
         if self.jumping_measurement(l.input).is_none() {
-            let allowed = "an input w whose step is a jump by as much of one measurement y, and reaches the loop nowhere \
-                           else, also not through filters (size would not count all that arrives)";
+            let allowed = "an input w whose step is a jump by as much of one measurement y, and reaches the loop \
+                           nowhere else, also not through filters (size would not count all that arrives)";
             return Err(ReadError::kind("limits.input", l.input.to_string(), allowed));
         }
         let states = (self.moving_states().len() + s.xk, "states of the loop with limits");

@@ -3,9 +3,9 @@
 //! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
 //! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
 //! The filters of w that a step passes are left out, and with them what they make of it: the step is counted where it
-//! arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step x_held`, and `decay/2` is added to A, so that the inequality of such a
-//! loop is that of a decay. The rate of a state of the plant that has a limit is one more u, whose phi moves that state
-//! the other way, and nothing else.
+//! arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step x_held`,
+//! and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state of the
+//! plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
 
 use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
 use crate::closed_loop::ClosedLoop;

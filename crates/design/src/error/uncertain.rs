@@ -13,9 +13,9 @@ pub enum UncertainError {
     NothingUncertain { design: String },
     /// The reduction of the model leaves nothing of what is declared.
     #[error(
-        "{design}: [uncertainty]: nothing of what is declared is left in the model: at {:.0} % of their ranges, none of \
-            {} moves the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger ranges, \
-            or other coefficients",
+        "{design}: [uncertainty]: nothing of what is declared is left in the model: at {:.0} % of their ranges, none \
+            of {} moves the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
+            ranges, or other coefficients",
         100.0 * size,
         names.join(", "),
         100.0 * tolerance

@@ -2,7 +2,7 @@
 
 use crate::inputs::Inputs;
 use auv::rounded;
-use signals::PITCH;
+use signals::{DEPTH, PITCH};
 
 /// An error of the pitch that counts as 1 is unusual beyond this (deg): the linear models hold for less.
 const PITCH_SCALE: f64 = 45.0;
@@ -29,7 +29,15 @@ impl Inputs {
                 auv::number(depth)
             )
         });
-        self.vehicle.doubts().into_iter().chain(pitch).chain(surfaced).collect()
+        let is_held = self.design.tracked.iter().any(|t| t.place == DEPTH);
+        let adrift = (self.design.speed_min <= 0.0 && !is_held).then(|| {
+            format!(
+                "{file}: nothing holds the depth at {} m/s ('model.speed_min'), where no pitch changes it: track \
+                 \"depth\", too, or begin the range above 0 m/s",
+                auv::number(self.design.speed_min)
+            )
+        });
+        self.vehicle.doubts().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
     }
 }
 
@@ -44,6 +52,9 @@ mod tests {
         for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "depth")] {
             assert_eq!(shipped(vehicle, design).doubts(), [""; 0], "{vehicle} {design}");
         }
+        let doubts = shipped("bluerov2_heavy", "design").doubts();
+        assert_eq!(doubts.len(), 1, "{doubts:?}");
+        assert!(doubts[0].contains("nothing holds the depth at 0 m/s"), "{}", doubts[0]);
         let mut inputs = shipped("squid", "design");
         inputs.design.depth = 0.0;
         inputs.design.tracked[0].scale = 1.0;
