@@ -228,7 +228,8 @@ impl fmt::Display for LimitTheorem {
             "With commands saturated at the limits in the file{moved}, the part that is cut off fed back by E, and \
              that Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant \
              that the loop does not drive, a jump by as much of one measurement, held for any time and removed, leaves \
-             the state in the region in the file. The loop then returns to rest exponentially, {where_}: x'Xx decays with the rate {decay}."
+             the state in the region in the file. The loop then returns to rest exponentially, \
+             {where_}: x'Xx decays with the rate {decay}."
         )
     }
 }
