@@ -17,7 +17,7 @@ from pathlib import Path
 
 import polars
 import pytest
-from conftest import SQUID, Run
+from conftest import SQUID, UNBROKEN, Run
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -160,7 +160,7 @@ def test_killed_and_begun_again(
 def on_cluster(*words: str | Path) -> subprocess.CompletedProcess:
     """Run `python -m squid_campaign`."""
     command = [sys.executable, "-m", "squid_campaign", *map(str, words)]
-    variables = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+    variables = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "COLUMNS": UNBROKEN}
     return subprocess.run(command, env=variables, capture_output=True, text=True, timeout=300.0, check=False)
 
 

@@ -118,7 +118,7 @@ def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp
     assert done.returncode == 1 and "changed after it was packed" in done.stderr
     with zipfile.ZipFile(spoilt) as package:
         package.extract("resources/certificate.json", tmp_path)
-    done = run_squid("verify", tmp_path / "resources" / "certificate.json")
+    done = run_squid("verify", tmp_path / "resources" / "certificate.json", "--verbose")
     assert done.returncode == 0 and "Nothing is proved of a plant that differs" in done.stdout
 
 

@@ -179,14 +179,14 @@ def test_a_bounded_rate(rate: float, reason: str | None, run_squid: Run, tmp_pat
     path.write_text(json.dumps(first_order(rate)), encoding="utf-8")
     done = run_squid("verify", path)
     assert done.returncode == (0 if reason is None else 1), done.stderr
-    assert ("changes by at most 0.5 a second" in done.stdout) == (reason is None)
+    assert ("1 parameter that changes by at most 0.5 in a unit of time" in done.stdout) == (reason is None)
 
 
 def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path: Path) -> None:
     """`squid verify` proves the certificate and refuses changed ones."""
     done = run_squid("verify", GOLDEN)
     assert done.returncode == 0, done.stderr
-    assert "every constant value of 13 more" in done.stdout
+    assert "every trajectory of 2 parameters and every constant value of 13 parameters and" in done.stdout
     for key in ("gamma", "plant"):
         changed = json.loads(json.dumps(certificate))
         if key == "gamma":

@@ -57,7 +57,7 @@ def test_the_step_at_the_limits_is_one_of_the_depth(deep: Packages, run_squid: R
         assert done.returncode == 0, done.stderr
         found = json.loads(done.stdout)
         assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
-    said = " ".join(run_squid("verify", deep.controller).stdout.split())
+    said = " ".join(run_squid("verify", deep.controller, "--verbose").stdout.split())
     assert f"one of the depth reference, of up to {found['depth_step_m']:g} m." in said
 
 

@@ -148,7 +148,7 @@ def test_coupled_is_the_same_flight(nps: Packages, fidelity: int) -> None:
 
 
 def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
-    done = run_squid("verify", nps.loop, "--vehicle", NPS)
+    done = run_squid("verify", nps.loop, "--vehicle", NPS, "--verbose")
     assert done.returncode == 0, done.stderr
     assert "of the parameter in [-1, 1]" in done.stdout
     # The scale of the pitch is that of the controller in an FMU, or of the design file; a certificate alone has none.

@@ -42,7 +42,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
     assert "gain of propeller, gain of stern_planes" in done.stderr and "PROVED" not in done.stdout
 
 
-def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
     """More at the same gain, proved; and a nominal design takes the robust one's files away."""
     made = designed(run_squid, REMUS100, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
@@ -81,7 +81,7 @@ def test_the_robust_controller_bears_more(run_squid: Run, quick_vehicle: Path, t
         "made with --robust" in done.stdout
         and f"bound of the finished loop {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
     )
-    assert run_squid("design", quick_vehicle, "--no-advise", "--out", copy).returncode == 0
+    assert run_squid("design", REMUS100, "--no-advise", "--out", copy).returncode == 0
     assert not list(copy.glob("robust*"))
 
 

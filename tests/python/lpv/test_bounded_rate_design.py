@@ -45,7 +45,7 @@ def test_the_product_claims_the_rate(designed: tuple[Path, Packages], run_squid:
     assert bounded["gamma"] < bounded["residual"]["gamma"] < 1.3 * bounded["gamma"]
     assert bounded["gamma"] < certificate["gamma"]
     for fmu in (packages.controller, packages.loop):
-        done = run_squid("verify", fmu, "--vehicle", vehicle)
+        done = run_squid("verify", fmu, "--vehicle", vehicle, "--verbose")
         assert done.returncode == 0, done.stderr
         words = f"moves by at most {bounded['rate']} in a unit of time, the gain is below {bounded['gamma']}"
         assert words in done.stdout and "and with that Delta below" in done.stdout

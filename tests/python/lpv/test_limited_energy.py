@@ -109,7 +109,7 @@ def test_independent_check_agrees(run_squid: Run, found: Found) -> None:
     # A plant that is stable for every trajectory of its parameters allows a claim about every w, no other does.
     assert (told[-1][1] is None) == (found.problem.stem == "tanks")
     path = found.problem.with_name("certificate.json")
-    for words in (("lpv", "check", found.problem, path), ("verify", path)):
+    for words in (("lpv", "check", found.problem, path), ("verify", path, "--verbose")):
         done = run_squid(*words)
         assert done.returncode == 0 and "With commands saturated at the limits in the file" in done.stdout
     controller = json.loads(found.problem.with_name("controller.json").read_text("utf-8"))

@@ -56,7 +56,7 @@ def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, pl
     assert proved < 0.75 * report["certified_gamma"]
     certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
     assert certificate["bounded_rate"]["rate"] == rate and certificate["bounded_rate"]["gamma"] == proved
-    done = run_squid("verify", tmp_path / "certificate.json")
+    done = run_squid("verify", tmp_path / "certificate.json", "--verbose")
     assert (
         done.returncode == 0
         and f"moves by at most {rate:g} in a unit of time, the gain is below {proved}" in done.stdout
@@ -88,7 +88,7 @@ def test_a_bound_at_the_rate_alone_is_feasible(run_squid: Run, tmp_path: Path) -
     assert "moves faster" in remarks and "with commands at their limits" in remarks
     certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
     assert not {"gamma", "X", "S", "T", "energy"} & certificate.keys()
-    done = run_squid("verify", tmp_path / "certificate.json")
+    done = run_squid("verify", tmp_path / "certificate.json", "--verbose")
     assert done.returncode == 0 and "Nothing is proved of a parameter that moves faster." in done.stdout
 
 

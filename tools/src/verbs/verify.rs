@@ -83,17 +83,17 @@ pub fn run(
 /// What is proved for constant coefficients, in a line.
 fn line(theorem: &ConstantTheorem) -> String {
     let errors = if theorem.errors > 0 { " and every model in balls around it" } else { "" };
-    let slow = match theorem.rates.len() {
-        0 => String::new(),
-        n => format!(", of {n} more at a bounded rate,"),
+    let of = |count: usize| match count {
+        1 => "1 parameter".to_owned(),
+        n => format!("{n} parameters"),
     };
-    format!(
-        "gain from w to z below {}, for every trajectory of {} of the parameters{slow} and constant values of the \
-         other {}{errors}",
-        above(theorem.gamma),
-        theorem.varying,
-        theorem.constant
-    )
+    let fast = (theorem.varying > 0).then(|| format!("every trajectory of {}", of(theorem.varying)));
+    let slow = theorem.rates.iter().map(|rate| {
+        format!("every trajectory of 1 parameter that changes by at most {rate} in a unit of time")
+    });
+    let still = (theorem.constant > 0).then(|| format!("every constant value of {}", of(theorem.constant)));
+    let ranges: Vec<String> = fast.into_iter().chain(slow).chain(still).collect();
+    format!("gain from w to z below {}, for {}{errors}", above(theorem.gamma), ranges.join(" and "))
 }
 
 /// The certificate in a file, if it is one for constant coefficients.
