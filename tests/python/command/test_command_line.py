@@ -153,7 +153,7 @@ def test_value_that_is_not_allowed(
 def test_mass_matrix_that_is_not_positive_definite(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
-    spoil(copied_vehicle / "vehicle.toml", "z_G = { value = 0.03", "z_G = { value = 3.0")
+    spoil(copied_vehicle / "vehicle.toml", "Z_q_dot = { value = -0.96", "Z_q_dot = { value = -300.96")
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert "positive definite" in message
 
