@@ -14,7 +14,7 @@ EXAMPLES = {
     "python3 run.py fly vehicles/remus100": "the same for another vehicle",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
-    "python3 run.py wheels": "the Python package for Linux (x86-64 and ARM) and Windows",
+    "python3 run.py wheels": "the Python package for Linux, Windows and macOS",
     "python3 run.py test": "all tests, Rust and Python",
 }
 NEEDED = (
@@ -77,7 +77,7 @@ def parser() -> argparse.ArgumentParser:
         default="all",
         metavar="LIST",
         help="host, for this machine alone; all (default), or a comma-separated list of linux64, win64, "
-        "aarch64-linux, for any such machine",
+        "aarch64-linux, darwin64, for any such machine (macOS was never run)",
     )
     verbs.add_parser(
         "test",

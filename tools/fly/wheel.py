@@ -12,9 +12,6 @@ from fly.stages import BUILD, ROOT, StageError, run, stage
 
 MANIFEST = ROOT / "crates" / "python" / "Cargo.toml"
 WHEELS = BUILD / "wheels"
-PLATFORMS = [name for name in platforms.TARGETS if name != "darwin64"]
-"""What wheels are built for, but for this machine: not macOS, for which none was ever tried."""
-
 
 UNOPTIMISED = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS": "false"}
 """A third of the processor time: for what is tried and not shipped."""
@@ -51,6 +48,9 @@ def build(platform: str = "host", to: Path = WHEELS, *, optimised: bool = True) 
         words += ["--target", platforms.TARGETS[platform]]
         if platform == "win64":
             variables |= windows_tools(tools.scripts / "maturin")
+        elif platform == "darwin64":
+            words += ["--zig"]
+            variables["MACOSX_DEPLOYMENT_TARGET"] = platforms.MACOS
         else:
             words += ["--zig", "--compatibility", "manylinux2014"]
     run(words, variables=variables, log=f"wheel-{platform}")
@@ -78,11 +78,11 @@ def windows_tools(maturin: Path) -> dict[str, str | Path]:
 
 def build_all(words: str) -> int:
     """Build the wheels for `host`, `all`, or platforms by name; return the exit code."""
-    names = list(PLATFORMS) if words == "all" else words.split(",")
-    unknown = [name for name in names if name not in (*PLATFORMS, "host")]
+    names = list(platforms.TARGETS) if words == "all" else words.split(",")
+    unknown = [name for name in names if name not in (*platforms.TARGETS, "host")]
     if unknown:
         raise StageError(
-            f"--platforms is '{words}'; it must be host, all, or a list of {', '.join(PLATFORMS)}."
+            f"--platforms is '{words}'; it must be host, all, or a list of {', '.join(platforms.TARGETS)}."
         )
     for platform in names:
         with stage(f"Building the wheel for {platform}"):

@@ -1,4 +1,4 @@
-"""The wheels for Windows and 64-bit ARM, built and used under Wine and QEMU.
+"""The wheels for Windows and 64-bit ARM, built and used under Wine and QEMU, and that for macOS, built and read.
 
 In CI they are compiled without optimisation, in a third of the time. As they are shipped, on request:
 SQUID_WHEELS=1 build/venv/bin/python -m pytest -c tests/pytest.ini tests/python/wheel/test_other_systems.py
@@ -18,6 +18,9 @@ import pefile
 import pytest
 from conftest import wheel_for
 from fly import platforms
+from macholib.mach_o import CPU_TYPE_NAMES, LC_BUILD_VERSION, LC_LOAD_DYLIB
+from macholib.MachO import MachO
+from macholib.SymbolTable import SymbolTable
 from native import program
 
 AS_SHIPPED = "SQUID_WHEELS" in os.environ
@@ -124,6 +127,22 @@ def test_windows(sq: ModuleType, tmp_path: Path) -> None:
     agrees(
         sq, [wine, home / "python.exe"], f"Z:{packages}", WINEPREFIX=str(tmp_path / "wine"), WINEDEBUG="-all"
     )
+
+
+def test_macos(tmp_path: Path) -> None:
+    """No Mac was at hand: this is what the files say of themselves, not that they run."""
+    made = wheel_for("darwin64", optimised=AS_SHIPPED)
+    assert "cp310-abi3" in made.name and "macosx_11_0_universal2" in made.name
+    with zipfile.ZipFile(made) as archive:
+        core = MachO(archive.extract("squid_lpv/_core.abi3.so", tmp_path))
+    assert {CPU_TYPE_NAMES[header.header.cputype] for header in core.headers} == {"x86_64", "ARM64"}
+    for header in core.headers:
+        exported = {name for _, name in SymbolTable(core, header).extdefsyms}
+        assert b"_PyInit__core" in exported
+        loaded = {data.rstrip(b"\0") for load, _, data in header.commands if load.cmd == LC_LOAD_DYLIB}
+        assert loaded and all(name.startswith(b"/usr/lib/lib") for name in loaded)
+        oldest = [command.minos >> 16 for load, command, _ in header.commands if load.cmd == LC_BUILD_VERSION]
+        assert oldest == [11]
 
 
 def test_arm(sq: ModuleType, tmp_path: Path) -> None:
