@@ -118,10 +118,31 @@ def test_the_limits_of_a_design_are_those_that_are_read(
 ) -> None:
     design = example("design")
     table = design.setdefault(section, dict(SEA) if section == "sea" else {})
-    table = table[0] if isinstance(table, list) else table
+    # The scale of a pitch has limits of its own: that of the speed has those of any number.
+    place = 1 if (section, key) == ("track", "scale") else 0
+    table = table[place] if isinstance(table, list) else table
     table[key] = value
     refused = f"'{section}.{key}'" in complaints(run_squid, tmp_path, "design", design)
     assert refused != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit", "allowed"),
+    [
+        (89.9, "deg", True),
+        (90.1, "deg", False),
+        (1.57, "rad", True),
+        (1.58, "rad", False),
+        (5.0, "rad", False),
+    ],
+)
+def test_a_pitch_is_off_by_a_right_angle_at_most(
+    run_squid: Run, tmp_path: Path, scale: float, unit: str, allowed: bool
+) -> None:
+    design = example("design")
+    design["track"][0] |= {"scale": scale, "unit": unit}
+    assert ("'track.scale'" in complaints(run_squid, tmp_path, "design", design)) != allowed
     assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
 
 
