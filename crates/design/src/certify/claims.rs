@@ -163,3 +163,22 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
         design.scheduling.minimum, design.scheduling.maximum
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inputs::tests::shipped;
+    use signals::PITCH;
+
+    /// Squid's default manoeuvre has a step of 10 deg.
+    #[test]
+    fn a_flown_step_above_the_proved_one_is_said() {
+        let manoeuvre = shipped("squid", "design").design.manoeuvre;
+        assert!(ClaimedStep::new(PITCH, 10.1_f64.to_radians()).exceeded_by(&manoeuvre).is_none());
+        let smaller = ClaimedStep::new(PITCH, 7.55_f64.to_radians());
+        let said = beyond(&smaller, smaller.exceeded_by(&manoeuvre).unwrap()).unwrap();
+        let expected = "the pitch step that is flown, 10 deg, is LARGER than the one that is proved, 7.5 deg: with \
+                        saturated commands nothing is proved of it";
+        assert_eq!(said, expected);
+    }
+}

@@ -235,7 +235,7 @@ impl ClaimedStep {
         Some(Self::new(stepped.place, limits.size * stepped.scale))
     }
 
-    fn new(place: usize, size: f64) -> Self {
+    pub(crate) fn new(place: usize, size: f64) -> Self {
         let (factor, unit) = readable(SIGNALS[place].unit);
         let digits = if place == PITCH { 10.0 } else { 100.0 };
         let proved = factor * size;
