@@ -98,7 +98,8 @@ pub fn lines(proof: &Result<Theorem, String>, stored: &Stored) -> Vec<String> {
         Ok(theorem) => {
             let terms = Terms::of(&stored.controller, theorem, Some(&stored.manoeuvre));
             let claims = claims::lines(theorem, Some(&terms));
-            claims.into_iter().map(|claim| format!("certified: {claim}")).collect()
+            let unproved = claims::unproved(theorem, &terms);
+            claims.into_iter().map(|claim| format!("certified: {claim}")).chain(unproved).collect()
         }
         Err(reason) => vec![uncertified(reason)],
     }

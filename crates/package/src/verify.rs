@@ -11,7 +11,7 @@ use auv::LpvModel;
 use certificate::{Certificate, Theorem};
 use fmi2::Resources;
 use scheduled::{ControllerDesign, Manoeuvre};
-use squid_design::certify::claims::{Terms, lines};
+use squid_design::certify::claims::{Terms, lines, unproved};
 use squid_design::certify::limits::{ClaimedStep, of_autopilot};
 use squid_design::certify::sampled;
 use squid_design::certify::verify::{matches, of_inputs, parse, same_controller};
@@ -35,6 +35,8 @@ pub struct Verified {
     pub about: Vec<String>,
     /// What is proved, a line a claim.
     pub lines: Vec<String>,
+    /// What is not proved of saturated commands.
+    pub unproved: Option<String>,
     /// The largest step that the claim with limits is of; where it is known what the step is counted in.
     pub step: Option<ClaimedStep>,
 }
@@ -89,13 +91,14 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
         design.sample_time, CONTROLLER
     )];
     let manoeuvre = inputs.map(|inputs| &inputs.design.manoeuvre);
-    let lines = lines(&theorem, Some(&Terms::of(&design, &theorem, manoeuvre)));
+    let terms = Terms::of(&design, &theorem, manoeuvre);
+    let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
     if let Some(inputs) = inputs {
         made_of(design, text, &Resources::default(), inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
     }
-    Ok(Verified { theorem, about, lines, step })
+    Ok(Verified { theorem, about, lines, unproved, step })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -117,7 +120,13 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     let (mut about, mut step, mut terms) = (vec![], None, None);
     if let Some(inputs) = inputs {
         let of_plant = |about| {
-            Ok(Verified { lines: lines(&theorem, None), theorem: theorem.clone(), about, step: None })
+            Ok(Verified {
+                lines: lines(&theorem, None),
+                unproved: None,
+                theorem: theorem.clone(),
+                about,
+                step: None,
+            })
         };
         let Inputs { vehicle, design, .. } = inputs;
         let model = Model::new(vehicle, design)?;
@@ -138,7 +147,8 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         };
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
-    Ok(Verified { lines: lines(&theorem, terms.as_ref()), theorem, about, step })
+    let unproved = terms.as_ref().and_then(|terms| unproved(&theorem, terms));
+    Ok(Verified { lines: lines(&theorem, terms.as_ref()), unproved, theorem, about, step })
 }
 
 /// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
@@ -231,7 +241,8 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let step = ClaimedStep::of(&design, &theorem);
     let packed = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
     let manoeuvre = packed.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
-    let lines = lines(&theorem, Some(&Terms::of(&design, &theorem, manoeuvre)));
+    let terms = Terms::of(&design, &theorem, manoeuvre);
+    let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
     if let Some(inputs) = inputs {
         let certificate = text.to_owned();
         made_of(design, certificate, &resources, inputs)
@@ -241,7 +252,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
             named(inputs)
         ));
     }
-    Ok(Verified { theorem, about, lines, step })
+    Ok(Verified { theorem, about, lines, unproved, step })
 }
 
 /// Vehicle and design, as what is compared with them is said.

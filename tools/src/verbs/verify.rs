@@ -60,6 +60,7 @@ pub fn run(
     verified.about.iter().for_each(|line| say(line));
     let theorem = &verified.theorem;
     verified.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
+    verified.unproved.iter().for_each(|line| say(line));
     if verbose {
         theorem.sentences().iter().for_each(|sentence| say(sentence));
         if let Some(ClaimedStep { output, size, unit, .. }) = verified.step {

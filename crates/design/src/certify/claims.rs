@@ -76,12 +76,17 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).chain(energy).collect()
 }
 
-/// The claim with saturated commands, and what it leaves of the step that is flown.
-fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
-    let Some(limits) = theorem.limits else {
-        let nothing = "nothing is proved of saturated commands";
-        return terms.map(|_| nothing.into()).into_iter().collect();
-    };
+/// What is not proved of saturated commands, if there is more than what is.
+pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
+    match theorem.limits {
+        None => Some("nothing is proved of saturated commands".into()),
+        Some(_) => beyond(terms.step.as_ref()?, terms.flown?),
+    }
+}
+
+/// The claim with saturated commands.
+fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
+    let limits = theorem.limits?;
     let step = terms.and_then(|terms| terms.step);
     let step_in_words = match step {
         Some(step) => step.to_string(),
@@ -89,10 +94,9 @@ fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     };
     let from = if limits.everywhere { "every state" } else { "trim" };
     let cut = if limits.rates == 0 { "commands" } else { "commands and actuator rates" };
-    let claim = format!(
+    Some(format!(
         "{step_in_words} from {from}, held for any time and taken back: the loop returns to trim with saturated {cut}"
-    );
-    std::iter::once(claim).chain(step.and_then(|step| beyond(&step, terms?.flown?))).collect()
+    ))
 }
 
 /// That a step is flown which is larger than the one that is proved.
