@@ -15,7 +15,8 @@ EXAMPLES = {
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
     "python3 run.py wheels": "the Python package for Linux, Windows and macOS",
-    "python3 run.py test": "all tests, Rust and Python",
+    "python3 run.py test": "the tests that a change needs, Rust and Python",
+    "python3 run.py test --all": "all tests: other platforms and importers, too",
 }
 NEEDED = (
     "Requirements: cargo (rustup.rs), a C compiler for the linker, Python 3.10 or later (3.11 for the tests), and "
@@ -79,10 +80,17 @@ def parser() -> argparse.ArgumentParser:
         help="host, for this machine alone; all (default), or a comma-separated list of linux64, win64, "
         "aarch64-linux, darwin64, for any such machine (macOS was never run)",
     )
-    verbs.add_parser(
+    test = verbs.add_parser(
         "test",
-        help="all tests: format, lints, Rust, documentation, generated files, Python",
-        description="Run all tests, also after a failure, and print a summary. Exit code 0: all passed.",
+        help="tests: format, lints, Rust, documentation, generated files, Python",
+        description="Run the tests that a change needs, on this machine's platform, also after a failure, and print "
+        "a summary. Exit code 0: all passed.",
+    )
+    test.add_argument(
+        "--all",
+        action="store_true",
+        help="other platforms (Wine, QEMU), their wheels, Valgrind, importers that are compiled first, the report in "
+        "Chromium, long searches and fuzzing, too; .ci/run --all installs what they need",
     )
     verbs.add_parser(
         "freeze",
@@ -110,7 +118,7 @@ def main() -> int:
             return wheel.build_all(arguments.platforms)
         if arguments.verb == "freeze":
             return freeze.freeze()
-        return all_tests.run_tests()
+        return all_tests.run_tests(arguments.all)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1

@@ -18,6 +18,7 @@ from fly import build, stamp, wheel
 from fly.package import Packages, design_and_package, folder_of
 from fly.stages import BUILD, ROOT
 from native import compile_host, program
+from tiers import check
 
 Run = Callable[..., subprocess.CompletedProcess]
 
@@ -46,7 +47,8 @@ ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that take longest, so that no process is left with one of them at the end."""
+    """Check the tiers, and begin with the files that take longest, so that none of them is left at the end."""
+    check(items)
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: places.get(item.path.stem, len(places)))
 

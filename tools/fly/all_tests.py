@@ -1,4 +1,4 @@
-"""All tests, Rust and Python in parallel, with a summary; a failure does not stop the others."""
+"""The tests, Rust and Python in parallel, with a summary; a failure does not stop the others."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
 DISK = 7.0
 """Disk space of the first run, with a margin (GB)."""
+DISK_OF_ALL = 2.0
+"""Additional disk space for other platforms and importers that are compiled (GB)."""
+FUZZ_MINUTES = "2"
 TEMPORARY = 1.0
 """Largest disk space of temporary files (GB)."""
 
@@ -30,8 +33,10 @@ class Check:
     run: Callable[[], None]
 
 
-def lanes() -> tuple[list[Check], list[Check]]:
+def lanes(every: bool) -> tuple[list[Check], list[Check]]:
     """Return the groups of Rust and of Python in the order in which they run: the fastest to fail first.
+
+    Those of every tier, or those that a change needs.
 
     Both run at once. Lints, tests and the command share a profile, so that their dependencies are compiled once;
     cargo builds of one profile wait for each other, so Python begins with the binaries, which have another.
@@ -39,17 +44,17 @@ def lanes() -> tuple[list[Check], list[Check]]:
     rust = [
         Check("Rust: format", lambda: run(["cargo", "fmt", "--all", "--check"], log="format")),
         Check("Rust: lints", lints),
-        Check("Rust: tests", rust_tests),
+        Check("Rust: tests", lambda: rust_tests(every)),
         Check("Rust: tests in the docs", doc_tests),
         Check("Rust: documentation", documentation),
+        *([Check("Rust: long fuzz", fuzz)] if every else []),
     ]
     python = [
         Check("Python: format, lints", python_lints),
-        Check("FMUs: all platforms", lambda: platforms.build_all(list(platforms.TARGETS))),
-        Check("FMUs and command", build.build),
+        Check("FMUs and command", lambda: build.build(list(platforms.TARGETS) if every else ())),
         *(Check(f"Main job: {name}", lambda name=name: fly(name)) for name in VEHICLES),
         Check("Published cases", published_cases),
-        Check("Python: tests", python_tests),
+        Check("Python: tests", lambda: python_tests(every)),
     ]
     return rust, python
 
@@ -64,9 +69,15 @@ def lints() -> None:
     cargo("lints", "clippy", "--all-targets", "--", "-D", "warnings")
 
 
-def rust_tests() -> None:
+def rust_tests(every: bool) -> None:
     """Run the tests of all crates. The examples are not built: the lints check that they compile."""
-    cargo("rust-tests", "test", "--no-fail-fast", "--tests")
+    cargo("rust-tests", "test", "--no-fail-fast", "--tests", *(["--", "--include-ignored"] if every else []))
+
+
+def fuzz() -> None:
+    """Fuzz the FMUs for longer than their tests do."""
+    words = ["cargo", "test", "--release", "-p", "fmu-squid", "--test", "suite", "--", "random::"]
+    run([*words, "--test-threads=12"], variables={"SQUID_FUZZ_MINUTES": FUZZ_MINUTES}, log="fuzz")
 
 
 def doc_tests() -> None:
@@ -92,16 +103,18 @@ def published_cases() -> None:
 
 def python_lints() -> None:
     """Run ruff: format, then lints."""
-    python = environment.ready()
+    python = environment.for_tests()
     configuration = ["--config", ROOT / "tests" / "ruff.toml"]
     python.run("-m", "ruff", "format", "--check", "--diff", *configuration, *PYTHON_SOURCES)
     python.run("-m", "ruff", "check", *configuration, *PYTHON_SOURCES)
 
 
-def python_tests() -> None:
+def python_tests(every: bool) -> None:
     """Run pytest with one process per processor; each test file runs in one process."""
+    tier = () if every else ("-m", "not night")
     parallel = ("--numprocesses", "auto", "--dist", "loadfile", "--no-loadscope-reorder")
-    environment.ready().run("-m", "pytest", "-c", Path("tests") / "pytest.ini", *parallel, "tests/python")
+    words = ("-m", "pytest", "-c", Path("tests") / "pytest.ini", *parallel, *tier, "tests/python")
+    environment.for_tests().run(*words)
 
 
 def run_check(check: Check) -> tuple[str, bool, float]:
@@ -118,7 +131,7 @@ def run_check(check: Check) -> tuple[str, bool, float]:
     return check.name, True, seconds
 
 
-def run_all() -> list[tuple[str, bool, float]]:
+def run_all(every: bool) -> list[tuple[str, bool, float]]:
     """Run every group, also after a failure; after an interrupt from the keyboard start no further one."""
     stopped = Event()
 
@@ -127,19 +140,19 @@ def run_all() -> list[tuple[str, bool, float]]:
 
     with ThreadPoolExecutor() as pool:
         try:
-            return [result for lane in pool.map(run_lane, lanes()) for result in lane]
+            return [result for lane in pool.map(run_lane, lanes(every)) for result in lane]
         except KeyboardInterrupt:
             stopped.set()
             raise
 
 
-def run_tests() -> int:
-    """Run all tests, print the summary, and return the exit code."""
+def run_tests(every: bool) -> int:
+    """Run the tests that a change needs, or those of every tier, print the summary, and return the exit code."""
     if sys.version_info < LEAST_PYTHON:
         raise StageError("the tests require Python 3.11 or later; `run.py fly` requires 3.10.")
-    room.ask_for(DISK, TEMPORARY, "the tests")
+    room.ask_for(DISK + (DISK_OF_ALL if every else 0.0), TEMPORARY, "the tests")
     begin = time.monotonic()
-    results = run_all()
+    results = run_all(every)
     print("\nSummary")
     for name, passed, seconds in results:
         print(f"  {'passed' if passed else 'FAILED'}  {name:<24} {seconds:7.1f} s")

@@ -12,7 +12,10 @@ from pathlib import Path
 from fly import stamp
 from fly.stages import BUILD, ROOT, StageError, run
 
-REQUIREMENTS = ROOT / "tests" / "requirements.txt"
+FLIGHTS = ROOT / "tools" / "flights.txt"
+"""What a flight needs."""
+TESTS = ROOT / "tests" / "requirements.txt"
+"""What the tests need besides."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +38,19 @@ class Environment:
         run([self.python, *words], variables=self.variables, log=log)
 
 
-def ready(name: str = "", requirements: Path = REQUIREMENTS) -> Environment:
+def for_tests() -> Environment:
+    """Return the environment of the tests."""
+    return ready("tests", TESTS)
+
+
+def ready(name: str = "", requirements: Path = FLIGHTS) -> Environment:
     """Return an environment; create it if it is missing or its requirements have changed."""
     own = f"{name}-" if name else ""
     path = os.pathsep.join(
         [str(ROOT / "tools"), *([os.environ["PYTHONPATH"]] if "PYTHONPATH" in os.environ else [])]
     )
     # The same whether the user's Python asks or that of another environment here, made of it.
-    expected = stamp.digest([requirements], sys.version, sys.base_prefix)
+    expected = stamp.digest([requirements, FLIGHTS], sys.version, sys.base_prefix)
     install = ["-m", "pip", "install", "--disable-pip-version-check", "-r", requirements]
     if importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip"):
         home = BUILD / f"{own}venv"

@@ -160,7 +160,7 @@ fn no_vehicle_of_the_box_is_lost() {
 
 /// For the figures in docs/benchmarks.md: `cargo test --release -p squid-flight -- --ignored --nocapture`.
 #[test]
-#[ignore = "two thousand flights"]
+#[ignore = "night: two thousand flights"]
 fn five_hundred_points_at_four_speeds() {
     for (name, speeds) in [("squid", [0.6, 1.0, 2.0, 2.9]), ("remus100", [1.5, 1.7, 1.9, 2.1])] {
         let (inputs, design) = designed(name);

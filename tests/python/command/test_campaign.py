@@ -21,6 +21,8 @@ from conftest import SQUID, UNBROKEN, Run
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 SEA = ROOT / "vehicles" / "sea.toml"
 
 
@@ -164,6 +166,7 @@ def on_cluster(*words: str | Path) -> subprocess.CompletedProcess:
     return subprocess.run(command, env=variables, capture_output=True, text=True, timeout=300.0, check=False)
 
 
+@pytest.mark.night
 def test_ctrl_c_on_a_cluster(designed: Path, tmp_path: Path) -> None:
     """One sentence and no traceback, of the workers either, and what was flown is kept."""
     words = [
@@ -217,6 +220,7 @@ def cluster_in(folder: Path, workers: int) -> Iterator[str]:
             process.wait()
 
 
+@pytest.mark.night
 def test_a_worker_is_killed(squid_command: Path, designed: Path, local: Path, tmp_path: Path) -> None:
     """Of two processes one is lost as it flies: what it flew, and that alone, is flown again, to the same bytes."""
     log, squid, results = tmp_path / "log", tmp_path / "squid", tmp_path / "results"
@@ -256,6 +260,7 @@ def test_a_worker_is_killed(squid_command: Path, designed: Path, local: Path, tm
     assert files_in(results) == files_in(local)
 
 
+@pytest.mark.night
 def test_a_full_disk_on_a_cluster(designed: Path, local: Path, tmp_path: Path) -> None:
     """What was flown is kept, and what is missing follows."""
     name = "flights-00000192-00000199.parquet"
@@ -272,6 +277,7 @@ def test_a_full_disk_on_a_cluster(designed: Path, local: Path, tmp_path: Path) -
     assert files_in(tmp_path) == files_in(local)
 
 
+@pytest.mark.night
 def test_all_options_reach_the_workers(designed: Path, at_sea: tuple[Path, dict], tmp_path: Path) -> None:
     # What happened in the worst is not flown again.
     shutil.copytree(at_sea[0] / "trajectories", tmp_path / "trajectories")
@@ -364,6 +370,7 @@ def test_records_are_judged(run_squid: Run, designed: Path, tmp_path: Path) -> N
     assert polars.read_parquet(tmp_path / "sea" / "*.parquet")["outcome"].to_list() == ["surfaced"]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("options", "words"),
     [

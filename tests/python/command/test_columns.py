@@ -9,6 +9,8 @@ import pytest
 from conftest import REMUS100, SQUID, Run, designed
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 COLUMNS = 100
 CASES = ROOT / "tests" / "cases"
 

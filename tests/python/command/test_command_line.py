@@ -16,6 +16,8 @@ from fly import build
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 
 def line_of(path: Path, text: str) -> int:
     """Return the number of the first line that holds a text."""

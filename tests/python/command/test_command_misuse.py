@@ -10,6 +10,8 @@ import pytest
 from conftest import REMUS100, SQUID, Run
 from fly.package import Packages
 
+pytestmark = pytest.mark.change
+
 HEAD = "time,pitch,speed,depth,pitch_reference_used,speed_reference_used\n"
 RECORD = HEAD + "0,0,1,9,0,1\n1,0.1,1,9,0.1,1\n2,0.1,1,9,0.1,1\n"
 

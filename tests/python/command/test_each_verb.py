@@ -12,6 +12,8 @@ import pytest
 from conftest import SQUID, Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASE = ROOT / "tests" / "cases" / "lpv01_lpvtools_lft_tutorial.json"
 
 

@@ -17,6 +17,8 @@ import pytest
 from conftest import UNBROKEN, Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 SQUID = ROOT / "vehicles" / "squid"
 CASE = ROOT / "tests" / "cases" / "lpv05_one_param_lossless.json"
 MU = ROOT / "tests" / "cases" / "mu04_packard_doyle_gap.json"

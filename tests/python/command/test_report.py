@@ -15,6 +15,8 @@ from conftest import Run
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 XHTML = "{http://www.w3.org/1999/xhtml}"
 SVG = "{http://www.w3.org/2000/svg}"
 LARGEST_PAGE = 1_000_000

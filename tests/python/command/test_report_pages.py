@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -24,9 +23,7 @@ FLAGS = (
     "--disable-component-update --disable-sync --hide-scrollbars --virtual-time-budget=10000"
 )
 
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None and "CI" not in os.environ, reason="chromium is missing; .ci/run installs it"
-)
+pytestmark = pytest.mark.night
 
 
 def look(page: str, folder: Path, width: int, *flags: str) -> dict:

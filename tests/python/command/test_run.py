@@ -17,6 +17,8 @@ from fly import flight, libraries, package, platforms, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import BUILD, ROOT, StageError, run
 
+pytestmark = pytest.mark.change
+
 
 @pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["wheels", "--help"], ["test", "--help"]])
 def test_help_teaches(words: list[str]) -> None:
@@ -36,7 +38,7 @@ def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= columns
     assert columns < 160 or max(map(len, lines)) > 120
-    assert sum(line.startswith("  python3 run.py ") for line in lines) == 6
+    assert sum(line.startswith("  python3 run.py ") for line in lines) == 7
 
 
 def test_what_cargo_is_told_does_not_name_this_folder(

@@ -21,6 +21,8 @@ from fmpy import simulate_fmu
 from fmpy.fmi1 import FMICallException
 from jsonschema import Draft202012Validator
 
+pytestmark = pytest.mark.change
+
 BLUEROV = ROOT / "vehicles" / "bluerov2_heavy"
 """No slender hull: it has no [geometry], and is not flown in waves."""
 SEA = ROOT / "vehicles" / "sea.toml"

@@ -12,6 +12,8 @@ import tomllib
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 STATES = [reference.U, reference.W, reference.Q, reference.THETA]
 SPEEDS = 60
 STEP = 1e-6

@@ -16,6 +16,8 @@ from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 
 def rewritten(package: Path, copy: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
     """Copy an FMU with one of its entries changed."""

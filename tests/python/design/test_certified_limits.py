@@ -15,6 +15,8 @@ from conftest import REMUS100, SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
 
+pytestmark = pytest.mark.change
+
 GOLDEN = SQUID / "frozen" / "certificate.json"
 
 

@@ -28,6 +28,8 @@ from fly.master import Signals
 from fly.package import Packages
 from numpy.typing import NDArray
 
+pytestmark = pytest.mark.change
+
 SPEEDS = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
 BANDWIDTHS = [0.46, 0.23, 0.1]
 Signal = NDArray[np.float64]
@@ -158,6 +160,7 @@ def test_squid_follows_speed_steps(squid: Packages, speed: float, height: float)
     assert found.steady_error <= 0.004, "that of the weight"
 
 
+@pytest.mark.night
 def test_the_model_sets_the_pace(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """A model half as fast halves the pace; the bandwidth of the weight matters less, though it is halved too."""
     vehicle = without_uncertainty(SQUID, tmp_path / "vehicle")

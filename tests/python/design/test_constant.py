@@ -14,6 +14,8 @@ from conftest import SQUID, Run, designed
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 GOLDEN = ROOT / "tests" / "certificates" / "constant_squid.json"
 
 
@@ -199,6 +201,7 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
         assert done.returncode == 1 and "not proved" in done.stderr and "PROVED" not in done.stdout
 
 
+@pytest.mark.night
 def test_certificate_is_of_its_vehicle(run_squid: Run, tmp_path: Path) -> None:
     """`squid verify --vehicle` accepts what `squid design --constant` made, and no other plant and no smaller ball."""
     made = designed(run_squid, SQUID, "--constant")

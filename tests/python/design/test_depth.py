@@ -18,6 +18,8 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 from squid_campaign import worker
 
+pytestmark = pytest.mark.change
+
 DESIGN = ["--design", "depth"]
 
 

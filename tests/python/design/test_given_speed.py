@@ -22,6 +22,8 @@ from fly.stages import ROOT
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
+pytestmark = pytest.mark.change
+
 NPS = ROOT / "tests" / "vehicles" / "nps_auv_ii"
 LAG = 2.0
 

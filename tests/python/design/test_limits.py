@@ -16,6 +16,8 @@ from fly.master import Slave, couple
 from fly.package import Packages
 from importers import Signals
 
+pytestmark = pytest.mark.change
+
 DEGREE = math.pi / 180.0
 STEP_TIME, STEP_END, END = 5.0, 44.0, 75.0
 BACK = 10.0

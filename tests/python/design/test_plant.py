@@ -11,6 +11,8 @@ from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 STEPS = [0.01, 0.02, 0.1, 0.00999999999999934, 1 / 3, 0.0371]
 LPV = 2
 

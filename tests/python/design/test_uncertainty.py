@@ -12,6 +12,8 @@ import pytest
 from conftest import REMUS100, Run, designed, package, report_in
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 
 def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
@@ -42,6 +44,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
     assert "gain of propeller, gain of stern_planes" in done.stderr and "PROVED" not in done.stdout
 
 
+@pytest.mark.night
 def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
     """More at the same gain, proved; and a nominal design takes the robust one's files away."""
     made = designed(run_squid, REMUS100, "--robust")

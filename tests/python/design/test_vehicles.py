@@ -15,6 +15,8 @@ from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, samp
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 SPEEDS = {"lauv": 1.0, "tethys": 1.0, "sparus2": 0.35}
 """At which each is compared with the reference (m/s). That has no trim for BlueROV2, which can hold any pitch."""
 VEHICLES = [*SPEEDS, "bluerov2_heavy"]

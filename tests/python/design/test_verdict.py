@@ -12,6 +12,8 @@ from conftest import Run, once
 from fly import build
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 SQUID = ROOT / "vehicles" / "squid"
 TETHYS = ROOT / "vehicles" / "tethys"
 """The vehicle whose designs take the least time."""

@@ -14,6 +14,8 @@ from conftest import SQUID, Run, kept
 from embedded import Exported
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 FROZEN = SQUID / "frozen"
 
 

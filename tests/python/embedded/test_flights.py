@@ -16,6 +16,8 @@ from fly.package import Packages
 from fmpy import read_model_description
 from fmpy.fmi1 import FMICallException
 
+pytestmark = pytest.mark.change
+
 BAD_INPUT = 1
 LARGEST_ERROR = {"commands": 2e-5, "rad": 1e-5, "m/s": 5e-5}
 """Of float over the default flights, as docs/embedding.md states it: of the range of an actuator; pitch; speed."""

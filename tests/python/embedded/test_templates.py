@@ -11,6 +11,8 @@ from embedded import DRIVERS, call
 from fly.stages import ROOT
 from native import program
 
+pytestmark = pytest.mark.change
+
 TEMPLATES = sorted((ROOT / "docs" / "embedding").glob("*.cpp"))
 
 

@@ -16,6 +16,8 @@ from fly import platforms
 from fly.package import Packages
 from native import Unpacked, program
 
+pytestmark = pytest.mark.change
+
 TICKS, TICKS_OF_M4 = 1_000_000, 3000
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 LARGEST = {
@@ -77,6 +79,7 @@ def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_p
     assert done.returncode == 1 and "the source is not the FMU" in done.stderr
 
 
+@pytest.mark.night
 def test_the_same_bits_on_arm(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """Where every compiler would fuse a product and a sum into one rounding."""
     exported = Exported.of(run_squid, squid, tmp_path / "c")
@@ -88,6 +91,7 @@ def test_the_same_bits_on_arm(squid: Packages, run_squid: Run, tmp_path: Path) -
     assert call(*emulator, of_arm, TICKS) == expected
 
 
+@pytest.mark.night
 def test_runs_on_a_microcontroller(exported: Exported, real: str, tmp_path: Path) -> None:
     """The same bits on a Cortex-M4, where double is arithmetic of the compiler; within the memory that is stated."""
     emulator = program("qemu-system-arm", "qemu-system-arm")
@@ -125,7 +129,7 @@ def test_runs_on_a_microcontroller(exported: Exported, real: str, tmp_path: Path
     assert all(0.5 * most < found[what] <= most for what, most in LARGEST[real].items()), found
 
 
-@pytest.mark.parametrize("compiler", [gcc, clang, arm_gcc])
+@pytest.mark.parametrize("compiler", [gcc, clang, pytest.param(arm_gcc, marks=pytest.mark.night)])
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_compiles_without_a_warning(exported: Exported, compiler, level: str, tmp_path: Path) -> None:
     call(*compiler(), *STRICT, level, "-c", "-o", tmp_path / "x.o", exported.source)

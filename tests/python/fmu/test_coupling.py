@@ -19,6 +19,8 @@ from fly.record import differences, references_in
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.change
+
 
 def fly_loop(packages: Packages, step: float) -> Signals:
     return fly_alone(packages.loop, 40.0, step)

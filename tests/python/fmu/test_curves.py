@@ -20,6 +20,8 @@ from fly.stages import ROOT
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.change
+
 SPARUS = ROOT / "vehicles" / "sparus2"
 CASE = json.loads((ROOT / "tests" / "cases" / "t200_16v.json").read_text(encoding="utf-8"))
 T200 = [[float(pulse), 9.80665 * force] for pulse, force in CASE["data"]["points"]]

@@ -18,6 +18,8 @@ from fmpy import extract, read_model_description
 from fmpy.validation import validate_fmu
 from lxml import etree
 
+pytestmark = pytest.mark.change
+
 KINDS = ("plant", "controller", "loop")
 BASE_UNITS = {"kg", "m", "s", "A", "K", "mol", "cd", "rad"}
 FUNCTIONS = """

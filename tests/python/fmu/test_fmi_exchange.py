@@ -13,6 +13,8 @@ from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.fmi2 import FMU2Model
 from numpy.typing import NDArray
 
+pytestmark = pytest.mark.change
+
 MOTION = ("pitch", "pitch_rate", "speed", "heave", "depth", "distance")
 
 

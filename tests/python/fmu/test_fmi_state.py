@@ -8,6 +8,8 @@ from fly.master import Slave
 from fly.package import Packages
 from fmpy.fmi1 import FMICallException
 
+pytestmark = pytest.mark.change
+
 KINDS = ("plant", "controller", "loop")
 MOVED = {"plant": "current_vertical", "controller": "pitch_reference", "loop": "current_vertical"}
 

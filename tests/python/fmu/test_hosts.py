@@ -13,6 +13,8 @@ from fly import platforms
 from fly.package import Packages
 from native import Plan, Unpacked
 
+pytestmark = pytest.mark.change
+
 KINDS = ["plant", "controller", "loop"]
 OWN = platforms.HERE[(sys.platform, machine())]
 PLAN = Plan({}, 2.0**-6, 640, 64)

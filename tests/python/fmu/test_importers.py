@@ -26,8 +26,12 @@ from fly.stages import ROOT
 from importers import FOLDER, ImporterError, fly, of_pypi, others
 from native import program
 
+pytestmark = pytest.mark.change
+
 AGREEMENT = 1e-9
-NAMES = ["libcosim", "ecos", "container", "fmi-crate", "fmu-runner", "fmi-rs", "fmipp"]
+NAMES = ["libcosim", "ecos", "container"]
+COMPILED_HERE = ["fmi-crate", "fmu-runner", "fmi-rs", "fmipp"]
+"""Importers that are compiled from their sources first, which takes minutes."""
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +77,7 @@ def fmipp() -> list[str | Path]:
     return [*of_pypi("fmipp"), fmipp_importer.built()]
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=[*NAMES, *(pytest.param(name, marks=pytest.mark.night) for name in COMPILED_HERE)])
 def importer(request: pytest.FixtureRequest) -> list[str | Path]:
     """Return the command of each importer in turn; a plan comes after it."""
     if request.param == "fmi-crate":
@@ -209,6 +213,7 @@ def by_euler(importer: Path, packages: Packages, refined: int, folder: Path) -> 
     return max(record.differences({name: expected[name][:299] for name in plan["record"]}, at_ends).values())
 
 
+@pytest.mark.night
 def test_model_exchange_arrives_where_co_simulation_does(
     other_crates: Path, packages: Packages, tmp_path: Path
 ) -> None:
@@ -218,6 +223,7 @@ def test_model_exchange_arrives_where_co_simulation_does(
     assert 3.5 < coarse / fine < 4.5
 
 
+@pytest.mark.night
 def test_model_exchange_with_step_control(
     fmipp: list[str | Path], packages: Packages, tmp_path: Path
 ) -> None:

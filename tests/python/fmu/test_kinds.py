@@ -17,6 +17,8 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 from importers import FOLDER, others
 
+pytestmark = pytest.mark.change
+
 OF_KIND = {"cs": ("coSimulation", "modelExchange"), "me": ("modelExchange", "coSimulation")}
 """The element of the model description that an FMU of a kind has, and the one that it lacks."""
 FMUS = {"cs": ("plant", "controller", "loop"), "me": ("plant", "loop")}

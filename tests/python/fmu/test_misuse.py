@@ -14,6 +14,8 @@ from fly.stages import ROOT
 from fmpy.fmi1 import FMICallException
 from misuse_probe import CASES, NOT_INSTANTIATED
 
+pytestmark = pytest.mark.change
+
 ERROR = 3
 AT_INSTANTIATION = {
     "wrong_guid": "GUID",

@@ -88,6 +88,7 @@ def kind(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
+@pytest.mark.night
 def test_one_fmu_holds_all_platforms(everywhere: Packages, kind: str) -> None:
     fmu = getattr(everywhere, kind)
     with zipfile.ZipFile(fmu) as archive:
@@ -96,6 +97,7 @@ def test_one_fmu_holds_all_platforms(everywhere: Packages, kind: str) -> None:
     assert binaries == {f"binaries/{folder}/{fmu.stem}{suffix}" for folder, suffix in suffixes.items()}
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("folder", ["linux64", "aarch64-linux"])
 def test_linux_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str, folder: str) -> None:
     with unpacked[kind].binary(folder).open("rb") as file:
@@ -109,6 +111,7 @@ def test_linux_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str,
         assert not [section.name for section in elf.iter_sections() if section.name.startswith(".debug")]
 
 
+@pytest.mark.change
 @pytest.mark.skipif(platforms.here() is None, reason="Zig does not link the binaries of this machine")
 def test_the_main_job_needs_no_newer_glibc_than_all_platforms(
     packages: Packages, kind: str, tmp_path: Path
@@ -129,6 +132,7 @@ def glibc_versions(elf: ELFFile) -> list[tuple[int, ...]]:
     return [tuple(map(int, name[6:].split("."))) for name in names if name.startswith("GLIBC_")]
 
 
+@pytest.mark.night
 def test_windows_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: str) -> None:
     """Above all not bcryptprimitives.dll, whence Rust's HashMap takes its seeds: Wine before 9 has none."""
     binary = pefile.PE(str(unpacked[kind].binary("win64")))
@@ -141,6 +145,7 @@ def test_windows_binaries_ask_for_little(unpacked: dict[str, Unpacked], kind: st
     assert not hasattr(binary, "DIRECTORY_ENTRY_DEBUG")
 
 
+@pytest.mark.night
 def test_macos_library_is_one_for_both_processors_and_asks_for_little(
     unpacked: dict[str, Unpacked], kind: str
 ) -> None:
@@ -173,6 +178,7 @@ def mach_headers(binary: Path) -> list[MachOHeader]:
     return MachO(str(binary)).headers
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_binaries_name_no_folder_of_the_machine_that_built_them(
     unpacked: dict[str, Unpacked], kind: str, folder: str
@@ -183,6 +189,7 @@ def test_binaries_name_no_folder_of_the_machine_that_built_them(
         assert bytes(place) + b"/" not in binary, place
 
 
+@pytest.mark.night
 def test_all_platforms_export_the_same_functions(unpacked: dict[str, Unpacked], kind: str) -> None:
     of_windows = pefile.PE(str(unpacked[kind].binary("win64"))).DIRECTORY_ENTRY_EXPORT.symbols
     names = {"win64": {symbol.name.decode() for symbol in of_windows}}
@@ -200,6 +207,7 @@ def test_all_platforms_export_the_same_functions(unpacked: dict[str, Unpacked], 
     assert names["linux64"] == names["aarch64-linux"] == functions[0], "nothing but FMI is exported on Linux"
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_binaries_stay_small(unpacked: dict[str, Unpacked], kind: str, folder: str) -> None:
     processors = 2 if folder == "darwin64" else 1
@@ -264,6 +272,7 @@ def agree(one: Signals, other: Signals) -> None:
     assert any(abs(signal[-1] - signal[0]) > 1e-3 for name, signal in one.items() if name != "time")
 
 
+@pytest.mark.night
 def test_flies_on_windows(
     unpacked: dict[str, Unpacked],
     kind: str,
@@ -275,6 +284,7 @@ def test_flies_on_windows(
     agree(here(kind), unpacked[kind].flight(command, "win64", plan, root="Z:", variables=variables))
 
 
+@pytest.mark.night
 def test_flies_on_arm(
     unpacked: dict[str, Unpacked], kind: str, here: Callable[[str], Signals], arm: list[str | Path]
 ) -> None:

@@ -14,6 +14,8 @@ from fly.package import Packages
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.change
+
 RATE, LAG = np.deg2rad(60.0), 0.1
 OUTPUT, DERIVATIVE = "stern_planes_output", "der(stern_planes_output)"
 

@@ -21,6 +21,8 @@ from fmpy.ssp.ssd import read_ssd, read_ssv, validate_tree
 from importers import fly, of_pypi
 from lxml import etree
 
+pytestmark = pytest.mark.change
+
 NAMES = {
     "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",

@@ -15,6 +15,8 @@ from fly.package import Packages
 from fly.stages import ROOT
 from native import Plan, Unpacked, program
 
+pytestmark = pytest.mark.change
+
 KINDS = ["plant", "controller", "loop"]
 ERROR = 99
 UNUSUAL = ["with space", "prozent%20kodiert", "Fähre-Ünïcode-航行", "a+b&c;d#e", "dot.dot..", "quote'd"]
@@ -34,6 +36,7 @@ def valgrind(*words: str | Path) -> list[str | Path]:
     ]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_flight_leaks_nothing_and_errs_nowhere(
     squid: Packages, kind: str, host: Path, tmp_path: Path
@@ -47,6 +50,7 @@ def test_a_flight_leaks_nothing_and_errs_nowhere(
     assert "ERROR SUMMARY: 0 errors from 0 contexts" in said, said
 
 
+@pytest.mark.night
 def test_valgrind_would_see_a_leak(tmp_path: Path) -> None:
     source = tmp_path / "leak.c"
     source.write_text(

@@ -16,6 +16,8 @@ from fly.stages import ROOT
 from fmpy import platform, read_model_description, supported_platforms
 from fmpy.validation import validate_fmu
 
+pytestmark = pytest.mark.change
+
 KINDS = ["plant", "controller", "loop"]
 
 

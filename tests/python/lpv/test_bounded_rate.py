@@ -16,6 +16,8 @@ from conftest import Run
 from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 ALONE = ROOT / "tests" / "certificates" / "oscillator_bounded_rate.json"
 """A loop with no bound for a parameter that moves however fast: the claim of the rate stands alone."""

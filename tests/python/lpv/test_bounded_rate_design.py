@@ -15,6 +15,8 @@ from flights import TEN_DEGREES, pitch_step
 from fly.package import Packages
 from test_bounded_rate import why_not
 
+pytestmark = pytest.mark.change
+
 RATE = 0.1
 """m/s^2: of a vehicle that takes 25 s through its range of speed."""
 

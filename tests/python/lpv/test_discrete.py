@@ -11,6 +11,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASES = [
     ROOT / "tests" / "cases" / f"{name}.json" for name in ("hs02_gamma_sqrt065", "hs04_active_suspension")
 ]

@@ -13,6 +13,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASES = {
     name: json.loads((ROOT / "tests" / "cases" / f"{name}.json").read_text(encoding="utf-8"))
     for name in ("lpv11_shamma_athans", "lpv12_gas_turbine")

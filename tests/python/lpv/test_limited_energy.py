@@ -15,6 +15,8 @@ from conftest import Run
 from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
 from limited_plants import SPRING, TANKS, TWO_SPRINGS, UNSTABLE, f8
 
+pytestmark = pytest.mark.change
+
 Claim = dict
 
 PROBLEMS = {"spring": SPRING, "two springs": TWO_SPRINGS, "unstable": UNSTABLE, "tanks": TANKS}

@@ -11,6 +11,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASE = ROOT / "tests" / "cases" / "lpv05_one_param_lossless.json"
 
 

@@ -10,6 +10,8 @@ from conftest import Run
 from fly.stages import ROOT
 from test_lpv import assert_refused, synth
 
+pytestmark = pytest.mark.change
+
 CASES = ROOT / "tests" / "cases"
 GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 

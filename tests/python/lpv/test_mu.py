@@ -15,6 +15,8 @@ from fly.stages import ROOT
 from scipy import signal
 from scipy.linalg import block_diag
 
+pytestmark = pytest.mark.change
+
 CASES = ROOT / "tests" / "cases"
 System = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

@@ -9,6 +9,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 PLANTS = json.loads((ROOT / "tests" / "cases" / "near_integrators.json").read_text(encoding="utf-8"))[
     "plants"
 ]

@@ -9,6 +9,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASES = sorted((ROOT / "tests" / "cases").glob("sd*.json"))
 
 

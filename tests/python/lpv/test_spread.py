@@ -10,6 +10,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASES = ROOT / "tests" / "cases"
 SPREAD = json.loads((CASES / "spread.json").read_text(encoding="utf-8"))["problems"]
 REPORTED = json.loads((CASES / "mixed_sensitivity.json").read_text(encoding="utf-8"))["problems"]

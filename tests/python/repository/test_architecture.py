@@ -12,6 +12,8 @@ import pytest
 from fly.stages import ROOT
 from imports import Crate
 
+pytestmark = pytest.mark.change
+
 NEVER = {
     "fmu-plant": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "squid-scheduled"},
     "fmu-controller": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "auv"},

@@ -11,6 +11,8 @@ from flights import figures_of, limits, sample_time
 from fly.package import Packages
 from fmpy import read_model_description, simulate_fmu
 
+pytestmark = pytest.mark.change
+
 
 def test_plant_holds_its_trim(packages: Packages) -> None:
     """With the thrusts of trim held, nothing but rounding moves an open-loop stable vehicle out of it."""

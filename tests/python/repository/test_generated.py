@@ -13,6 +13,8 @@ from fly.freeze import DESCRIPTIONS, FROZEN, VEHICLE
 from fly.package import Packages
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 REMEDY = "run `python3 run.py freeze` and commit what it changes"
 LIBRARY_ROUNDING = 1e-9
 """Of what is computed without a solver: another C library or processor rounds otherwise."""

@@ -10,6 +10,8 @@ import pytest
 from fly.package import Packages
 from fly.stages import StageError
 
+pytestmark = pytest.mark.change
+
 
 @pytest.mark.parametrize("shipped", [licences.FMUS, licences.WHEEL], ids=["FMUs", "wheel"])
 def test_the_committed_file_is_fresh(shipped: licences.Shipped) -> None:

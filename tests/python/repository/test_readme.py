@@ -9,6 +9,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 NUMBER = re.compile(r"-?\d+\.\d+")
 SOLVER_ACCURACY = 1e-4
 """Another processor rounds otherwise, and the controller follows from the last digits of the least gamma."""

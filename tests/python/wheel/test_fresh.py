@@ -12,7 +12,10 @@ import sys
 import zipfile
 from pathlib import Path
 
+import pytest
 from fly.stages import ROOT, run
+
+pytestmark = pytest.mark.change
 
 README = ROOT / "crates" / "python" / "README.md"
 PROBE = """

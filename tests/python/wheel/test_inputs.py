@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 LAG = ([1.0], [1.0, 0.6, 1.0])
 """1/(s^2 + 0.6 s + 1): its norm is 1/(2 zeta sqrt(1 - zeta^2)) with zeta = 0.3."""
 PEAK = 1.0 / (0.6 * np.sqrt(1.0 - 0.09))

@@ -9,6 +9,8 @@ from types import ModuleType
 import pytest
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 GOLDEN = 1e-3
 """Relative: processors round differently, and the solver's iterations amplify this."""
 GRID = 1e-3

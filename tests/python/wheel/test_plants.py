@@ -11,6 +11,8 @@ import pytest
 from conftest import Run
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 CASES = ROOT / "tests" / "cases"
 NORMS = sorted(
     path for path in CASES.glob("*.json") if '"kind": "hinfsyn"' in path.read_text(encoding="utf-8")

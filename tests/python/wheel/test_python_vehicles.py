@@ -17,6 +17,8 @@ import pytest
 from conftest import SQUID, Run
 from fly.package import Packages
 
+pytestmark = pytest.mark.change
+
 WORK = """
 import os, sys, time
 import squid_lpv as sq

@@ -232,6 +232,7 @@ fn the_golden_certificate_of_the_rate_alone_holds_in_floating_point() {
 }
 
 #[test]
+#[ignore = "night: alters every number of a certificate"]
 fn tampering_is_refused_or_harmless() {
     survives(GOLDEN, "controller", 60);
     survives(ALONE, "plant", 600);
