@@ -19,8 +19,8 @@ ITEM = re.compile(r"(?P<indent>[ >]*)(?P<mark>(?:[-*+]|\d+[.)]) +)?(?P<text>\S.*
 STRUCTURE = re.compile(r"[ >]*(\||#|<|\$\$|!\[|\[[^]]+\]:|:?-{3,}|={3,}|$)")
 """What is no prose: tables, headings, HTML, formulas, pictures, link targets, rules, empty lines."""
 FENCE = re.compile(r"[ >]*(```|~~~)")
-LINE_START = re.compile(r"([-*+]|\d+[.)]|#+|>|\||=+)( |$)")
-"""What would become a list item, a heading or a quotation at the start of a line."""
+MARK = re.compile(r" (?=(?:[-*+]|\d+[.)]|#+|>|\||=+)(?: |$))")
+"""The space before what would become a list item, a heading or a quotation at the start of a line."""
 
 
 def fix() -> int:
@@ -57,7 +57,8 @@ def wrap(text: str) -> str:
     for line in text.splitlines():
         fence = bool(FENCE.match(line))
         item = ITEM.match(line)
-        prose = not (in_code or fence or STRUCTURE.match(line) or line.startswith(("    ", "\t")) and not paragraph)
+        code = in_code or fence or (line.startswith(("    ", "\t")) and not paragraph)
+        prose = not (code or STRUCTURE.match(line))
         if not prose or (item and item["mark"]):
             done += wrapped(paragraph)
             paragraph = []
@@ -76,17 +77,11 @@ def wrapped(paragraph: list[str]) -> list[str]:
     words = " ".join([first["text"], *((match["mark"] or "") + match["text"] for match in matches[1:])])
     hanging = matches[1]["indent"] if len(matches) > 1 and not mark else first["indent"] + " " * len(mark)
     lines = textwrap.wrap(
-        words,
+        MARK.sub("\0", words),
         COLUMNS,
         initial_indent=first["indent"] + mark,
         subsequent_indent=hanging,
         break_long_words=False,
         break_on_hyphens=False,
     )
-    # A word that would begin a list or a heading stays at the end of the line before, where that has room.
-    for index in range(1, len(lines)):
-        while LINE_START.match(lines[index].lstrip(" >")):
-            before, word, after = lines[index - 1], *(lines[index].lstrip(" >").split(" ", 1) + [""])[:2]
-            head, _, last = before.rpartition(" ")
-            lines[index - 1], lines[index] = head, f"{hanging}{last} {word} {after}".rstrip()
-    return lines
+    return [line.replace("\0", " ") for line in lines]

@@ -18,7 +18,9 @@ from fly.package import FIGURES, Packages
 from fly.stages import BUILD, ROOT, StageError, run
 
 
-@pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["wheels", "--help"], ["test", "--help"], ["fix", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], *([verb, "--help"] for verb in ("fly", "wheels", "test", "fix"))]
+)
 def test_help_teaches(words: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "run.py", *words], cwd=ROOT, capture_output=True, text=True, check=False
