@@ -41,7 +41,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=epilog(width),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,wheels,test,freeze}")
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="{fly,wheels,test,fix,freeze}")
     fly = verbs.add_parser(
         "fly",
         help="build, design, package, validate, fly, compare, plot",
@@ -93,6 +93,12 @@ def parser() -> argparse.ArgumentParser:
         "Chromium, long searches and fuzzing, too; .ci/run --all installs what they need",
     )
     verbs.add_parser(
+        "fix",
+        help="for contributors: format Rust, Python and Markdown as the tests ask",
+        description="Format in place what the tests check: cargo fmt, ruff format and ruff check --fix, and prose in "
+        "Markdown of more than 120 columns. It does not regenerate the generated files: `run.py freeze` does.",
+    )
+    verbs.add_parser(
         "freeze",
         help="for contributors: regenerate the committed generated files",
         description="Regenerate the frozen design of Squid (vehicles/squid/frozen) and the model descriptions "
@@ -108,7 +114,7 @@ def main() -> int:
         print("Python 3.10 or later is required; this is %d.%d." % sys.version_info[:2], file=sys.stderr)
         return 1
     sys.path.insert(0, str(ROOT / "tools"))
-    from fly import all_tests, freeze, main_job, wheel
+    from fly import all_tests, fix, freeze, main_job, wheel
     from fly.stages import StageError
 
     try:
@@ -116,6 +122,8 @@ def main() -> int:
             return main_job.run(Path(arguments.vehicle), arguments.design, arguments.platforms)
         if arguments.verb == "wheels":
             return wheel.build_all(arguments.platforms)
+        if arguments.verb == "fix":
+            return fix.fix()
         if arguments.verb == "freeze":
             return freeze.freeze()
         return all_tests.run_tests(arguments.all)

@@ -22,7 +22,7 @@ pub mod synthesise;
 pub mod uncertain;
 pub mod verdict;
 
-/// The example of the README, compiled by the documentation tests.
+/// The example of the guide, compiled by the documentation tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/guide.md")]
+struct Guide;

@@ -13,14 +13,16 @@ import numpy as np
 import pytest
 from conftest import Run
 from flights import figures_of
-from fly import flight, libraries, package, platforms, record, room, stamp
+from fly import fix, flight, libraries, package, platforms, record, room, stamp
 from fly.package import FIGURES, Packages
 from fly.stages import BUILD, ROOT, StageError, run
 
 pytestmark = pytest.mark.change
 
 
-@pytest.mark.parametrize("words", [["--help"], ["fly", "--help"], ["wheels", "--help"], ["test", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], *([verb, "--help"] for verb in ("fly", "wheels", "test", "fix"))]
+)
 def test_help_teaches(words: list[str]) -> None:
     done = subprocess.run(
         [sys.executable, "run.py", *words], cwd=ROOT, capture_output=True, text=True, check=False
@@ -39,6 +41,56 @@ def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
     assert max(map(len, lines)) <= columns
     assert columns < 160 or max(map(len, lines)) > 120
     assert sum(line.startswith("  python3 run.py ") for line in lines) == 7
+
+
+WORDS = " ".join(f"word{index}" for index in range(30))
+
+
+@pytest.mark.parametrize("mark", ["", "- ", "  - ", "12. ", "> "])
+def test_long_prose_is_wrapped(mark: str) -> None:
+    """To at most 120 columns, with the same words; a second time changes nothing."""
+    text = f"# Title\n\n{mark}{WORDS} {WORDS}\n\nshort\nlines\n"
+    wrapped = fix.wrap(text)
+    lines = wrapped.splitlines()
+    assert max(map(len, lines)) <= 120 < max(map(len, text.splitlines()))
+    assert wrapped.replace(">", "").split() == text.replace(">", "").split()
+    assert lines[2].startswith(mark) and lines[-2:] == ["short", "lines"]
+    inside = lines[3:-3]
+    assert inside and all(line.startswith(mark if mark == "> " else " " * len(mark)) for line in inside)
+    assert fix.wrap(wrapped) == wrapped
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        f"| {WORDS} |",
+        f"# {WORDS}",
+        f"```text\n{WORDS}\n```",
+        f"~~~\n- {WORDS}\n~~~",
+        f"    {WORDS}",
+        f"![picture]({WORDS})",
+        f"[link]: {WORDS}",
+    ],
+)
+def test_what_is_no_prose_is_not_wrapped(kept: str) -> None:
+    assert len(WORDS) > 120
+    assert fix.wrap(f"{kept}\n\nprose\n") == f"{kept}\n\nprose\n"
+
+
+@pytest.mark.parametrize("word", ["-", "+", "3.", "#", "|", ">"])
+def test_wrapping_makes_no_list_or_heading(word: str) -> None:
+    """Wherever a line breaks, it does not begin with what Markdown reads as a mark."""
+    for length in range(100, 125):
+        lines = fix.wrap(f"{'x' * 60} {'y' * (length - 61)} {word} {WORDS}\n").splitlines()
+        assert max(map(len, lines)) <= 120
+        assert not any(line.startswith(f"{word} ") for line in lines)
+
+
+def test_the_pages_are_as_fix_leaves_them() -> None:
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in listed.stdout.splitlines():
+        text = (ROOT / name).read_text(encoding="utf-8")
+        assert fix.wrap(text) == text, f"{name}: run `python3 run.py fix`"
 
 
 def test_what_cargo_is_told_does_not_name_this_folder(
