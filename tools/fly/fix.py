@@ -28,7 +28,7 @@ def fix() -> int:
     with stage("Rust: cargo fmt"):
         run(["cargo", "fmt", "--all"])
     with stage("Python: ruff format, ruff check --fix"):
-        python = environment.ready()
+        python = environment.for_tests()
         configuration = ["--config", ROOT / "tests" / "ruff.toml"]
         python.run("-m", "ruff", "format", *configuration, *PYTHON_SOURCES)
         python.run("-m", "ruff", "check", "--fix", *configuration, *PYTHON_SOURCES)
