@@ -1,7 +1,7 @@
 //! Writes the loop of a stored design, frozen at each of the report's six speeds, as problems for `squid lpv mu`.
 //!
 //! ```text
-//! cargo run --release -p squid --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
+//! cargo run --release -p squid-autopilot --example mu_problems -- VEHICLE_DIR DESIGN_DIR OUTPUT_DIR
 //! ```
 //!
 //! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed,

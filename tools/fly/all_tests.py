@@ -76,7 +76,7 @@ def rust_tests(every: bool) -> None:
 
 def fuzz() -> None:
     """Fuzz the FMUs for longer than their tests do."""
-    words = ["cargo", "test", "--release", "-p", "fmu-squid", "--test", "suite", "--", "random::"]
+    words = ["cargo", "test", "--release", "-p", "squid-fmu-loop", "--test", "suite", "--", "random::"]
     run([*words, "--test-threads=12"], variables={"SQUID_FUZZ_MINUTES": FUZZ_MINUTES}, log="fuzz")
 
 

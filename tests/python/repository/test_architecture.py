@@ -15,33 +15,33 @@ from imports import Crate
 pytestmark = pytest.mark.change
 
 NEVER = {
-    "fmu-plant": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "squid-scheduled"},
-    "fmu-controller": {"lpv", "clarabel", "faer", "blas-symbols", "squid", "auv"},
-    "fmu-squid": {"lpv", "clarabel", "faer", "blas-symbols", "squid"},
-    "auv": {"lpv", "squid-scheduled", "fmi2", "model-description", "clarabel"},
-    "lpv": {"auv", "squid-scheduled", "fmi2", "model-description"},
-    "squid-scheduled": {"auv", "lpv", "fmi2", "model-description", "clarabel"},
-    "fmi2": {"auv", "lpv", "squid-scheduled", "clarabel"},
+    "squid-fmu-plant": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot", "squid-scheduled"},
+    "squid-fmu-controller": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot", "squid-auv"},
+    "squid-fmu-loop": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot"},
+    "squid-auv": {"squid-lpv", "squid-scheduled", "squid-fmi2", "squid-model-description", "clarabel"},
+    "squid-lpv": {"squid-auv", "squid-scheduled", "squid-fmi2", "squid-model-description"},
+    "squid-scheduled": {"squid-auv", "squid-lpv", "squid-fmi2", "squid-model-description", "clarabel"},
+    "squid-fmi2": {"squid-auv", "squid-lpv", "squid-scheduled", "clarabel"},
     "squid-design": {
         "clap",
         "indicatif",
         "zip",
-        "fmi2",
-        "fmu-plant",
+        "squid-fmi2",
+        "squid-fmu-plant",
         "squid-report",
         "squid-package",
     },
-    "squid-embedded": {"auv", "lpv", "certificate", "fmi2", "clap", "clarabel", "squid-design"},
-    "squid-flight": {"lpv", "clap", "zip", "squid-design"},
-    "squid-report": {"clap", "zip", "fmi2", "squid-package"},
-    "squid-campaign": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
-    "squid-python": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
+    "squid-embedded": {"squid-auv", "squid-lpv", "squid-certificate", "squid-fmi2", "clap", "clarabel", "squid-design"},
+    "squid-flight": {"squid-lpv", "clap", "zip", "squid-design"},
+    "squid-report": {"clap", "zip", "squid-fmi2", "squid-package"},
+    "squid-campaign": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
+    "squid-python": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-problem": {"clap", "indicatif", "zip", "squid-report", "squid-package"},
-    "squid-tune": {"clap", "indicatif", "zip", "fmi2", "squid-report", "squid-package"},
+    "squid-tune": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
-    "squid-sea": {"auv", "lpv", "squid-scheduled", "squid-signals", "fmi2", "model-description", "nalgebra"},
-    "certificate": {"auv", "lpv", "squid-scheduled", "fmi2", "model-description", "clarabel", "faer"},
-    "model-description": {"auv", "lpv", "squid-scheduled", "fmi2"},
+    "squid-sea": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-signals", "squid-fmi2", "squid-model-description", "nalgebra"},
+    "squid-certificate": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-fmi2", "squid-model-description", "clarabel", "faer"},
+    "squid-model-description": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-fmi2"},
 }
 MEMBERS = sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("*/src")) + sorted(
     path.parent.relative_to(ROOT) for path in ROOT.glob("crates/*/src")
@@ -69,8 +69,8 @@ def test_arrow_does_not_exist(crate: str) -> None:
 
 def test_the_arrows_that_do_exist_are_seen() -> None:
     """The test above can fail: it sees the arrows that are there."""
-    assert {"lpv", "auv", "fmi2", "clarabel", "fmu-plant", "squid-design"} <= reached_from("squid")
-    assert {"auv", "fmi2"} <= reached_from("fmu-plant")
+    assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from("squid-autopilot")
+    assert {"squid-auv", "squid-fmi2"} <= reached_from("squid-fmu-plant")
 
 
 def test_every_forbidden_crate_exists() -> None:
@@ -82,7 +82,7 @@ def test_every_forbidden_crate_exists() -> None:
 
 
 def test_nothing_needs_fortran_cmake_or_libclang() -> None:
-    words = ["cargo", "tree", "--edges", "normal,build", "--package", "squid", "--prefix", "none"]
+    words = ["cargo", "tree", "--edges", "normal,build", "--package", "squid-autopilot", "--prefix", "none"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     assert not FORBIDDEN_NAMES & {line.split()[0] for line in done.stdout.splitlines() if line}
 
@@ -94,7 +94,7 @@ def with_features(*of: str) -> set[str]:
     return {line.removesuffix(" (*)") for line in done.stdout.splitlines() if line}
 
 
-@pytest.mark.parametrize("package", ["squid", "squid-python"])
+@pytest.mark.parametrize("package", ["squid-autopilot", "squid-python"])
 def test_what_ships_is_built_of_the_crates_that_the_tests_are_built_of(package: str) -> None:
     """A feature that the tests alone ask of a crate has all that use it compiled twice."""
     shipped = with_features("--package", package, "--edges", "normal,build")
