@@ -96,12 +96,10 @@ def design(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> None:
     written(run_squid, folder, "design", vehicle, "--no-advise", *options)
 
 
-def package(run_squid: Run, vehicle: Path, folder: Path, *options: str, report: bool = False) -> Packages:
+def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packages:
     """Design and package a vehicle into a folder; what each verb prints is in a file of its name."""
     design(run_squid, vehicle, folder, *options)
-    if report:
-        written(run_squid, folder, "report", vehicle, *options)
-    written(run_squid, folder, "package", vehicle, *options, *([] if report else ["--no-report"]))
+    written(run_squid, folder, "package", vehicle, *options)
     return Packages.found_in(folder)
 
 
@@ -133,7 +131,7 @@ def designed(run_squid: Run, vehicle: Path, *options: str) -> Path:
 
 
 def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
-    """Return the packages of a vehicle without a report, made once; not to be changed."""
+    """Return the packages of a vehicle, made once; not to be changed."""
     made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
     return Packages.found_in(
         once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
@@ -152,7 +150,7 @@ def with_rate(vehicle: Path) -> Path:
 
 
 def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
-    """Return what the main job made of a vehicle, made if it has not run, with the report; not to be changed."""
+    """Return what the main job made of a vehicle, made if it has not run; not to be changed."""
     folder = folder_of(vehicle, "design")
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
@@ -160,10 +158,8 @@ def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
 
 
 def reported(run_squid: Run, vehicle: Path) -> str:
-    """Return the page of the report on a vehicle, made once; that of the main job where it makes one."""
-    if vehicle in (SQUID, REMUS100):
-        return (of_main_job(run_squid, vehicle).folder / "report.html").read_text(encoding="utf-8")
-    return report_in(run_squid, vehicle, kept(run_squid, vehicle).folder)
+    """Return the page of the report on a vehicle, made once."""
+    return report_in(run_squid, vehicle, designed(run_squid, vehicle))
 
 
 def report_in(run_squid: Run, vehicle: Path, folder: Path) -> str:
@@ -232,7 +228,7 @@ def copied_vehicle(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def stored_design(squid: Packages, tmp_path: Path) -> Path:
-    """Return a copy of the design and the report of Squid that a test may spoil, without FMUs."""
+    """Return a copy of the design of Squid that a test may spoil, without FMUs."""
     return Path(
         shutil.copytree(squid.folder, tmp_path / "out", ignore=shutil.ignore_patterns("*.fmu", "*.ssp"))
     )

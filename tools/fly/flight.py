@@ -84,7 +84,7 @@ def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
     return json.loads(answer([squid, "plot", record_file, "--vehicle", vehicle, "--out", drawn, "--json"]))
 
 
-def report(packages: Packages, figures: dict, agreement: float) -> None:
+def report(packages: Packages, figures: dict, agreement: float, whole: str) -> None:
     """Print the results; figures and plot end at the surface, because the equations hold in deep water."""
     achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
     print(f"\nResults, {packages.vehicle}")
@@ -96,7 +96,7 @@ def report(packages: Packages, figures: dict, agreement: float) -> None:
         ("actuators", f"{100 * figures['actuator_use']:.0f} % of their limits at most"),
         ("two flights agree", f"to {agreement:.1e} (coupled by the master; in one FMU by fmpy simulate)"),
         ("plot", os.path.relpath(figures["plot"])),
-        ("report", os.path.relpath(packages.report)),
+        ("the whole report", whole),
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")
@@ -158,6 +158,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path, help="folder with the three FMUs and design.json")
     parser.add_argument("squid", type=Path, help="the command squid")
     parser.add_argument("vehicle", type=Path, help="directory of the vehicle that flies")
+    parser.add_argument("report", help="the command that writes the whole report, which is named at the end")
     arguments = parser.parse_args()
     try:
         packages = Packages.found_in(arguments.folder)
@@ -171,7 +172,7 @@ def main() -> int:
             agreement = compare(loop, coupled)
         with stage("Drawing the flight"):
             figures = plot(packages, arguments.squid, arguments.vehicle)
-        report(packages, figures, agreement)
+        report(packages, figures, agreement, arguments.report)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1

@@ -34,6 +34,7 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
         python = environment_made.result()
     with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
         packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)
-    python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle)
+    whole = package.report_of(vehicle, design, packages.folder)
+    python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle, whole)
     print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
     return 0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,14 +55,20 @@ class Packages:
         return self.plant, self.controller, self.loop
 
     @property
-    def report(self) -> Path:
-        """The page of the report, which the FMUs contain, too."""
-        return self.folder / "report.html"
-
-    @property
     def figures(self) -> Path:
         """The figures of the design."""
         return self.folder / FIGURES
+
+
+def report_of(vehicle: Path, design: str, folder: Path) -> str:
+    """Return the command that writes the whole report of a design, as it is typed in this directory."""
+    which = "" if design == "design" else f" --design {design}"
+    return f"cargo squid report {typed(vehicle)}{which} --out {typed(folder)}"
+
+
+def typed(path: Path) -> str:
+    """Return a path as it is typed."""
+    return shlex.quote(os.path.relpath(path))
 
 
 def folder_of(vehicle: Path, design: str) -> Path:
@@ -108,7 +116,7 @@ def made_before(folder: Path) -> Packages | None:
         packages = Packages.found_in(folder)
     except StageError:
         return None
-    return packages if all(path.is_file() for path in (*packages.fmus, packages.report)) else None
+    return packages if all(path.is_file() for path in packages.fmus) else None
 
 
 def digest_of(made_from: list[Path], packages: Packages, words: list[str]) -> str:

@@ -378,9 +378,6 @@ pub struct Packing {
     /// Pack a controller without proof; its FMUs then say that they are uncertified
     #[arg(long)]
     pub allow_uncertified: bool,
-    /// Pack no report as documentation; computing it takes most of the time
-    #[arg(long)]
-    pub no_report: bool,
     /// Write only the three model descriptions, to this directory
     #[arg(long, value_name = "DIR")]
     pub descriptions: Option<PathBuf>,
@@ -463,7 +460,20 @@ impl Which {
         Ok((inputs, directory))
     }
 
-    /// The same for a verb that writes to the directory; refuses at once a directory that cannot be written to.
+    /// The command that writes the report of this design.
+    pub fn report(&self) -> String {
+        let out = self.out.iter().map(|out| format!(" --out {}", shown(out)));
+        out.fold(self.report_of(&shown(&self.vehicle)), |command, out| command + &out)
+    }
+
+    /// The same for a vehicle in this directory, into the default directory.
+    pub fn report_of(&self, vehicle: &str) -> String {
+        let design = (self.design != DEFAULT_DESIGN).then(|| format!(" --design {}", self.design));
+        let bandwidth = self.bandwidth.map(|bandwidth| format!(" --bandwidth {bandwidth}"));
+        [Some(format!("squid report {vehicle}")), design, bandwidth].into_iter().flatten().collect()
+    }
+
+    /// As [`Which::read`], for a verb that writes to the directory; refuses at once a directory that cannot be written to.
     ///
     /// # Errors
     /// As [`Which::read`], and that of the directory.
@@ -472,6 +482,12 @@ impl Which {
         check_directory(&directory)?;
         Ok((inputs, directory))
     }
+}
+
+/// A path as it is typed.
+fn shown(path: &Path) -> String {
+    let path = path.display().to_string();
+    if path.contains(char::is_whitespace) { format!("'{path}'") } else { path }
 }
 
 /// The files of a design.

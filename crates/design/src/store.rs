@@ -34,7 +34,7 @@ use crate::run::Finished;
 use crate::store::files::{Files, read, reading};
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
-use crate::verdict::row::Advice;
+use crate::verdict::row::StoredRow;
 use auv::{Actuator, LpvModel, LpvModelError};
 use certificate::{Certificate, Theorem};
 use scheduled::ControllerDesign;
@@ -42,7 +42,6 @@ use scheduled::Manoeuvre;
 use serde::Serialize;
 use serde_json::Value;
 use signals::SIGNALS;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
@@ -71,8 +70,8 @@ pub struct Stored {
     pub certificate: Result<String, String>,
     /// Figures and certificate of a robust design, if it is one.
     pub robust: Option<StoredRobust>,
-    /// What to turn for what its verdict misses, by the words of the rows.
-    pub advice: BTreeMap<String, Advice>,
+    /// The rows of its verdict, as far as they can be read.
+    pub rows: Vec<StoredRow>,
 }
 
 impl Stored {
@@ -264,8 +263,8 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
         Err(format!("there is no certificate.json{}", why_not_certified(directory)))
     };
     let robust = stored::stored(directory)?;
-    let (manoeuvre, advice) = (inputs.design.manoeuvre.clone(), advice(directory));
-    Ok(Stored { controller, plant, manoeuvre, certificate, robust, advice })
+    let (manoeuvre, rows) = (inputs.design.manoeuvre.clone(), rows(directory));
+    Ok(Stored { controller, plant, manoeuvre, certificate, robust, rows })
 }
 
 /// The figures of a design that is there, as far as they can be read.
@@ -273,14 +272,11 @@ fn written(directory: &Path) -> Option<Value> {
     serde_json::from_str(&read(&directory.join("design.json")).ok()?).ok()
 }
 
-/// What `squid design` found to turn.
-fn advice(directory: &Path) -> BTreeMap<String, Advice> {
+/// The verdict that `squid design` wrote.
+fn rows(directory: &Path) -> Vec<StoredRow> {
     let figures = written(directory).unwrap_or_default();
-    let of = |row: &Value| {
-        let advice = serde_json::from_value(row.get("advice")?.clone()).ok()?;
-        Some((row["what"].as_str()?.to_owned(), advice))
-    };
-    figures["verdict"]["rows"].as_array().into_iter().flatten().filter_map(of).collect()
+    let rows = figures["verdict"]["rows"].as_array().into_iter().flatten();
+    rows.filter_map(|row| serde_json::from_value(row.clone()).ok()).collect()
 }
 
 /// The reason that `squid design` recorded for a missing proof.

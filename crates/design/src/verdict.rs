@@ -18,7 +18,7 @@ mod rows;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::verdict::found::{Effort, Found};
-use crate::verdict::row::{Outcome, Row};
+use crate::verdict::row::{Outcome, Row, StoredRow};
 use scheduled::ControllerDesign;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
@@ -44,7 +44,22 @@ impl Verdict {
 
     /// Judges what was found of a design with a bound gamma by the limits of its file.
     pub fn judge(inputs: &Inputs, gamma: f64, found: Found) -> Self {
-        Self { rows: rows::rows(inputs, gamma, &found), found }
+        Self { rows: rows::rows(inputs, gamma, &found, &[]), found }
+    }
+
+    /// The same as [`Verdict::of`] for a stored design, but that what takes long, mu and the gain between the ticks, is
+    /// taken from the rows that `squid design` wrote.
+    ///
+    /// # Errors
+    /// As [`Found::of`].
+    pub fn of_stored(
+        inputs: &Inputs,
+        controller: &ControllerDesign,
+        rows: &[StoredRow],
+    ) -> Result<Self, Error> {
+        let effort = Effort { sampled: false, mu: 0, ..Effort::FULL };
+        let found = Found::of(inputs, controller, effort)?;
+        Ok(Self { rows: rows::rows(inputs, controller.gamma.bound, &found, rows), found })
     }
 
     /// The rows that are missed.

@@ -150,7 +150,7 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
     Prepared { identifier: description.model_identifier.clone(), xml, description, resources }
 }
 
-/// Packs one prepared FMU that belongs into `directory`, in memory. Its documentation is the report.
+/// Packs one prepared FMU that belongs into `directory`, in memory. Its documentation is the page.
 ///
 /// # Errors
 /// [`Error::NoBinary`] when the shared library has not been built.
@@ -158,7 +158,7 @@ pub fn pack(
     kind: Kind,
     prepared: Prepared,
     stored: &Stored,
-    report: &Rendered,
+    page: &Rendered,
     binaries: &Binaries,
     directory: &Path,
 ) -> Result<Packed, Error> {
@@ -174,7 +174,7 @@ pub fn pack(
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
     }
-    entries.insert("documentation/index.html".into(), report.page(&about(kind, stored)).into_bytes());
+    entries.insert("documentation/index.html".into(), page.page(&about(kind, stored)).into_bytes());
     for (licence, text) in LICENCES {
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }

@@ -22,7 +22,6 @@ use squid_design::store::Stored;
 use squid_design::store::files::read;
 use squid_design::store::freeze;
 use squid_design::synthesise::robust::stored;
-use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -292,7 +291,7 @@ fn made_of(
         }
     };
     let manoeuvre = inputs.design.manoeuvre.clone();
-    let (certificate, advice) = (Ok(certificate), BTreeMap::new());
-    let stored = Stored { controller, plant, manoeuvre, certificate, robust: None, advice };
+    let certificate = Ok(certificate);
+    let stored = Stored { controller, plant, manoeuvre, certificate, robust: None, rows: vec![] };
     stored.prove(inputs).map(|_| ())
 }

@@ -9,7 +9,6 @@ use squid_design::store::Stored;
 use squid_report::page::section::Part;
 use squid_report::peers::{Effort, compare};
 use squid_report::subject::Subject;
-use std::collections::BTreeMap;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let effort = Effort { evaluations: 300, points: 100 };
@@ -22,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             manoeuvre: inputs.design.manoeuvre.clone(),
             certificate: Err("not needed".into()),
             robust: None,
-            advice: BTreeMap::new(),
+            rows: vec![],
         };
         let show = |event: Event| {
             if let Event::Done { figures, .. } = event {

@@ -63,7 +63,7 @@ pub fn page(
         sections,
         ..Report::without_sections(inputs, plan.stored.unproved(inputs))
     };
-    Rendered::new(&report, None).page(&[])
+    Rendered::of(&report).page(&[])
 }
 
 fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {

@@ -34,16 +34,16 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    pub(crate) fn new(report: &Report, key: Option<String>) -> Self {
+    /// The page of a report that is not kept.
+    pub fn of(report: &Report) -> Self {
+        Self::new(report, None)
+    }
+
+    fn new(report: &Report, key: Option<String>) -> Self {
         let (head, body) = html::page(report);
         let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
         let (unproved, origin) = (report.unproved.clone(), report.origin.clone());
         Self { key, unproved, words: report.words(), origin, head, body, figures }
-    }
-
-    /// What stands in for the report of a design where none is wanted: one page that names vehicle and design.
-    pub fn without_sections(inputs: &Inputs) -> Self {
-        Self::new(&Report::without_sections(inputs, None), None)
     }
 
     /// The page; `about` is put below its heading.
@@ -76,7 +76,7 @@ impl Rendered {
     }
 }
 
-/// The report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
+/// The whole report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
 ///
 /// # Errors
 /// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
@@ -144,7 +144,7 @@ mod tests {
         file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_hours(24 * 365 * 100)).unwrap();
         let inputs = Inputs::read(folder.path(), "design").unwrap().with_bandwidth(0.1).unwrap();
         assert_eq!(date(&inputs).as_deref(), Some("2069-12-07"));
-        let origin = Rendered::without_sections(&inputs).origin;
+        let origin = Rendered::of(&Report::without_sections(&inputs, None)).origin;
         assert!(origin.contains(", design.toml as design-bandwidth-0.1 with "), "{origin}");
     }
 
@@ -172,8 +172,7 @@ mod tests {
         other.manoeuvre.pitch_step *= 0.5;
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
-        let advice = Advice { turn: None, words: "no key".into() };
-        other.advice.insert("mu".into(), advice);
+        other.rows[0].advice = Some(Advice { turn: None, words: "no key".into() });
         keys.push(of(&inputs, &other));
         let mut other = inputs.clone();
         other.hashes.design_sha256.push('0');

@@ -13,6 +13,7 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
 use auv::Status;
+use certificate::Theorem;
 use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::progress::Progress;
@@ -61,8 +62,11 @@ pub fn is_of_the_paper(inputs: &Inputs) -> bool {
     inputs.vehicle.name == VEHICLE_OF_THE_PAPER && inputs.design.stepped() == PITCH
 }
 
-/// The section that takes longest.
-const LONGEST: &str = "mu";
+/// The sections that take long, the longest first.
+const LONGEST: [&str; 4] = ["gammas", "peers", "tuning", "mu"];
+
+/// The sections of what `squid design` found, which take no time: the page inside the FMUs.
+const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
 
 /// The report on one design of one vehicle.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,25 +106,9 @@ pub struct Asked {
 pub fn report(inputs: &Inputs, stored: &Stored, asked: &Asked, progress: &Progress) -> Result<Report, Error> {
     let mut subject = Subject::new(inputs, stored, progress)?;
     subject.sea.clone_from(&asked.sea);
-    let make = |&(id, title, of): &Maker| {
-        let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
-        let started = Instant::now();
-        let parts = of(&subject).unwrap_or_else(failed);
-        progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
-        Section { id, title, parts }
-    };
-    // First, so that it is read before any figure.
-    let unproved = stored.remark(subject.proof());
-    unproved.iter().for_each(|words| progress.warn(words));
-    // The longest first, so that the others fill the time beside it.
-    let makers: Vec<&Maker> = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| asked.paper)).collect();
-    let (first, rest): (Vec<&Maker>, Vec<&Maker>) = makers.iter().partition(|maker| maker.0 == LONGEST);
-    let mut sections = side_by_side(first.into_iter().chain(rest), make);
-    sections.retain(|section| !section.parts.is_empty());
-    sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
-    let claims = sections.iter_mut().flat_map(Section::take_claims).collect();
-    let verdict = subject.verdict().ok().map(ToString::to_string);
-    let mut report = Report { sections, verdict, ..Report::without_sections(inputs, unproved) };
+    let makers = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| asked.paper));
+    let mut report = with_sections(&subject, &makers.collect::<Vec<_>>());
+    let claims = report.sections.iter_mut().flat_map(Section::take_claims).collect();
     if let Some((_, text)) = &asked.sea {
         report.origin += &format!("; the file of the sea with {}", sha256(text));
     }
@@ -137,6 +125,50 @@ pub fn report(inputs: &Inputs, stored: &Stored, asked: &Asked, progress: &Progre
         );
     }
     Ok(report)
+}
+
+/// The report of what `squid design` found of a design, whose proof was repeated with this outcome; `whole` is the
+/// command that writes the whole report.
+///
+/// # Errors
+/// As [`Subject::new`].
+pub fn brief(
+    inputs: &Inputs,
+    stored: &Stored,
+    proof: &Result<Theorem, String>,
+    whole: &str,
+    progress: &Progress,
+) -> Result<Report, Error> {
+    let mut subject = Subject::new(inputs, stored, progress)?.proved(proof);
+    subject.brief = true;
+    let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
+    let mut report = with_sections(&subject, &makers);
+    report.introduction.push(format!("The whole report is written by `{whole}`."));
+    Ok(report)
+}
+
+/// A report with some of the sections. Those that have nothing to say are left out.
+fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
+    let progress = subject.progress;
+    let make = |&(id, title, of): &Maker| {
+        let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
+        let started = Instant::now();
+        let parts = of(subject).unwrap_or_else(failed);
+        progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
+        Section { id, title, parts }
+    };
+    // First, so that it is read before any figure.
+    let unproved = subject.stored.remark(subject.proof());
+    unproved.iter().for_each(|words| progress.warn(words));
+    // The longest first, so that the others fill the time beside them.
+    let mut order = makers.to_vec();
+    let place = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());
+    order.sort_by_key(place);
+    let mut sections = side_by_side(order.into_iter(), make);
+    sections.retain(|section| !section.parts.is_empty());
+    sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
+    let verdict = subject.verdict().ok().map(ToString::to_string);
+    Report { sections, verdict, ..Report::without_sections(subject.inputs, unproved) }
 }
 
 /// Version, files and their hashes.

@@ -67,6 +67,8 @@ pub struct Subject<'a> {
     pub progress: &'a Progress<'a>,
     /// A sea that it is flown in, and the text of its file.
     pub sea: Option<(Sea, String)>,
+    /// Whether the verdict takes what takes long from the stored design, if that has it.
+    pub brief: bool,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
@@ -151,6 +153,7 @@ impl<'a> Subject<'a> {
             truth,
             progress,
             sea: None,
+            brief: false,
             alone,
             proof,
             verdict,
@@ -176,16 +179,27 @@ impl<'a> Subject<'a> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
+    /// The same subject with a proof that has been repeated already.
+    pub(crate) fn proved(mut self, proof: &Result<Theorem, String>) -> Self {
+        self.proof = OnceLock::from(proof.clone());
+        self
+    }
+
     /// The verdict on the stored controller, reached once, with what `squid design` found to turn.
     ///
     /// # Errors
     /// [`Error::Verdict`].
     pub fn verdict(&self) -> Result<&Verdict, Error> {
         let reached = || {
-            let mut verdict = Verdict::of(self.inputs, &self.stored.controller, Effort::FULL)
-                .map_err(|reason| reason.to_string())?;
+            let (controller, rows) = (&self.stored.controller, &self.stored.rows);
+            let reached = match self.brief && !rows.is_empty() {
+                true => Verdict::of_stored(self.inputs, controller, rows),
+                false => Verdict::of(self.inputs, controller, Effort::FULL),
+            };
+            let mut verdict = reached.map_err(|reason| reason.to_string())?;
             for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {
-                row.advice = self.stored.advice.get(&row.what).cloned();
+                let stored = rows.iter().find(|stored| stored.what == row.what);
+                row.advice = stored.and_then(|stored| stored.advice.clone());
             }
             Ok(verdict)
         };

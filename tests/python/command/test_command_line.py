@@ -49,21 +49,20 @@ def test_packages_from_another_place_are_the_same_to_the_byte(
 ) -> None:
     """Of the paper's design, which is a small one: neither the name of the directory nor the time matters.
 
-    Each section of the report tells that it is done, also where there is no terminal; and the FMUs are packed with
-    the same report, which is not computed again.
+    The last line names the command of the whole report, which is not computed and not written.
     """
     shutil.copy(copied_vehicle / "paper.toml", copied_vehicle / "design.toml")
     moved = Path(shutil.copytree(copied_vehicle, tmp_path / "elsewhere" / "moved"))
     made_from = [build.squid(), *build.binaries(), *sorted(copied_vehicle.glob("*.toml"))]
     first = Packages.found_in(
-        once(made_from, ["report"], lambda folder: package(run_squid, copied_vehicle, folder, report=True))
+        once(made_from, ["packed"], lambda folder: package(run_squid, copied_vehicle, folder))
     )
-    copied = package(run_squid, moved, tmp_path / "copied", report=True)
-    printed = {
-        verb: (copied.folder / f"{verb}.txt").read_text(encoding="utf-8") for verb in ("report", "package")
-    }
-    assert printed["report"].count("\nreport  ") >= 11
-    assert "Robust stability" in printed["report"] and "Robust stability" not in printed["package"]
+    copied = package(run_squid, moved, tmp_path / "copied")
+    printed = (copied.folder / "package.txt").read_text(encoding="utf-8")
+    last = printed.splitlines()[-1]
+    assert last == f"the whole report: squid report {moved} --out {copied.folder}"
+    assert "Robust stability" not in printed
+    assert not list(copied.folder.glob("report*")) and not (copied.folder / "figures").exists()
     for one, other in zip(first.fmus, copied.fmus, strict=True):
         assert filecmp.cmp(one, other, shallow=False), one.name
 

@@ -1,4 +1,4 @@
-"""The report: one page that needs nothing else, every figure, and for Squid judged claims; as it is in the FMUs."""
+"""The report: one page that needs nothing else, every figure, and for Squid judged claims; the page in the FMUs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import Run
+from conftest import REMUS100, SQUID, Run, designed, reported
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -40,15 +40,18 @@ FIGURES = {
     "fig3-entries-of-A",
     "fig4-frequency-responses",
 }
+OF_THE_DESIGN = {"pitch-steps", "speed-steps", "margins-over-speed", "noise-over-speed"}
 OF_THE_PAPER = {"fig5-pitch-responses", "fig6-open-loop", "scheduled-and-switched"}
 ACTUATORS = {"squid": 3, "remus100": 2}
 FINDINGS = {"confirmed", "partly confirmed", "not confirmed", "cannot be judged"}
 
 
 @pytest.fixture(params=list(ACTUATORS))
-def written(request: pytest.FixtureRequest) -> tuple[str, Path]:
+def written(request: pytest.FixtureRequest, run_squid: Run) -> tuple[str, Path]:
     """Return the name of a vehicle, and the folder with its report."""
-    return request.param, request.getfixturevalue(request.param).folder
+    vehicle = {"squid": SQUID, "remus100": REMUS100}[request.param]
+    reported(run_squid, vehicle)
+    return request.param, designed(run_squid, vehicle)
 
 
 @pytest.fixture
@@ -161,8 +164,8 @@ def claims_of(page: ET.Element) -> list[ET.Element]:
     return [d for d in page.iter(f"{XHTML}div") if d.attrib.get("class", "").startswith("claim")]
 
 
-def test_every_claim_has_finding_criterion_and_numbers(squid: Packages) -> None:
-    claims = claims_of(ET.fromstring((squid.folder / "report.html").read_text(encoding="utf-8")))
+def test_every_claim_has_finding_criterion_and_numbers(run_squid: Run) -> None:
+    claims = claims_of(ET.fromstring(reported(run_squid, SQUID)))
     assert len(claims) >= 10
     for judged in claims:
         claim, found, criterion = [words(p) for p in judged.iter(f"{XHTML}p")]
@@ -183,9 +186,9 @@ def test_a_surrogate_is_called_one(written: tuple[str, Path], page: ET.Element) 
     assert all(("surrogate" in text) == surrogate for text in named)
 
 
-def test_the_claim_on_the_order_follows_from_the_table(squid: Packages) -> None:
+def test_the_claim_on_the_order_follows_from_the_table(run_squid: Run) -> None:
     """The residuals are in a table; the finding must be the one that its criterion gives for them."""
-    page = ET.fromstring((squid.folder / "report.html").read_text(encoding="utf-8"))
+    page = ET.fromstring(reported(run_squid, SQUID))
     tables = [
         [[words(cell) for cell in row] for row in table.iter(f"{XHTML}tr")]
         for table in page.iter(f"{XHTML}table")
@@ -282,9 +285,13 @@ def test_a_section_that_cannot_be_computed_says_why(
     assert 'figure id="fig3-entries-of-A"' in page
 
 
-def test_fmus_carry_the_report(packages: Packages) -> None:
-    """As documentation/index.html, with a line on what the FMU is."""
+def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) -> None:
+    """As documentation/index.html, with a line on what the FMU is and where the whole report is from.
+
+    The verdict's table is that of `design.json` and of the whole report, to the last digit.
+    """
     name = packages.folder.parent.name
+    whole = ET.fromstring(reported(run_squid, {"squid": SQUID, "remus100": REMUS100}[name]))
     for fmu, what in zip(
         packages.fmus, ("is the vehicle", "is the autopilot", "is vehicle and autopilot"), strict=True
     ):
@@ -293,5 +300,17 @@ def test_fmus_carry_the_report(packages: Packages) -> None:
             page = ET.fromstring(archive.read(entry).decode())
         assert f"This FMU {what}" in words(page)
         figures = {figure.attrib["id"] for figure in page.iter(f"{XHTML}figure")}
-        assert figures == figures_of(name)
+        assert figures == OF_THE_DESIGN
+        assert [s.attrib["id"] for s in page.iter(f"{XHTML}section")] == [
+            "verdict",
+            "steps",
+            "flown",
+            "theorem",
+        ]
+        assert "The whole report is written by squid report VEHICLE_DIR." in words(page)
+        assert ("SURROGATE" in words(page)) == (name == "squid")
+        assert "could not be computed" not in words(page)
+        assert any("mu of the declared uncertainty" in row for row in rows_of(page, "verdict"))
+        for section in ("verdict", "flown"):
+            assert rows_of(page, section) == rows_of(whole, section)
         assert entry.file_size < LARGEST_PAGE

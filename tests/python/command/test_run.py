@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -189,19 +190,31 @@ def test_the_main_job_ends_by_naming_plot_and_report(
     gammas = {"gamma_bound": 0.5, "gamma_optimum": 0.4, "back_off": 0.1, "gamma_bound_with_model_error": None}
     (tmp_path / FIGURES).write_text(json.dumps({"certified": True, **gammas}), encoding="utf-8")
     figures = {"speed_error": 0.1, "surface": None, "actuator_use": 0.5, "plot": tmp_path / "flight.svg"}
-    flight.report(Packages(tmp_path, "squid"), figures, 1e-12)
-    plot, page = (line.split() for line in capsys.readouterr().out.splitlines()[-2:])
-    assert plot == ["plot", os.path.relpath(tmp_path / "flight.svg")]
-    assert page == ["report", os.path.relpath(tmp_path / "report.html")]
+    flight.report(Packages(tmp_path, "squid"), figures, 1e-12, "cargo squid report somewhere")
+    plot, page = (line.strip() for line in capsys.readouterr().out.splitlines()[-2:])
+    assert plot.split() == ["plot", os.path.relpath(tmp_path / "flight.svg")]
+    assert page.split(maxsplit=3) == ["the", "whole", "report", "cargo squid report somewhere"]
 
 
-def test_an_earlier_run_without_a_report_is_made_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize("design", ["design", "paper"])
+def test_the_command_of_the_whole_report_is_exact(
+    run_squid: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, design: str
+) -> None:
+    """What follows `cargo squid` is what the command takes: it says that there is no such vehicle, and no more."""
+    monkeypatch.chdir(ROOT)
+    cargo, name, *words = shlex.split(package.report_of(tmp_path / "no where", design, BUILD / "none"))
+    assert (cargo, name) == ("cargo", "squid") and ("--design" in words) == (design != "design")
+    done = run_squid(*words)
+    assert done.returncode == 1 and "no where" in done.stderr and "Usage" not in done.stderr
+
+
+def test_an_earlier_run_without_an_fmu_is_made_again(tmp_path: Path) -> None:
     (tmp_path / FIGURES).write_text('{"fmu_identifier": "squid"}', encoding="utf-8")
     packages = Packages.found_in(tmp_path)
+    packages.plant.touch()
+    assert package.made_before(tmp_path) is None
     for path in packages.fmus:
         path.touch()
-    assert package.made_before(tmp_path) is None
-    packages.report.touch()
     assert package.made_before(tmp_path) == packages
 
 

@@ -156,7 +156,7 @@ def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path,
     assert done.returncode == 1
     assert "not certified" in done.stderr and "--allow-uncertified" in done.stderr
     assert not list(out.glob("*.fmu"))
-    done = run_squid("package", vehicle, "--out", out, "--allow-uncertified", "--no-report")
+    done = run_squid("package", vehicle, "--out", out, "--allow-uncertified")
     assert done.returncode == 0 and "UNCERTIFIED" in done.stdout
     with zipfile.ZipFile(out / "squid_controller.fmu") as package:
         assert "not certified" in package.read("modelDescription.xml").decode()

@@ -17,7 +17,9 @@ pytestmark = pytest.mark.change
 
 def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
     """It designs, reports and packages; what asks for uncertainty is refused, and nothing is written."""
-    packages = package(run_squid, quick_vehicle, tmp_path / "out", report=True)
+    packages = package(run_squid, quick_vehicle, tmp_path / "out")
+    done = run_squid("report", quick_vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Nothing is said to be uncertain in design.toml" in page
     assert set((tmp_path / "out").glob("*.fmu")) == set(packages.fmus)

@@ -178,6 +178,6 @@ def test_a_controller_for_other_commands_is_refused(
     design = (folder / "controller.json").read_text(encoding="utf-8")
     assert design.count('"unit": "us"') == 1
     (folder / "controller.json").write_text(design.replace('"unit": "us"', '"unit": "rpm"'), encoding="utf-8")
-    done = run_squid("package", curved_vehicle, "--out", folder, "--no-report")
+    done = run_squid("package", curved_vehicle, "--out", folder)
     assert done.returncode != 0
     assert "actuators[0].curve.unit" in done.stderr, done.stderr

@@ -28,7 +28,7 @@ RESULTS = ("pitch", "speed", "depth")
 def packaged(run_squid: Run, squid: Packages, folder: Path, *options: str) -> Packages:
     """Package the stored design of Squid into a folder that already has FMUs of both interfaces."""
     shutil.copytree(squid.folder, folder)
-    done = run_squid("package", SQUID, "--out", folder, "--no-report", *options)
+    done = run_squid("package", SQUID, "--out", folder, *options)
     assert done.returncode == 0, done.stderr
     return Packages.found_in(folder)
 

@@ -2,7 +2,7 @@
 
 use crate::cli::{Packing, Which};
 use crate::error::Error;
-use crate::output::{answer, say, say_path};
+use crate::output::{answer, say};
 use crate::progress::show;
 use serde_json::json;
 use squid_design::progress::Progress;
@@ -13,8 +13,8 @@ use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, requi
 use squid_package::kind::{Interfaces, Kind};
 use squid_package::platform::Platform;
 use squid_package::ssp;
-use squid_report::rendered::{Rendered, rendered};
-use squid_report::report::{Asked, is_of_the_paper};
+use squid_report::rendered::Rendered;
+use squid_report::report::brief;
 use std::path::{Path, PathBuf};
 
 /// Packs the FMUs of a design.
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Those of the files, the design, the report and the libraries.
 pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
-    let Packing { platforms, kind, binaries, allow_uncertified, no_report, descriptions, verbose } = asked;
+    let Packing { platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
     let interfaces = kind.into();
     let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
     let (inputs, directory) = which.read()?;
@@ -41,7 +41,6 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     if verbose {
         say(&standing);
     }
-    let mut page = None;
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
@@ -51,17 +50,12 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let report = match no_report {
-                true => Rendered::without_sections(&inputs),
-                false => {
-                    let asked = Asked { paper: is_of_the_paper(&inputs), sea: None };
-                    rendered(&inputs, &stored, &directory, &asked, &progress)?
-                }
-            };
+            let write = || brief(&inputs, &stored, &proof, &which.report_of("VEHICLE_DIR"), &progress);
+            let page = Rendered::of(&progress.timed("page", "writing the documentation", write).0?);
             let packing = progress.begin("package", "compressing");
             let packed = |kind| -> Result<Packed, PackageError> {
                 let prepared = prepare(kind, &inputs, &stored, interfaces)?;
-                pack(kind, prepared, &stored, &report, &binaries, &directory)
+                pack(kind, prepared, &stored, &page, &binaries, &directory)
             };
             let fmus = Kind::with(interfaces).into_iter().map(packed).collect::<Result<Vec<_>, _>>()?;
             let system = match &fmus[..] {
@@ -72,7 +66,6 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
                 _ => None,
             };
             drop(packing);
-            page = (!no_report).then_some(report);
             fmus.into_iter().map(|packed| (packed.path, packed.bytes)).chain(system).collect()
         }
     };
@@ -90,9 +83,9 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     files.into_iter().for_each(|(path, bytes)| set.add(path, bytes));
     set.save(folder)?;
     written.iter().for_each(|line| say(line));
-    let page = page.map(|report| report.save(&inputs, &directory)).transpose()?;
-    page.iter().for_each(|page| say_path(page));
-    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": names, "report": page }))?)
+    let report = which.report();
+    say(&format!("the whole report: {report}"));
+    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": names, "report": report }))?)
 }
 
 fn named(platforms: &[String]) -> Result<Vec<Platform>, Error> {

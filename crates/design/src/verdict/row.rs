@@ -2,7 +2,7 @@
 
 use crate::inputs::design_file::Sense;
 use crate::numbers::decimals;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::{self, Display, Formatter};
 
 /// Whether a figure is what was asked.
@@ -18,9 +18,10 @@ pub enum Outcome {
 }
 
 /// A figure, and where it was found; not-a-number for one that is not known.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// In the unit of its row.
+    #[serde(deserialize_with = "or_unknown")]
     pub value: f64,
     /// Speed along the path, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -31,6 +32,11 @@ pub struct Figure {
     /// What else there is to say: the place in the loop, a reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
+}
+
+/// A number; what JSON has for one that is none is not-a-number.
+fn or_unknown<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Figure {
@@ -91,6 +97,19 @@ pub struct Row {
     pub outcome: Outcome,
     /// What to turn, of a row that is missed, where that has been looked for.
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Advice>,
+}
+
+/// A row as `design.json` has it, as far as its figure goes.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct StoredRow {
+    /// The key of `[require]` that has its limit.
+    pub key: String,
+    /// What is judged, in words.
+    pub what: String,
+    /// The worst of what was found.
+    pub achieved: Figure,
+    /// What to turn, of a row that is missed, where that has been looked for.
     pub advice: Option<Advice>,
 }
 

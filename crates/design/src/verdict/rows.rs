@@ -9,7 +9,7 @@ use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::mu::MuAtSpeed;
-use crate::verdict::row::{Figure, Outcome, Row};
+use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
 use auv::rounded;
 use signals::{PITCH, SIGNALS};
 use std::f64::consts::TAU;
@@ -17,10 +17,14 @@ use std::f64::consts::TAU;
 /// As many per cent as 1.
 const PER_CENT: f64 = 100.0;
 
-/// All rows, in the order of [`REQUIREMENTS`].
-pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found) -> Vec<Row> {
+/// All rows, in the order of [`REQUIREMENTS`]. Where nothing is found of one, that of a stored design counts.
+pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found, stored: &[StoredRow]) -> Vec<Row> {
     let row = |requirement: &'static Requirement| -> Vec<Row> {
-        let judged = judged(requirement.key, inputs, gamma, found);
+        let mut judged = judged(requirement.key, inputs, gamma, found);
+        if judged.iter().all(|(_, figures)| figures.is_empty()) {
+            let of_this = stored.iter().filter(|row| row.key == requirement.key);
+            judged = of_this.map(|row| (row.what.clone(), vec![row.achieved.clone()])).collect();
+        }
         let worst = |(what, figures): (String, Vec<Figure>)| {
             Some(row(requirement, &inputs.design.require, what, Figure::worst(requirement.sense, figures)?))
         };

@@ -19,6 +19,7 @@ use crate::synthesis::{Options, ScalingClass};
 use crate::system::controller::Controller;
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// Which rungs the ladder has.
@@ -165,13 +166,28 @@ pub fn ladder(
     let mut rates = options.rates.clone();
     rates.sort_by(f64::total_cmp);
     let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
+    // None needs another, so that each takes the time that the others leave a processor.
+    let best = || {
+        rayon::join(
+            || gamma(plant, ScalingClass::SymmetricAndSkew),
+            || gamma(plant, ScalingClass::Symmetric),
+        )
+    };
+    let finished = || {
+        rayon::join(
+            || rates.into_par_iter().map(|rate| (rate, bounded(rate))).collect(),
+            || bounded(f64::INFINITY),
+        )
+    };
+    let ((scheduled, scheduled_symmetric), (bounded_rate, arbitrarily_fast)) = rayon::join(best, finished);
+    let frozen_gain = largest_frozen_gain(&samples);
     Ok(Ladder {
         frozen_optimum,
-        scheduled: gamma(plant, ScalingClass::SymmetricAndSkew),
-        scheduled_symmetric: gamma(plant, ScalingClass::Symmetric),
-        frozen_gain: largest_frozen_gain(&samples),
-        bounded_rate: rates.into_iter().map(|rate| (rate, bounded(rate))).collect(),
-        arbitrarily_fast: bounded(f64::INFINITY),
+        scheduled,
+        scheduled_symmetric,
+        frozen_gain,
+        bounded_rate,
+        arbitrarily_fast,
         certified,
     })
 }

@@ -26,9 +26,6 @@ pub fn page(report: &Report) -> (String, String) {
         let _ = writeln!(head, "<p class=\"surrogate\">{}</p>", escaped(warning));
     }
     let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
-    if report.sections.is_empty() {
-        return (head, out + "</header>\n</body>\n</html>\n");
-    }
     out += &overview(report);
     report.sections.iter().for_each(|section| out += &self::section(section, report));
     (head, format!("{out}</main>\n<script>/*<![CDATA[*/\n{SCRIPT}/*]]>*/</script>\n</body>\n</html>\n"))
