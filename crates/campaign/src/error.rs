@@ -1,5 +1,6 @@
 //! Why a campaign ended.
 
+#[cfg(feature = "parquet")]
 use parquet::errors::ParquetError;
 use thiserror::Error as ThisError;
 
@@ -29,6 +30,7 @@ pub enum Error {
     #[error("FMUs cannot fly {what}; fly the campaign without them")]
     NotOfFmus { what: String },
     /// Rows that cannot be written as Parquet.
+    #[cfg(feature = "parquet")]
     #[error("the results cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
     /// No campaign has been flown.

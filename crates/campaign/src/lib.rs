@@ -9,12 +9,16 @@
 //! summary    what all rows say
 //! bound      gains of vehicles drawn beside the guaranteed one
 //! ```
+//!
+//! `table` and `run` need the feature `parquet`.
 
 pub mod bound;
 pub mod error;
 pub mod flight;
 pub mod plan;
+#[cfg(feature = "parquet")]
 pub mod run;
 pub mod starts;
 pub mod summary;
+#[cfg(feature = "parquet")]
 pub mod table;
