@@ -15,8 +15,22 @@ from imports import Crate
 pytestmark = pytest.mark.change
 
 NEVER = {
-    "squid-fmu-plant": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot", "squid-scheduled"},
-    "squid-fmu-controller": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot", "squid-auv"},
+    "squid-fmu-plant": {
+        "squid-lpv",
+        "clarabel",
+        "faer",
+        "squid-blas-symbols",
+        "squid-autopilot",
+        "squid-scheduled",
+    },
+    "squid-fmu-controller": {
+        "squid-lpv",
+        "clarabel",
+        "faer",
+        "squid-blas-symbols",
+        "squid-autopilot",
+        "squid-auv",
+    },
     "squid-fmu-loop": {"squid-lpv", "clarabel", "faer", "squid-blas-symbols", "squid-autopilot"},
     "squid-auv": {"squid-lpv", "squid-scheduled", "squid-fmi2", "squid-model-description", "clarabel"},
     "squid-lpv": {"squid-auv", "squid-scheduled", "squid-fmi2", "squid-model-description"},
@@ -31,7 +45,15 @@ NEVER = {
         "squid-report",
         "squid-package",
     },
-    "squid-embedded": {"squid-auv", "squid-lpv", "squid-certificate", "squid-fmi2", "clap", "clarabel", "squid-design"},
+    "squid-embedded": {
+        "squid-auv",
+        "squid-lpv",
+        "squid-certificate",
+        "squid-fmi2",
+        "clap",
+        "clarabel",
+        "squid-design",
+    },
     "squid-flight": {"squid-lpv", "clap", "zip", "squid-design"},
     "squid-report": {"clap", "zip", "squid-fmi2", "squid-package"},
     "squid-campaign": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
@@ -39,8 +61,24 @@ NEVER = {
     "squid-problem": {"clap", "indicatif", "zip", "squid-report", "squid-package"},
     "squid-tune": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-package": {"clap", "indicatif"},
-    "squid-sea": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-signals", "squid-fmi2", "squid-model-description", "nalgebra"},
-    "squid-certificate": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-fmi2", "squid-model-description", "clarabel", "faer"},
+    "squid-sea": {
+        "squid-auv",
+        "squid-lpv",
+        "squid-scheduled",
+        "squid-signals",
+        "squid-fmi2",
+        "squid-model-description",
+        "nalgebra",
+    },
+    "squid-certificate": {
+        "squid-auv",
+        "squid-lpv",
+        "squid-scheduled",
+        "squid-fmi2",
+        "squid-model-description",
+        "clarabel",
+        "faer",
+    },
     "squid-model-description": {"squid-auv", "squid-lpv", "squid-scheduled", "squid-fmi2"},
 }
 MEMBERS = sorted(path.parent.relative_to(ROOT) for path in ROOT.glob("*/src")) + sorted(
@@ -69,7 +107,9 @@ def test_arrow_does_not_exist(crate: str) -> None:
 
 def test_the_arrows_that_do_exist_are_seen() -> None:
     """The test above can fail: it sees the arrows that are there."""
-    assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from("squid-autopilot")
+    assert {"squid-lpv", "squid-auv", "squid-fmi2", "clarabel", "squid-design"} <= reached_from(
+        "squid-autopilot"
+    )
     assert {"squid-auv", "squid-fmi2"} <= reached_from("squid-fmu-plant")
 
 
