@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from fly.stages import ROOT
 
+pytestmark = pytest.mark.change
+
 LINK = re.compile(r"(?<!`)\[[^]]*\]\(([^)\s]+)\)")
 SCREEN_AND_A_HALF = 60
 
