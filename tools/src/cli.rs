@@ -473,7 +473,8 @@ impl Which {
         [Some(format!("squid report {vehicle}")), design, bandwidth].into_iter().flatten().collect()
     }
 
-    /// As [`Which::read`], for a verb that writes to the directory; refuses at once a directory that cannot be written to.
+    /// As [`Which::read`], for a verb that writes to the directory; refuses at once a directory that cannot be written
+    /// to.
     ///
     /// # Errors
     /// As [`Which::read`], and that of the directory.

@@ -76,7 +76,8 @@ impl Rendered {
     }
 }
 
-/// The whole report of a stored design: read from `directory` if its inputs are unchanged, or else computed and stored there.
+/// The whole report of a stored design: read from `directory` if its inputs are unchanged, or else computed and
+/// stored there.
 ///
 /// # Errors
 /// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).

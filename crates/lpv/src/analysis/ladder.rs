@@ -168,10 +168,7 @@ pub fn ladder(
     let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
     // None needs another, so that each takes the time that the others leave a processor.
     let best = || {
-        rayon::join(
-            || gamma(plant, ScalingClass::SymmetricAndSkew),
-            || gamma(plant, ScalingClass::Symmetric),
-        )
+        rayon::join(|| gamma(plant, ScalingClass::SymmetricAndSkew), || gamma(plant, ScalingClass::Symmetric))
     };
     let finished = || {
         rayon::join(
