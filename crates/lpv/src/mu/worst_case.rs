@@ -78,6 +78,12 @@ const GAIN_RAISE: f64 = 1e-4;
 /// How closely the gain at one frequency is sought.
 const GAIN_TOLERANCE: f64 = 2e-5;
 
+/// By how much the bound is above the gain that the eigenvalues of the sweep show, relatively: so much they may hide.
+///
+/// Where the largest gain over frequency just touches the level, two eigenvalues meet on the axis, and rounding of
+/// 1e-16 moves them off it by its square root, times the condition of the scalings.
+const ROUNDING: f64 = 1e-6;
+
 /// A gain so many times the largest without perturbation counts as none.
 const UNBOUNDED_RATIO: f64 = 1e6;
 
@@ -114,7 +120,7 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
         stop::check();
         match sweep.covered.gap() {
             None => {
-                let (upper, frequency) = (sweep.gain, sweep.peak);
+                let (upper, frequency) = (sweep.gain * (1.0 + ROUNDING), sweep.peak);
                 let intervals = sweep.covered.count();
                 let worst = refined(loop_, worst, frequency);
                 return Ok(WorstCaseGain { upper, frequency, intervals, worst });
