@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 ///
 /// A vehicle is a directory with vehicle.toml (its coefficients) and design.toml (the requirements on the controller).
 #[derive(Debug, Parser)]
-#[command(version, after_long_help = FIRST_RUN)]
+#[command(name = "squid", version, after_long_help = FIRST_RUN)]
 pub struct Cli {
     #[command(subcommand)]
     /// What to do.
