@@ -21,7 +21,7 @@ EXAMPLES = {
 NEEDED = (
     "Requirements: cargo (rustup.rs), a C compiler for the linker, Python 3.10 or later (3.11 for the tests), and "
     "for the first run access to the package registries of cargo and pip. All output is in build/ and target/: "
-    "3 GB for fly, 8 GB for the tests."
+    "3 GB for fly, 5 GB for the tests, 8 GB with --all."
 )
 
 

@@ -16,9 +16,9 @@ from fly.stages import ROOT, StageError, run
 PYTHON_SOURCES = ("run.py", "tools", "crates/python", "tests/python", "tests/importers")
 VEHICLES = ("squid", "remus100")
 LEAST_PYTHON = (3, 11)
-DISK = 7.0
+DISK = 5.0
 """Disk space of the first run, with a margin (GB)."""
-DISK_OF_ALL = 2.0
+DISK_OF_ALL = 3.0
 """Additional disk space for other platforms and importers that are compiled (GB)."""
 FUZZ_MINUTES = "2"
 TEMPORARY = 1.0
