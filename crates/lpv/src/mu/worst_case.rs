@@ -78,7 +78,7 @@ const GAIN_RAISE: f64 = 1e-4;
 /// How closely the gain at one frequency is sought.
 const GAIN_TOLERANCE: f64 = 2e-5;
 
-/// By how much the bound is above the gain that the eigenvalues of the sweep show, relatively: so much they may hide.
+/// Relative margin of the bound above the gain of the sweep, for rounding.
 ///
 /// Where the largest gain over frequency just touches the level, two eigenvalues meet on the axis, and rounding of
 /// 1e-16 moves them off it by its square root, times the condition of the scalings.
