@@ -21,6 +21,7 @@ DISK = 5.0
 DISK_OF_ALL = 3.0
 """Additional disk space for other platforms and importers that are compiled (GB)."""
 FUZZ_MINUTES = "2"
+"""How long each test of random calls runs among all tests."""
 TEMPORARY = 1.0
 """Largest disk space of temporary files (GB)."""
 

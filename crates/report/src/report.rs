@@ -65,7 +65,7 @@ pub fn is_of_the_paper(inputs: &Inputs) -> bool {
 /// The sections that take long, the longest first.
 const LONGEST: [&str; 4] = ["gammas", "peers", "tuning", "mu"];
 
-/// The sections of what `squid design` found, which take no time: the page inside the FMUs.
+/// The sections of the page inside the FMUs: what `squid design` found, and steps that are flown again in a second.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
 
 /// The report on one design of one vehicle.
