@@ -32,6 +32,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
         rates: ACCELERATIONS.iter().map(|a| a / half_range).collect(),
         rate: RateOptions { order: 1, accuracy: LADDER_ACCURACY, ..RateOptions::default() },
         accuracy: LADDER_ACCURACY,
+        lyapunov: Some(design.certified.x.clone()),
         ..LadderOptions::default()
     };
     let started = Instant::now();

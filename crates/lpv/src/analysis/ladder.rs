@@ -12,8 +12,9 @@
 //! one is of the LFT ([`crate::analysis::bounded_gain()`]) and needs no grid. [`Ladder::disorders`] says where numbers
 //! contradict theory.
 
-use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain};
+use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain_from};
 use crate::error::{LftError, ShapeError, SynthesisError};
+use crate::matrix::Mat;
 use crate::synthesis::least_gamma::least_gamma_within;
 use crate::synthesis::{Options, ScalingClass};
 use crate::system::controller::Controller;
@@ -36,6 +37,9 @@ pub struct LadderOptions {
     pub rate: RateOptions,
     /// How close to the least the gammas of the best controllers are, relative to themselves.
     pub accuracy: f64,
+    /// The Lyapunov matrix that shows the certified gain of the finished loop, if it is known: its gains are then
+    /// sought from there.
+    pub lyapunov: Option<Mat>,
 }
 
 impl Default for LadderOptions {
@@ -47,6 +51,7 @@ impl Default for LadderOptions {
             samples: 33,
             rate: RateOptions::default(),
             accuracy: 1e-5,
+            lyapunov: None,
         }
     }
 }
@@ -165,7 +170,8 @@ pub fn ladder(
     let samples = plant.close(controller).sampled(options.samples)?;
     let mut rates = options.rates.clone();
     rates.sort_by(f64::total_cmp);
-    let bounded = |rate: f64| rate_bounded_gain(&samples, rate, options.rate);
+    let known = options.lyapunov.as_ref().map(|x| (x, certified));
+    let bounded = |rate: f64| rate_bounded_gain_from(&samples, rate, options.rate, known);
     // None needs another, so that each takes the time that the others leave a processor.
     let best = || {
         rayon::join(|| gamma(plant, ScalingClass::SymmetricAndSkew), || gamma(plant, ScalingClass::Symmetric))

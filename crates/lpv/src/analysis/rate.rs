@@ -57,9 +57,23 @@ pub fn rate_bounded_gain(
     rate: f64,
     options: RateOptions,
 ) -> Result<RateBound, RateError> {
-    match least_gain(samples, rate, options) {
+    rate_bounded_gain_from(samples, rate, options, None)
+}
+
+/// The same, sought from a constant Lyapunov matrix with a gain that it is known to show: in its coordinates the
+/// inequality is well conditioned.
+///
+/// # Errors
+/// As [`rate_bounded_gain`].
+pub fn rate_bounded_gain_from(
+    samples: &[(f64, StateSpace)],
+    rate: f64,
+    options: RateOptions,
+    known: Option<(&Mat, f64)>,
+) -> Result<RateBound, RateError> {
+    match least_gain(samples, rate, options, known) {
         // A solver that is stuck on a problem without solution finds the one of stability alone easier to refute.
-        Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) => {
+        Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) if known.is_none() => {
             match rate_bounded_stability(samples, rate, options) {
                 Err(none @ RateError::Inequality(SynthesisError::Infeasible { .. })) => Err(none),
                 _ => Err(stuck),
@@ -73,9 +87,13 @@ fn least_gain(
     samples: &[(f64, StateSpace)],
     rate: f64,
     options: RateOptions,
+    known: Option<(&Mat, f64)>,
 ) -> Result<RateBound, RateError> {
     let system = Grid::new(checked(samples, rate)?, rate, options);
-    let mut base = system.start()?;
+    let mut base = match known {
+        Some((x, gamma)) => Start { x: x.clone(), gamma, shows: true },
+        None => system.start()?,
+    };
     let points = points(&system, options.stride);
     let (gamma, proof) = refine(&system, points, |points| system.least(points, &mut base))?;
     Ok(RateBound { gamma, rate, proof })
@@ -94,7 +112,8 @@ pub(crate) fn cleared(
 ) -> Result<RateBound, RateError> {
     let system = Grid::new(samples, found.rate, options);
     let values = samples.iter().map(|(theta, _)| found.proof.lyapunov.value(*theta));
-    let base = Start { x: values.sum::<Mat>() / samples.len() as f64, gamma: (1.0 + raise) * found.gamma };
+    let x = values.sum::<Mat>() / samples.len() as f64;
+    let base = Start { x, gamma: (1.0 + raise) * found.gamma, shows: false };
     let points = samples.iter().enumerate().filter(|(_, (theta, _))| found.proof.grid.contains(theta));
     let points = points.map(|(i, _)| i).collect();
     let (gamma, proof) =

@@ -34,6 +34,9 @@ impl Default for RateOptions {
     }
 }
 
+/// Where a search starts at a gain that is known, relative to it.
+const ROOM: f64 = 1.01;
+
 /// How far X(theta) may grow while the clearest one is sought, and how close to the clearest is close enough.
 const LARGEST_GROWTH: f64 = 10.0;
 const CLEARANCE_TOLERANCE: f64 = 0.3;
@@ -60,6 +63,8 @@ pub(crate) struct RateSolution {
 pub(crate) struct Start {
     pub(crate) x: Mat,
     pub(crate) gamma: f64,
+    /// Whether the constant X is known to show the gain, whatever the rate.
+    pub(crate) shows: bool,
 }
 
 /// Samples of a system, stable and of one shape, and the family of Lyapunov functions.
@@ -91,15 +96,17 @@ impl<'a> Grid<'a> {
             SynthesisError::numerical(STAGE, "the gramians of the samples have no positive definite mean")
         })?;
         let frozen = systems.iter().map(|s| s.hinf_norm().value).fold(0.0, f64::max);
-        Ok(Start { x, gamma: frozen.max(hankel) })
+        Ok(Start { x, gamma: frozen.max(hankel), shows: false })
     }
 
     /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and,
-    /// where the solver gets stuck, again from the solution. `base` becomes that solution.
+    /// where the solver gets stuck, again from the solution. `base` becomes that solution. From a start that is known
+    /// to show a gain there is one search: what is stuck there is rounding.
     pub(crate) fn least(&self, points: &[usize], base: &mut Start) -> Result<RateSolution, RateError> {
         let mut best: Option<RateSolution> = None;
         let mut failure = None;
         for _ in 0..MOST_RESTARTS {
+            let shows = base.shows;
             let (found, gap) = match self.search(points, base, RateAim::Least) {
                 Ok(found) => found,
                 Err(e) => {
@@ -108,14 +115,14 @@ impl<'a> Grid<'a> {
                 }
             };
             let mean = points.iter().map(|&i| found.lyapunov.value(self.samples[i].0)).sum::<Mat>();
-            *base = Start { x: mean / points.len() as f64, gamma: found.gamma };
+            *base = Start { x: mean / points.len() as f64, gamma: found.gamma, shows: false };
             let (miss, theta) = self.worst(points, &found);
             if miss >= 0.0 {
                 failure = Some(missed(found.gamma, theta, miss));
             } else if best.as_ref().is_none_or(|known| found.gamma < known.gamma) {
                 best = Some(found);
             }
-            if gap <= self.options.accuracy && miss < 0.0 {
+            if shows || (gap <= self.options.accuracy && miss < 0.0) {
                 break;
             }
         }
@@ -164,9 +171,19 @@ impl<'a> Grid<'a> {
             let lyapunov = self.polynomial(unknowns.iter().map(back).collect());
             RateSolution { gamma: level.value(&program, x)[(0, 0)] * unit, lyapunov }
         };
+        let start = (base.shows && matches!(aim, RateAim::Least)).then(|| {
+            let mut start = vec![0.0; program.unknowns()];
+            program.set(&mut start, &unknowns[0], &Mat::identity(base.x.nrows(), base.x.nrows()));
+            program.set(&mut start, &level, &Mat::from_element(1, 1, ROOM));
+            start
+        });
         let search = match aim {
             RateAim::Least => SolverOptions {
-                enough: self.options.accuracy,
+                // A point that is better than the known one will do, wherever the search gets stuck.
+                enough: if base.shows { f64::INFINITY } else { self.options.accuracy },
+                start: start.as_deref(),
+                quick: base.shows,
+                settles: base.shows,
                 ..SolverOptions::within(self.options.accuracy)
             },
             RateAim::Clear => SolverOptions { floor: 1e-9, ..SolverOptions::within(CLEARANCE_TOLERANCE) },

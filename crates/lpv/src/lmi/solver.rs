@@ -66,7 +66,9 @@ pub fn solve(
         if own.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
             own = Some(solution);
         }
-        if own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
+        // Rows of other sizes help a search on its way from nowhere, not one from a point that holds.
+        let known = search.quick && search.start.is_some();
+        if known || own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
             break;
         }
     }

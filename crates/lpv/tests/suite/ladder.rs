@@ -24,6 +24,16 @@ fn climb(plant: &GeneralisedPlant) -> Ladder {
     println!("arbitrarily fast {:.5}", found.arbitrarily_fast.as_ref().unwrap().gamma);
     println!("certified {:.5}", found.certified);
     assert_eq!(found.disorders(), vec![]);
+    // From the Lyapunov matrix of the certificate the same gains of the finished loop come out.
+    let options = LadderOptions { lyapunov: Some(design.certified.x.clone()), ..options };
+    let again = ladder(plant, &design.controller, design.certified.gamma, &options).unwrap();
+    let gains = |of: &Ladder| {
+        let slow = of.bounded_rate.iter().map(|(_, bound)| bound.as_ref().unwrap().gamma);
+        slow.chain([of.arbitrarily_fast.as_ref().unwrap().gamma]).collect::<Vec<f64>>()
+    };
+    for (one, other) in gains(&found).into_iter().zip(gains(&again)) {
+        assert!((one / other - 1.0).abs() < 2e-3, "{one} {other}");
+    }
     assert!(found.bounded_rate.windows(2).all(|pair| pair[0].0 < pair[1].0), "rates ascend");
     found
 }

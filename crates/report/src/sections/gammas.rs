@@ -6,8 +6,11 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
+use certificate::AnyRate;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
+use lpv::matrix::Mat;
 use lpv::rate::RateOptions;
+use squid_design::certify::verify;
 use squid_design::numbers::rounded_up;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
@@ -32,6 +35,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
         samples: SAMPLES,
         rate: RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() },
         accuracy: ACCURACY,
+        lyapunov: lyapunov(subject),
     };
     let bound = subject.stored.controller.gamma.bound;
     let gammas = ladder(&subject.plant, &subject.controller, bound, &options)?;
@@ -51,6 +55,18 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
 
+/// The Lyapunov matrix of the stored certificate, if that claims a gain for any rate of the speed.
+fn lyapunov(subject: &Subject) -> Option<Mat> {
+    let text = subject.stored.certificate.as_ref().ok()?;
+    let AnyRate { x, v, .. } = verify::parse(text, "certificate.json").ok()?.any_rate?;
+    let matrix = |rows: &[Vec<f64>]| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+    match (x.is_empty(), v.is_empty()) {
+        (false, _) => Some(matrix(&x)),
+        (true, false) => Some(matrix(&v).transpose() * matrix(&v)),
+        (true, true) => None,
+    }
+}
+
 fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
     let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
     let hardest = alone.reduce(f64::max);
@@ -67,7 +83,7 @@ fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, O
         let name =
             format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does");
         let slow = bound.as_ref().ok().map(|b| b.gamma.min(fast.unwrap_or(certified)));
-        rungs.push((name, slow));
+        rungs.push((name, slow.or(fast)));
     }
     rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
     rungs.push(("this loop, bound for every trajectory of speed".into(), Some(certified)));

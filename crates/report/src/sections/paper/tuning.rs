@@ -8,6 +8,7 @@ use crate::page::section::{Part, Table};
 use crate::page::words::seconds;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
+use crate::threads::side_by_side;
 use lpv::matrix::largest;
 use lpv::synthesis::synthesise;
 use scheduled::ControllerDesign;
@@ -66,7 +67,8 @@ struct Tuned {
 /// [`Error::PitchNotTracked`]; [`Error::Design`] when a bandwidth allows no controller; as
 /// [`squid_flight::flight::fly`].
 pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let all = TRIED.iter().map(|(w, letter)| tune(subject, *w, letter)).collect::<Result<Vec<_>, _>>()?;
+    let all = side_by_side(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
+    let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(
         "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; \
