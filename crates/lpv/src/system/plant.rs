@@ -124,7 +124,7 @@ impl ClosedLoop {
     }
 
     /// The loop of one parameter at so many values of it, evenly spread over [-1, 1], at least two.
-    pub(crate) fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, LftError> {
+    pub fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, LftError> {
         evenly_spread(count).map(|theta| Ok((theta, self.frozen(&[theta])?))).collect()
     }
 }

@@ -9,7 +9,7 @@ use crate::subject::Subject;
 use certificate::AnyRate;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
-use lpv::rate::RateOptions;
+use lpv::rate::{RateOptions, rate_bounded_gain_from};
 use squid_design::certify::verify;
 use squid_design::numbers::rounded_up;
 
@@ -20,6 +20,9 @@ const SAMPLES: usize = 9;
 /// How close to the least each gamma is, relative to itself.
 const ACCURACY: f64 = 0.01;
 
+/// The gain at a bounded rate is not sought where the gains on either side of it are this close, relative to themselves.
+const CLOSE: f64 = 0.05;
+
 /// The section on gamma for each assumption on the rate of the speed.
 ///
 /// # Errors
@@ -28,29 +31,45 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (_, half_range) = subject.inputs.design.scheduling();
     let m = &subject.stored.manoeuvre;
     let acceleration = ((m.speed_to - m.speed_from) / m.ramp_duration).abs();
+    let rate = RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() };
+    let lyapunov = lyapunov(subject);
     let options = LadderOptions {
         // Those of the six speeds are known already.
         thetas: vec![],
-        rates: vec![acceleration / half_range],
+        // Sought below, where it is not known well enough from the gains on either side of it.
+        rates: vec![],
         samples: SAMPLES,
-        rate: RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() },
+        rate,
         accuracy: ACCURACY,
-        lyapunov: lyapunov(subject),
+        lyapunov: lyapunov.clone(),
     };
     let bound = subject.stored.controller.gamma.bound;
     let gammas = ladder(&subject.plant, &subject.controller, bound, &options)?;
-    let rungs = rungs(subject, &gammas, acceleration);
+    let certified = rounded_up(gammas.certified);
+    let fast = gammas.arbitrarily_fast.as_ref().map_or(certified, |b| b.gamma.min(certified));
+    let frozen = gammas.frozen_gain.gamma;
+    let slow = if fast <= (1.0 + CLOSE) * frozen {
+        None
+    } else {
+        let samples = subject.plant.close(&subject.controller).sampled(SAMPLES)?;
+        let known = lyapunov.as_ref().map(|x| (x, bound));
+        rate_bounded_gain_from(&samples, acceleration / half_range, rate, known)
+            .ok()
+            .map(|b| b.gamma.min(fast))
+    };
+    let slow = slow.map_or_else(|| format!("{frozen:.4} to {fast:.4}"), |gamma| format!("{gamma:.4}"));
+    let rungs = rungs(subject, &gammas, (acceleration, slow));
     let mut table = Table::new(["assumption", "gamma"]);
-    for (name, gamma) in &rungs {
-        table.rows.push(vec![name.clone(), gamma.map_or_else(|| "unknown".into(), |g| format!("{g:.4}"))]);
-    }
+    table.rows.extend(rungs.into_iter().map(|(name, gamma)| vec![name, gamma]));
     let words = format!(
         "'Best' rows contain the least gamma that any controller reaches if it may assume this about the \
             speed, within {} %; 'this loop' is the finished one, built {:.1} % above its least gamma. Only the last \
             holds for every trajectory of speed and between the samples; bounded rates and arbitrarily fast changes \
-            are analysed at {SAMPLES} speeds.",
+            are analysed at {SAMPLES} speeds. The gain at a bounded rate lies between that at constant speed and that \
+            for arbitrarily fast changes: where these are within {} %, or no closer bound is found, both are given.",
         100.0 * ACCURACY,
-        100.0 * subject.stored.controller.gamma.back_off
+        100.0 * subject.stored.controller.gamma.back_off,
+        100.0 * CLOSE
     );
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
@@ -67,27 +86,24 @@ fn lyapunov(subject: &Subject) -> Option<Mat> {
     }
 }
 
-fn rungs(subject: &Subject, found: &Ladder, acceleration: f64) -> Vec<(String, Option<f64>)> {
+/// Assumptions with the gains under them; that at most at an acceleration (m/s^2) is given in words.
+fn rungs(subject: &Subject, found: &Ladder, (acceleration, slow): (f64, String)) -> Vec<(String, String)> {
     let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
-    let hardest = alone.reduce(f64::max);
-    let mut rungs = vec![
-        ("best controller for one frozen speed, the hardest of six".to_owned(), hardest),
-        ("best scheduled controller, any trajectory of speed".into(), found.scheduled.as_ref().ok().copied()),
-        ("the same by symmetric scalings alone".into(), found.scheduled_symmetric.as_ref().ok().copied()),
-        ("this loop, speed constant, at its worst".into(), Some(found.frozen_gain.gamma)),
-    ];
-    // A bound for faster changes is one for slower ones.
+    let number = |gamma: Option<f64>| gamma.map_or_else(|| "unknown".to_owned(), |g| format!("{g:.4}"));
     let certified = rounded_up(found.certified);
     let fast = found.arbitrarily_fast.as_ref().ok().map(|b| b.gamma.min(certified));
-    for (_, bound) in &found.bounded_rate {
-        let name =
-            format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does");
-        let slow = bound.as_ref().ok().map(|b| b.gamma.min(fast.unwrap_or(certified)));
-        rungs.push((name, slow.or(fast)));
-    }
-    rungs.push(("this loop, speed changing arbitrarily fast".into(), fast));
-    rungs.push(("this loop, bound for every trajectory of speed".into(), Some(certified)));
-    rungs
+    vec![
+        ("best controller for one frozen speed, the hardest of six".into(), number(alone.reduce(f64::max))),
+        ("best scheduled controller, any trajectory of speed".into(), number(found.scheduled.clone().ok())),
+        ("the same by symmetric scalings alone".into(), number(found.scheduled_symmetric.clone().ok())),
+        ("this loop, speed constant, at its worst".into(), number(Some(found.frozen_gain.gamma))),
+        (
+            format!("this loop, speed changing by at most {acceleration:.3} m/s^2, as the manoeuvre does"),
+            slow,
+        ),
+        ("this loop, speed changing arbitrarily fast".into(), number(fast)),
+        ("this loop, bound for every trajectory of speed".into(), number(Some(certified))),
+    ]
 }
 
 fn figure(subject: &Subject, found: &Ladder) -> Figure {
