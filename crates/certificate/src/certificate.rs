@@ -6,15 +6,6 @@ use serde::Serialize;
 /// Value of the key `format`.
 pub const FORMAT: &str = "lpv-certificate/1";
 
-/// Value of the key `format` of a certificate with the section `limits`.
-pub const FORMAT_WITH_LIMITS: &str = "lpv-certificate/2";
-
-/// Value of the key `format` of a certificate with the section `energy`.
-pub const FORMAT_WITH_ENERGY: &str = "lpv-certificate/4";
-
-/// Value of the key `format` of a certificate of a loop in discrete time.
-pub const FORMAT_DISCRETE: &str = "lpv-certificate/3";
-
 /// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
 pub type Rows = Vec<Vec<f64>>;
 
@@ -22,8 +13,9 @@ pub type Rows = Vec<Vec<f64>>;
 /// `bounded_rate`, or both, and what is built on the first.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Certificate {
-    /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`.
-    #[serde(skip)]
+    /// Whether plant and controller are in discrete time: `x+`, the state at the next tick, in place of `x'`. Without
+    /// the key the loop is in continuous time.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub discrete: bool,
     /// Repetitions `[r_1, r_2, ...]` of the parameters in the plant's channels; 0 for a parameter that occurs in the
     /// controller alone.
@@ -336,12 +328,6 @@ impl Certificate {
     /// [`ReadError`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, ReadError> {
         self.check()?;
-        let format = match (self.discrete, &self.energy, &self.limits) {
-            (true, _, _) => FORMAT_DISCRETE,
-            (false, Some(_), _) => FORMAT_WITH_ENERGY,
-            (false, None, Some(_)) => FORMAT_WITH_LIMITS,
-            (false, None, None) => FORMAT,
-        };
-        Ok(serde_json::to_string(&File { format, certificate: self })?)
+        Ok(serde_json::to_string(&File { format: FORMAT, certificate: self })?)
     }
 }

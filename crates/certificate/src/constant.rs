@@ -122,7 +122,7 @@ impl ConstantCertificate {
     /// [`ReadError`], the first problem of the text.
     pub fn from_json(text: &str) -> Result<Self, ReadError> {
         let json = serde_json::from_str(text)?;
-        check_format(&json, &[CONSTANT_FORMAT])?;
+        check_format(&json, CONSTANT_FORMAT)?;
         let certificate = Self::read("", &json)?;
         certificate.check()?;
         Ok(certificate)

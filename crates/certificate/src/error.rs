@@ -57,7 +57,7 @@ pub enum ReadError {
     #[error("{field}: needs the section residual, which has E, F and Fu")]
     NoModelError { field: &'static str },
     /// A section that is of continuous time alone.
-    #[error("{field}: is of a loop in continuous time, but the format is of one in discrete time")]
+    #[error("{field}: is of a loop in continuous time, but `discrete` is true")]
     Discrete { field: &'static str },
     /// Limits in a loop whose commands go straight to what is measured.
     #[error("{field}: is of plants without a direct path from u to y, but plant.D22 is not 0")]

@@ -123,7 +123,7 @@
 //!   where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation: F.
 //!   Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
-//! *With w of bounded energy* (`energy`, format 4): commands are cut off, and what is cut off is fed back, as with
+//! *With w of bounded energy* (`energy`): commands are cut off, and what is cut off is fed back, as with
 //! limits, but for the whole plant, with its weights and all of w and z, and without model error. Each claim has an X,
 //! S, T, a diagonal U > 0, H, gamma and beta, for which the form
 //!
@@ -142,7 +142,7 @@
 //!   of time is the gain. With H = 0 the term of U is nowhere negative.
 //! - *Well-posedness* is as with limits: the form is that of a loop with a further parameter for each command.
 //!
-//! *In discrete time* (format 3) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
+//! *In discrete time* (`discrete`) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
 //! over the ticks in place of the energies. The inequality, without the other sections, is
 //!
 //! ```text
@@ -217,8 +217,8 @@ mod structure;
 mod theorem;
 
 pub use certificate::{
-    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE,
-    FORMAT_WITH_ENERGY, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
+    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, Limits, Plant, Residual,
+    Rows, Slow, SlowResidual,
 };
 pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
 pub use error::{Claim, Failure, Proved, ReadError};

@@ -1,13 +1,14 @@
 //! From the JSON tree to the certificate, with the path of each error.
 
 use crate::certificate::{
-    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, FORMAT_DISCRETE,
-    FORMAT_WITH_ENERGY, FORMAT_WITH_LIMITS, Limits, Plant, Residual, Rows, Slow, SlowResidual,
+    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, Limits, Plant, Residual,
+    Rows, Slow, SlowResidual,
 };
 use crate::error::ReadError;
 use crate::json::Json;
 
 const TOP: [&str; 5] = ["format", "blocks", "controller_blocks", "plant", "controller"];
+const OPTIONAL: [&str; 5] = ["discrete", "residual", "bounded_rate", "limits", "energy"];
 const ANY_RATE: [&str; 4] = ["gamma", "X", "S", "T"];
 const ANY_RATE_BY_FACTOR: [&str; 4] = ["gamma", "V", "S", "T"];
 const SLOW: [&str; 5] = ["gamma", "inverse", "X", "breakpoints", "N"];
@@ -27,7 +28,7 @@ pub(crate) trait Read: Sized {
 }
 
 impl Certificate {
-    /// Reads a certificate of format [`FORMAT`], [`FORMAT_WITH_LIMITS`], [`FORMAT_DISCRETE`] or [`FORMAT_WITH_ENERGY`].
+    /// Reads a certificate of format [`FORMAT`].
     ///
     /// # Errors
     /// [`ReadError`], the first problem of the text.
@@ -39,22 +40,16 @@ impl Certificate {
 }
 
 fn certificate(json: &Json) -> Result<Certificate, ReadError> {
-    let format = check_format(json, &[FORMAT, FORMAT_WITH_LIMITS, FORMAT_DISCRETE, FORMAT_WITH_ENERGY])?;
-    let (required, optional): (&[&str], &[&str]) = match format {
-        FORMAT_WITH_LIMITS => (&["limits"], &[]),
-        FORMAT_WITH_ENERGY => (&["energy"], &["limits"]),
-        _ => (&[], &[]),
-    };
+    check_format(json, FORMAT)?;
     // A claim of a bounded rate may stand alone.
     let has = |key: &str| matches!(json, Json::Object(entries) if entries.iter().any(|(k, _)| k == key));
     let with_any_rate = !has("bounded_rate") || ANY_RATE.into_iter().chain(["V"]).any(has);
     let claim = if has("V") { &ANY_RATE_BY_FACTOR } else { &ANY_RATE };
     let any_rate: &[&str] = if with_any_rate { claim } else { &[] };
-    let required = [&TOP, any_rate, required].concat();
-    let optional = [&["residual", "bounded_rate"], optional].concat();
-    let top = Fields::new("", json, &required, &optional)?;
+    let required = [&TOP, any_rate].concat();
+    let top = Fields::new("", json, &required, &OPTIONAL)?;
     Ok(Certificate {
-        discrete: format == FORMAT_DISCRETE,
+        discrete: top.read("discrete")?,
         blocks: top.read("blocks")?,
         controller_blocks: top.read("controller_blocks")?,
         plant: top.read("plant")?,
@@ -78,16 +73,16 @@ fn any_rate_claim(top: &Fields<'_>) -> Result<AnyRate, ReadError> {
 }
 
 /// The format is checked first, because another format has other keys.
-pub(crate) fn check_format(json: &Json, allowed: &[&'static str]) -> Result<&'static str, ReadError> {
+pub(crate) fn check_format(json: &Json, allowed: &str) -> Result<(), ReadError> {
     let Json::Object(entries) = json else {
         return Err(ReadError::kind("the certificate", json.describe(), "an object"));
     };
     let found = entries.iter().find(|(key, _)| key == "format").map(|(_, value)| value);
-    let known = allowed.iter().find(|format| matches!(found, Some(Json::Text(text)) if text == **format));
-    known.copied().ok_or_else(|| ReadError::Format {
-        found: found.map_or_else(|| "nothing".into(), Json::describe),
-        allowed: allowed.iter().map(|format| format!("{format:?}")).collect::<Vec<_>>().join(" or "),
-    })
+    if matches!(found, Some(Json::Text(text)) if text == allowed) {
+        return Ok(());
+    }
+    let found = found.map_or_else(|| "nothing".into(), Json::describe);
+    Err(ReadError::Format { found, allowed: format!("{allowed:?}") })
 }
 
 impl Read for BoundedRate {

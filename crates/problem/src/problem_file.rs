@@ -29,7 +29,7 @@ use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
 use crate::matrices::{Entries, Matrices, NOTES, Reader, Size, find};
 use crate::source::Source;
-use certificate::{FORMAT_DISCRETE, Json};
+use certificate::Json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
@@ -96,8 +96,9 @@ const OF_SAMPLED_LOOP: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held
 const OF_PARAMETERS: [&str; 2] = ["blocks", "rate"];
 
 /// The keys of a certificate beside the plant.
-const OF_CERTIFICATE: [&str; 12] = [
+const OF_CERTIFICATE: [&str; 13] = [
     "format",
+    "discrete",
     "controller_blocks",
     "controller",
     "gamma",
@@ -218,7 +219,7 @@ pub fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error
     let (least, most) = SAMPLE_TIMES;
     let allowed = format!("a sample time from {least:e} to {most:e} s");
     let given = reader.optional_number(data, "dt", &allowed, |time| (least..=most).contains(&time))?;
-    let discrete = matches!(find(data, "format"), Some(Json::Text(text)) if text == FORMAT_DISCRETE);
+    let discrete = matches!(find(data, "discrete"), Some(Json::Bool(true)));
     Ok(given.or(discrete.then_some(1.0)))
 }
 

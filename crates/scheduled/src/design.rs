@@ -1,5 +1,6 @@
 //! The frozen design of a controller, as in its JSON file.
 
+use crate::json::is_default;
 use serde::{Deserialize, Serialize};
 use signals::{Curve, DEPTH, Force, PITCH, SPEED, Status, place};
 
@@ -9,9 +10,15 @@ pub type Rows = Vec<Vec<f64>>;
 /// A command may come this many ticks late. A loop that waits longer should be sampled less often.
 pub const MOST_DELAY_TICKS: usize = 10;
 
+/// The format that is written and read.
+pub const CONTROLLER_FORMAT: &str = "squid-controller/1";
+
 /// Everything that the autopilot needs; SI units, radians.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ControllerDesign {
+    /// [`CONTROLLER_FORMAT`].
+    pub format: String,
     /// The vehicle.
     pub vehicle: VehicleName,
     /// Name of the design among those of the vehicle.
@@ -19,15 +26,18 @@ pub struct ControllerDesign {
     /// Time between two ticks in s.
     pub sample_time: f64,
     /// Ticks by which a command comes late: the time of computation and network, at most [`MOST_DELAY_TICKS`].
+    #[serde(default, skip_serializing_if = "is_default")]
     pub delay_ticks: usize,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
     /// The inputs of the controller, in the order of `y`.
     pub controller_inputs: Vec<ControllerInput>,
     /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_filter: Option<f64>,
     /// Whether the speed is given to the vehicle from outside: there is no reference of it, and the trim follows what
     /// is measured.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub speed_given: bool,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
@@ -35,10 +45,12 @@ pub struct ControllerDesign {
     pub lft: LftMatrices,
     /// Anti-windup, E, a row a state of the controller and a column an actuator: the states move by `E phi` faster, phi
     /// the part of u that the limits cut off. Without it they continue as if the command had been carried out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
     /// Depth of the trims in m, with which a reference of the depth begins; 0 where there is none.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub depth: f64,
     /// The performance level achieved.
     pub gamma: Gamma,
@@ -85,7 +97,8 @@ pub enum Kind {
 }
 
 /// One input of the controller.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ControllerInput {
     /// Name of the signal in [`signals::SIGNALS`].
     pub signal: String,
@@ -158,7 +171,7 @@ pub struct Actuator {
     /// From what a thruster takes to its thrust; `None` where it takes the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
-    /// What a command does to the vehicle, for the documentation alone; earlier versions did not write it.
+    /// What a command does to the vehicle, for the documentation alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
 }

@@ -1,5 +1,7 @@
 //! Errors of a design and of a tick.
 
+use crate::design::CONTROLLER_FORMAT;
+
 /// Why a design cannot be used; `key` is the path in the JSON file.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
@@ -8,11 +10,8 @@ pub enum DesignError {
     #[error("the controller design cannot be read: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format or version.
-    #[error("format is '{found}', but only {} can be read", allowed.map(|name| format!("'{name}'")).join(", "))]
-    WrongFormat { found: String, allowed: [&'static str; 3] },
-    /// Keys that do not belong to the format.
-    #[error("a design of format '{format}' has {allowed}")]
-    OtherFormat { format: &'static str, allowed: &'static str },
+    #[error("format is '{found}', but only '{CONTROLLER_FORMAT}' can be read")]
+    WrongFormat { found: String },
     /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: String, value: f64, allowed: &'static str },

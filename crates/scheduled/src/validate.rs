@@ -4,7 +4,7 @@ use signals::{Curve, NAMES, SIGNALS, SPEED, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
-use crate::design::MOST_DELAY_TICKS;
+use crate::design::{CONTROLLER_FORMAT, MOST_DELAY_TICKS};
 use crate::lft::checked;
 use crate::lft::numbers::{finite, positive, range};
 use crate::{ControllerDesign, DesignError, Lft, Matrix};
@@ -19,6 +19,9 @@ impl ControllerDesign {
     /// [`DesignError`] with the key at fault.
     #[inline]
     pub fn validate(&self) -> Result<(), DesignError> {
+        if self.format != CONTROLLER_FORMAT {
+            return Err(DesignError::WrongFormat { found: self.format.clone() });
+        }
         if !(SHORTEST_SAMPLE_TIME..f64::INFINITY).contains(&self.sample_time) {
             let (key, value) = ("sample_time".to_owned(), self.sample_time);
             return Err(DesignError::BadNumber { key, value, allowed: "finite and at least 1e-5" });
@@ -79,13 +82,12 @@ impl ControllerDesign {
 
     #[inline]
     fn validate_controller_inputs(&self) -> Result<(), DesignError> {
-        let (list, name) = self.keys_of_inputs();
         if self.controller_inputs.is_empty() {
-            return Err(DesignError::Empty { key: list });
+            return Err(DesignError::Empty { key: "controller_inputs" });
         }
         let mut taken = BTreeSet::new();
         for (index, input) in self.controller_inputs.iter().enumerate() {
-            let key = |last: &str| format!("{list}[{index}].{last}");
+            let key = |last: &str| format!("controller_inputs[{index}].{last}");
             let bad = |last, found: &str, allowed| {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
@@ -95,13 +97,13 @@ impl ControllerDesign {
                 false => (signal, NAMES),
             };
             match signal {
-                None => return bad(name, &input.signal, allowed),
+                None => return bad("signal", &input.signal, allowed),
                 Some(signal) if signal.unit != input.unit => return bad("unit", &input.unit, signal.unit),
                 Some(_) => {}
             }
-            positive(format_args!("{list}[{index}].scale"), input.scale)?;
+            positive(format_args!("controller_inputs[{index}].scale"), input.scale)?;
             if !taken.insert((&input.signal, input.kind)) {
-                return Err(DesignError::NameTaken { key: key(name), name: input.signal.clone() });
+                return Err(DesignError::NameTaken { key: key("signal"), name: input.signal.clone() });
             }
         }
         if self.speed_given && (self.reference_filter.is_some() || self.follows(SPEED)) {

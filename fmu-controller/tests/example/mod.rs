@@ -10,7 +10,7 @@ pub fn design() -> Value {
         "format": "squid-controller/1",
         "vehicle": {"name": "Test", "status": "surrogate"}, "design": "default", "sample_time": 0.02,
         "scheduling": {"quantity": "speed", "minimum": 0.5, "maximum": 3.0, "centre": 1.75, "half_range": 1.25},
-        "tracked": [{"name": "pitch", "unit": "rad", "scale": 0.17}],
+        "controller_inputs": [{"signal": "pitch", "kind": "error", "unit": "rad", "scale": 0.17}],
         "actuators": [
             {"name": "thruster", "unit": "N", "scale": 100.0, "minimum": -60.0, "maximum": 100.0},
             {"name": "fin", "unit": "rad", "scale": 0.2, "minimum": -0.25, "maximum": 0.25}],
@@ -26,8 +26,6 @@ pub fn design() -> Value {
 /// The same with the pitch rate measured, too, and its references filtered.
 pub fn with_pitch_rate() -> Value {
     let mut design = design();
-    design.as_object_mut().unwrap().remove("tracked");
-    design["format"] = json!("squid-controller/2");
     design["reference_filter"] = json!(0.5);
     design["controller_inputs"] = json!([
         {"signal": "pitch", "kind": "reference", "unit": "rad", "scale": 0.17},

@@ -103,7 +103,7 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
 /// A design that measures more, but makes nothing of it, flies as the design without; and one whose inputs are
 /// references and measurements as the one with their differences.
 #[test]
-fn the_same_controller_in_the_second_format_flies_alike() {
+fn the_same_controller_with_other_inputs_flies_alike() {
     let mut idle = design();
     idle.controller_inputs.push(input("pitch_rate", Kind::Measurement, 0.1));
     idle.controller_inputs.push(input("heave", Kind::Measurement, 0.1));
@@ -116,7 +116,6 @@ fn the_same_controller_in_the_second_format_flies_alike() {
     let mut expected = started(&resources());
     expected.fly(20.0, 0.02);
     for same in [&idle, &apart] {
-        assert!(same.to_json().unwrap().contains("squid-controller/2"));
         let mut flight = started(&with(same, &manoeuvre()));
         flight.fly(20.0, 0.02);
         let gap = differ(&mut flight, &mut expected);

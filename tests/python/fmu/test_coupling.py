@@ -63,20 +63,16 @@ def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Pa
 
 def measuring_the_pitch_rate(design: str) -> str:
     """Give a frozen design a further input, the pitch rate, without any effect; numbers stay as they are written."""
-    inputs = [
-        {"signal": error["name"], "kind": "error", "unit": error["unit"], "scale": error["scale"]}
-        for error in json.loads(design)["tracked"]
-    ]
-    inputs.append({"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1})
+    further = {"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1}
+    inputs = [*json.loads(design)["controller_inputs"], further]
 
     def one_column_more(matrix: re.Match) -> str:
         return re.sub(r"(?<=\d)\](?=,?\n)", ", 0.0]", matrix[0])
 
-    listed = json.dumps({"controller_inputs": inputs, "reference_filter": None}, indent=2)
+    listed = json.dumps({"controller_inputs": inputs}, indent=2)
     for pattern, becomes, times in (
-        ("squid-controller/1", "squid-controller/2", 1),
         ('"certified": true', '"certified": false', 1),
-        (r'  "tracked": \[.*?\n  \],', listed.removeprefix("{\n").removesuffix("\n}") + ",", 1),
+        (r'  "controller_inputs": \[.*?\n  \],', listed.removeprefix("{\n").removesuffix("\n}") + ",", 1),
         (r'"(?:By|Duy|Dty)": \[\n.*?\n    \]', one_column_more, 3),
     ):
         design, count = re.subn(pattern, becomes, design, flags=re.DOTALL)
@@ -85,25 +81,25 @@ def measuring_the_pitch_rate(design: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def first_format(squid_by_errors: Path, run_squid: Run) -> Packages:
-    """Return the FMUs of Squid with a design by errors alone, which is of the first format."""
+def by_errors(squid_by_errors: Path, run_squid: Run) -> Packages:
+    """Return the FMUs of Squid with a design whose controller takes in errors alone."""
     return kept(run_squid, squid_by_errors)
 
 
 @pytest.fixture(scope="module")
-def second_format(
-    first_format: Packages, squid_by_errors: Path, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
+def with_pitch_rate(
+    by_errors: Packages, squid_by_errors: Path, run_squid: Run, tmp_path_factory: pytest.TempPathFactory
 ) -> Packages:
-    """Return the same with the pitch rate as a further input, which takes the second format."""
+    """Return the same with the pitch rate as a further input."""
     folder, stored = tmp_path_factory.mktemp("second"), tmp_path_factory.mktemp("stored")
-    for path in first_format.folder.glob("*.json"):
+    for path in by_errors.folder.glob("*.json"):
         shutil.copy(path, stored)
     design = measuring_the_pitch_rate((stored / "controller.json").read_text(encoding="utf-8"))
     (stored / "controller.json").write_text(design, encoding="utf-8")
     words = (squid_by_errors, "--out", stored, "--descriptions", folder, "--allow-uncertified")
     done = run_squid("package", *words)
     assert done.returncode == 0, done.stderr
-    for fmu in first_format.fmus:
+    for fmu in by_errors.fmus:
         replaced = {
             "modelDescription.xml": (folder / f"{fmu.stem}.xml").read_bytes(),
             "resources/controller.json": design.encode(),
@@ -112,7 +108,7 @@ def second_format(
             for entry in source.infolist():
                 if not entry.filename.startswith(("terminalsAndIcons/terminals", "resources/certificate")):
                     target.writestr(entry, replaced.get(entry.filename, source.read(entry)))
-    return Packages(folder, first_format.vehicle)
+    return Packages(folder, by_errors.vehicle)
 
 
 def inputs_of(packages: Packages) -> list[str]:
@@ -121,21 +117,24 @@ def inputs_of(packages: Packages) -> list[str]:
 
 
 def test_measurements_of_a_design_are_inputs(
-    squid: Packages, first_format: Packages, second_format: Packages
+    squid: Packages, by_errors: Packages, with_pitch_rate: Packages
 ) -> None:
-    for fmu in second_format.fmus:
+    for fmu in with_pitch_rate.fmus:
         assert validate_fmu(fmu) == []
     references = ["pitch_reference", "speed_reference"]
-    assert inputs_of(first_format) == ["pitch", "speed", *references]
-    assert inputs_of(second_format) == inputs_of(squid) == ["pitch", "speed", "pitch_rate", *references]
+    assert inputs_of(by_errors) == ["pitch", "speed", *references]
+    assert inputs_of(with_pitch_rate) == inputs_of(squid) == ["pitch", "speed", "pitch_rate", *references]
 
 
 def test_a_measurement_without_effect_changes_no_flight(
-    first_format: Packages, second_format: Packages
+    by_errors: Packages, with_pitch_rate: Packages
 ) -> None:
     """In one loop and under the master, which passes it on."""
-    loop = fly_loop(first_format, sample_time(first_format))
-    for flown in (fly_loop(second_format, sample_time(second_format)), couple_like(second_format, loop)):
+    loop = fly_loop(by_errors, sample_time(by_errors))
+    for flown in (
+        fly_loop(with_pitch_rate, sample_time(with_pitch_rate)),
+        couple_like(with_pitch_rate, loop),
+    ):
         assert max(differences(loop, flown).values()) <= AGREEMENT
 
 

@@ -276,7 +276,7 @@ def test_check_compares_limits(found: Found, run_squid: Run, tmp_path: Path) -> 
     assert code == 1 and "limits" in words, words
     without = {key: value for key, value in found.certificate.items() if key != "energy"}
     path = tmp_path / "certificate.json"
-    path.write_text(json.dumps(without | {"format": "lpv-certificate/1"}), encoding="utf-8")
+    path.write_text(json.dumps(without), encoding="utf-8")
     assert check(data["limits"], path)[0] == 0
     assert "limits" not in run_squid("verify", path).stdout
 

@@ -1,13 +1,12 @@
 //! The claims for w of bounded energy, on a loop that can be checked by hand.
 
 use crate::common::prove;
-use certificate::Certificate;
 use serde_json::{Value, json};
 
 /// `x' = a x + u + w`, `z = y = x`, `u = -y`, `|u| <= 1`, with one claim.
 fn saturated(a: f64, claim: Value) -> Value {
     let mut c = json!({
-        "format": "lpv-certificate/4", "blocks": [], "controller_blocks": [],
+        "format": "lpv-certificate/1", "blocks": [], "controller_blocks": [],
         "plant": {
             "A": [[a]], "Bt": [[]], "B1": [[1.0]], "B2": [[1.0]], "Ct": [], "C1": [[1.0]], "C2": [[1.0]],
             "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0.0]], "D12": [[0.0]], "D2t": [[]], "D21": [[0.0]]
@@ -140,17 +139,14 @@ fn bad_input_is_named_in_one_sentence() {
     );
 }
 
-/// Files of other formats have no such section, and mean what they meant.
+/// What is claimed of a loop in continuous time is refused of one in discrete time.
 #[test]
-fn the_formats_are_kept_apart() {
-    let text = |c: &Value| Certificate::from_json(&c.to_string()).unwrap().to_json().unwrap();
-    assert!(text(&integrator()).starts_with(r#"{"format":"lpv-certificate/4""#));
-    for format in ["lpv-certificate/1", "lpv-certificate/3"] {
-        let mut other = integrator();
-        other["format"] = json!(format);
-        assert!(prove(&other).unwrap_err().starts_with("energy: unknown key"));
-    }
-    let mut without = integrator();
-    without.as_object_mut().unwrap().remove("energy");
-    assert!(prove(&without).unwrap_err().starts_with("energy: missing"));
+fn of_continuous_time_alone() {
+    let mut discrete = integrator();
+    discrete["discrete"] = json!(true);
+    assert!(prove(&discrete).unwrap_err().starts_with("energy: is of a loop in continuous time"));
+    discrete["discrete"] = json!("yes");
+    assert!(
+        prove(&discrete).unwrap_err().starts_with("discrete: found the string \"yes\", allowed is true or")
+    );
 }

@@ -77,7 +77,7 @@ fn part_of_a_claim_or_none_is_refused() {
     assert!(matches!(none.prove(), Err(Failure::Malformed(ReadError::NoClaim))));
     assert!(none.to_json().is_err());
     let mut discrete = alone(one_interval(0.75, 0.5));
-    discrete["format"] = json!("lpv-certificate/3");
+    discrete["discrete"] = json!(true);
     assert!(prove(&discrete).unwrap_err().starts_with("bounded_rate: is of a loop in continuous time"));
 }
 
@@ -96,11 +96,6 @@ fn what_is_built_on_the_claim_for_any_rate_needs_it() {
     let golden = Certificate::from_json(&golden_text(ALONE)).unwrap();
     let with = Certificate { residual: Some(Residual::default()), ..golden.clone() };
     assert!(matches!(with.prove(), Err(Failure::Malformed(ReadError::NoAnyRate { field: "residual" }))));
-    for (key, format) in [("limits", 2), ("energy", 4)] {
-        let mut file: Value = serde_json::from_str(&golden_text(ALONE)).unwrap();
-        file["format"] = json!(format!("lpv-certificate/{format}"));
-        assert!(prove(&file).unwrap_err().starts_with(&format!("{key}: missing")));
-    }
     // An empty claim is none.
     let with = Certificate { any_rate: Some(AnyRate::default()), ..golden };
     assert!(with.prove().is_err());

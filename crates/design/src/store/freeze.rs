@@ -8,8 +8,8 @@ use crate::linearise::trim_table;
 use auv::{LpvModel, Trim, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices, Scheduling,
-    TrimTable, VehicleName,
+    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
+    Scheduling, TrimTable, VehicleName,
 };
 use signals::Signal;
 
@@ -77,6 +77,7 @@ fn controller(
     let (centre, half_range) = file.scheduling();
     let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
     ControllerDesign {
+        format: CONTROLLER_FORMAT.into(),
         vehicle: VehicleName { name: vehicle.name.clone(), status: vehicle.status },
         design: file.name.clone(),
         sample_time: file.sample_time,

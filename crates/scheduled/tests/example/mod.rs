@@ -21,6 +21,7 @@ pub fn design() -> ControllerDesign {
         force: Some([1.0, 0.0, 0.2]),
     };
     ControllerDesign {
+        format: CONTROLLER_FORMAT.to_owned(),
         vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
         design: "default".to_owned(),
         sample_time: 0.02,

@@ -65,24 +65,12 @@ fn it_moves_the_states_by_what_the_limits_cut_off() {
 }
 
 #[test]
-fn the_third_format_holds_the_gain() {
+fn the_gain_is_read_back() {
     let design = with_gain(example::two_degrees());
     let json = design.to_json().unwrap();
-    assert!(json.contains("\"squid-controller/3\""), "{json}");
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
-    for (wrong, expected) in [
-        (
-            json.replace("squid-controller/3", "squid-controller/2"),
-            "format 'squid-controller/2' has `controller_inputs`, and neither `tracked` nor `anti_windup`",
-        ),
-        (
-            example::two_degrees().to_json().unwrap().replace("squid-controller/2", "squid-controller/3"),
-            "format 'squid-controller/3' has `controller_inputs` and `anti_windup`, and not `tracked`",
-        ),
-        (json.replace("[0.4, -0.1, 0.5]", "[0.4, -0.1]"), "anti_windup[1] has 2 entries"),
-    ] {
-        assert_ne!(wrong, json);
-        let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
-        assert!(message.contains(expected), "{message}");
-    }
+    let wrong = json.replace("[0.4, -0.1, 0.5]", "[0.4, -0.1]");
+    assert_ne!(wrong, json);
+    let message = ControllerDesign::from_json(&wrong).unwrap_err().to_string();
+    assert!(message.contains("anti_windup[1] has 2 entries"), "{message}");
 }
