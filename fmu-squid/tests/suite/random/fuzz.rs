@@ -7,7 +7,8 @@
 //!
 //! A property returns what its case brought about, as texts ("fmi2SetReal: variable may not be set in state"). A run
 //! with `SQUID_FUZZ_MINUTES` makes the first case that brings about something new as short as it can, and adds it to
-//! the corpus, from where every later run replays it. A case that fails is added by any run.
+//! the corpus, from where every later run replays it; one that is not short when the time is over is left for another
+//! run. A case that fails is added by any run.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -67,7 +68,7 @@ pub fn run<T: Case>(name: &str, property: impl Fn(&T) -> Seen) {
     let end = Instant::now() + Duration::from_secs_f64(60.0 * minutes.unwrap_or(0.0));
     let mut tried: u64 = 0;
     loop {
-        tried += u64::from(corpus.batch(minutes.is_some(), &watched));
+        tried += u64::from(corpus.batch(minutes.map(|_| end), &watched));
         if Instant::now() >= end {
             break;
         }
@@ -107,10 +108,10 @@ impl<T: Case> Corpus<T> {
         prop_oneof![T::fresh(), grown].boxed()
     }
 
-    /// Tries as many cases as `PROPTEST_CASES` says, or a batch of a long run.
-    fn batch(&mut self, long: bool, property: &impl Fn(&T) -> Seen) -> u32 {
+    /// Tries as many cases as `PROPTEST_CASES` says, or a batch of a long run, which has an end.
+    fn batch(&mut self, end: Option<Instant>, property: &impl Fn(&T) -> Seen) -> u32 {
         let config = ProptestConfig { failure_persistence: None, ..ProptestConfig::default() };
-        let config = if long { ProptestConfig { cases: BATCH, ..config } } else { config };
+        let config = if end.is_some() { ProptestConfig { cases: BATCH, ..config } } else { config };
         let cases = config.cases;
         let new = RefCell::new(Vec::new());
         let seen = &self.seen;
@@ -124,20 +125,29 @@ impl<T: Case> Corpus<T> {
             self.keep(case.clone());
             panic!("{reason}\nadded to {:?}: {case:?}", self.path);
         }
-        if long {
-            new.into_inner().into_iter().for_each(|case| self.consider(case, property));
+        if let Some(end) = end {
+            new.into_inner().into_iter().for_each(|case| self.consider(case, end, property));
         }
         cases
     }
 
     /// Adds a case, as simple as it can be, if it still shows something new.
-    fn consider(&mut self, mut case: T, property: &impl Fn(&T) -> Seen) {
+    fn consider(&mut self, mut case: T, end: Instant, property: &impl Fn(&T) -> Seen) {
+        let over = || Instant::now() >= end;
+        if over() {
+            return;
+        }
         let new: Seen = property(&case).difference(&self.seen).cloned().collect();
         if new.is_empty() {
             return;
         }
-        while let Some(simpler) = case.simpler().into_iter().find(|one| new.is_subset(&property(one))) {
+        while let Some(simpler) =
+            case.simpler().into_iter().find(|one| !over() && new.is_subset(&property(one)))
+        {
             case = simpler;
+        }
+        if over() {
+            return;
         }
         self.seen.extend(property(&case));
         self.keep(case);
