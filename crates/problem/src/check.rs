@@ -4,9 +4,9 @@ use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
 use certificate::Theorem;
-use squid_design::certify::verify::{first_unlike, parse};
-use squid_design::certify::{direct_path, plant_rows};
-use squid_design::error::ProofError;
+use proof::error::ProofError;
+use proof::rows::{direct_path, first_unlike, plant_rows};
+use proof::text::parse;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.
 ///
@@ -46,7 +46,7 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     if limits.as_ref().is_some_and(nearer) {
         return Err(ProofError::WrongPlant { what: "limits".into() }.into());
     }
-    Ok(certificate.prove()?)
+    Ok(certificate.prove().map_err(ProofError::from)?)
 }
 
 /// Proves a certificate.
@@ -54,5 +54,5 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::Certificate`] where it cannot be read.
 pub fn prove(certificate: &Source) -> Result<Theorem, Error> {
-    Ok(parse(&certificate.text, &certificate.name)?.prove()?)
+    Ok(parse(&certificate.text, &certificate.name)?.prove().map_err(ProofError::from)?)
 }

@@ -17,7 +17,9 @@ use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
-use squid_design::certify::{self, nominal};
+use proof::claim::{nominal, without_claims};
+use proof::rate::of_plant_alone;
+use proof::rows::{direct_path as direct_path_rows, plant_rows};
 use std::time::Instant;
 
 /// Solves the problem of a file.
@@ -102,13 +104,13 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     report.gamma = Some(found.least.gamma);
     report.gamma_design = Some(found.gamma_design);
     report.controller_states = Some(found.controller.a().nrows());
-    let section = certify::rate::of_plant_alone(&found.bound);
+    let section = of_plant_alone(&found.bound);
     let Some(fast) = found.fast else {
         report.remarks.push(NOT_FAST.into());
         if problem.limits.is_some() {
             report.remarks.push(NO_LIMITS.into());
         }
-        let certificate = certify::without_claims(&problem.plant, &found.controller);
+        let certificate = without_claims(&problem.plant, &found.controller);
         report.prove(Certificate { bounded_rate: Some(section), ..certificate });
         return;
     };
@@ -205,7 +207,7 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
         }
     };
     certificate.discrete = problem.discrete.is_some();
-    certificate.plant.d22 = certify::direct_path(d22);
+    certificate.plant.d22 = direct_path_rows(d22);
     Some(certificate)
 }
 
@@ -215,7 +217,7 @@ const NOT_BACK: &str = "a controller was computed, but it has a mode that the bi
 /// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
 /// None in discrete time: what is proved of the plant in continuous time is not of the one that was given.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
-    let rows = certify::plant_rows(&problem.plant);
+    let rows = plant_rows(&problem.plant);
     let multipliers = if problem.discrete.is_none() { multipliers } else { &[] };
     multipliers.iter().find_map(|m| {
         let guess = Multipliers {

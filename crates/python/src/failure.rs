@@ -1,8 +1,9 @@
 //! Errors as Python's exceptions, of three kinds: see `squid_lpv/errors.py`.
 
 use lpv::error::SynthesisError;
+use proof::error::ProofError;
 use pyo3::{PyErr, import_exception};
-use squid_design::error::{Error as DesignError, ProofError};
+use squid_design::error::Error as DesignError;
 use squid_problem::error::Error as ProblemError;
 
 import_exception!(squid_lpv.errors, InfeasibleError);
@@ -19,6 +20,7 @@ pub fn of_design(error: &DesignError) -> PyErr {
         DesignError::Input(_)
         | DesignError::Model(_)
         | DesignError::Store(_)
+        | DesignError::File(_)
         | DesignError::Proof(ProofError::Certificate { .. }) => InputError::new_err(words),
         _ => NumericalError::new_err(words),
     }
@@ -32,10 +34,12 @@ fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
 pub fn of_problem(error: &ProblemError) -> PyErr {
     use lpv::mu::sweep::SweepError;
     match error {
-        ProblemError::Design(reason) => of_design(reason),
-        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => {
-            NumericalError::new_err(error.to_string())
+        ProblemError::File(_)
+        | ProblemError::Problem { .. }
+        | ProblemError::Proof(ProofError::Certificate { .. }) => InputError::new_err(error.to_string()),
+        ProblemError::Mu { reason, .. } if !matches!(reason, SweepError::Stuck { .. }) => {
+            InputError::new_err(error.to_string())
         }
-        ProblemError::Problem { .. } | ProblemError::Mu { .. } => InputError::new_err(error.to_string()),
+        ProblemError::Proof(_) | ProblemError::Mu { .. } => NumericalError::new_err(error.to_string()),
     }
 }

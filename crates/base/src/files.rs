@@ -1,6 +1,11 @@
-//! Files, written whole or not at all.
+//! Files: read as text, and written whole or not at all.
 
-use crate::error::StoreError;
+mod error;
+mod text;
+
+pub use error::Error;
+pub use text::read;
+
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -10,8 +15,8 @@ use tempfile::TempPath;
 /// Checks, before the work for it, that files can be written to a directory; it need not exist yet, and is not made.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`].
-pub fn check_directory(directory: &Path) -> Result<(), StoreError> {
+/// [`Error::Unwritable`].
+pub fn check_directory(directory: &Path) -> Result<(), Error> {
     let there = |p: &&Path| p.symlink_metadata().is_ok();
     let nearest = directory.ancestors().find(there).unwrap_or(Path::new("."));
     let attempt = if nearest.exists() && !nearest.is_dir() {
@@ -22,15 +27,15 @@ pub fn check_directory(directory: &Path) -> Result<(), StoreError> {
     attempt.map_err(|reason| unwritable(nearest, reason))
 }
 
-fn unwritable(path: &Path, reason: io::Error) -> StoreError {
-    StoreError::Unwritable { path: path.display().to_string(), reason }
+fn unwritable(path: &Path, reason: io::Error) -> Error {
+    Error::Unwritable { path: path.display().to_string(), reason }
 }
 
 /// Writes a file through a temporary one beside it, renamed at the end; devices and pipes are written directly.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`] with the path; nothing is then left behind.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+/// [`Error::Unwritable`] with the path; nothing is then left behind.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
     let attempt = if special {
         OpenOptions::new().write(true).open(path).and_then(|mut device| device.write_all(bytes))
@@ -83,10 +88,10 @@ impl Files {
     /// A value to be written as JSON.
     ///
     /// # Errors
-    /// [`StoreError::Json`].
-    pub fn add_json(&mut self, path: PathBuf, value: &impl Serialize) -> Result<(), StoreError> {
+    /// [`Error::Json`].
+    pub fn add_json(&mut self, path: PathBuf, value: &impl Serialize) -> Result<(), Error> {
         let text = serde_json::to_string_pretty(value)
-            .map_err(|reason| StoreError::Json { path: path.display().to_string(), reason })?;
+            .map_err(|reason| Error::Json { path: path.display().to_string(), reason })?;
         self.add(path, text + "\n");
         Ok(())
     }
@@ -99,8 +104,8 @@ impl Files {
     /// Writes all of them, while nobody else writes to the directory or reads a set there.
     ///
     /// # Errors
-    /// [`StoreError::Unwritable`] with the path; where a disk is full or a file cannot be made, all is as it was.
-    pub fn save(&self, directory: &Path) -> Result<(), StoreError> {
+    /// [`Error::Unwritable`] with the path; where a disk is full or a file cannot be made, all is as it was.
+    pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let held = std::fs::create_dir_all(directory).and_then(|()| hold(directory, File::lock));
         let _held = held.map_err(|reason| unwritable(directory, reason))?;
         let mut staged = Vec::new();
@@ -143,15 +148,12 @@ pub fn reading(last: &Path) -> Option<File> {
 }
 
 /// Removes a file, if it is there.
-fn remove(path: &Path) -> Result<(), StoreError> {
+fn remove(path: &Path) -> Result<(), Error> {
     match std::fs::remove_file(path) {
         Err(reason) if reason.kind() != ErrorKind::NotFound => Err(unwritable(path, reason)),
         _ => Ok(()),
     }
 }
-
-/// Reads a text file.
-pub use auv::read_text as read;
 
 #[cfg(test)]
 mod tests {
