@@ -1,16 +1,76 @@
 //! Files: read as text, and written whole or not at all.
 
-mod error;
-mod text;
-
-pub use error::Error;
-pub use text::read;
-
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
+use thiserror::Error as ThisError;
+
+/// What stops a file from being read or written.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum Error {
+    /// A file cannot be read.
+    #[error("{path}: cannot be read: {reason}")]
+    Unreadable { path: String, reason: io::Error },
+    /// There is no such file.
+    #[error("{path}: there is no such file")]
+    NotFound { path: String },
+    /// The path is a folder.
+    #[error("{path}: this is a folder; it must be a file")]
+    Folder { path: String },
+    /// A link to a file that does not exist.
+    #[error(
+        "{path}: this is a link that leads to no file, or back to itself; it must be a file, or a link to one"
+    )]
+    Link { path: String },
+    /// The text is not UTF-8; `place` is the file, with the line if that is known.
+    #[error("{place}: the text is not UTF-8 but {found}; save the file as UTF-8")]
+    Encoding { place: String, found: String },
+    /// A file cannot be written.
+    #[error("{path}: cannot be written: {reason}")]
+    Unwritable { path: String, reason: io::Error },
+    /// JSON could not be written or read.
+    #[error("{path}: {reason}")]
+    Json { path: String, reason: serde_json::Error },
+}
+
+const UTF16_MARKS: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
+const UTF8_MARK: char = '\u{feff}';
+
+/// Reads a text in UTF-8; the byte order mark that some editors put before it is removed.
+///
+/// # Errors
+/// No such file, a folder, a broken link, another encoding.
+pub fn read(path: &Path) -> Result<String, Error> {
+    let bytes = std::fs::read(path).map_err(|reason| unreadable(path, reason))?;
+    let file = path.display();
+    let encoded = |place: String, found| Error::Encoding { place, found };
+    if UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark)) || bytes.contains(&0) {
+        return Err(encoded(file.to_string(), "UTF-16, or no text at all".into()));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
+        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let found = format!("Latin-1 or the like (it holds the byte {:#04X})", bytes[at]);
+        encoded(format!("{file}:{line}"), found)
+    })?;
+    Ok(text.strip_prefix(UTF8_MARK).map(str::to_owned).unwrap_or(text))
+}
+
+fn unreadable(path: &Path, reason: io::Error) -> Error {
+    let file = path.display().to_string();
+    if path.is_dir() {
+        Error::Folder { path: file }
+    } else if path.is_symlink() && !path.exists() {
+        Error::Link { path: file }
+    } else if reason.kind() == ErrorKind::NotFound {
+        Error::NotFound { path: file }
+    } else {
+        Error::Unreadable { path: file, reason }
+    }
+}
 
 /// Checks, before the work for it, that files can be written to a directory; it need not exist yet, and is not made.
 ///
@@ -152,54 +212,5 @@ fn remove(path: &Path) -> Result<(), Error> {
     match std::fs::remove_file(path) {
         Err(reason) if reason.kind() != ErrorKind::NotFound => Err(unwritable(path, reason)),
         _ => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_directory_is_checked_and_not_made() {
-        let folder = tempfile::tempdir().unwrap();
-        let (file, deep) = (folder.path().join("file"), folder.path().join("a").join("b"));
-        std::fs::write(&file, "mine").unwrap();
-        check_directory(&deep).unwrap();
-        check_directory(Path::new("")).unwrap();
-        assert!(!deep.parent().unwrap().exists());
-        for wrong in [file.clone(), file.join("deeper")] {
-            let message = check_directory(&wrong).unwrap_err().to_string();
-            assert_eq!(
-                message,
-                format!(
-                    "{}: cannot be written: it is a file, and a directory is needed here",
-                    file.display()
-                )
-            );
-        }
-    }
-
-    #[test]
-    fn a_set_is_written_whole_or_not_at_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let to = |name: &str| folder.path().join(name);
-        let set = |first: &str| {
-            let mut files = Files::default();
-            files.add(to("a"), first);
-            files.remove(to("b"));
-            files.add(to("c/d"), "2");
-            files
-        };
-        std::fs::write(to("a"), "0").unwrap();
-        std::fs::write(to("b"), "0").unwrap();
-        std::fs::create_dir_all(to("c/d")).unwrap();
-        let message = set("1").save(folder.path()).unwrap_err().to_string();
-        assert!(message.contains("it is a directory, and a file is needed here"), "{message}");
-        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("b")).unwrap().as_str()), ("0", "0"));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "a, b, c and the lock");
-        std::fs::remove_dir(to("c/d")).unwrap();
-        set("1").save(folder.path()).unwrap();
-        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("c/d")).unwrap().as_str()), ("1", "2"));
-        assert!(!to("b").exists());
     }
 }

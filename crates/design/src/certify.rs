@@ -20,9 +20,8 @@ use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
-use proof::claim::{Proof, with_model_error};
+use proof::claim::{Proof, controller, controller_rows, with_model_error};
 use proof::error::ProofError;
-use proof::rows;
 use scheduled::LftMatrices;
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
@@ -55,7 +54,7 @@ fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: Synthesi
 
 /// The matrices of a controller, in the form of a controller file.
 pub fn lft_matrices(k: &Controller) -> LftMatrices {
-    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = rows::controller_rows(k);
+    let certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt } = controller_rows(k);
     LftMatrices { blocks: k.blocks.clone(), a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
@@ -71,7 +70,7 @@ pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
 /// [`ProofError::Mismatch`] when they do not fit together.
 pub fn controller_of(lft: &LftMatrices) -> Result<Controller, ProofError> {
     let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
-    rows::controller(&lft.blocks, &frozen_rows(lft)).ok_or_else(wrong)
+    controller(&lft.blocks, &frozen_rows(lft)).ok_or_else(wrong)
 }
 
 #[cfg(test)]

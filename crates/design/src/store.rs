@@ -36,7 +36,7 @@ use crate::verdict::row::StoredRow;
 use auv::{Actuator, LpvModel, LpvModelError};
 use base::files::{Files, read, reading};
 use certificate::{Certificate, Theorem};
-use proof::text::{parse, text};
+use proof::claim::{parse, text};
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;

@@ -11,7 +11,7 @@ use auv::LpvModel;
 use base::files::{self, read};
 use certificate::{Certificate, Theorem};
 use fmi2::Resources;
-use proof::text::parse;
+use proof::claim::parse;
 use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::certify::claims::{Terms, lines, unproved};
 use squid_design::certify::limits::{ClaimedStep, of_autopilot};

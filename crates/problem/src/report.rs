@@ -5,7 +5,7 @@ use crate::words::{at_least, at_most};
 use base::files::Files;
 use certificate::{Certificate, Controller, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_nothing;
-use proof::text::text;
+use proof::claim::text;
 use serde::Serialize;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! The gain for constant values of parameters as a certificate. See [`lpv::robust::constant`] for the inequality.
 
+use crate::claim::{controller_rows, plant_rows};
 use crate::error::ProofError;
-use crate::rows::{controller_rows, plant_rows};
 use certificate::{ConstantCertificate, ErrorBall, Filter};
 use lpv::controller::Controller;
 use lpv::matrix::{from_rows, to_rows};

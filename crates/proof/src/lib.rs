@@ -2,12 +2,11 @@
 //! with the search.
 //!
 //! ```text
-//! text          a certificate, read and written
-//! rows          plants and controllers as rows, and what of two is unlike
-//! claim         the bound of a loop; with model error
+//! claim         plant, controller and bounds as a certificate, read and written
 //! rate          the bound for a parameter that moves at a bounded rate
 //! ball          the ball of models around a fit
-//! limits        what holds with commands at their limits
+//! energy        the gain with commands at their limits, of w of bounded energy
+//! limits        the step after which a loop with commands at their limits comes back
 //! sampled       the bound of a sampled loop
 //! constant      the bound for constant parameters
 //! same_plant    whether two plants are the same function of their parameters
@@ -16,10 +15,9 @@
 pub mod ball;
 pub mod claim;
 pub mod constant;
+pub mod energy;
 pub mod error;
 pub mod limits;
 pub mod rate;
-pub mod rows;
 pub mod same_plant;
 pub mod sampled;
-pub mod text;

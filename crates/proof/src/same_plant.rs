@@ -4,8 +4,8 @@
 //! are: rational functions of rho. With their poles outside the range (see [`check`]) two such functions that
 //! agree at thousands of points agree between them.
 
+use crate::claim::blocks_of;
 use crate::error::ProofError;
-use crate::rows::blocks_of;
 use certificate::Plant;
 use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
 use lpv::partition::{Group, PLANT, names};

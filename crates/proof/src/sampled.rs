@@ -1,8 +1,7 @@
 //! The gain of a sampled loop for every trajectory of the parameters that is constant from tick to tick.
 
-use crate::claim::{Proof, nominal};
+use crate::claim::{Proof, direct_path, nominal};
 use crate::error::ProofError;
-use crate::rows::direct_path;
 use crate::same_plant;
 use certificate::{Certificate, Plant};
 use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};

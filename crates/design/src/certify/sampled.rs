@@ -9,9 +9,8 @@ use auv::Vehicle;
 use certificate::Certificate;
 use lpv::analysis::AtTicks;
 use lpv::synthesis::Design;
-use proof::claim::Proof;
+use proof::claim::{Proof, controller_rows, first_unlike};
 use proof::error::ProofError;
-use proof::rows::{controller_rows, first_unlike};
 use scheduled::ControllerDesign;
 
 /// The file of the certificate.

@@ -8,8 +8,8 @@ use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
 use certificate::Certificate;
+use proof::claim::first_unlike;
 use proof::error::ProofError;
-use proof::rows::first_unlike;
 use proof::same_plant;
 use scheduled::{ControllerDesign, LftMatrices};
 

@@ -6,8 +6,8 @@ use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, ps
 use lpv::partition::Group::{U, W, X};
 use lpv::plant::GeneralisedPlant;
 use lpv::polynomial::MatrixPolynomial;
+use proof::claim::parse;
 use proof::same_plant::NEAREST_POLE;
-use proof::text::parse;
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::missed::missed;
 use squid_design::check::frozen_controller;

@@ -3,8 +3,8 @@
 use crate::designs::read;
 use lpv::partition::Group::{T, X};
 use lpv::plant::GeneralisedPlant;
+use proof::claim::plant_rows;
 use proof::error::ProofError;
-use proof::rows::plant_rows;
 use proof::same_plant::check;
 use squid_design::augment::augment;
 use squid_design::fit::Model;

@@ -2,7 +2,7 @@
 
 use crate::designs::read;
 use base::progress::Progress;
-use proof::text::parse;
+use proof::claim::parse;
 use squid_design::certify::verify;
 use squid_design::error::{Error, StoreError};
 use squid_design::inputs::Inputs;

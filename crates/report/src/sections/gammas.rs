@@ -10,7 +10,7 @@ use certificate::AnyRate;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
 use lpv::rate::{RateOptions, rate_bounded_gain_from};
-use proof::text::parse;
+use proof::claim::parse;
 use squid_design::numbers::rounded_up;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep

@@ -10,9 +10,9 @@ use crate::uncertain::truncate::thinned;
 use crate::uncertain::{Fidelity, over_range};
 use base::files::{self, Files, read};
 use certificate::Certificate;
+use proof::claim::{parse, text};
 use proof::error::ProofError;
 use proof::same_plant;
-use proof::text::{parse, text};
 use scheduled::LftMatrices;
 use std::path::Path;
 
