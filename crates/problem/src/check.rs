@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
 use certificate::Theorem;
-use proof::claim::{direct_path, first_unlike, parse, plant_rows};
+use proof::claim::{direct_path_rows, first_unlike, parse, plant_rows};
 use proof::error::ProofError;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.
@@ -28,7 +28,7 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
         energy.limits.len() != limits.len() || energy.limits.iter().zip(limits).any(|(at, limit)| at > limit)
     };
     let others = [
-        ("matrix D22", direct_path(&d22) != of.direct_path().cloned().unwrap_or_default()),
+        ("matrix D22", direct_path_rows(&d22) != of.direct_path().cloned().unwrap_or_default()),
         ("dt", is_discrete != certificate.discrete),
         ("blocks", plant.blocks != certificate.blocks),
         ("rate", rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate)),

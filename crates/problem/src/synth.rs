@@ -15,7 +15,7 @@ use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
-use proof::claim::{direct_path as direct_path_rows, nominal, without_claims};
+use proof::claim::{direct_path_rows, nominal, without_claims};
 use proof::energy::energy;
 use proof::rate::of_plant_alone;
 use std::time::Instant;
@@ -212,8 +212,8 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
 const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot bring back to \
     discrete time; change the back-off";
 
-/// The lower bound proved by the first multipliers that prove one. None in discrete time: what is proved of the plant in
-/// continuous time is not of the one that was given.
+/// The lower bound that the multipliers prove. None in discrete time: what is proved of the plant in continuous time is
+/// not of the one that was given.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
     if problem.discrete.is_none() { proof::claim::lower_bound(&problem.plant, multipliers) } else { None }
 }

@@ -44,8 +44,8 @@ pub struct Missed {
 }
 
 impl Missed {
-    /// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the states that the
-    /// model moves, and its size e.
+    /// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the states that
+    /// the model moves, and its size e.
     ///
     /// With T upper triangular, `T'(L'XL)T = I`, and `T_x` its part for the model's states,
     ///
@@ -53,11 +53,10 @@ impl Missed {
     /// E = sqrt(e) L T P,   [F Fw Fu] = sqrt(e) W^-1 G,   e = max |P^-1 T^-1 R(V) W|
     /// ```
     ///
-    /// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and units d of the states of waves and of the rate of the trim,
-    /// `P = blkdiag(I, p I)` has a unit p of how the inputs' trim moves. With d and p the error of each such column is, for
-    /// the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over the samples
-    /// and raised by a bound on the rise between two of them: see `between_samples`. The LFTs that were designed on are
-    /// subtracted, so that what was dropped there is covered, too.
+    /// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and units d of the states of waves and of the rate of the
+    /// trim, `P = blkdiag(I, p I)` has a unit p of how the inputs' trim moves. With d and p the error of each such
+    /// column is, for the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over
+    /// the samples and raised by a bound on the rise between two of them: see `between_samples`.
     ///
     /// # Errors
     /// [`SynthesisError::Numerical`] when the bound's Lyapunov matrix is not positive definite.
@@ -106,9 +105,10 @@ impl Missed {
 
     /// Checks that the ball of a certificate contains the true models, computed again.
     ///
-    /// With `P = E^+ L` and `Q = G [F Fw Fu]^+` the Delta of a residual is `P R Q`; it has to be no larger than 1 with the
-    /// reserve between samples, and `E P = L`, `Q [F Fw Fu] = G` must hold to rounding. With `held` the rows of Delta from
-    /// there on must be 0 where the trim stands still, which then leaves R only the rows of the model's states.
+    /// With `P = E^+ L` and `Q = G [F Fw Fu]^+` the Delta of a residual is `P R Q`; it has to be no larger than 1 with
+    /// the reserve between samples, and `E P = L`, `Q [F Fw Fu] = G` must hold to rounding. With `held` the rows of
+    /// Delta from there on must be 0 where the trim stands still, which then leaves R only the rows of the model's
+    /// states.
     ///
     /// # Errors
     /// [`ProofError::Ball`] when the ball is too small, or none of this shape.

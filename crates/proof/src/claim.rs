@@ -116,7 +116,7 @@ fn rows_of(parts: &Partitioned, key: &str) -> Rows {
 }
 
 /// A direct path from u to y in the form of the certificate: nothing where it is 0.
-pub fn direct_path(d22: &Mat) -> Rows {
+pub fn direct_path_rows(d22: &Mat) -> Rows {
     if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
 }
 

@@ -29,15 +29,15 @@ pub struct Step<'a> {
     pub commands: Vec<f64>,
     /// The states of the plant whose rates are limited, and how far these can go.
     pub rates: BTreeMap<usize, f64>,
-    /// The states that the model has, and not the weights: of Delta only their rows count while the trim stands still.
+    /// The states of the model: of Delta only their rows count while the trim stands still.
     pub states: usize,
 }
 
 /// Adds the claim for the largest step found to a proof that covers a model error, and proves all of it.
 ///
-/// Of Delta only the rows count that move the model's states. The gain is that of the quickest recovery; where the
-/// step that is wanted is not proved with it, the gain of the largest step takes its place, if that is larger. Where
-/// the largest step can be had with that gain it is a claim about every state. `None` for a proof without model error.
+/// The gain is that of the quickest recovery; where the step that is wanted is not proved with it, the gain of the
+/// largest step takes its place, if that is larger. Where the claim can be made with that gain it is one about every
+/// state. `None` for a proof without model error.
 ///
 /// # Errors
 /// [`ProofError::Synthesis`] where no step is found; [`ProofError::Unproved`].

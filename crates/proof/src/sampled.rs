@@ -1,6 +1,6 @@
 //! The gain of a sampled loop for every trajectory of the parameters that is constant from tick to tick.
 
-use crate::claim::{Proof, direct_path, nominal};
+use crate::claim::{Proof, direct_path_rows, nominal};
 use crate::error::ProofError;
 use crate::same_plant;
 use certificate::{Certificate, Plant};
@@ -33,7 +33,7 @@ pub fn sampled(
     let closed = plant.close(&inner);
     let bound = bound(&closed, continuous)?;
     let mut certificate = nominal(plant, controller, &bound);
-    certificate.plant.d22 = direct_path(d22);
+    certificate.plant.d22 = direct_path_rows(d22);
     let theorem = certificate.prove()?;
     Ok(Proof { certificate, theorem, model_error: None })
 }

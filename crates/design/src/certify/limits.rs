@@ -31,12 +31,9 @@ const SAME_LIMIT: f64 = 1e-8;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
-/// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
-/// model's states. The gain of the frozen design is that of the quickest recovery; where the step of the
-/// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
-/// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
-/// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators
-/// are cut off at their limits, too.
+/// The gain of the frozen design is that of the quickest recovery, the step that is wanted that of the default flight:
+/// the claim has the gain that is to fly. `None` where there is nothing to claim: without anti-windup, or without a
+/// reference of pitch or depth. The rates of the actuators are cut off at their limits, too.
 ///
 /// # Errors
 /// Those of [`with_step`]; [`CertifyError::RateWithoutLag`].
