@@ -7,10 +7,10 @@
 //! The blocks are the uncertain parameters of the design file, real and repeated. The paths of the files are printed,
 //! lowest speed first.
 
+use base::progress::Progress;
 use lpv::matrix::to_rows;
 use serde_json::json;
 use squid_design::inputs::Inputs;
-use squid_design::progress::Progress;
 use squid_design::store;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::at_speed;

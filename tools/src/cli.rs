@@ -3,7 +3,8 @@
 use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
-use auv::read_text;
+use auv::Vehicle;
+use base::files::{check_directory, read};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use squid_campaign::starts::Starts;
@@ -11,7 +12,6 @@ use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
-use squid_design::store::files::check_directory;
 use squid_flight::sea::Sea;
 use squid_package::kind::Interfaces;
 use std::ops::RangeInclusive;
@@ -508,12 +508,20 @@ pub fn inputs(vehicle: &Path, design: &str, bandwidth: Option<f64>) -> Result<In
     })
 }
 
+/// The vehicle of a file.
+///
+/// # Errors
+/// Those of the file.
+pub fn read_vehicle(path: &Path) -> Result<Vehicle, Error> {
+    Ok(Vehicle::parse(&read(path)?, &path.display().to_string())?)
+}
+
 /// The sea of a file in which a vehicle can be flown, and the text of the file.
 ///
 /// # Errors
 /// That of the file; waves, and a vehicle without size.
 pub fn read_sea(path: &Path, inputs: &Inputs) -> Result<(Sea, String), Error> {
-    let text = read_text(path)?;
+    let text = read(path)?;
     let sea = Sea::parse(&text, &path.display().to_string())?;
     sea.check(&inputs.vehicle)?;
     Ok((sea, text))

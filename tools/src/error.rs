@@ -1,6 +1,7 @@
 //! Errors that end the command.
 
-use squid_design::error::{Error as DesignError, InputError, ModelError, ProofError, StoreError};
+use proof::error::ProofError;
+use squid_design::error::{CertifyError, Error as DesignError, InputError, ModelError, StoreError};
 use squid_problem::error::Error as ProblemError;
 use thiserror::Error as ThisError;
 
@@ -60,8 +61,7 @@ impl Error {
     pub fn status(&self) -> &'static str {
         match self {
             Self::NotProved { .. } => "not_proved",
-            Self::Design(DesignError::Proof(reason))
-            | Self::Problem(ProblemError::Design(DesignError::Proof(reason)))
+            Self::Design(DesignError::Proof(reason)) | Self::Problem(ProblemError::Proof(reason))
                 if matches!(reason, ProofError::Unproved(_) | ProofError::WrongPlant { .. }) =>
             {
                 "not_proved"
@@ -77,11 +77,13 @@ impl Error {
 }
 
 squid_design::by_way_of_the_design!(
-    Error: InputError,
+    Error: CertifyError,
+    InputError,
     ModelError,
     ProofError,
     StoreError,
     auv::FileError,
+    base::files::Error,
     certificate::Failure,
     lpv::error::LftError,
     lpv::error::ShapeError,

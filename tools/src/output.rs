@@ -1,7 +1,7 @@
 //! What the command prints.
 
+use base::files;
 use serde::Serialize;
-use squid_design::error::StoreError;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::sync::Mutex;
@@ -27,8 +27,8 @@ pub fn is_for_programs() -> bool {
 /// What a verb found, for programs: printed with `--json`, the first time that it is called.
 ///
 /// # Errors
-/// [`StoreError::Json`] for a value that JSON cannot hold.
-pub fn answer(found: &impl Serialize) -> Result<(), StoreError> {
+/// [`files::Error::Json`] for a value that JSON cannot hold.
+pub fn answer(found: &impl Serialize) -> Result<(), files::Error> {
     if is_for_programs() && !ANSWERED.swap(true, Ordering::Relaxed) {
         print_line(&json(found)?);
     }
@@ -38,9 +38,10 @@ pub fn answer(found: &impl Serialize) -> Result<(), StoreError> {
 /// A value as one line of JSON.
 ///
 /// # Errors
-/// [`StoreError::Json`].
-pub fn json(value: &impl Serialize) -> Result<String, StoreError> {
-    serde_json::to_string(value).map_err(|reason| StoreError::Json { path: "standard output".into(), reason })
+/// [`files::Error::Json`].
+pub fn json(value: &impl Serialize) -> Result<String, files::Error> {
+    serde_json::to_string(value)
+        .map_err(|reason| files::Error::Json { path: "standard output".into(), reason })
 }
 
 /// The columns in which words for people are set, unless the environment says how many there are: `COLUMNS`, as for the
@@ -113,10 +114,10 @@ pub fn printed(outcome: io::Result<()>) {
 /// Whether everything since the last call could be printed.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`] with the first reason.
-pub fn all_said() -> Result<(), StoreError> {
+/// [`files::Error::Unwritable`] with the first reason.
+pub fn all_said() -> Result<(), files::Error> {
     let lost = UNSAID.lock().ok().and_then(|mut first| first.take());
-    lost.map_or(Ok(()), |reason| Err(StoreError::Unwritable { path: "standard output".into(), reason }))
+    lost.map_or(Ok(()), |reason| Err(files::Error::Unwritable { path: "standard output".into(), reason }))
 }
 
 #[cfg(test)]

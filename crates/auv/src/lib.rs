@@ -6,7 +6,7 @@
 //!                               +-> Plant (simulation, nonlinear or by an LPV model)
 //! ```
 //!
-//! - [`Vehicle::read`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or a list of its mistakes;
+//! - [`Vehicle::parse`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or a list of its mistakes;
 //!   [`Vehicle::to_json`] and [`Vehicle::from_json`] exchange a vehicle with other programs;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
 //! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
@@ -24,7 +24,7 @@
 //! use auv::{Speed, Vehicle, linearise, trim};
 //!
 //! let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
-//! let vehicle = Vehicle::read(&file)?;
+//! let vehicle = Vehicle::parse(&std::fs::read_to_string(file)?, "vehicle.toml")?;
 //! let level = trim(&vehicle, Speed::Path(1.0), 50.0)?;
 //! let linear = linearise(&vehicle, &level)?;
 //! assert!(linear.eigenvalues().iter().all(|value| value.re < 0.0));
@@ -64,7 +64,7 @@ pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use simulation::surroundings::Surroundings;
 pub use simulation::water::{Water, WaterMotion};
-pub use toml_file::{FileError, FileProblem, read_text};
+pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
 pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};

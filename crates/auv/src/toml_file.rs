@@ -2,7 +2,6 @@
 //! reported together.
 
 mod error;
-mod text;
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -11,11 +10,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
 pub use error::{FileError, FileProblem, Mistake};
-pub use text::read_text;
 
 use crate::vehicle::allowed::Allowed;
 use crate::words::{nearest, number};
-use text::line_of;
 
 /// Larger numbers than this overflow in the products of coefficients. The moments of the largest ships are some 1e13
 /// kg m2.
@@ -84,7 +81,7 @@ impl<'a> Document<'a> {
             return Ok(());
         }
         mistakes.sort_by_key(|(at, _)| *at);
-        let mistake = |(at, problem)| Mistake { line: Some(self.line(at)), problem };
+        let mistake = |(at, problem)| Mistake { line: self.line(at), problem };
         Err(FileError { file: self.file.to_owned(), mistakes: mistakes.into_iter().map(mistake).collect() })
     }
 
@@ -99,7 +96,7 @@ impl<'a> Document<'a> {
 
     /// The line, counted from 1, of a byte offset.
     pub fn line(&self, at: usize) -> usize {
-        line_of(self.text.as_bytes(), at)
+        self.text.bytes().take(at).filter(|&byte| byte == b'\n').count() + 1
     }
 }
 

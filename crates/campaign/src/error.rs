@@ -11,9 +11,9 @@ pub enum Error {
     /// A file of the design or of the results is wrong.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A file cannot be written.
+    /// A file cannot be read or written.
     #[error(transparent)]
-    Store(#[from] squid_design::error::StoreError),
+    File(#[from] base::files::Error),
     /// The sea does not go with the vehicle.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),

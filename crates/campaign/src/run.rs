@@ -8,9 +8,8 @@ use crate::error::Error;
 use crate::flight::Row;
 use crate::plan::Plan;
 use crate::table::{bytes, read};
+use base::files::{self, write};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use squid_design::error::StoreError;
-use squid_design::store::files::write;
 use std::collections::BTreeSet;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -83,7 +82,7 @@ fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     if !directory.exists() {
         return Ok(Vec::new());
     }
-    let unreadable = |reason| StoreError::Unreadable { path: directory.display().to_string(), reason };
+    let unreadable = |reason| files::Error::Unreadable { path: directory.display().to_string(), reason };
     let all = std::fs::read_dir(directory).map_err(unreadable)?;
     let paths = all.map(|entry| Ok(entry.map_err(unreadable)?.path())).collect::<Result<Vec<_>, Error>>()?;
     Ok(paths.into_iter().filter(|path| path.extension().is_some_and(|kind| kind == "parquet")).collect())

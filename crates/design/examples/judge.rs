@@ -12,6 +12,7 @@
 //! size 1/m leaves even the one that is made for it a gain of m; perturbations are searched.
 #![allow(clippy::print_stdout)]
 
+use base::progress::{Event, Progress};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::mu::over_frequency::mu_over_frequency;
@@ -22,7 +23,6 @@ use squid_design::certify::constant::constant;
 use squid_design::check::frozen_controller;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
-use squid_design::progress::{Event, Progress};
 use squid_design::run::run_with;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};

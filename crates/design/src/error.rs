@@ -2,16 +2,18 @@
 //!
 //! A stage returns its own error where nothing else can go wrong there, and [`Error`] where it calls other stages.
 
+mod certify;
 mod input;
 mod model;
-mod proof;
 mod refusal;
 mod store;
 mod uncertain;
 
+use base::files;
+pub use certify::CertifyError;
 pub use input::InputError;
 pub use model::ModelError;
-pub use proof::ProofError;
+use proof::error::ProofError;
 pub use refusal::Refusal;
 pub use store::StoreError;
 use thiserror::Error as ThisError;
@@ -58,12 +60,18 @@ pub enum Error {
     /// A certificate does not prove what is claimed.
     #[error(transparent)]
     Proof(#[from] ProofError),
+    /// Nothing is certified of the vehicle.
+    #[error(transparent)]
+    Certify(#[from] CertifyError),
     /// A flight of the verdict cannot begin.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),
-    /// The files of a design cannot be written or read.
+    /// The files of a design are not what is asked for.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] files::Error),
 }
 
 /// Wraps errors of lower crates in the error of the stage that calls them.

@@ -8,7 +8,8 @@ mod judged;
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
 use crate::linearise::TRIM_ROWS;
-use auv::{Pitch, Vehicle, read_text};
+use auv::{Pitch, Vehicle};
+use base::files::read;
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
 use signals::{SIGNALS, SPEED};
@@ -74,12 +75,12 @@ impl Inputs {
         }
         let paths = [directory.join("vehicle.toml"), design_path(directory, name)];
         let files = paths.each_ref().map(|path| path.display().to_string());
-        let vehicle_text = read_text(&paths[0])?;
+        let vehicle_text = read(&paths[0])?;
         if !paths[1].exists() {
             let (path, directory) = (files[1].clone(), directory.display().to_string());
             return Err(InputError::NoDesign { path, directory, name: stem(&paths[1]) });
         }
-        let design_text = read_text(&paths[1])?;
+        let design_text = read(&paths[1])?;
         let vehicle = Vehicle::parse(&vehicle_text, &files[0])?;
         let design = DesignFile::parse(&design_text, &files[1], &stem(&paths[1]))?;
         let mut inputs =

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! [`run::run`] is the whole path; each stage is a file of that name. Nothing here prints, plots or packs: progress is
-//! called back ([`progress::Progress`]), and what was designed is a value ([`run::Finished`]).
+//! called back ([`base::progress::Progress`]), and what was designed is a value ([`run::Finished`]).
 
 pub mod augment;
 pub mod certify;
@@ -15,7 +15,6 @@ pub mod fit;
 pub mod inputs;
 pub mod linearise;
 pub mod numbers;
-pub mod progress;
 pub mod run;
 pub mod store;
 pub mod synthesise;

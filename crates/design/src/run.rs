@@ -2,17 +2,16 @@
 //! time and as sampled, freeze, anti-windup, limits, verdict.
 
 use crate::augment::augment;
+use crate::certify::certify;
 use crate::certify::claims;
 use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
-use crate::certify::{Proof, certify};
 use crate::check::{CHECKED_SPEEDS, Checks, check};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
 use crate::numbers::{above, decimals};
-use crate::progress::Progress;
 use crate::store::freeze::{Frozen, freeze};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
 use crate::synthesise::robust::{Robust, robust};
@@ -20,10 +19,12 @@ use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use crate::verdict::found::Effort;
 use auv::{Pitch, Status, Trim};
+use base::progress::Progress;
 use lpv::controller::Controller;
 use lpv::matrix::to_rows;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
+use proof::claim::Proof;
 use scheduled::Rows;
 
 /// A design with the results of all stages.

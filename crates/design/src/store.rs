@@ -14,7 +14,6 @@
 //! | `.squid-vehicle` | the vehicle's directory, so that a vehicle of the same name does not replace the design |
 //! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
 
-pub mod files;
 pub mod freeze;
 pub mod place;
 pub mod unedited;
@@ -31,12 +30,13 @@ use crate::fit::Model;
 use crate::fit::frequency::{Errors, OUTPUTS, errors};
 use crate::inputs::Inputs;
 use crate::run::Finished;
-use crate::store::files::{Files, read, reading};
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::StoredRow;
 use auv::{Actuator, LpvModel, LpvModelError};
+use base::files::{Files, read, reading};
 use certificate::{Certificate, Theorem};
+use proof::claim::{parse, text};
 use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
@@ -82,7 +82,7 @@ impl Stored {
     /// The reason why this controller is not certified.
     pub fn prove(&self, inputs: &Inputs) -> Result<Theorem, String> {
         let text = self.certificate.as_ref().map_err(Clone::clone)?;
-        let certificate = verify::parse(text, "certificate.json").map_err(|e| e.to_string())?;
+        let certificate = parse(text, "certificate.json").map_err(|e| e.to_string())?;
         verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
         let theorem = certificate.prove().map_err(|e| e.to_string())?;
         self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
@@ -197,7 +197,7 @@ fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> Response
 /// them.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`].
+/// [`files::Error::Unwritable`].
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
     let mut files = Files::default();
@@ -207,7 +207,7 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     let sampled = finished.sampled.as_ref().ok().map(|proof| &proof.certificate);
     for (name, certificate) in [("certificate.json", whole), (sampled::CERTIFICATE, sampled)] {
         match certificate {
-            Some(certificate) => files.add(to(name), verify::text(certificate, &to(name))?),
+            Some(certificate) => files.add(to(name), text(certificate, &to(name))?),
             None => files.remove(to(name)),
         }
     }

@@ -333,7 +333,7 @@ mod tests {
     fn a_flight_ends_at_the_surface() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
         let inputs = Inputs::read(&folder, "design").unwrap();
-        let frozen = squid_design::store::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let frozen = base::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let manoeuvre = &inputs.design.manoeuvre;
         let flown = |depth| fly(&inputs.vehicle, &design, (depth, &Pitch::Free), manoeuvre).unwrap();

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use auv::{Actuator, Trim, Vehicle, linearise};
+use base::progress::Progress;
 use nalgebra::DMatrix;
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::PITCH;
 use squid_design::inputs::Inputs;
-use squid_design::progress::Progress;
 use squid_design::run::run;
 use squid_design::store::load;
 use squid_design::uncertain::frozen::at_speed;

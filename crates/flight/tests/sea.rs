@@ -26,7 +26,7 @@ impl Squid {
         let folder = vehicles().join("squid");
         let mut inputs = Inputs::read(&folder, "design").unwrap();
         inputs.vehicle.geometry = Geometry::new(2.0, 0.25);
-        let frozen = squid_design::store::files::read(&folder.join("frozen/controller.json")).unwrap();
+        let frozen = base::files::read(&folder.join("frozen/controller.json")).unwrap();
         let design = ControllerDesign::from_json(&frozen).unwrap();
         let calm = inputs.design.manoeuvre.clone();
         let manoeuvre = Manoeuvre { speed_from: 1.5, speed_to: 1.5, duration: 30.0, step_time: 5.0, ..calm };

@@ -1,10 +1,10 @@
 //! An FMU as a file: its GUID and its resources, read so that no importer unpacks anything else.
 
 use crate::error::{ArchiveError, Error};
+use base::files;
 use fmi2::Resources;
 use quick_xml::Reader;
 use quick_xml::events::Event;
-use squid_design::error::StoreError;
 use std::collections::HashSet;
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -28,9 +28,9 @@ impl FmuArchive {
     /// Reads an FMU.
     ///
     /// # Errors
-    /// [`StoreError::Unreadable`]; [`Error::Archive`] when the zip is damaged or ambiguous.
+    /// [`files::Error::Unreadable`]; [`Error::Archive`] when the zip is damaged or ambiguous.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let unreadable = |reason| StoreError::Unreadable { path: path.display().to_string(), reason };
+        let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
         let bytes = std::fs::read(path).map_err(unreadable)?;
         Self::from_bytes(&bytes).map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
     }

@@ -1,12 +1,12 @@
 //! The controller as C: header and source, and beside them the design and the certificate that they are of.
 
 use crate::error::Error;
+use base::files::{Files, read};
 use certificate::Theorem;
 use scheduled::ControllerDesign;
 use squid_design::certify::claims;
 use squid_design::inputs::sha256;
 use squid_design::store::Stored;
-use squid_design::store::files::{Files, read};
 use squid_embedded::{Real, Source, Standing, export};
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,8 @@
 mod archive;
 
 pub use archive::ArchiveError;
-use squid_design::error::{InputError, ModelError, ProofError, StoreError};
+use proof::error::ProofError;
+use squid_design::error::{InputError, ModelError, StoreError};
 use thiserror::Error as ThisError;
 
 /// Why a design could not be packed, or an FMU not be verified.
@@ -77,6 +78,7 @@ squid_design::by_way_of_the_design!(
     auv::FileError,
     auv::LpvModelError,
     auv::VehicleJsonError,
+    base::files::Error,
     certificate::Failure,
     scheduled::DesignError,
     scheduled::ManoeuvreError

@@ -5,11 +5,12 @@ use crate::error::Error;
 use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
+use base::files;
 use certificate::Theorem;
 use fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
 use model_description::{Interfaces, ModelDescription};
+use proof::error::ProofError;
 use squid_design::certify::claims::{self, Terms};
-use squid_design::error::{ProofError, StoreError};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::store::Stored;
@@ -166,7 +167,7 @@ pub fn pack(
     for platform in &binaries.platforms {
         let binary = platform.find(kind, binaries.directory.as_deref())?;
         let bytes = std::fs::read(&binary)
-            .map_err(|reason| StoreError::Unreadable { path: binary.display().to_string(), reason })?;
+            .map_err(|reason| files::Error::Unreadable { path: binary.display().to_string(), reason })?;
         entries.insert(platform.entry(&prepared.identifier), bytes);
     }
     entries.insert("model.png".into(), ICON.to_vec());

@@ -8,18 +8,18 @@ use crate::archive::FmuArchive;
 use crate::c::{self, CONTROLLER};
 use crate::error::Error;
 use auv::LpvModel;
+use base::files::{self, read};
 use certificate::{Certificate, Theorem};
 use fmi2::Resources;
+use proof::claim::parse;
 use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::certify::claims::{Terms, lines, unproved};
 use squid_design::certify::limits::{ClaimedStep, of_autopilot};
 use squid_design::certify::sampled;
-use squid_design::certify::verify::{matches, of_inputs, parse, same_controller};
-use squid_design::error::StoreError;
+use squid_design::certify::verify::{matches, of_inputs, same_controller};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
-use squid_design::store::files::read;
 use squid_design::store::freeze;
 use squid_design::synthesise::robust::stored;
 use std::io::{self, Read};
@@ -43,11 +43,11 @@ pub struct Verified {
 /// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
-/// [`ProofError::Certificate`](squid_design::error::ProofError::Certificate),
-/// [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch),
-/// [`ProofError::NoResidual`](squid_design::error::ProofError::NoResidual), [`Error::WrongGuid`],
-/// [`Error::NotOfInputs`], [`ProofError::Unproved`](squid_design::error::ProofError::Unproved).
+/// [`files::Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
+/// [`ProofError::Certificate`](proof::error::ProofError::Certificate),
+/// [`ProofError::Mismatch`](proof::error::ProofError::Mismatch),
+/// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
+/// [`Error::NotOfInputs`], [`ProofError::Unproved`](proof::error::ProofError::Unproved).
 pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let found = match is_archive(path)? {
         true => verify_fmu(path, inputs),
@@ -102,7 +102,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
 fn is_archive(path: &Path) -> Result<bool, Error> {
-    let unreadable = |reason| StoreError::Unreadable { path: path.display().to_string(), reason };
+    let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
     let mut start = Vec::new();
     if path.is_dir() {
         let words = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";

@@ -11,7 +11,7 @@ use certificate::{Certificate, Residual};
 use lpv::direct_path::synthesise;
 use lpv::matrix::{Mat, to_rows};
 use lpv::synthesis::Options;
-use squid_design::certify::nominal;
+use proof::claim::{direct_path_rows, nominal};
 use squid_problem::problem_file::{Problem, problem as read};
 use squid_problem::source::Source;
 use std::error::Error;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let Problem { plant, d22, .. } = read(&Source::read(Path::new(problem))?)?;
     let design = synthesise(&plant, &d22, Options::default())?;
     let mut certificate = nominal(&plant, &design.controller, &design.certified);
-    certificate.plant.d22 = squid_design::certify::direct_path(&d22);
+    certificate.plant.d22 = direct_path_rows(&d22);
     if let Some(ball) = rest.first() {
         certificate = with_ball(certificate, ball.parse()?).ok_or("no gamma covers that ball")?;
     }

@@ -4,9 +4,8 @@ use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
 use certificate::Theorem;
-use squid_design::certify::verify::{first_unlike, parse};
-use squid_design::certify::{direct_path, plant_rows};
-use squid_design::error::ProofError;
+use proof::claim::{direct_path_rows, first_unlike, parse, plant_rows};
+use proof::error::ProofError;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.
 ///
@@ -21,32 +20,26 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     let Problem { plant, d22, rate, discrete, limits } = read(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
-    if let Some(name) = first_unlike(&plant_rows(&plant).named(), &certificate.plant.named()) {
-        return Err(ProofError::WrongPlant { what: format!("matrix {name}") }.into());
-    }
-    if direct_path(&d22) != certificate.plant.direct_path().cloned().unwrap_or_default() {
-        return Err(ProofError::WrongPlant { what: "matrix D22".into() }.into());
-    }
-    if is_discrete != certificate.discrete {
-        return Err(ProofError::WrongPlant { what: "dt".into() }.into());
-    }
-    if plant.blocks != certificate.blocks {
-        return Err(ProofError::WrongPlant { what: "blocks".into() }.into());
-    }
     // Without the section, the claim is of any rate.
     let proved_at = certificate.bounded_rate.as_ref().map_or(f64::INFINITY, |claim| claim.rate);
-    if rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate) {
-        return Err(ProofError::WrongPlant { what: "rate".into() }.into());
-    }
     let nearer = |limits: &Vec<f64>| {
         // One without claims at the limits is of the plant all the same.
         let Some(energy) = &certificate.energy else { return false };
         energy.limits.len() != limits.len() || energy.limits.iter().zip(limits).any(|(at, limit)| at > limit)
     };
-    if limits.as_ref().is_some_and(nearer) {
-        return Err(ProofError::WrongPlant { what: "limits".into() }.into());
+    let others = [
+        ("matrix D22", direct_path_rows(&d22) != of.direct_path().cloned().unwrap_or_default()),
+        ("dt", is_discrete != certificate.discrete),
+        ("blocks", plant.blocks != certificate.blocks),
+        ("rate", rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate)),
+        ("limits", limits.as_ref().is_some_and(nearer)),
+    ];
+    let matrix = first_unlike(&plant_rows(&plant).named(), &of.named()).map(|name| format!("matrix {name}"));
+    let other = || others.iter().find(|(_, differs)| *differs).map(|(what, _)| (*what).to_owned());
+    if let Some(what) = matrix.or_else(other) {
+        return Err(ProofError::WrongPlant { what }.into());
     }
-    Ok(certificate.prove()?)
+    Ok(certificate.prove().map_err(ProofError::from)?)
 }
 
 /// Proves a certificate.
@@ -54,5 +47,5 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::Certificate`] where it cannot be read.
 pub fn prove(certificate: &Source) -> Result<Theorem, Error> {
-    Ok(parse(&certificate.text, &certificate.name)?.prove()?)
+    Ok(parse(&certificate.text, &certificate.name)?.prove().map_err(ProofError::from)?)
 }

@@ -13,6 +13,7 @@ use crate::problem_file::{self, Problem};
 use crate::source::Source;
 use crate::synth::symmetric;
 use crate::words::{at_most, digits};
+use base::files::Files;
 use certificate::{Certificate, Theorem};
 use lpv::analysis::GainBound;
 use lpv::bounded_rate::finished;
@@ -25,11 +26,9 @@ use lpv::mu::{Block, Structure};
 use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, is_least};
+use proof::claim::{nominal, text, without_claims};
+use proof::rate::of_plant_alone;
 use serde::Serialize;
-use squid_design::certify::rate::of_plant_alone;
-use squid_design::certify::verify::text;
-use squid_design::certify::{nominal, without_claims};
-use squid_design::store::files::Files;
 use std::path::Path;
 use std::time::Instant;
 
@@ -191,7 +190,7 @@ impl Report {
     /// Writes `certificate.json` if there is a proof; that of an earlier run goes.
     ///
     /// # Errors
-    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+    /// [`files::Error`](base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         let path = directory.join("certificate.json");

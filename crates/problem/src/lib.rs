@@ -7,7 +7,6 @@
 //! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
 //! synth         least gamma, controller, proof: a `report`
-//! limits        anti-windup and the gain with limits
 //! check         whether a certificate is of a plant
 //! gain          the gain of a finished loop
 //! sampled       the gain of a sampled loop
@@ -19,7 +18,6 @@ pub mod check;
 pub mod discrete;
 pub mod error;
 pub mod gain;
-mod limits;
 mod matrices;
 pub mod mu;
 mod mu_file;

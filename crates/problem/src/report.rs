@@ -2,13 +2,11 @@
 
 use crate::error::Error;
 use crate::words::{at_least, at_most};
-use certificate::{Certificate, EnergyTheorem, Rows, Theorem};
+use base::files::Files;
+use certificate::{Certificate, Controller, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_nothing;
-use scheduled::LftMatrices;
+use proof::claim::text;
 use serde::Serialize;
-use squid_design::certify::lft_matrices;
-use squid_design::certify::verify::text;
-use squid_design::store::files::Files;
 use std::path::Path;
 
 /// The outcomes.
@@ -39,9 +37,11 @@ pub struct WithLimits {
 /// A controller as in `controller.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct ControllerFile {
+    /// Repetitions of each parameter in its channels.
+    pub blocks: Vec<usize>,
     /// Its matrices.
     #[serde(flatten)]
-    pub matrices: LftMatrices,
+    pub matrices: Controller,
     /// By it and what the limits cut off of u its states move faster, states x controls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
@@ -186,7 +186,8 @@ impl Report {
     /// The controller that it is of.
     pub fn controller(&self) -> Option<ControllerFile> {
         self.proved().map(|proved| ControllerFile {
-            matrices: lft_matrices(proved.controller_blocks.clone(), proved.controller.clone()),
+            blocks: proved.controller_blocks.clone(),
+            matrices: proved.controller.clone(),
             anti_windup: proved.energy.as_ref().map(|energy| energy.e.clone()),
             limits: proved.energy.as_ref().map(|energy| energy.limits.clone()),
         })
@@ -195,7 +196,7 @@ impl Report {
     /// Writes `report.json`, and `controller.json` and `certificate.json` if there is a controller.
     ///
     /// # Errors
-    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+    /// [`files::Error`](base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
         // Without a proof nothing is kept, and files of an earlier run are removed.

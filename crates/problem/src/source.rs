@@ -1,7 +1,7 @@
 //! A text to read, with the name that messages give it.
 
 use crate::error::Error;
-use squid_design::store::files;
+use base::files;
 use std::path::Path;
 
 /// A text and its name.

@@ -1,23 +1,23 @@
 //! `squid lpv synth`: from a problem file to gamma, controller and certificate.
 
 use crate::error::Error;
-use crate::limits;
 use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
-use certificate::{Certificate, Multipliers, lower_bound};
+use certificate::Certificate;
 use lpv::analysis::GainBound;
 use lpv::bounded_rate::SlowOptions;
 use lpv::controller::Controller;
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
-use lpv::matrix::to_rows;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
-use squid_design::certify::{self, nominal};
+use proof::claim::{direct_path_rows, nominal, without_claims};
+use proof::energy::energy;
+use proof::rate::of_plant_alone;
 use std::time::Instant;
 
 /// Solves the problem of a file.
@@ -102,13 +102,13 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     report.gamma = Some(found.least.gamma);
     report.gamma_design = Some(found.gamma_design);
     report.controller_states = Some(found.controller.a().nrows());
-    let section = certify::rate::of_plant_alone(&found.bound);
+    let section = of_plant_alone(&found.bound);
     let Some(fast) = found.fast else {
         report.remarks.push(NOT_FAST.into());
         if problem.limits.is_some() {
             report.remarks.push(NO_LIMITS.into());
         }
-        let certificate = certify::without_claims(&problem.plant, &found.controller);
+        let certificate = without_claims(&problem.plant, &found.controller);
         report.prove(Certificate { bounded_rate: Some(section), ..certificate });
         return;
     };
@@ -185,7 +185,7 @@ fn prove(
     let found = problem
         .limits
         .as_ref()
-        .map(|limits| limits::energy(&problem.plant, (controller, bound), &certificate, limits));
+        .map(|limits| energy(&problem.plant, (controller, bound), &certificate, limits));
     match found.transpose() {
         Ok(energy) => certificate.energy = energy,
         Err(reason) => report.remarks.push(format!(
@@ -205,26 +205,17 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
         }
     };
     certificate.discrete = problem.discrete.is_some();
-    certificate.plant.d22 = certify::direct_path(d22);
+    certificate.plant.d22 = direct_path_rows(d22);
     Some(certificate)
 }
 
 const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot bring back to \
     discrete time; change the back-off";
 
-/// The lower bound proved by the first multipliers that prove one; better ones may violate an inequality by rounding.
-/// None in discrete time: what is proved of the plant in continuous time is not of the one that was given.
+/// The lower bound that the multipliers prove. None in discrete time: what is proved of the plant in continuous time is
+/// not of the one that was given.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
-    let rows = certify::plant_rows(&problem.plant);
-    let multipliers = if problem.discrete.is_none() { multipliers } else { &[] };
-    multipliers.iter().find_map(|m| {
-        let guess = Multipliers {
-            primal: to_rows(&m.primal),
-            dual: to_rows(&m.dual),
-            coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
-        };
-        lower_bound(&rows, &guess)
-    })
+    if problem.discrete.is_none() { proof::claim::lower_bound(&problem.plant, multipliers) } else { None }
 }
 
 fn without_controller(problem: &Problem, options: Options, error: &SynthesisError, report: &mut Report) {

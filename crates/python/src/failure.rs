@@ -1,8 +1,9 @@
 //! Errors as Python's exceptions, of three kinds: see `squid_lpv/errors.py`.
 
 use lpv::error::SynthesisError;
+use proof::error::ProofError;
 use pyo3::{PyErr, import_exception};
-use squid_design::error::{Error as DesignError, ProofError};
+use squid_design::error::Error as DesignError;
 use squid_problem::error::Error as ProblemError;
 
 import_exception!(squid_lpv.errors, InfeasibleError);
@@ -16,10 +17,10 @@ pub fn of_design(error: &DesignError) -> PyErr {
         DesignError::Synthesis(reason) | DesignError::NoController { reason, .. } => {
             of_synthesis(reason, words)
         }
-        DesignError::Input(_)
-        | DesignError::Model(_)
-        | DesignError::Store(_)
-        | DesignError::Proof(ProofError::Certificate { .. }) => InputError::new_err(words),
+        DesignError::Input(_) | DesignError::Model(_) | DesignError::Store(_) | DesignError::File(_) => {
+            InputError::new_err(words)
+        }
+        DesignError::Proof(reason) => of_proof(reason, words),
         _ => NumericalError::new_err(words),
     }
 }
@@ -31,11 +32,17 @@ fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
 /// What a problem of any plant failed for.
 pub fn of_problem(error: &ProblemError) -> PyErr {
     use lpv::mu::sweep::SweepError;
+    let words = error.to_string();
     match error {
-        ProblemError::Design(reason) => of_design(reason),
-        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => {
-            NumericalError::new_err(error.to_string())
-        }
-        ProblemError::Problem { .. } | ProblemError::Mu { .. } => InputError::new_err(error.to_string()),
+        ProblemError::Mu { reason: SweepError::Stuck { .. }, .. } => NumericalError::new_err(words),
+        ProblemError::Proof(reason) => of_proof(reason, words),
+        _ => InputError::new_err(words),
+    }
+}
+
+fn of_proof(reason: &ProofError, words: String) -> PyErr {
+    match reason {
+        ProofError::Certificate { .. } => InputError::new_err(words),
+        _ => NumericalError::new_err(words),
     }
 }

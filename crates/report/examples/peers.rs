@@ -2,8 +2,8 @@
 //! table for each vehicle, with more flights than the report.
 #![allow(clippy::print_stdout)]
 
+use base::progress::{Event, Progress};
 use squid_design::inputs::Inputs;
-use squid_design::progress::{Event, Progress};
 use squid_design::run::run;
 use squid_design::store::Stored;
 use squid_report::page::section::Part;

@@ -1,6 +1,7 @@
 //! Why a report could not be made.
 
-use squid_design::error::{ModelError, ProofError, StoreError};
+use proof::error::ProofError;
+use squid_design::error::{CertifyError, ModelError, StoreError};
 use thiserror::Error as ThisError;
 
 /// Why a report, or a section of it, could not be made.
@@ -28,10 +29,12 @@ pub enum Error {
 }
 
 squid_design::by_way_of_the_design!(
-    Error: ModelError,
+    Error: CertifyError,
+    ModelError,
     ProofError,
     StoreError,
     auv::LpvModelError,
+    base::files::Error,
     lpv::error::FitError,
     lpv::error::LftError,
     lpv::error::SynthesisError,

@@ -247,7 +247,7 @@ pub(crate) mod tests {
     #[test]
     fn laws_fly_as_they_are_analysed() {
         let (inputs, stored) = squid();
-        let progress = squid_design::progress::Progress::default();
+        let progress = base::progress::Progress::default();
         let mut subject = Subject::new(&inputs, &stored, &progress).unwrap();
         // Two neighbours are enough for a blend.
         subject.speeds = vec![subject.speeds[0], subject.speeds[5]];
@@ -301,7 +301,7 @@ pub(crate) mod tests {
         let (inputs, mut stored) = squid();
         for delay in [0, 3] {
             stored.controller.delay_ticks = delay;
-            let progress = squid_design::progress::Progress::default();
+            let progress = base::progress::Progress::default();
             let subject = Subject::new(&inputs, &stored, &progress).unwrap();
             let fly = |law: &dyn Law| {
                 let demand = |time: f64| squid_flight::flight::Demand {
@@ -324,7 +324,7 @@ pub(crate) mod tests {
     #[test]
     fn the_integrals_stop_at_a_limit() {
         let (inputs, stored) = squid();
-        let progress = squid_design::progress::Progress::default();
+        let progress = base::progress::Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let gains = pid::Gains { pitch: [0.0, 1.0, 0.0], weight: 1.0, speed: [0.0, 1.0] };
         let pid = pid::Pid::new(&subject, &[(&subject.truth[2], gains)]).unwrap();
@@ -345,7 +345,7 @@ pub(crate) mod tests {
     #[test]
     fn the_tuned_pid_is_no_sharper_and_no_rougher() {
         let (inputs, stored) = squid();
-        let progress = squid_design::progress::Progress::default();
+        let progress = base::progress::Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let speed = subject.truth[3].trim.speed;
         let pid = tuned(&subject, &[speed], 25).unwrap().unwrap();

@@ -4,12 +4,12 @@
 use crate::error::Error;
 use crate::page::html;
 use crate::report::{Asked, Report, report};
+use base::files::Files;
+use base::progress::Progress;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use squid_design::inputs::{Inputs, sha256};
-use squid_design::progress::Progress;
 use squid_design::store::Stored;
-use squid_design::store::files::Files;
 use std::path::{Path, PathBuf};
 
 /// Its file.
@@ -62,7 +62,7 @@ impl Rendered {
     /// of the page.
     ///
     /// # Errors
-    /// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+    /// [`files::Error`](base::files::Error).
     pub fn save(&self, inputs: &Inputs, directory: &Path) -> Result<PathBuf, Error> {
         let mut files = Files::default();
         for (name, figure) in &self.figures {
@@ -80,7 +80,7 @@ impl Rendered {
 /// stored there.
 ///
 /// # Errors
-/// As [`report`]; [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable).
+/// As [`report`]; [`files::Error`](base::files::Error).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,

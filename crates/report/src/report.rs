@@ -13,10 +13,10 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
 use auv::Status;
+use base::progress::Progress;
 use certificate::Theorem;
 use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
-use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_flight::sea::Sea;
 use std::time::Instant;

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::page::key::Key;
 use auv::{Actuator, Linearisation, Status, Vehicle};
+use base::progress::Progress;
 use certificate::Theorem;
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
@@ -20,7 +21,6 @@ use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::linearise::linearise_at;
 use squid_design::numbers::readable;
-use squid_design::progress::Progress;
 use squid_design::store::Stored;
 use squid_design::synthesise::options;
 use squid_design::verdict::Verdict;
@@ -131,7 +131,7 @@ impl<'a> Subject<'a> {
     /// Linearises and fits the vehicle again, and takes the controller from the stored design.
     ///
     /// # Errors
-    /// As [`Model::new`]; [`ProofError::Mismatch`](squid_design::error::ProofError::Mismatch) when the stored
+    /// As [`Model::new`]; [`ProofError::Mismatch`](proof::error::ProofError::Mismatch) when the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;

@@ -11,10 +11,10 @@
 use crate::attempt::{Wanted, attempt, room};
 use crate::error::Error;
 use crate::knob::Knob;
+use base::progress::Progress;
 use rayon::prelude::*;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::progress::Progress;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::row::{Advice, Outcome, Row, Turn};
 

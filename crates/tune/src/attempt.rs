@@ -1,13 +1,13 @@
 //! A design with some keys turned, judged at few speeds and without proof.
 
 use crate::knob::Knob;
+use base::progress::Progress;
 use scheduled::ControllerDesign;
 use squid_design::augment::augment;
 use squid_design::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, Sense};
-use squid_design::progress::Progress;
 use squid_design::store::freeze::freeze;
 use squid_design::synthesise::robust::search;
 use squid_design::synthesise::{synthesise, synthesise_quickly};

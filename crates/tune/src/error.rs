@@ -33,5 +33,6 @@ pub enum Error {
 squid_design::by_way_of_the_design!(
     Error: squid_design::error::InputError,
     squid_design::error::ModelError,
-    auv::FileError
+    auv::FileError,
+    base::files::Error
 );

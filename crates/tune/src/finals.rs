@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::knob::Knob;
 use crate::tried::{Tried, merit};
+use base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
-use squid_design::progress::Progress;
 use squid_design::run::{Finished, run};
 use squid_design::verdict::row::Row;
 use toml_edit::DocumentMut;

@@ -132,7 +132,7 @@ mod tests {
 
     fn squid() -> String {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-        auv::read_text(&path).unwrap()
+        base::files::read(&path).unwrap()
     }
 
     /// Three digits are written: of a number with three, ten times it is exact.

@@ -229,7 +229,7 @@ mod tests {
     fn authority_is_that_at_the_frequency_of_the_model() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let read = |name: &str| {
-            let text = auv::read_text(&vehicles.join(name).join("vehicle.toml")).unwrap();
+            let text = base::files::read(&vehicles.join(name).join("vehicle.toml")).unwrap();
             Vehicle::parse(&text, "vehicle.toml").unwrap()
         };
         for name in ["squid", "remus100", "lauv", "tethys", "bluerov2_heavy"] {

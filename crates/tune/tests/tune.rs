@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use auv::{Actuator, Pitch, Vehicle};
+use base::progress::Progress;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, HalfRange};
-use squid_design::progress::Progress;
 use squid_design::run::run_with;
 use squid_design::verdict::row::{Advice, Outcome, Turn};
 use squid_tune::advise::advise;
@@ -81,7 +81,7 @@ fn a_design_begins_from_the_vehicle_alone() {
 }
 
 fn vehicle(file: &Path) -> Vehicle {
-    Vehicle::parse(&auv::read_text(file).unwrap(), "vehicle.toml").unwrap()
+    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap()
 }
 
 /// The box-shaped ROV is held level from rest on, in a range that begins at rest.
@@ -118,7 +118,7 @@ fn no_range_has_its_reasons() {
 #[test]
 fn a_search_is_the_same_on_any_machine() {
     let file = vehicles().join("squid/paper.toml");
-    let text = auv::read_text(&file).unwrap();
+    let text = base::files::read(&file).unwrap();
     let text =
         text.split("\n[uncertainty]\n").next().unwrap().to_owned() + "\n[require]\ngain_margin = 1.0\n";
     let vehicle = vehicle(&vehicles().join("squid/vehicle.toml"));

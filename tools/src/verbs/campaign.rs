@@ -7,6 +7,8 @@ use crate::error::Error;
 use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
+use base::files::{self, check_directory, read, write};
+use base::progress::Progress;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -18,11 +20,8 @@ use squid_campaign::run::{missing, results, run as fly_missing};
 use squid_campaign::starts::Starts;
 use squid_campaign::summary::{Share, Spread, shares, spreads, worst};
 use squid_campaign::table::{Column, Values, file};
-use squid_design::error::StoreError;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{above, decimals, readable};
-use squid_design::progress::Progress;
-use squid_design::store::files::{check_directory, read, write};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
@@ -269,7 +268,7 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     if !path.exists() {
         return Err(squid_campaign::error::Error::NoCampaign { path: path.display().to_string() }.into());
     }
-    let unreadable = |reason| StoreError::Json { path: path.display().to_string(), reason };
+    let unreadable = |reason| files::Error::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
     let About { vehicle, design, bandwidth, out, sea, seed, points, starts, fmus } = about;
     let (inputs, designed) = Which { vehicle, design, bandwidth, out }.read()?;

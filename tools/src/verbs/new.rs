@@ -3,10 +3,9 @@
 use crate::error::Error;
 use crate::output::{answer, say};
 use auv::Vehicle;
+use base::files::{self, Files};
 use serde_json::json;
-use squid_design::error::StoreError;
 use squid_design::inputs::design_file::DesignFile;
-use squid_design::store::files::Files;
 use std::path::Path;
 
 /// The two files of a vehicle that is shipped, and the line of its name.
@@ -85,7 +84,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     Vehicle::parse(&vehicle, &file.display().to_string())?;
     let limits = DesignFile::parse(design, "design.toml", "design")?;
     std::fs::create_dir_all(directory)
-        .map_err(|reason| StoreError::Unwritable { path: directory.display().to_string(), reason })?;
+        .map_err(|reason| files::Error::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
     files.add(directory.join("design.toml"), head + &here(design));

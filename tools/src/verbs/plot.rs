@@ -1,14 +1,15 @@
 //! `squid plot`: plot and figures of a flight, from its record by any FMI tool: CSV with a column `time` and one for
 //! each variable.
 
+use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
+use auv::Actuator;
 use auv::toml_file::cited;
-use auv::{Actuator, Vehicle};
+use base::files::{read, write};
 use scheduled::Inputs;
 use serde_json::{Value, json};
 use signals::{DEPTH, PITCH, SIGNALS, tracked};
-use squid_design::store::files::{read, write};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
@@ -21,12 +22,12 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// [`Error::Record`] when a column is missing or an entry is not a number, [`Error::Report`],
-/// [`StoreError::Unwritable`](squid_design::error::StoreError::Unwritable); those of the vehicle file.
+/// [`files::Error`](base::files::Error); those of the vehicle file.
 pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     check_plot(&to)?;
     let actuators = match vehicle {
-        Some(directory) => Vehicle::read(&directory.join("vehicle.toml"))?.actuators,
+        Some(directory) => read_vehicle(&directory.join("vehicle.toml"))?.actuators,
         None => Vec::new(),
     };
     let mut record = read_record(path)?;

@@ -3,10 +3,10 @@
 use crate::cli::Cli;
 use crate::error::Error;
 use crate::output::{answer, say};
+use base::files;
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
 use serde_json::json;
-use squid_design::error::StoreError;
 use std::path::Path;
 
 /// Prints the completions for a shell.
@@ -26,7 +26,7 @@ pub fn completions(shell: Shell) -> Result<(), Error> {
 /// # Errors
 /// Those of the directory.
 pub fn man(directory: &Path) -> Result<(), Error> {
-    let unwritable = |reason| StoreError::Unwritable { path: directory.display().to_string(), reason };
+    let unwritable = |reason| files::Error::Unwritable { path: directory.display().to_string(), reason };
     std::fs::create_dir_all(directory).map_err(unwritable)?;
     clap_mangen::generate_to(Cli::command(), directory).map_err(unwritable)?;
     say(&format!("{0}/squid.1 and a page for each verb; man {0}/squid.1", directory.display()));

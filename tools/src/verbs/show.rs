@@ -4,18 +4,18 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::{DEFAULT_DESIGN, Show, Which};
+use crate::cli::{DEFAULT_DESIGN, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use auv::Vehicle;
+use base::progress::Progress;
 use serde_json::{Map, Value, json};
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::linearise;
-use squid_design::progress::Progress;
 use squid_design::store::{self, Stored};
 use std::path::Path;
 
@@ -84,7 +84,7 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
     if which.design != DEFAULT_DESIGN || which.bandwidth.is_some() || !file.is_file() {
         return Err(reason);
     }
-    let vehicle = Vehicle::read(&file)?;
+    let vehicle = read_vehicle(&file)?;
     let design = which.vehicle.join(format!("{DEFAULT_DESIGN}.toml"));
     if design.exists() {
         say(&format!("{} is not used, since it does not fit the vehicle:\n{reason}", design.display()));

@@ -1,15 +1,15 @@
 //! `squid tune`: searches the weights of a design, and writes them as a design file.
 
+use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::answer;
 use crate::progress::show;
-use auv::{Vehicle, read_text};
+use base::files::{self, check_directory, write};
+use base::progress::Progress;
 use serde_json::json;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
-use squid_design::progress::Progress;
-use squid_design::store::files::{check_directory, write};
 use squid_tune::search::{Standing, Tuned, search};
 use squid_tune::start::start;
 use squid_tune::tried::Tried;
@@ -89,10 +89,10 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
     }
     let path = directory.join(format!("{design}.toml"));
     if path.exists() {
-        return Ok((Inputs::read(directory, design)?, read_text(&path)?, false));
+        return Ok((Inputs::read(directory, design)?, files::read(&path)?, false));
     }
     let file = directory.join("vehicle.toml");
-    let vehicle = Vehicle::parse(&read_text(&file)?, &file.display().to_string())?;
+    let vehicle = read_vehicle(&file)?;
     let text = start(&vehicle)?;
     let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
     let words = format!(

@@ -5,10 +5,10 @@ use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
 use certificate::{ConstantCertificate, ConstantTheorem};
+use proof::error::ProofError;
 use serde_json::json;
 use squid_design::certify::constant::{of_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
-use squid_design::error::{Error as DesignError, ProofError};
 use squid_design::numbers::above;
 use squid_package::verify::{named, verify, verify_source};
 use std::path::Path;
@@ -27,7 +27,7 @@ pub fn run(
 ) -> Result<(), Error> {
     let constant = file.map(|file| Ok::<_, Error>((file, constant_certificate(file)?))).transpose()?;
     if let Some((file, Some(certificate))) = constant {
-        let theorem = certificate.prove().map_err(ProofError::from).map_err(DesignError::from)?;
+        let theorem = certificate.prove()?;
         let mut tolerated = None;
         if let Some(directory) = vehicle {
             let inputs = inputs(directory, design, bandwidth)?;
@@ -102,5 +102,5 @@ fn constant_certificate(file: &Path) -> Result<Option<ConstantCertificate>, Erro
     let text = std::fs::read(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
     let Some(text) = text.filter(|text| ConstantCertificate::is_format_of(text)) else { return Ok(None) };
     let wrong = |reason| ProofError::Certificate { file: file.display().to_string(), reason };
-    Ok(Some(ConstantCertificate::from_json(&text).map_err(wrong).map_err(DesignError::from)?))
+    Ok(Some(ConstantCertificate::from_json(&text).map_err(wrong)?))
 }

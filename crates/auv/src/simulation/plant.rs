@@ -376,7 +376,7 @@ mod tests {
 
     fn vehicle() -> Vehicle {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml");
-        Vehicle::read(&file).unwrap()
+        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
     /// Many short intervals with held inputs in the middle of each come to the same, to second order.

@@ -266,7 +266,7 @@ mod tests {
     fn vehicle() -> Vehicle {
         let file =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/vehicle.toml");
-        Vehicle::read(&file).unwrap()
+        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
     /// A short flight moves as the rates say, to second order in its length, in still water and under waves.

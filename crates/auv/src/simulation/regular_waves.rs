@@ -67,8 +67,8 @@ mod tests {
     #[test]
     fn the_vehicle_moves_as_the_columns_say() {
         for name in ["squid", "remus100", "lauv"] {
-            let folder = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
-            let vehicle = Vehicle::read(folder.as_ref()).unwrap();
+            let file = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
+            let vehicle = Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap();
             let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
             let dynamics = Dynamics::new(coefficients).unwrap();
             for (frequency, heading) in [(1.1, 2.8), (1.9, 0.4)] {

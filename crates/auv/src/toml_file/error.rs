@@ -20,17 +20,10 @@ pub struct FileError {
 /// A mistake in a file, and where it is.
 #[derive(Debug)]
 pub struct Mistake {
-    /// The line, counted from 1; `None` if it is the file as a whole.
-    pub line: Option<usize>,
+    /// The line, counted from 1.
+    pub line: usize,
     /// What is wrong.
     pub problem: FileProblem,
-}
-
-impl FileError {
-    /// One mistake, and nothing else.
-    pub fn one(file: impl Into<String>, line: Option<usize>, problem: FileProblem) -> Self {
-        Self { file: file.into(), mistakes: vec![Mistake { line, problem }] }
-    }
 }
 
 impl fmt::Display for FileError {
@@ -40,10 +33,7 @@ impl fmt::Display for FileError {
         }
         for (i, Mistake { line, problem }) in self.mistakes.iter().enumerate() {
             let (end, file) = (if i > 0 { "\n" } else { "" }, &self.file);
-            match line {
-                Some(line) => write!(f, "{end}{file}:{line}: {problem}")?,
-                None => write!(f, "{end}{file}: {problem}")?,
-            }
+            write!(f, "{end}{file}:{line}: {problem}")?;
         }
         Ok(())
     }
@@ -55,21 +45,6 @@ impl std::error::Error for FileError {}
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FileProblem {
-    /// The file cannot be opened.
-    #[error("cannot be read: {source}")]
-    Unreadable { source: std::io::Error },
-    /// There is no such file.
-    #[error("there is no such file")]
-    NotFound,
-    /// The path is a folder.
-    #[error("this is a folder; it must be a file")]
-    Folder,
-    /// A link to a file that does not exist.
-    #[error("this is a link that leads to no file, or back to itself; it must be a file, or a link to one")]
-    Link,
-    /// The text is not UTF-8.
-    #[error("the text is not UTF-8 but {found}; save the file as UTF-8")]
-    Encoding { found: String },
     /// The text is not TOML.
     #[error("this is not TOML: {message}")]
     NotToml { message: String },

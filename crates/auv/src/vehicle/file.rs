@@ -11,10 +11,9 @@ mod units;
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::path::Path;
 use std::sync::Arc;
 
-use crate::toml_file::{Document, FileError, FileProblem, Table, cited, read_text};
+use crate::toml_file::{Document, FileError, FileProblem, Table, cited};
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::file::units::Units;
 use crate::vehicle::surge::Surge;
@@ -35,14 +34,6 @@ const WEIGHT_TOLERANCE: f64 = 0.1;
 const DENSITIES: RangeInclusive<f64> = 900.0..=1500.0;
 
 impl Vehicle {
-    /// Reads and validates a vehicle file.
-    ///
-    /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        Self::parse(&read_text(path)?, &path.display().to_string())
-    }
-
     /// Reads and validates the text of a vehicle file; `file` is its name in messages.
     ///
     /// # Errors

@@ -1,5 +1,5 @@
 //! A vehicle as programs exchange it: JSON in SI units, every number finite and allowed. People write TOML; see
-//! [`Vehicle::read`].
+//! [`Vehicle::parse`].
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 

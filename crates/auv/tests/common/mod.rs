@@ -21,5 +21,6 @@ pub fn bluerov2_heavy() -> Vehicle {
 
 fn vehicle(name: &str) -> Vehicle {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
-    Vehicle::read(&root.join(name).join("vehicle.toml")).unwrap_or_else(|error| panic!("{error}"))
+    let text = std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap();
+    Vehicle::parse(&text, "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
 }

@@ -369,10 +369,8 @@ fn a_mass_matrix_must_be_positive_definite() {
 }
 
 #[test]
-fn texts_that_are_no_toml_and_files_that_are_not_there() {
+fn texts_that_are_no_toml() {
     refused("[lift]\n", "[lift\n", "this is not TOML: unclosed table, expected `]`");
-    let message = Vehicle::read(Path::new("no/such/vehicle.toml")).unwrap_err().to_string();
-    assert_eq!(message, "no/such/vehicle.toml: there is no such file");
 }
 
 /// One line each, in the order of the file; a misspelt key is not missing as well.
@@ -445,39 +443,6 @@ fn numbers_too_large_are_not_printed_in_full() {
     );
     let trimmed = auv::trim(&squid(), auv::Speed::Path(1e300), 50.0).unwrap_err().to_string();
     assert!(trimmed.starts_with("no level trim at 1e300 m/s and 50 m") && trimmed.len() < 300, "{trimmed}");
-}
-
-/// Each says what stands there and what to do; none has a line 0.
-#[test]
-fn files_that_are_no_text() {
-    let folder = std::env::temp_dir().join(format!("squid-no-text-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("vehicle.toml")).unwrap();
-    let message = |name: &str| {
-        let words = Vehicle::read(&folder.join(name)).unwrap_err().to_string();
-        words.strip_prefix(folder.to_str().unwrap()).unwrap()[1..].to_owned()
-    };
-    assert_eq!(message("vehicle.toml"), "vehicle.toml: this is a folder; it must be a file");
-    let utf16: Vec<u8> = "\u{feff}[vehicle]".encode_utf16().flat_map(u16::to_le_bytes).collect();
-    std::fs::write(folder.join("utf16"), utf16).unwrap();
-    assert_eq!(
-        message("utf16"),
-        "utf16: the text is not UTF-8 but UTF-16, or no text at all; save the file as UTF-8"
-    );
-    std::fs::write(folder.join("latin1"), b"[vehicle]\nname = \"caf\xe9\"\n").unwrap();
-    assert!(
-        message("latin1")
-            .starts_with("latin1:2: the text is not UTF-8 but Latin-1 or the like (it holds the byte 0xE9)")
-    );
-    std::fs::write(folder.join("marked"), format!("\u{feff}{SQUID}")).unwrap();
-    assert!(Vehicle::read(&folder.join("marked")).is_ok());
-    #[cfg(unix)]
-    {
-        std::os::unix::fs::symlink("loop", folder.join("loop")).unwrap();
-        assert!(
-            message("loop").starts_with("loop: this is a link that leads to no file, or back to itself;")
-        );
-    }
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -616,7 +581,8 @@ fn doubts() {
     let shipped = ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"];
     let files = shipped.map(|name| format!("vehicles/{name}/vehicle.toml"));
     for file in files.iter().map(String::as_str).chain(["tests/vehicles/nps_auv_ii/vehicle.toml"]) {
-        assert_eq!(Vehicle::read(&root.join(file)).unwrap().doubts(), [""; 0], "{file}");
+        let text = std::fs::read_to_string(root.join(file)).unwrap();
+        assert_eq!(Vehicle::parse(&text, file).unwrap().doubts(), [""; 0], "{file}");
     }
     for (from, to, expected) in [
         ("z_G = { value = 0.03,", "z_G = { value = -0.03,", "gravity is 0.03 m above the centre of buoyancy"),

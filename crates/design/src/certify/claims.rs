@@ -1,7 +1,7 @@
 //! What is proved, in the words of the vehicle.
 
-use crate::certify::ball::SAMPLES;
 use crate::certify::limits::ClaimedStep;
+use crate::certify::missed::SAMPLES;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::numbers::decimals;

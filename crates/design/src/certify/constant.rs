@@ -11,23 +11,22 @@
 pub mod balls;
 
 use crate::certify::constant::balls::around;
-use crate::certify::{controller_rows, plant_rows, same_plant};
-use crate::error::{ConstantError, Error, ProofError};
+use crate::error::{ConstantError, Error};
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::numbers::above;
-use crate::progress::Progress;
-use crate::store::files::Files;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::truncate::{Truncated, thinned};
 use crate::uncertain::{Fidelity, over_range};
-use certificate::{ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
+use base::files::Files;
+use base::progress::Progress;
+use certificate::{ConstantCertificate, ConstantTheorem, Filter};
 use lpv::controller::Controller;
-use lpv::matrix::{from_rows, to_rows};
-use lpv::model_error::ModelError;
-use lpv::plant::GeneralisedPlant;
 use lpv::robust::UncertainPlant;
-use lpv::robust::constant::{ConstantBound, ConstantLoop, Filters};
+use lpv::robust::constant::{ConstantLoop, Filters};
+use proof::constant::{certificate as certificate_of, check_balls};
+use proof::error::ProofError;
+use proof::same_plant;
 use std::path::Path;
 
 /// The file of the certificate.
@@ -49,9 +48,6 @@ const TOLERANCE: f64 = 0.01;
 
 /// The gain allowed relative to the nominal bound where the whole box is out of reach.
 pub const PRICE: f64 = 1.25;
-
-/// How far the balls of a certificate may be from those computed again, relatively: rounding on another processor.
-const SAME_BALL: f64 = 1e-6;
 
 /// How often the share of the box is halved between what holds and what does not.
 const DIVISIONS: usize = 4;
@@ -151,7 +147,6 @@ pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
 pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f64, Error> {
-    let wrong = |what: &str| Error::from(ProofError::WrongPlant { what: what.to_owned() });
     let is_slow = rate_of(certificate, inputs).is_some();
     let (fewer, uncertain) = uncertain(inputs, &Model::new(&inputs.vehicle, &inputs.design)?, is_slow)?;
     let share = same_plant::part_of(&certificate.plant, &certificate.blocks, &uncertain)?;
@@ -161,63 +156,18 @@ pub fn of_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f
         other => constant.get(other).is_some_and(Option::is_some),
     };
     if !certificate.filters.iter().all(is_so) {
-        return Err(wrong("which parameters are constant"));
+        return Err(ProofError::WrongPlant { what: "which parameters are constant".to_owned() }.into());
     }
     let balls = around(inputs, &fewer.model, share, &uncertain.sized(share))?;
-    let same = |ball: &ModelError, found: &ErrorBall| {
-        let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
-        pairs.into_iter().all(|(wanted, rows)| {
-            from_rows(rows, wanted.ncols()).is_some_and(|m| {
-                m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
-            })
-        })
-    };
-    let each = balls.iter().zip(&certificate.errors);
-    if balls.len() != certificate.errors.len() || !each.into_iter().all(|(ball, found)| same(ball, found)) {
-        return Err(wrong("a ball of the model's errors"));
-    }
+    check_balls(certificate, &balls)?;
     Ok(share)
-}
-
-/// The certificate of a bound.
-fn certificate_of(
-    plant: &GeneralisedPlant,
-    controller: &Controller,
-    filters: &[Option<Filters>],
-    bound: &ConstantBound,
-    balls: &[ModelError],
-) -> ConstantCertificate {
-    let of_parameter = |(parameter, of): (usize, &Option<Filters>)| -> Vec<Filter> {
-        let each =
-            |f: &Filters| f.poles.iter().map(|&pole| Filter { parameter, pole, rate: f.rate }).collect();
-        of.as_ref().map(each).unwrap_or_default()
-    };
-    let error = |(ball, lambda): (&ModelError, &f64)| ErrorBall {
-        e: to_rows(&ball.e),
-        f: to_rows(&ball.f),
-        fu: to_rows(&ball.fu),
-        lambda: *lambda,
-    };
-    ConstantCertificate {
-        blocks: plant.blocks.clone(),
-        controller_blocks: controller.blocks.clone(),
-        plant: plant_rows(plant),
-        controller: controller_rows(controller),
-        gamma: bound.gamma,
-        x: to_rows(&bound.x),
-        s: to_rows(&bound.s),
-        t: to_rows(&bound.t),
-        lyapunov: to_rows(&bound.lyapunov),
-        filters: filters.iter().enumerate().flat_map(of_parameter).collect(),
-        errors: balls.iter().zip(&bound.lambdas).map(error).collect(),
-    }
 }
 
 impl Constant {
     /// Writes the certificate to the directory of its design.
     ///
     /// # Errors
-    /// [`ProofError::Certificate`], [`StoreError`](crate::error::StoreError).
+    /// [`ProofError::Certificate`]; those of [`Files::save`].
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
         let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };

@@ -2,19 +2,17 @@
 //! with its commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits
 //! on the rates of the actuators are such limits on the rates of states of the plant, which has the lags.
 
-use crate::certify::Proof;
-use crate::certify::ball::ball_of;
-use crate::error::{Error, ProofError};
+use crate::error::{CertifyError, Error};
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::trim_table;
 use crate::numbers::readable;
 use auv::{Actuator, Vehicle};
-use certificate::{Certificate, Limits, Rows, Theorem};
-use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
+use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
-use lpv::matrix::{from_rows, to_rows};
-use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
+use proof::claim::Proof;
+use proof::error::ProofError;
+use proof::limits::{Step, with_limits as with_step};
 use scheduled::{ControllerDesign, Kind, Manoeuvre};
 use signals::{DEPTH, PITCH, SIGNALS, Signal, place};
 use std::collections::BTreeMap;
@@ -33,15 +31,12 @@ const SAME_LIMIT: f64 = 1e-8;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
-/// While the reference of the speed is held the trim stands still, and of Delta only the rows count that move the
-/// model's states. The gain of the frozen design is that of the quickest recovery; where the step of the
-/// default flight is not proved with it, the gain of the largest step takes its place, if that is larger: the claim
-/// has the gain that is to fly. Where it can be made with that gain it is a claim about every state. `None` where
-/// there is nothing to claim: without anti-windup, or without a reference of pitch or depth. The rates of the actuators
-/// are cut off at their limits, too.
+/// The gain of the frozen design is that of the quickest recovery, the step that is wanted that of the default flight:
+/// the claim has the gain that is to fly. `None` where there is nothing to claim: without anti-windup, or without a
+/// reference of pitch or depth. The rates of the actuators are cut off at their limits, too.
 ///
 /// # Errors
-/// [`Error::Synthesis`] where no step is found; [`ProofError::RateWithoutLag`]; [`ProofError::Unproved`].
+/// Those of [`with_step`]; [`CertifyError::RateWithoutLag`].
 pub fn with_limits(
     proof: &Proof,
     (plant, controller): (&GeneralisedPlant, &Controller),
@@ -49,71 +44,21 @@ pub fn with_limits(
     actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let certificate = &proof.certificate;
-    let (Some(gain), Some(Stepped { input, signal, scale }), Some(ball)) =
-        (&frozen.anti_windup, Stepped::of(frozen), certificate.residual.as_ref())
+    let (Some(quick), Some(Stepped { input, signal, scale })) = (&frozen.anti_windup, Stepped::of(frozen))
     else {
         return Ok(None);
     };
-    let kept = certificate.moving_states();
-    let rates = rates(actuators, design, &kept)?;
-    let mut limits = sides(frozen);
-    let (n, m) = (plant.a().nrows(), limits.len());
-    limits.extend(rates.values());
-    let rates: Vec<usize> = rates.into_keys().collect();
-    let shapeless = || ProofError::Ball { reach: None };
-    let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
-    let states = design.states.len();
-    let all = ball_of(ball, (n, plant.b1().ncols(), m)).ok_or_else(shapeless)?;
-    let rows_of_delta = all.e.ncols();
-    let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
-    let quick = matrix(gain, m)?;
-    let largest = if signal == PITCH { MOST } else { design.depth.max(scale) } / scale;
-    let units = matrix(&ball.s, ball.s.len())?;
-    let of = |gain| Limited {
-        plant,
-        kept: &kept,
-        controller,
-        error: &error,
-        units: &units,
-        gain,
-        limits: &limits,
-        rates: &rates,
+    let step = Step {
         input,
-        largest,
+        largest: if signal == PITCH { MOST } else { design.depth.max(scale) } / scale,
+        wanted: design.manoeuvre.steps()[signal].abs() / scale,
+        quick,
+        fastest: FASTEST,
+        commands: sides(frozen),
+        rates: rates(actuators, design, &proof.certificate.moving_states())?,
+        states: design.states.len(),
     };
-    let wanted = design.manoeuvre.steps()[signal].abs() / scale;
-    let mut found = largest_step(of(Gain::Given(&quick)));
-    if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = largest_step(of(Gain::Sought(FASTEST)))
-        && !found.as_ref().is_ok_and(|found| found.size >= other.size)
-    {
-        found = Ok(other);
-    }
-    let found = found?;
-    let found =
-        if found.size < largest { every_step(of(Gain::Given(&found.gain))).unwrap_or(found) } else { found };
-    let section = Limits {
-        input,
-        size: found.size,
-        limits,
-        rates,
-        e: to_rows(&found.gain),
-        decay: found.decay,
-        beta: 1.0,
-        x_held: found.x_held,
-        u_held: found.u_held,
-        delta_rows: (states < rows_of_delta).then_some(states),
-        lambda: found.lambda,
-        x: to_rows(&found.x),
-        s: to_rows(&found.s),
-        t: to_rows(&found.t),
-        u: found.u,
-        h: to_rows(&found.h),
-    };
-    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
-    let theorem = certificate.prove().map_err(ProofError::from)?;
-    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+    Ok(with_step(proof, (plant, controller), step)?)
 }
 
 /// Checks that a claim with limits is about the autopilot that flies: its anti-windup, its limits, steps of pitch.
@@ -142,7 +87,7 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
 /// nor those on their rates.
 ///
 /// # Errors
-/// [`ProofError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
+/// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
 pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
     let actuators = &vehicle.actuators;
@@ -170,9 +115,9 @@ fn rates(
     actuators: &[Actuator],
     design: &DesignFile,
     kept: &[usize],
-) -> Result<BTreeMap<usize, f64>, ProofError> {
+) -> Result<BTreeMap<usize, f64>, CertifyError> {
     if let Some(one) = actuators.iter().find(|one| one.rate.is_some()).filter(|_| !design.lags) {
-        return Err(ProofError::RateWithoutLag { actuator: one.name.clone() });
+        return Err(CertifyError::RateWithoutLag { actuator: one.name.clone() });
     }
     let lagged = actuators.iter().filter(|one| one.lag > 0.0).zip(design.states.len()..);
     let limited = lagged.filter_map(|(one, state)| Some((state, one.rate? / one.reach())));

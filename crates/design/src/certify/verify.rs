@@ -1,31 +1,17 @@
 //! Whether a certificate is of a frozen controller, and of the plant that vehicle and design file make.
 
 use crate::augment::augment;
-use crate::certify::{ball, frozen_rows, limits, same_plant};
-use crate::error::{Error, ProofError};
+use crate::certify::missed::missed;
+use crate::certify::{frozen_rows, limits};
+use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
-use certificate::{Certificate, Rows};
+use certificate::Certificate;
+use proof::claim::first_unlike;
+use proof::error::ProofError;
+use proof::same_plant;
 use scheduled::{ControllerDesign, LftMatrices};
-use std::path::Path;
-
-/// Reads a certificate; `file` is for messages.
-///
-/// # Errors
-/// [`ProofError::Certificate`].
-pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
-    Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
-}
-
-/// The text of a certificate for the file `path`.
-///
-/// # Errors
-/// [`ProofError::Certificate`].
-pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError> {
-    let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
-    certificate.to_json().map_err(wrong)
-}
 
 /// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
 /// weighted again, that its ball of models contains the true linearisations, and that its limits are no wider.
@@ -45,7 +31,10 @@ pub fn of_inputs(
     )?;
     limits::of_vehicle(certificate, vehicle, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
-    certificate.residual.as_ref().map_or(Ok(()), |ball| ball::holds(ball, held, vehicle, file, model))
+    match &certificate.residual {
+        Some(ball) => Ok(missed(vehicle, file, model)?.check(ball, held)?),
+        None => Ok(()),
+    }
 }
 
 /// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the
@@ -53,14 +42,14 @@ pub fn of_inputs(
 /// ([`crate::certify::certify`]), so that where the mark is, the section `residual` must be.
 ///
 /// # Errors
-/// [`ProofError::Mismatch`] with the first part that differs; [`ProofError::NoResidual`].
-pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
+/// [`ProofError::Mismatch`] with the first part that differs; [`CertifyError::NoResidual`].
+pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
     same_controller(&design.lft, certificate)?;
     if certificate.gamma().map(f64::to_bits) != Some(design.gamma.bound.to_bits()) {
-        return Err(ProofError::Mismatch { what: "gamma".into() });
+        return Err(ProofError::Mismatch { what: "gamma".into() }.into());
     }
     if design.gamma.certified && certificate.residual.is_none() {
-        return Err(ProofError::NoResidual);
+        return Err(CertifyError::NoResidual.into());
     }
     Ok(())
 }
@@ -80,9 +69,4 @@ pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(
         return Err(ProofError::Mismatch { what: "the controller's blocks".into() });
     }
     Ok(())
-}
-
-/// The name of the first matrix that differs in any bit, but for the sign of zero.
-pub fn first_unlike(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
-    a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
 }

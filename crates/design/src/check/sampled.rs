@@ -4,7 +4,7 @@
 //! trapezoidal rule, as the FMU does it, and closed with the true linearisation and the lags of the actuators under a
 //! zero-order hold.
 
-use crate::error::ProofError;
+use crate::error::CertifyError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, block, largest, solve};
@@ -241,12 +241,12 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
 /// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
 ///
 /// # Errors
-/// [`ProofError::ModeAtTwiceTheRate`].
-pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Result<StateSpace, ProofError> {
+/// [`CertifyError::ModeAtTwiceTheRate`].
+pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Result<StateSpace, CertifyError> {
     let n = k.a.nrows();
     let half = &k.a * (0.5 * sample_time);
     let identity = Mat::identity(n, n);
-    let p = solve(&(&identity - &half), &identity).ok_or(ProofError::ModeAtTwiceTheRate)?;
+    let p = solve(&(&identity - &half), &identity).ok_or(CertifyError::ModeAtTwiceTheRate)?;
     Ok(StateSpace {
         a: &p * (&identity + &half),
         b: &p * &k.b * sample_time,

@@ -14,9 +14,12 @@ pub enum InputError {
         "{path}: there is no such file; `squid tune {directory} --design {name}` begins one from the vehicle alone"
     )]
     NoDesign { path: String, directory: String, name: String },
-    /// The vehicle file or the design file is wrong, or a file is not text.
+    /// The vehicle file or the design file is wrong.
     #[error(transparent)]
     File(#[from] auv::FileError),
+    /// One of them cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] base::files::Error),
     /// A bandwidth on the command line.
     #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
     Bandwidth { found: f64 },

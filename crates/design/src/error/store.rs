@@ -1,20 +1,11 @@
-//! What stops the files of a design from being written or read.
+//! Why the files of a design are not what is asked for.
 
 use thiserror::Error;
 
-/// What stops the files of a design from being written or read.
+/// Why the files of a design are not what is asked for.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {
-    /// A file cannot be read.
-    #[error("{path}: cannot be read: {reason}")]
-    Unreadable { path: String, reason: std::io::Error },
-    /// A file cannot be written.
-    #[error("{path}: cannot be written: {reason}")]
-    Unwritable { path: String, reason: std::io::Error },
-    /// JSON could not be written.
-    #[error("{path}: {reason}")]
-    Json { path: String, reason: serde_json::Error },
     /// There is no frozen design yet.
     #[error("{directory}: there is no design yet; run `squid design` first")]
     NotDesigned { directory: String },

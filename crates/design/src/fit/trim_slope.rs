@@ -10,10 +10,7 @@ use auv::{Actuator, Linearisation, Trim, Vehicle};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
 use lpv::rational::MatrixRational;
-
-/// How far from the middle of the range of rho, -1 to 1, a pole must be at least: far enough that the fit cannot
-/// bend unseen between the speeds at which it is checked, see [`crate::certify::same_plant`].
-pub const NEAREST_POLE: f64 = 1.1;
+use proof::same_plant::NEAREST_POLE;
 
 /// The error, relative to the largest slope, that calls for a pole: below it the ball costs little, and poles near the
 /// range would cost more, for the controller has them, too.

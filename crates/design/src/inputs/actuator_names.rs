@@ -85,12 +85,18 @@ pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+
+    fn squid(root: &Path) -> Vehicle {
+        let text = std::fs::read_to_string(root.join("vehicles/squid/vehicle.toml")).unwrap();
+        Vehicle::parse(&text, "vehicle.toml").unwrap()
+    }
 
     /// The list is that of the committed model descriptions, no more and no less.
     #[test]
     fn the_list_is_that_of_the_fmus() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let vehicle = Vehicle::read(&folder.join("vehicles/squid/vehicle.toml")).unwrap();
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let vehicle = squid(&folder);
         let mut found: BTreeSet<String> = BTreeSet::from(["time".to_owned()]);
         for name in ["squid", "squid_plant", "squid_controller"] {
             let xml = std::fs::read_to_string(folder.join(format!("modelDescription/{name}.xml"))).unwrap();
@@ -109,8 +115,8 @@ mod tests {
 
     #[test]
     fn names_that_are_taken_are_refused() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let mut vehicle = Vehicle::read(&folder.join("vehicles/squid/vehicle.toml")).unwrap();
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut vehicle = squid(&folder);
         check(&vehicle, "v.toml").unwrap();
         for (name, taken) in [
             ("pitch", "pitch"),

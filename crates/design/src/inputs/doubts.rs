@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn a_pitch_that_no_vehicle_is_off_is_refused() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-        let text = auv::read_text(&path).unwrap();
+        let text = base::files::read(&path).unwrap();
         let unit = "\nunit = \"deg\"";
         assert!(text.find(unit).unwrap() < text.find("output = \"speed\"").unwrap());
         let wrong = text.replacen(unit, "\nunit = \"rad\"", 1);

@@ -1,6 +1,6 @@
 //! The frozen design: what the FMUs carry in their resources.
 
-use crate::certify::{controller_rows, lft_matrices};
+use crate::certify::lft_matrices;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
@@ -41,7 +41,7 @@ pub fn freeze(
         certified,
     };
     let k = &design.controller;
-    frozen(vehicle, file, hashes, model, lft_matrices(k.blocks.clone(), controller_rows(k)), gamma)
+    frozen(vehicle, file, hashes, model, lft_matrices(k), gamma)
 }
 
 /// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.

@@ -3,7 +3,7 @@
 use crate::error::{Error, StoreError};
 use crate::inputs::Inputs;
 use crate::run::Finished;
-use crate::store::files::{read, reading};
+use base::files::{read, reading};
 use scheduled::ControllerDesign;
 use std::path::{Path, PathBuf};
 

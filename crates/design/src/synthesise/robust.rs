@@ -12,13 +12,11 @@ pub mod figures;
 pub mod stored;
 
 use crate::augment::augment;
-use crate::certify::nominal as certificate_of;
 use crate::check::fastest_sampled;
 use crate::error::Error;
 use crate::error::RobustError;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::progress::Progress;
 use crate::synthesise::robust::figures::{Frozen, RobustFigures, gain_allowed};
 use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::errors::errors;
@@ -27,6 +25,7 @@ use crate::uncertain::model::UncertainModel;
 use crate::uncertain::truncate::{Truncated, thinned};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use crate::uncertain::{Fidelity, over_range};
+use base::progress::Progress;
 use certificate::Certificate;
 use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::{CLEARANCE_SHARE, balanced_start};
@@ -38,6 +37,7 @@ use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
 use lpv::robust_bound::{RobustBound, RobustLoop};
 use lpv::synthesis::Design;
+use proof::claim::nominal as certificate_of;
 
 /// How far above the least gain each controller of the rounds is built, relative.
 const BACK_OFF: f64 = 0.05;
@@ -90,7 +90,7 @@ pub struct Searched {
 ///
 /// # Errors
 /// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
-/// [`ProofError::Unproved`](crate::error::ProofError::Unproved).
+/// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
 pub fn robust(
     inputs: &Inputs,
     model: &Model,

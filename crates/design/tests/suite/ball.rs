@@ -6,12 +6,12 @@ use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, ps
 use lpv::partition::Group::{U, W, X};
 use lpv::plant::GeneralisedPlant;
 use lpv::polynomial::MatrixPolynomial;
+use proof::claim::parse;
+use proof::same_plant::NEAREST_POLE;
 use squid_design::augment::{LinearModel, augment};
-use squid_design::certify::ball::holds;
-use squid_design::certify::verify;
+use squid_design::certify::missed::missed;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
-use squid_design::fit::trim_slope::NEAREST_POLE;
 use squid_design::linearise::{TRIM_ROWS, linearise_at, trim_slope};
 
 /// `[A B1 B2]` at rho.
@@ -64,12 +64,13 @@ fn a_ball_without_the_slope_is_refused() {
     let (inputs, stored) = committed();
     let (vehicle, file) = (&inputs.vehicle, &inputs.design);
     let model = Model::new(vehicle, file).unwrap();
-    let certificate = verify::parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
+    let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
     let (ball, held) = (certificate.residual.unwrap(), certificate.limits.unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
-    holds(&ball, held, vehicle, file, &model).unwrap();
-    assert!(holds(&ball, Some(2), vehicle, file, &model).is_err(), "[A B] has more rows than two");
-    let refusal = |ball: &Residual| holds(ball, held, vehicle, file, &model).unwrap_err().to_string();
+    let missed = missed(vehicle, file, &model).unwrap();
+    missed.check(&ball, held).unwrap();
+    assert!(missed.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
+    let refusal = |ball: &Residual| missed.check(ball, held).unwrap_err().to_string();
     let mut smaller = ball.clone();
     smaller
         .fw

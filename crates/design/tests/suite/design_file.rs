@@ -7,7 +7,7 @@ use std::path::Path;
 
 fn squid() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");
-    auv::read_text(&path).unwrap()
+    base::files::read(&path).unwrap()
 }
 
 /// The text that stands in the file where `*` is any number; a design is tuned, and with it the numbers change.
@@ -265,7 +265,7 @@ fn seas_that_cannot_be_are_refused() {
     let sound = sea("height = 0.2\nperiod = 3.0\nheading = 180.0");
     assert!(parsed(&sound).unwrap().sea.is_some());
     let vehicle =
-        auv::read_text(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
+        base::files::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
             .unwrap();
     let (before, after) = vehicle.split_once("\n[geometry]\n").unwrap();
     let (_, after) = after.split_once("\n[").unwrap();

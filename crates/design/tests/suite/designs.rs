@@ -1,13 +1,14 @@
 //! The designs of the shipped vehicles, each made once.
 
+use base::progress::Progress;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
+use proof::claim::Proof;
 use squid_design::augment::augment;
-use squid_design::certify::{Proof, certify};
+use squid_design::certify::certify;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::WorkingSea;
-use squid_design::progress::Progress;
 use squid_design::store::{Stored, load};
 use squid_design::synthesise::synthesise;
 use squid_flight::sea::Swell;

@@ -1,10 +1,11 @@
 //! Designs in one folder: whoever writes at the same time, what is read is one design.
 
 use crate::designs::read;
+use base::progress::Progress;
+use proof::claim::parse;
 use squid_design::certify::verify;
 use squid_design::error::{Error, StoreError};
 use squid_design::inputs::Inputs;
-use squid_design::progress::Progress;
 use squid_design::run::Finished;
 use squid_design::run::run;
 use squid_design::store;
@@ -33,7 +34,7 @@ fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     let (inputs, stored) = either(directory, [proved, other]);
     if inputs.hashes == proved.hashes {
         let text = stored.certificate.unwrap();
-        let certificate = verify::parse(&text, "certificate.json").unwrap();
+        let certificate = parse(&text, "certificate.json").unwrap();
         verify::matches(&stored.controller, &certificate).unwrap();
     } else {
         assert!(stored.certificate.is_err(), "the certificate of the other design");

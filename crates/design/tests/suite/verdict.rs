@@ -35,7 +35,7 @@ static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
 /// The same figures judged by the limits of a section [require].
 fn judged(section: &str) -> Verdict {
     let (inputs, stored, verdict) = &*SQUID;
-    let text = auv::read_text(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
+    let text = base::files::read(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
     let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
     let inputs = Inputs { design, ..inputs.clone() };
     Verdict::judge(&inputs, stored.controller.gamma.bound, verdict.found.clone())
@@ -119,7 +119,7 @@ fn a_wrong_limit_is_refused_by_line() {
         ("mu = \"one\"", "'require.mu' is the text \"one\"; it must be a number, from 0 to 1000000"),
         ("overshot = 5", "unknown key 'require.overshot' (did you mean 'overshoot'?)"),
     ] {
-        let text = auv::read_text(&folder().join("design.toml")).unwrap();
+        let text = base::files::read(&folder().join("design.toml")).unwrap();
         let line = text.matches('\n').count() + 2;
         let text = text + "[require]\n" + section;
         let found = DesignFile::parse(&text, "design.toml", "design").unwrap_err().to_string();

@@ -45,7 +45,7 @@ impl FrozenLoop {
     /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
     ///
     /// # Errors
-    /// As [`Self::ideal`]; [`ProofError::ModeAtTwiceTheRate`](squid_design::error::ProofError::ModeAtTwiceTheRate).
+    /// As [`Self::ideal`]; [`CertifyError::ModeAtTwiceTheRate`](squid_design::error::CertifyError::ModeAtTwiceTheRate).
     pub fn flying(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         let tick = subject.inputs.design.sample_time;
         let sampled = trapezoidal(&subject.frozen(controller, l)?, tick)?;

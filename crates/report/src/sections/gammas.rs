@@ -10,7 +10,7 @@ use certificate::AnyRate;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
 use lpv::rate::{RateOptions, rate_bounded_gain_from};
-use squid_design::certify::verify;
+use proof::claim::parse;
 use squid_design::numbers::rounded_up;
 
 /// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
@@ -77,7 +77,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The Lyapunov matrix of the stored certificate, if that claims a gain for any rate of the speed.
 fn lyapunov(subject: &Subject) -> Option<Mat> {
     let text = subject.stored.certificate.as_ref().ok()?;
-    let AnyRate { x, v, .. } = verify::parse(text, "certificate.json").ok()?.any_rate?;
+    let AnyRate { x, v, .. } = parse(text, "certificate.json").ok()?.any_rate?;
     let matrix = |rows: &[Vec<f64>]| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
     match (x.is_empty(), v.is_empty()) {
         (false, _) => Some(matrix(&x)),

@@ -97,7 +97,7 @@ impl Uncertainty {
         for coefficient in &self.coefficients {
             match coefficient.resolve(vehicle) {
                 Ok(parameter) => found.push(parameter),
-                Err(problem) => mistakes.push(Mistake { line: Some(coefficient.line), problem }),
+                Err(problem) => mistakes.push(Mistake { line: coefficient.line, problem }),
             }
         }
         if !mistakes.is_empty() {
@@ -155,12 +155,13 @@ mod tests {
     /// The design of Squid with another section, resolved for the vehicle; the section begins on line 1.
     fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
-        let vehicle = Vehicle::read(&directory.join(vehicle).join("vehicle.toml")).unwrap();
+        let text = std::fs::read_to_string(directory.join(vehicle).join("vehicle.toml")).unwrap();
+        let vehicle = Vehicle::parse(&text, "vehicle.toml").unwrap();
         let text = std::fs::read_to_string(directory.join("squid/paper.toml")).unwrap();
         let (before, _) = text.split_once("[uncertainty]").unwrap();
         let shifted = |mut error: FileError| {
-            for line in error.mistakes.iter_mut().filter_map(|mistake| mistake.line.as_mut()) {
-                *line -= before.lines().count();
+            for mistake in &mut error.mistakes {
+                mistake.line -= before.lines().count();
             }
             error
         };

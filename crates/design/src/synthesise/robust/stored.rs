@@ -1,16 +1,18 @@
 //! A robust design in its directory: figures and certificate, written, read back and confirmed.
 
-use crate::certify::same_plant;
 use crate::certify::verify;
-use crate::error::{Error, ProofError, StoreError};
+use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::store::files::{Files, read};
 use crate::synthesise::robust::figures::{RobustFigures, declared_without};
 use crate::synthesise::robust::{Robust, TRUNCATION};
 use crate::uncertain::truncate::thinned;
 use crate::uncertain::{Fidelity, over_range};
+use base::files::{self, Files, read};
 use certificate::Certificate;
+use proof::claim::{parse, text};
+use proof::error::ProofError;
+use proof::same_plant;
 use scheduled::LftMatrices;
 use std::path::Path;
 
@@ -24,10 +26,10 @@ impl Robust {
     /// Adds the certificate and the figures to the files of the design.
     ///
     /// # Errors
-    /// [`ProofError::Certificate`], [`StoreError::Json`].
+    /// [`ProofError::Certificate`], [`files::Error::Json`].
     pub fn add_to(&self, files: &mut Files, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
-        files.add(path.clone(), verify::text(&self.certificate, &path)?);
+        files.add(path.clone(), text(&self.certificate, &path)?);
         Ok(files.add_json(directory.join(FIGURES), &self.figures)?)
     }
 }
@@ -49,16 +51,16 @@ pub struct StoredRobust {
 /// The robust design in a directory, if there is one.
 ///
 /// # Errors
-/// [`StoreError::Unreadable`], [`StoreError::Json`], [`ProofError::Certificate`].
+/// [`files::Error::Unreadable`], [`files::Error::Json`], [`ProofError::Certificate`].
 pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
     let path = directory.join(FIGURES);
     if !path.is_file() {
         return Ok(None);
     }
-    let wrong = |reason| StoreError::Json { path: path.display().to_string(), reason };
+    let wrong = |reason| files::Error::Json { path: path.display().to_string(), reason };
     let figures = serde_json::from_str(&read(&path)?).map_err(wrong)?;
     let path = directory.join(CERTIFICATE);
-    let certificate = verify::parse(&read(&path)?, &path.display().to_string())?;
+    let certificate = parse(&read(&path)?, &path.display().to_string())?;
     Ok(Some(StoredRobust { figures, certificate }))
 }
 
@@ -113,11 +115,12 @@ pub fn of_inputs(
 mod tests {
     use super::*;
     use crate::augment::augment;
-    use crate::certify::{controller_rows, lft_matrices, nominal};
+    use crate::certify::lft_matrices;
     use crate::inputs::tests::shipped;
-    use crate::progress::Progress;
     use crate::synthesise::synthesise;
+    use base::progress::Progress;
     use lpv::robust_bound::RobustLoop;
+    use proof::claim::nominal;
 
     /// Of Squid's nominal controller, at a small part of the declared uncertainty: no figure is confirmed that the
     /// certificate beside it does not prove.
@@ -133,7 +136,7 @@ mod tests {
         let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
         let k = &design.controller;
-        let controller = lft_matrices(k.blocks.clone(), controller_rows(k));
+        let controller = lft_matrices(k);
 
         let confirmed = |proved: f64, robust_bears: f64| {
             let figures = RobustFigures { proved, robust_bears, ..RobustFigures::default() };

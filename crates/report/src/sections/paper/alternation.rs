@@ -44,7 +44,7 @@ pub enum Loop {
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim);
-/// [`ProofError::ModeAtTwiceTheRate`](squid_design::error::ProofError::ModeAtTwiceTheRate).
+/// [`CertifyError::ModeAtTwiceTheRate`](squid_design::error::CertifyError::ModeAtTwiceTheRate).
 pub fn worst_alternation(
     subject: &Subject,
     bank: &[StateSpace],

@@ -6,7 +6,7 @@ use crate::subject::Subject;
 use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
 use squid_design::check::sampled::trapezoidal;
-use squid_design::error::ProofError;
+use squid_design::error::CertifyError;
 use squid_flight::flight::{Demand, Row};
 
 /// What becomes of the states when another controller takes charge.
@@ -82,11 +82,11 @@ impl Law for Switched<'_> {
 /// subject.
 ///
 /// # Errors
-/// [`Error::Flight`], [`ProofError::ModeAtTwiceTheRate`].
+/// [`Error::Flight`], [`CertifyError::ModeAtTwiceTheRate`].
 pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) -> Result<Vec<Row>, Error> {
     let (vehicle, manoeuvre) = (&subject.inputs.vehicle, &subject.stored.manoeuvre);
     let sampled = |k: &StateSpace| trapezoidal(k, subject.stored.controller.sample_time);
-    let controllers = bank.iter().map(sampled).collect::<Result<Vec<StateSpace>, ProofError>>()?;
+    let controllers = bank.iter().map(sampled).collect::<Result<Vec<StateSpace>, CertifyError>>()?;
     let law = Switched { speeds: &subject.speeds, controllers, handover };
     let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
     Ok(fly(subject, &law, (vehicle, &[]), course)?.rows)

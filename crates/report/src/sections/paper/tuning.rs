@@ -14,7 +14,7 @@ use lpv::synthesis::synthesise;
 use scheduled::ControllerDesign;
 use signals::PITCH;
 use squid_design::augment::augment;
-use squid_design::certify::{controller_rows, lft_matrices};
+use squid_design::certify::lft_matrices;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::synthesise::options;
@@ -100,7 +100,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let options = options(&inputs.design);
     let design = synthesise(&plant, options)?;
     let k = &design.controller;
-    let lft = lft_matrices(k.blocks.clone(), controller_rows(k));
+    let lft = lft_matrices(k);
     let controller = ControllerDesign { lft, anti_windup: None, ..subject.stored.controller.clone() };
     let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {

@@ -1,17 +1,82 @@
-//! Files, written whole or not at all.
+//! Files: read as text, and written whole or not at all.
 
-use crate::error::StoreError;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
+use thiserror::Error as ThisError;
+
+/// What stops a file from being read or written.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum Error {
+    /// A file cannot be read.
+    #[error("{path}: cannot be read: {reason}")]
+    Unreadable { path: String, reason: io::Error },
+    /// There is no such file.
+    #[error("{path}: there is no such file")]
+    NotFound { path: String },
+    /// The path is a folder.
+    #[error("{path}: this is a folder; it must be a file")]
+    Folder { path: String },
+    /// A link to a file that does not exist.
+    #[error(
+        "{path}: this is a link that leads to no file, or back to itself; it must be a file, or a link to one"
+    )]
+    Link { path: String },
+    /// The text is not UTF-8; `place` is the file, with the line if that is known.
+    #[error("{place}: the text is not UTF-8 but {found}; save the file as UTF-8")]
+    Encoding { place: String, found: String },
+    /// A file cannot be written.
+    #[error("{path}: cannot be written: {reason}")]
+    Unwritable { path: String, reason: io::Error },
+    /// JSON could not be written or read.
+    #[error("{path}: {reason}")]
+    Json { path: String, reason: serde_json::Error },
+}
+
+const UTF16_MARKS: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
+const UTF8_MARK: char = '\u{feff}';
+
+/// Reads a text in UTF-8; the byte order mark that some editors put before it is removed.
+///
+/// # Errors
+/// No such file, a folder, a broken link, another encoding.
+pub fn read(path: &Path) -> Result<String, Error> {
+    let bytes = std::fs::read(path).map_err(|reason| unreadable(path, reason))?;
+    let file = path.display();
+    let encoded = |place: String, found| Error::Encoding { place, found };
+    if UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark)) || bytes.contains(&0) {
+        return Err(encoded(file.to_string(), "UTF-16, or no text at all".into()));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
+        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let found = format!("Latin-1 or the like (it holds the byte {:#04X})", bytes[at]);
+        encoded(format!("{file}:{line}"), found)
+    })?;
+    Ok(text.strip_prefix(UTF8_MARK).map(str::to_owned).unwrap_or(text))
+}
+
+fn unreadable(path: &Path, reason: io::Error) -> Error {
+    let file = path.display().to_string();
+    if path.is_dir() {
+        Error::Folder { path: file }
+    } else if path.is_symlink() && !path.exists() {
+        Error::Link { path: file }
+    } else if reason.kind() == ErrorKind::NotFound {
+        Error::NotFound { path: file }
+    } else {
+        Error::Unreadable { path: file, reason }
+    }
+}
 
 /// Checks, before the work for it, that files can be written to a directory; it need not exist yet, and is not made.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`].
-pub fn check_directory(directory: &Path) -> Result<(), StoreError> {
+/// [`Error::Unwritable`].
+pub fn check_directory(directory: &Path) -> Result<(), Error> {
     let there = |p: &&Path| p.symlink_metadata().is_ok();
     let nearest = directory.ancestors().find(there).unwrap_or(Path::new("."));
     let attempt = if nearest.exists() && !nearest.is_dir() {
@@ -22,15 +87,15 @@ pub fn check_directory(directory: &Path) -> Result<(), StoreError> {
     attempt.map_err(|reason| unwritable(nearest, reason))
 }
 
-fn unwritable(path: &Path, reason: io::Error) -> StoreError {
-    StoreError::Unwritable { path: path.display().to_string(), reason }
+fn unwritable(path: &Path, reason: io::Error) -> Error {
+    Error::Unwritable { path: path.display().to_string(), reason }
 }
 
 /// Writes a file through a temporary one beside it, renamed at the end; devices and pipes are written directly.
 ///
 /// # Errors
-/// [`StoreError::Unwritable`] with the path; nothing is then left behind.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+/// [`Error::Unwritable`] with the path; nothing is then left behind.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
     let attempt = if special {
         OpenOptions::new().write(true).open(path).and_then(|mut device| device.write_all(bytes))
@@ -83,10 +148,10 @@ impl Files {
     /// A value to be written as JSON.
     ///
     /// # Errors
-    /// [`StoreError::Json`].
-    pub fn add_json(&mut self, path: PathBuf, value: &impl Serialize) -> Result<(), StoreError> {
+    /// [`Error::Json`].
+    pub fn add_json(&mut self, path: PathBuf, value: &impl Serialize) -> Result<(), Error> {
         let text = serde_json::to_string_pretty(value)
-            .map_err(|reason| StoreError::Json { path: path.display().to_string(), reason })?;
+            .map_err(|reason| Error::Json { path: path.display().to_string(), reason })?;
         self.add(path, text + "\n");
         Ok(())
     }
@@ -99,8 +164,8 @@ impl Files {
     /// Writes all of them, while nobody else writes to the directory or reads a set there.
     ///
     /// # Errors
-    /// [`StoreError::Unwritable`] with the path; where a disk is full or a file cannot be made, all is as it was.
-    pub fn save(&self, directory: &Path) -> Result<(), StoreError> {
+    /// [`Error::Unwritable`] with the path; where a disk is full or a file cannot be made, all is as it was.
+    pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let held = std::fs::create_dir_all(directory).and_then(|()| hold(directory, File::lock));
         let _held = held.map_err(|reason| unwritable(directory, reason))?;
         let mut staged = Vec::new();
@@ -143,61 +208,9 @@ pub fn reading(last: &Path) -> Option<File> {
 }
 
 /// Removes a file, if it is there.
-fn remove(path: &Path) -> Result<(), StoreError> {
+fn remove(path: &Path) -> Result<(), Error> {
     match std::fs::remove_file(path) {
         Err(reason) if reason.kind() != ErrorKind::NotFound => Err(unwritable(path, reason)),
         _ => Ok(()),
-    }
-}
-
-/// Reads a text file.
-pub use auv::read_text as read;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_directory_is_checked_and_not_made() {
-        let folder = tempfile::tempdir().unwrap();
-        let (file, deep) = (folder.path().join("file"), folder.path().join("a").join("b"));
-        std::fs::write(&file, "mine").unwrap();
-        check_directory(&deep).unwrap();
-        check_directory(Path::new("")).unwrap();
-        assert!(!deep.parent().unwrap().exists());
-        for wrong in [file.clone(), file.join("deeper")] {
-            let message = check_directory(&wrong).unwrap_err().to_string();
-            assert_eq!(
-                message,
-                format!(
-                    "{}: cannot be written: it is a file, and a directory is needed here",
-                    file.display()
-                )
-            );
-        }
-    }
-
-    #[test]
-    fn a_set_is_written_whole_or_not_at_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let to = |name: &str| folder.path().join(name);
-        let set = |first: &str| {
-            let mut files = Files::default();
-            files.add(to("a"), first);
-            files.remove(to("b"));
-            files.add(to("c/d"), "2");
-            files
-        };
-        std::fs::write(to("a"), "0").unwrap();
-        std::fs::write(to("b"), "0").unwrap();
-        std::fs::create_dir_all(to("c/d")).unwrap();
-        let message = set("1").save(folder.path()).unwrap_err().to_string();
-        assert!(message.contains("it is a directory, and a file is needed here"), "{message}");
-        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("b")).unwrap().as_str()), ("0", "0"));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "a, b, c and the lock");
-        std::fs::remove_dir(to("c/d")).unwrap();
-        set("1").save(folder.path()).unwrap();
-        assert_eq!((read(&to("a")).unwrap().as_str(), read(&to("c/d")).unwrap().as_str()), ("1", "2"));
-        assert!(!to("b").exists());
     }
 }

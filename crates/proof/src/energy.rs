@@ -1,4 +1,5 @@
-//! Anti-windup for the controller of a problem with limits, and the gain of its loop while commands are cut off.
+//! The section `energy` of the certificate: anti-windup for a controller with limits, and the gain of its loop while
+//! commands are cut off.
 
 use certificate::{Certificate, Energy, EnergyClaim};
 use lpv::analysis::GainBound;

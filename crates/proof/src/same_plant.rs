@@ -1,12 +1,11 @@
-//! Whether the plant of a certificate is the one that vehicle and design file make.
+//! Whether the plant of a certificate is the one that was computed again.
 //!
 //! Both are LFTs in rho, and the basis of an LFT's channels is not unique, so that they are compared as what they
 //! are: rational functions of rho. With their poles outside the range (see [`check`]) two such functions that
 //! agree at thousands of points agree between them.
 
-use crate::certify::blocks_of;
-use crate::error::{Error, ProofError};
-use crate::fit::trim_slope::NEAREST_POLE;
+use crate::claim::blocks_of;
+use crate::error::ProofError;
 use certificate::Plant;
 use lpv::matrix::{Mat, eigenvalues, from_rows, largest};
 use lpv::partition::{Group, PLANT, names};
@@ -25,6 +24,10 @@ const POINTS: u32 = 4001;
 /// Values of several parameters at which the two are compared.
 const IN_BOX: u32 = 101;
 
+/// How far from the middle of the range of rho, -1 to 1, a pole of the plant must be at least, so that it cannot bend
+/// unseen between the values at which it is compared: see [`check`].
+pub const NEAREST_POLE: f64 = 1.1;
+
 /// The largest modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals. A polynomial
 /// in rho has a nilpotent Dtt, and the fit of the slope of the trim has no pole nearer than this; what the reduction of
 /// channels leaves out gives a polynomial eigenvalues of 0.01 for a low order, and up to 0.6 for the highest; the
@@ -39,15 +42,15 @@ const FARTHEST: f64 = 1.0 / NEAREST_POLE;
 /// brothers' inequality), that is 3.1.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs or is not finite;
-/// [`ModelError::Shape`](crate::error::ModelError::Shape), [`ModelError::Lft`](crate::error::ModelError::Lft).
-pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
+/// [`ProofError::WrongPlant`] with the first part that differs or is not finite; [`ProofError::Shape`],
+/// [`ProofError::Lft`].
+pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), ProofError> {
     let certified = plant_with(plant, blocks, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
     let (here, there) = (modulus(&certified), modulus(wanted));
     if here.is_nan() || here > FARTHEST.max(1.01 * there) {
         let what = format!("Dtt, with an eigenvalue of modulus {here:.2e} in place of {there:.2e},");
-        return Err(wrong(what).into());
+        return Err(wrong(what));
     }
     let points = (0..POINTS).map(|k| vec![2.0 * f64::from(k) / f64::from(POINTS - 1) - 1.0]);
     compare(&certified, wanted, points)
@@ -59,7 +62,7 @@ pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Resu
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), Error> {
+pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Result<(), ProofError> {
     let certified = plant_with(plant, blocks, &wanted.blocks)?;
     compare(&certified, wanted, in_box(wanted.blocks.len()))
 }
@@ -69,14 +72,14 @@ pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) 
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] where it is no part, and as [`check_in_box`].
-pub fn part_of(plant: &Plant, blocks: &[usize], whole: &UncertainPlant) -> Result<f64, Error> {
+pub fn part_of(plant: &Plant, blocks: &[usize], whole: &UncertainPlant) -> Result<f64, ProofError> {
     let found = plant_with(plant, blocks, &whole.plant.blocks)?;
     let size = |plant: &GeneralisedPlant| {
         plant.ct().rows(whole.scheduled_channels(), whole.unknown_channels()).norm()
     };
     let part = size(&found) / size(&whole.plant);
     if !(0.0..=1.0 + SAME_BOX).contains(&part) {
-        return Err(wrong("the size of the uncertainty".to_owned()).into());
+        return Err(wrong("the size of the uncertainty".to_owned()));
     }
     check_in_box(plant, blocks, &whole.sized(part))?;
     Ok(part)
@@ -110,14 +113,14 @@ fn compare(
     found: &GeneralisedPlant,
     wanted: &GeneralisedPlant,
     points: impl Iterator<Item = Vec<f64>>,
-) -> Result<(), Error> {
+) -> Result<(), ProofError> {
     for theta in points {
         let (a, b) = (wanted.frozen(&theta)?, found.frozen(&theta)?);
         let differs = |(_, row, column): &(&str, Group, Group)| {
             !alike(&a.parts.block(*row, *column), &b.parts.block(*row, *column))
         };
         if let Some((name, _, _)) = names(PLANT).find(differs) {
-            return Err(wrong(format!("matrix {name} at rho = {:.3}", theta[0])).into());
+            return Err(wrong(format!("matrix {name} at rho = {:.3}", theta[0])));
         }
     }
     Ok(())
@@ -137,104 +140,19 @@ fn alike(wanted: &Mat, found: &Mat) -> bool {
 /// The plant of a certificate, with the `wanted` channels.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] where its shapes do not fit or its channels are others;
-/// [`ModelError::Shape`](crate::error::ModelError::Shape).
-pub fn plant_with(plant: &Plant, blocks: &[usize], wanted: &[usize]) -> Result<GeneralisedPlant, Error> {
+/// [`ProofError::WrongPlant`] where its shapes do not fit or its channels are others; [`ProofError::Shape`].
+pub fn plant_with(plant: &Plant, blocks: &[usize], wanted: &[usize]) -> Result<GeneralisedPlant, ProofError> {
     if plant.direct_path().is_some() {
-        return Err(wrong("D22, which a vehicle does not have,".into()).into());
+        return Err(wrong("D22, which a vehicle does not have,".into()));
     }
     let parts = blocks_of(PLANT, &plant.named()).ok_or_else(|| wrong("the shape of a matrix".into()))?;
     let certified = GeneralisedPlant::new(blocks.to_vec(), &parts)?;
-    if certified.blocks == wanted {
-        Ok(certified)
-    } else {
-        Err(wrong("the number of channels".into()).into())
-    }
+    if certified.blocks == wanted { Ok(certified) } else { Err(wrong("the number of channels".into())) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::augment::augment;
-    use crate::certify::plant_rows;
-    use crate::fit::Model;
-    use crate::inputs::tests::shipped;
-    use lpv::partition::Group::{T, X};
-
-    /// The plant of Squid with a polynomial of this order.
-    fn squid(order: usize) -> GeneralisedPlant {
-        let mut inputs = shipped("squid", "design");
-        inputs.design.order = order;
-        augment(
-            &inputs.vehicle.actuators,
-            &inputs.design,
-            Model::new(&inputs.vehicle, &inputs.design).unwrap().linear(),
-        )
-        .unwrap()
-    }
-
-    fn check_of(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> Result<(), Error> {
-        check(&plant_rows(found), &found.blocks, wanted)
-    }
-
-    fn refusal(found: &GeneralisedPlant, wanted: &GeneralisedPlant) -> String {
-        check_of(found, wanted).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn plants_of_every_order_are_like_themselves() {
-        for order in 1..=5 {
-            let plant = squid(order);
-            check_of(&plant, &plant).unwrap();
-        }
-    }
-
-    #[test]
-    fn another_plant_is_detected() {
-        let wanted = squid(2);
-        let mut near = wanted.clone();
-        near.parts.block_mut(X, X)[(1, 2)] += 1e-12;
-        check_of(&near, &wanted).unwrap();
-        near.parts.block_mut(X, X)[(1, 2)] += 1e-6;
-        assert!(refusal(&near, &wanted).contains("matrix A at rho = -1.000"));
-        assert!(refusal(&squid(1), &wanted).contains("the number of channels"));
-        let mut turned = wanted.clone();
-        turned.parts.rows_mut(T).neg_mut();
-        turned.parts.columns_mut(T).neg_mut();
-        check_of(&turned, &wanted).expect("the same plant in other channels");
-    }
-
-    #[test]
-    fn a_direct_path_is_not_of_a_vehicle() {
-        let wanted = squid(2);
-        let (mut plant, sizes) = (plant_rows(&wanted), wanted.sizes());
-        plant.d22 = vec![vec![0.0; sizes.u]; sizes.y];
-        check(&plant, &wanted.blocks, &wanted).unwrap();
-        plant.d22[1][0] = 1e-300;
-        assert!(check(&plant, &wanted.blocks, &wanted).unwrap_err().to_string().contains("D22"));
-    }
-
-    /// What is no number compares like nothing, and not like everything.
-    #[test]
-    fn overflow_is_no_agreement() {
-        let wanted = squid(2);
-        let mut found = wanted.clone();
-        let mut dtt = found.parts.block_mut(T, T);
-        dtt.fill(0.0);
-        (dtt[(0, 1)], dtt[(1, 2)]) = (1e200, 1e200);
-        found.parts.block_mut(X, T)[(0, 0)] = 1e300;
-        let message = refusal(&found, &wanted);
-        assert!(message.contains("matrix A") || message.contains("well posed"), "{message}");
-    }
-
-    /// A pole between two points could hide anything there.
-    #[test]
-    fn a_pole_nearby_is_refused() {
-        let wanted = squid(2);
-        let mut found = wanted.clone();
-        found.parts.block_mut(T, T)[(0, 0)] += 0.95;
-        assert!(refusal(&found, &wanted).contains("an eigenvalue of modulus"));
-    }
 
     #[test]
     fn points_fill_the_box() {

@@ -1,17 +1,11 @@
-//! Why a certificate does not prove what is claimed of a design.
+//! Why nothing is certified of a vehicle and its design.
 
 use thiserror::Error;
 
-/// Why a certificate does not prove what is claimed of a design.
+/// Why nothing is certified of a vehicle and its design, where the proof itself has no fault.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
-pub enum ProofError {
-    /// A certificate does not prove its claim.
-    #[error(transparent)]
-    Unproved(#[from] certificate::Failure),
-    /// A certificate cannot be read.
-    #[error("{file}: {reason}")]
-    Certificate { file: String, reason: certificate::ReadError },
+pub enum CertifyError {
     /// A certificate claims less than the design does.
     #[error(
         "the certificate has no section 'residual', but the design is marked as certified for the vehicle: the rest \
@@ -25,12 +19,6 @@ pub enum ProofError {
              sample_time in [autopilot]"
     )]
     ModeAtTwiceTheRate,
-    /// A certificate is of another controller.
-    #[error("the certificate is not of this controller: {what} differs")]
-    Mismatch { what: String },
-    /// A certificate is of another plant.
-    #[error("the certificate is not of this plant: {what} differs")]
-    WrongPlant { what: String },
     /// The rate of an actuator has a limit, and the plant of the design no state that it is the rate of.
     #[error(
         "the limit on the rate of {actuator} acts on its lag, which the plant of this design does not have: with \
@@ -44,13 +32,4 @@ pub enum ProofError {
             with speed_max = 0 and one ahead with speed_min = 0"
     )]
     BendsAtRest { from: f64, to: f64 },
-    /// The ball of models of a certificate does not contain the vehicle.
-    #[error(
-        "the certificate's section 'residual' does not cover this vehicle: {}",
-        .reach.map_or_else(
-            || "E, F and Fu make no ball around the fit".to_owned(),
-            |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
-        )
-    )]
-    Ball { reach: Option<f64> },
 }

@@ -1,7 +1,7 @@
-//! The section `bounded_rate` of the certificate: the bound for a speed that moves at a bounded rate, for the fit and
-//! for the ball of models around it.
+//! The section `bounded_rate` of the certificate: the bound for a parameter that moves at a bounded rate, for the plant
+//! and for the ball of models around it.
 
-use crate::error::Error;
+use crate::error::ProofError;
 use certificate::{BoundedRate, Slow, SlowResidual};
 use lpv::bounded_rate::{Claim, SlowBound, covering, intervals};
 use lpv::error::SynthesisError;
@@ -18,13 +18,13 @@ const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
 /// one of its own.
 ///
 /// # Errors
-/// [`Error::Synthesis`] when no bound covers the model error.
-pub(crate) fn bounded_rate(
+/// [`ProofError::Synthesis`] when no bound covers the model error.
+pub fn bounded_rate(
     closed: &ClosedLoop,
     error: &LoopError,
     slow: &SlowBound,
     lambda: f64,
-) -> Result<BoundedRate, Error> {
+) -> Result<BoundedRate, ProofError> {
     // That of the transposed loop is the reciprocal.
     let own = if slow.inverse { 1.0 / lambda } else { lambda };
     let tries = RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise, factor)));

@@ -1,0 +1,166 @@
+//! Plants, controllers and bounds as certificates: their rows, their claims, with and without model error, their text.
+
+use crate::error::ProofError;
+use crate::rate::bounded_rate;
+use certificate::{
+    AnyRate, Certificate, Controller as ControllerRows, Multipliers, Plant, Residual, Rows, Theorem,
+};
+use lpv::analysis::GainBound;
+use lpv::analysis::bounded_gain::cleared;
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, from_rows, to_rows};
+use lpv::model_error::{LoopError, ModelError};
+use lpv::partition::{self, CONTROLLER, NamedBlock, Names, Partitioned};
+use lpv::plant::{ClosedLoop, GeneralisedPlant};
+use lpv::synthesis::{Design, DualMultipliers};
+use std::path::Path;
+
+/// What was proved, and the text that proves it.
+#[derive(Debug, Clone)]
+pub struct Proof {
+    /// The certificate.
+    pub certificate: Certificate,
+    /// What it proves.
+    pub theorem: Theorem,
+    /// The size of the model error that is covered, in the coordinates of [`ModelError`]; `None` where none is.
+    pub model_error: Option<f64>,
+}
+
+/// A certificate with plant and controller, and no claim yet.
+pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
+    Certificate {
+        blocks: plant.blocks.clone(),
+        controller_blocks: k.blocks.clone(),
+        plant: plant_rows(plant),
+        controller: controller_rows(k),
+        ..Certificate::default()
+    }
+}
+
+/// The certificate of a bound without model error, with plant, controller, gamma, X or V, S and T.
+pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
+    let any_rate = AnyRate {
+        gamma: bound.gamma,
+        x: if bound.factor.is_some() { vec![] } else { to_rows(&bound.x) },
+        v: bound.factor.as_ref().map_or_else(Vec::new, to_rows),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+    };
+    Certificate { any_rate: Some(any_rate), ..without_claims(plant, k) }
+}
+
+/// Proves the bound of a design for its plant, and `covered` for a model error of size `size`; both also at a bounded
+/// rate where the design has a bound for that. `closed` and `missed` are loop and error with its controller.
+///
+/// # Errors
+/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound at the rate covers
+/// the model error.
+pub fn with_model_error(
+    plant: &GeneralisedPlant,
+    design: &Design,
+    (error, size): (&ModelError, f64),
+    (closed, missed): (&ClosedLoop, &LoopError),
+    covered: &GainBound,
+) -> Result<Proof, ProofError> {
+    let proved = |covered: &GainBound| -> Result<Proof, ProofError> {
+        let mut certificate = nominal(plant, &design.controller, &design.certified);
+        certificate.residual = Some(residual(error, covered));
+        let slow = design.slow.as_ref();
+        certificate.bounded_rate =
+            slow.map(|slow| bounded_rate(closed, missed, slow, covered.lambda)).transpose()?;
+        let theorem = certificate.prove()?;
+        Ok(Proof { certificate, theorem, model_error: Some(size) })
+    };
+    // Inequalities that hold by their eigenvalues may be lost in the rounding of a tight bound.
+    proved(covered)
+        .or_else(|reason| cleared(closed, missed, covered).map_or(Err(reason), |clear| proved(&clear)))
+}
+
+fn residual(error: &ModelError, bound: &GainBound) -> Residual {
+    Residual {
+        e: to_rows(&error.e),
+        f: to_rows(&error.f),
+        fw: to_rows(&error.fw),
+        fu: to_rows(&error.fu),
+        lambda: bound.lambda,
+        gamma: bound.gamma,
+        x: to_rows(&bound.x),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+    }
+}
+
+/// The lower bound of the gain of any controller that the first multipliers prove which prove one; better ones may
+/// violate an inequality by rounding.
+pub fn lower_bound(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
+    let rows = plant_rows(plant);
+    multipliers.iter().find_map(|m| {
+        let guess = Multipliers {
+            primal: to_rows(&m.primal),
+            dual: to_rows(&m.dual),
+            coupling: (to_rows(&m.coupling.0), to_rows(&m.coupling.1)),
+        };
+        certificate::lower_bound(&rows, &guess)
+    })
+}
+
+/// A plant in the form of the certificate.
+pub fn plant_rows(p: &GeneralisedPlant) -> Plant {
+    let mut out = Plant::default();
+    out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&p.parts, key));
+    out
+}
+
+fn rows_of(parts: &Partitioned, key: &str) -> Rows {
+    parts.named(key).map_or_else(Vec::new, |m| to_rows(&m))
+}
+
+/// A direct path from u to y in the form of the certificate: nothing where it is 0.
+pub fn direct_path_rows(d22: &Mat) -> Rows {
+    if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
+}
+
+/// A controller in the form of the certificate.
+pub fn controller_rows(k: &Controller) -> ControllerRows {
+    let mut out = ControllerRows::default();
+    out.named_mut().into_iter().for_each(|(key, rows)| *rows = rows_of(&k.parts, key));
+    out
+}
+
+/// The controller of such rows; `None` when its matrices do not fit together.
+pub fn controller(blocks: &[usize], rows: &ControllerRows) -> Option<Controller> {
+    Controller::new(blocks.to_vec(), &blocks_of(CONTROLLER, &rows.named())?).ok()
+}
+
+/// The blocks of a partition whose matrices are given with their keys; `None` when one is ragged or no part of it. A
+/// matrix without rows is left out.
+pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<NamedBlock>> {
+    let given = matrices.iter().filter(|(_, rows)| !rows.is_empty());
+    let block = |(key, rows): &(&'static str, &Rows)| {
+        let (_, row, column) = partition::names(names).find(|(name, _, _)| name == key)?;
+        Some((row, column, from_rows(rows, rows.first()?.len())?))
+    };
+    given.map(block).collect()
+}
+
+/// The name of the first matrix that differs in any bit, but for the sign of zero.
+pub fn first_unlike(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
+    a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
+}
+
+/// Reads a certificate; `file` is for messages.
+///
+/// # Errors
+/// [`ProofError::Certificate`].
+pub fn parse(text: &str, file: &str) -> Result<Certificate, ProofError> {
+    Certificate::from_json(text).map_err(|reason| ProofError::Certificate { file: file.into(), reason })
+}
+
+/// The text of a certificate for the file `path`.
+///
+/// # Errors
+/// [`ProofError::Certificate`].
+pub fn text(certificate: &Certificate, path: &Path) -> Result<String, ProofError> {
+    let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
+    certificate.to_json().map_err(wrong)
+}

@@ -1,0 +1,66 @@
+//! The gain for constant values of parameters as a certificate. See [`lpv::robust::constant`] for the inequality.
+
+use crate::claim::{controller_rows, plant_rows};
+use crate::error::ProofError;
+use certificate::{ConstantCertificate, ErrorBall, Filter};
+use lpv::controller::Controller;
+use lpv::matrix::{from_rows, to_rows};
+use lpv::model_error::ModelError;
+use lpv::plant::GeneralisedPlant;
+use lpv::robust::constant::{ConstantBound, Filters};
+
+/// How far the balls of a certificate may be from those computed again, relatively: rounding on another processor.
+const SAME_BALL: f64 = 1e-6;
+
+/// The certificate of a bound.
+pub fn certificate(
+    plant: &GeneralisedPlant,
+    controller: &Controller,
+    filters: &[Option<Filters>],
+    bound: &ConstantBound,
+    balls: &[ModelError],
+) -> ConstantCertificate {
+    let of_parameter = |(parameter, of): (usize, &Option<Filters>)| -> Vec<Filter> {
+        let each =
+            |f: &Filters| f.poles.iter().map(|&pole| Filter { parameter, pole, rate: f.rate }).collect();
+        of.as_ref().map(each).unwrap_or_default()
+    };
+    let error = |(ball, lambda): (&ModelError, &f64)| ErrorBall {
+        e: to_rows(&ball.e),
+        f: to_rows(&ball.f),
+        fu: to_rows(&ball.fu),
+        lambda: *lambda,
+    };
+    ConstantCertificate {
+        blocks: plant.blocks.clone(),
+        controller_blocks: controller.blocks.clone(),
+        plant: plant_rows(plant),
+        controller: controller_rows(controller),
+        gamma: bound.gamma,
+        x: to_rows(&bound.x),
+        s: to_rows(&bound.s),
+        t: to_rows(&bound.t),
+        lyapunov: to_rows(&bound.lyapunov),
+        filters: filters.iter().enumerate().flat_map(of_parameter).collect(),
+        errors: balls.iter().zip(&bound.lambdas).map(error).collect(),
+    }
+}
+
+/// Checks that the balls of a certificate are these, computed again.
+///
+/// # Errors
+/// [`ProofError::WrongPlant`].
+pub fn check_balls(certificate: &ConstantCertificate, balls: &[ModelError]) -> Result<(), ProofError> {
+    let same = |(ball, found): (&ModelError, &ErrorBall)| {
+        let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
+        pairs.into_iter().all(|(wanted, rows)| {
+            from_rows(rows, wanted.ncols()).is_some_and(|m| {
+                m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
+            })
+        })
+    };
+    if balls.len() == certificate.errors.len() && balls.iter().zip(&certificate.errors).all(same) {
+        return Ok(());
+    }
+    Err(ProofError::WrongPlant { what: "a ball of the model's errors".to_owned() })
+}

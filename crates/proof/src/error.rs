@@ -1,0 +1,39 @@
+//! Why a certificate does not prove what is claimed of a loop.
+
+use thiserror::Error;
+
+/// Why a certificate does not prove what is claimed of a loop.
+#[derive(Debug, Error)]
+#[allow(missing_docs, reason = "the message says what each field is")]
+pub enum ProofError {
+    /// A certificate does not prove its claim.
+    #[error(transparent)]
+    Unproved(#[from] certificate::Failure),
+    /// A certificate cannot be read.
+    #[error("{file}: {reason}")]
+    Certificate { file: String, reason: certificate::ReadError },
+    /// A certificate is of another controller.
+    #[error("the certificate is not of this controller: {what} differs")]
+    Mismatch { what: String },
+    /// A certificate is of another plant.
+    #[error("the certificate is not of this plant: {what} differs")]
+    WrongPlant { what: String },
+    /// The ball of models of a certificate does not contain the true ones.
+    #[error(
+        "the certificate's section 'residual' does not cover this vehicle: {}",
+        .reach.map_or_else(
+            || "E, F and Fu make no ball around the fit".to_owned(),
+            |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
+        )
+    )]
+    Ball { reach: Option<f64> },
+    /// No bound was found.
+    #[error(transparent)]
+    Synthesis(#[from] lpv::error::SynthesisError),
+    /// The matrices of a certificate make no plant.
+    #[error(transparent)]
+    Shape(#[from] lpv::error::ShapeError),
+    /// A plant has no value at some parameter.
+    #[error(transparent)]
+    Lft(#[from] lpv::error::LftError),
+}

@@ -1,0 +1,23 @@
+//! The dictionary between `lpv`, which searches, and `certificate`, which proves in exact arithmetic and shares no code
+//! with the search.
+//!
+//! ```text
+//! claim         plant, controller and bounds as a certificate, read and written
+//! rate          the bound for a parameter that moves at a bounded rate
+//! ball          the ball of models around a fit
+//! energy        the gain with commands at their limits, of w of bounded energy
+//! limits        the step after which a loop with commands at their limits comes back
+//! sampled       the bound of a sampled loop
+//! constant      the bound for constant parameters
+//! same_plant    whether two plants are the same function of their parameters
+//! ```
+
+pub mod ball;
+pub mod claim;
+pub mod constant;
+pub mod energy;
+pub mod error;
+pub mod limits;
+pub mod rate;
+pub mod same_plant;
+pub mod sampled;

@@ -1,0 +1,73 @@
+//! The gain of a sampled loop for every trajectory of the parameters that is constant from tick to tick.
+
+use crate::claim::{Proof, direct_path_rows, nominal};
+use crate::error::ProofError;
+use crate::same_plant;
+use certificate::{Certificate, Plant};
+use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
+use lpv::analysis::{AtTicks, GainBound};
+use lpv::controller::Controller;
+use lpv::direct_path::around;
+use lpv::error::SynthesisError;
+use lpv::model_error::LoopError;
+use lpv::plant::ClosedLoop;
+
+const STAGE: &str = "analysis of the sampled loop";
+
+/// Bounds the gain of the loop of a plant at its ticks and a controller, sought from a bound in continuous time, and
+/// proves it. See [`lpv::analysis::at_ticks`].
+///
+/// # Errors
+/// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
+pub fn sampled(
+    AtTicks { plant, d22 }: &AtTicks,
+    controller: &Controller,
+    continuous: &GainBound,
+) -> Result<Proof, ProofError> {
+    let inner = around(controller, &-d22).ok_or_else(|| {
+        SynthesisError::numerical(
+            STAGE,
+            "the direct paths of plant and controller make a loop that is not well posed",
+        )
+    })?;
+    let closed = plant.close(&inner);
+    let bound = bound(&closed, continuous)?;
+    let mut certificate = nominal(plant, controller, &bound);
+    certificate.plant.d22 = direct_path_rows(d22);
+    let theorem = certificate.prove()?;
+    Ok(Proof { certificate, theorem, model_error: None })
+}
+
+/// Checks that the plant of a certificate is this one at its ticks. `None` where the certificate is of no plant at
+/// ticks: these have every output z twice.
+///
+/// # Errors
+/// As [`same_plant::check`].
+pub fn check(certificate: &Certificate, AtTicks { plant, d22 }: &AtTicks) -> Result<Option<()>, ProofError> {
+    if certificate.plant.c1.len() != plant.sizes().z {
+        return Ok(None);
+    }
+    same_plant::check_direct_path(&certificate.plant, d22)?;
+    let without = Plant { d22: vec![], ..certificate.plant.clone() };
+    same_plant::check(&without, &certificate.blocks, plant).map(Some)
+}
+
+/// From how far above the bound of the design one of the sampled loop is looked for.
+const ROOM: [f64; 3] = [1.0, 2.0, 8.0];
+
+/// A bound of the loop, sought from that of the design; the Lyapunov matrix of the latter does not fit where commands
+/// wait in other states.
+fn bound(closed: &ClosedLoop, certified: &GainBound) -> Result<GainBound, SynthesisError> {
+    let from = |factor: &f64| {
+        let roomy = GainBound { gamma: factor * certified.gamma, ..certified.clone() };
+        let start = match certified.x.nrows() == closed.a().nrows() {
+            true => roomy,
+            false => balanced_start(closed, &roomy).ok_or_else(|| {
+                SynthesisError::numerical(STAGE, "it is not stable in the middle of the range of speed")
+            })?,
+        };
+        bounded_gain(closed, &LoopError::none(closed), &start)
+    };
+    let [first, further @ ..] = &ROOM;
+    further.iter().fold(from(first), |found, factor| found.or_else(|_| from(factor)))
+}
