@@ -141,7 +141,7 @@ mod tests {
         let inner = around(&k.late_at_ticks(2, TICK), &-&d22).unwrap();
         let found = ticks.close(&inner).frozen(&[theta]).unwrap();
         assert!(found.is_stable());
-        let flown = trapezoidal(&k.frozen(&[theta]).unwrap()).late(2);
+        let flown = trapezoidal(&k.frozen(&[theta]).unwrap()).delayed(2);
         let (a, h) = (-1.0 + theta, TICK);
         for angle in [0.05, 0.7, 2.5] {
             let z = Complex::from_polar(1.0, angle);

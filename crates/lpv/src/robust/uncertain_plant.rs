@@ -64,7 +64,7 @@ impl UncertainPlant {
         direct += inverse_root * t.transpose() * &other;
         // Delta's channels stand last: what follows them takes them in.
         let sizes = parts.sizes();
-        let parts = parts.divided(Sizes { t: r, w: k + sizes.w, z: k + sizes.z, ..sizes });
+        let parts = parts.repartitioned(Sizes { t: r, w: k + sizes.w, z: k + sizes.z, ..sizes });
         GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 }
