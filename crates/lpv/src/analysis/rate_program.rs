@@ -145,7 +145,7 @@ impl<'a> Grid<'a> {
         };
         let mut systems: Vec<StateSpace> =
             points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
-        let speed = middle_speed(&systems);
+        let speed = median_time_scale(&systems);
         systems.iter_mut().for_each(|s| scale_time(s, speed));
         if matches!(aim, RateAim::Stability) {
             systems.iter_mut().for_each(|s| *s = without_signals(s));
@@ -285,7 +285,7 @@ pub(crate) fn without_signals(s: &StateSpace) -> StateSpace {
 }
 
 /// The geometric mean of the modes' distances from zero, over all systems, which are stable.
-fn middle_speed(systems: &[StateSpace]) -> f64 {
+fn median_time_scale(systems: &[StateSpace]) -> f64 {
     let modes: Vec<f64> = systems.iter().flat_map(StateSpace::poles).map(|p| p.norm().ln()).collect();
     (modes.iter().sum::<f64>() / modes.len().max(1) as f64).exp()
 }

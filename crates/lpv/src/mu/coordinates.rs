@@ -32,7 +32,7 @@ const SETTLED: f64 = 1e-14;
 pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateSpace {
     let n = system.a.nrows();
     // Of one size as well: what A does in a unit of time in which the modes are about 1.
-    let root = middle_speed(&system.a).sqrt();
+    let root = median_time_scale(&system.a).sqrt();
     let mut m =
         block(&[&[&(&system.a / (root * root)), &(&system.b / root)], &[&(&system.c / root), &system.d]]);
     let states = (0..n).map(|i| (i..i + 1, i..i + 1));
@@ -62,7 +62,7 @@ pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateS
 }
 
 /// The geometric mean of the modes, rad/s; 1 where there is none.
-fn middle_speed(a: &Mat) -> f64 {
+fn median_time_scale(a: &Mat) -> f64 {
     let speeds: Vec<f64> = eigenvalues(a).iter().map(|p| p.norm().ln()).filter(|v| v.is_finite()).collect();
     (speeds.iter().sum::<f64>() / speeds.len().max(1) as f64).exp()
 }

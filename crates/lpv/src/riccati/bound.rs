@@ -123,7 +123,7 @@ impl WideLoop {
     }
 
     /// The coordinates T of the states after the first n in which their part of X at a gain is the identity.
-    pub(crate) fn own_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
+    pub(crate) fn balanced_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
         let x = self.lyapunov(gain, MARGINS[0], &self.reached()?)?;
         let own = self.a.nrows() - n;
         Some(cholesky(&x.view((n, n), (own, own)).into_owned())?.transpose())
