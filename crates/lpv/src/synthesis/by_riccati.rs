@@ -11,7 +11,7 @@ use crate::matrix::Mat;
 use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
 use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
-use crate::riccati::wide::{Quad, Wide, beside};
+use crate::riccati::wide::{Quad, Wide, concatenated};
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
@@ -171,9 +171,9 @@ impl WidePlant {
         let noise =
             Wide::from_fn(self.a.nrows(), u, |i, j| self.b2[(i, j)] * Quad::from_f64(size / weight(j)));
         Self {
-            b1: beside(&self.b1, &noise),
-            d11: beside(&self.d11, &Wide::zeros(z, u)),
-            d21: beside(&self.d21, &Wide::zeros(y, u)),
+            b1: concatenated(&self.b1, &noise),
+            d11: concatenated(&self.d11, &Wide::zeros(z, u)),
+            d21: concatenated(&self.d21, &Wide::zeros(y, u)),
             ..self.clone()
         }
     }

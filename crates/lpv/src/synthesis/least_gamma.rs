@@ -2,7 +2,7 @@
 
 use crate::error::SynthesisError;
 use crate::lmi::program::Program;
-use crate::lmi::solver;
+use crate::lmi::solver::{self, Candidate};
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, eigenvalues, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::synthesis::back_off::contradiction;
@@ -242,7 +242,8 @@ fn first_unit(plant: &GeneralisedPlant) -> f64 {
 }
 
 fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
-    solver::is_better((one.margin, one.gamma), (other.margin, other.gamma))
+    let candidate = |found: &LmiSolution| Candidate { margin: found.margin, cost: found.gamma };
+    solver::is_better(candidate(one), candidate(other))
 }
 
 const STAGE: &str = "least gamma";
