@@ -18,7 +18,7 @@ use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
 use certificate::{AnyRate, Certificate, Residual, Rows, Theorem};
-use lpv::analysis::bounded_gain::cleared;
+use lpv::analysis::bounded_gain::with_raised_gamma;
 use lpv::analysis::{GainBound, bounded_gain};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
@@ -69,7 +69,7 @@ pub fn certify(
     };
     let (certificate, theorem) = proved(&covered).or_else(|reason| {
         // Inequalities that hold by their eigenvalues may be lost in the rounding of a tight bound.
-        cleared(&closed, &missed, &covered).map_or(Err(reason), |clear| proved(&clear))
+        with_raised_gamma(&closed, &missed, &covered).map_or(Err(reason), |clear| proved(&clear))
     })?;
     Ok(Proof { certificate, theorem, model_error: Some(size) })
 }

@@ -5,7 +5,7 @@
 //! or one that shows that gamma more clearly, is shown to hold between the values by multipliers on intervals
 //! ([`mod@crate::bounded_rate::intervals`]). What is returned holds on the whole range, and not at the values alone.
 
-use crate::analysis::rate::{RateBound, cleared, rate_bounded_gain};
+use crate::analysis::rate::{RateBound, rate_bounded_gain, with_raised_gamma};
 use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::error::{RateError, SynthesisError};
@@ -102,7 +102,7 @@ impl Search<'_> {
         raises.into_iter().find_map(|raise| {
             let raised = RateBound { gamma: (1.0 + raise) * least.gamma, ..least.clone() };
             self.on_intervals(&raised).or_else(|| {
-                let clear = cleared(self.samples, self.options(), least, *raise).ok()?;
+                let clear = with_raised_gamma(self.samples, self.options(), least, *raise).ok()?;
                 self.on_intervals(&clear)
             })
         })

@@ -137,7 +137,7 @@ impl Grid {
     }
 
     /// The point well inside the inequalities at a gamma above the least: X and Y as small as they may be, then, up to
-    /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the clearest.
+    /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the largest_margin.
     pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
         let level = Affine::number(gamma);
         let mut program = Program::default();

@@ -231,7 +231,7 @@ mod tests {
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let closed = RobustLoop::new(&uncertain, &nominal.controller);
         let bound = closed.begun(&nominal.certified, 1.2 * nominal.certified.gamma).unwrap();
-        let clear = closed.cleared(&bound).unwrap();
+        let clear = closed.with_raised_gamma(&bound).unwrap();
         assert!(clear.bound.gamma <= 1.0101 * bound.bound.gamma);
         assert!(clear.bound.largest_eigenvalue < -1e-6, "{}", clear.bound.largest_eigenvalue);
     }

@@ -3,7 +3,7 @@
 //! The inequality is that of [`crate::analysis::bounded_gain()`], with a point to start from that is made here: no
 //! controller was built on it.
 
-use crate::analysis::bounded_gain::{Base, CLEARANCE_SHARE, as_clear_as_can_be, search, worst_eigenvalue};
+use crate::analysis::bounded_gain::{Base, GAMMA_SHARE, search, with_largest_margin, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, diagonal};
 use crate::robust::uncertain_plant::UncertainPlant;
@@ -147,15 +147,15 @@ impl<'a> RobustLoop<'a> {
     }
 
     /// A bound of the same size that holds as clearly as a gamma 1 % larger lets it: for a proof.
-    pub fn cleared(&self, at: &RobustBound) -> Option<RobustBound> {
-        self.clear(at, (1.0 + CLEARANCE_SHARE) * at.bound.gamma)
+    pub fn with_raised_gamma(&self, at: &RobustBound) -> Option<RobustBound> {
+        self.clear(at, (1.0 + GAMMA_SHARE) * at.bound.gamma)
     }
 
     /// A bound of the same size that holds as clearly as a larger gamma lets it.
     fn clear(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let given = GainBound { gamma, ..at.bound.clone() };
-        let bound = as_clear_as_can_be(&closed, &LoopError::none(&closed), &given)?;
+        let bound = with_largest_margin(&closed, &LoopError::none(&closed), &given)?;
         Some(RobustBound { size: at.size, bound })
     }
 

@@ -67,7 +67,7 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
     let (mut here, mut best) = (plant.clone(), None);
     let (mut next, mut floor, mut denied) = (plant, EIGENVALUE_FLOOR, 0);
     for _ in 0..MOST_COORDINATES {
-        match clearest(&next, scalings) {
+        match largest_margin(&next, scalings) {
             Some(found) if found.holds => return Some(true),
             Some(found) if found.margin > NO_MARGIN => return None,
             Some(found) => {
@@ -77,7 +77,7 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
             // These coordinates are too badly conditioned: the next are closer to the last good ones.
             None => floor *= 10.0,
         }
-        let Clearest { x, s, .. } = best.as_ref()?;
+        let LargestMargin { x, s, .. } = best.as_ref()?;
         let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
         next = here
             .changed(|parts| parts.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse)));
@@ -86,7 +86,7 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
 }
 
 /// The point of the largest margin.
-struct Clearest {
+struct LargestMargin {
     margin: f64,
     x: Mat,
     s: Mat,
@@ -96,7 +96,7 @@ struct Clearest {
 
 /// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` if the solver does not reach
 /// an optimum.
-fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
+fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<LargestMargin> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::default();
     let theta = channels(&plant.blocks);
@@ -129,7 +129,7 @@ fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest
     let inequalities = [value(&projected), -&x, -&s];
     let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING_EIGENVALUE);
     let margin = value(&t)[(0, 0)];
-    (holds || solution.gap <= NO_MARGIN).then_some(Clearest { margin, x, s, holds })
+    (holds || solution.gap <= NO_MARGIN).then_some(LargestMargin { margin, x, s, holds })
 }
 
 /// An inequality scaled to a unit diagonal holds strictly if all its eigenvalues exceed this.

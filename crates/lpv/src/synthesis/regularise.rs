@@ -14,7 +14,7 @@
 //! then tightened. Source of the idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, section
 //! 17.1.
 
-use crate::analysis::bounded_gain::{Base, bounded_gain, clearest};
+use crate::analysis::bounded_gain::{Base, bounded_gain, largest_margin};
 use crate::analysis::gain_bound::GainBound;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::direct::directly;
@@ -80,7 +80,7 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     // A bound with so small a margin may be rounding.
     let base = known.clone().unwrap_or(design.certified.clone());
     let raised = GainBound { gamma: GAMMA_RAISE * base.gamma, ..base };
-    let clearer = clearest(Base { closed: &closed, error: &error, bound: &raised }).ok();
+    let clearer = largest_margin(Base { closed: &closed, error: &error, bound: &raised }).ok();
     let eigenvalue = known.as_ref().map_or(0.0, |known| known.largest_eigenvalue);
     let certified = clearer.filter(|design| design.largest_eigenvalue < eigenvalue).or(known)?;
     Some(Design { certified, regularisation: Some(added), ..design })
