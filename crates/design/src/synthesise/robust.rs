@@ -148,7 +148,7 @@ pub fn search(
         gamma: allowed / (1.0 + GAMMA_SHARE),
         back_off: BACK_OFF,
         rounds: ROUNDS,
-        pays: LEAST_GAIN_IN_SIZE,
+        least_growth: LEAST_GAIN_IN_SIZE,
         fastest_mode: Some(fastest_sampled(inputs.design.sample_time)),
     };
     let mut number = 0;
