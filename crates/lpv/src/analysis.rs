@@ -1,10 +1,10 @@
-//! Bounds on the gain of a finished loop.
+//! Bounds on the gain of a closed loop.
 //!
-//! - [`bounded_gain()`]: for every trajectory of the parameters, however fast;
-//! - [`rate`]: when the parameter moves at a bounded rate, on a grid;
-//! - [`sampled_gain()`]: of a plant without parameters and a controller that is sampled, between the ticks, too;
-//! - [`at_ticks`]: the loop in discrete time that has the same bounds, for every sequence of the parameters;
-//! - [`ladder`]: what each assumption on the parameter costs, from frozen to arbitrarily fast.
+//! - [`bounded_gain()`]: for every trajectory of the parameters, at any rate;
+//! - [`rate`]: for a bounded parameter rate, on a grid;
+//! - [`sampled_gain()`]: for a plant without parameters and a sampled controller, including the time between samples;
+//! - [`at_ticks`]: the discrete-time loop with the same bounds, for every sequence of the parameters;
+//! - [`ladder`]: the cost of each assumption on the parameter, from frozen to arbitrarily fast.
 
 pub mod at_ticks;
 pub mod bounded_gain;

@@ -1,12 +1,12 @@
-//! Anti-windup: what the commands lack because of their limits is fed back into the states of the controller.
+//! Anti-windup: the saturated part of the commands is fed back into the states of the controller.
 //!
-//! With `phi = u - sat(u)`, the part of the command u that its limits cut off, a loop with limits is
+//! With `phi = u - sat(u)`, the part of the command u beyond its limits, a loop with saturation is
 //!
 //! ```text
 //! x' = A x - B phi + J E phi,   u = K x + u_o,   z = C x,   J = [0; I] into the controller's states
 //! ```
 //!
-//! x is how far the loop is from the one without limits, and u_o the command of that one. For a gain E, a matrix
+//! x is the deviation from the loop without limits, and u_o the command of that loop. For a gain E, a matrix
 //! `Q = P^-1 > 0`, a diagonal U > 0 and any Y = H Q the inequalities
 //!
 //! ```text
@@ -16,19 +16,19 @@
 //! [*         *                       *         -gamma I ]            [*  limit_j^2] > 0   for each command j
 //! ```
 //!
-//! say that where x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
+//! imply that for x' P x < 1 the sector condition `phi' U^-1 (u - phi - H x) >= 0` holds (J. M. Gomes da Silva Jr.,
 //! S. Tarbouriech, "Antiwindup design with guaranteed regions of stability: an LMI-based approach", IEEE Trans.
-//! Automatic Control 50(1), 2005, lemma 1), that `x' P x` decreases where u_o = 0, and that the gain from u_o to z is
-//! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so that E follows from one
-//! program.
+//! Automatic Control 50(1), 2005, lemma 1), that `x' P x` decreases if u_o = 0, and that the gain from u_o to z is
+//! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so E follows from one program.
 //!
-//! Least gamma is the quickest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear conditioning
+//! The least gamma gives the fastest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear
+//! conditioning
 //! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
 //! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
 
-mod cut_off;
 pub mod energy;
 pub mod region;
+mod saturated;
 
 use crate::error::{ShapeError, SynthesisError};
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -40,32 +40,31 @@ use nalgebra::DVector;
 
 const STAGE: &str = "anti-windup";
 
-/// How far from the optimum a solution may be, relative: a gain is all that is wanted.
+/// The relative tolerance of the optimum: only a gain is needed.
 const ACCURACY: f64 = 1e-2;
 
-/// The size of the objective below which the accuracy is no longer relative: the region may be many times as large as
-/// what is asked of it, and its objective goes with the inverse square.
+/// The objective below which the tolerance is absolute: the region may be many times the required one, and the
+/// objective is its inverse square.
 const FLOOR: f64 = 1e-9;
 
-/// A stable loop at one value of its parameters, without limits, n states, the last of them the controller's, m
-/// commands.
+/// A stable loop at one parameter value, without limits, with n states, the controller's last, and m commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitedLoop {
     /// A, n x n.
     pub a: Mat,
-    /// B, n x m: how the commands enter.
+    /// B, n x m: the effect of the commands.
     pub b: Mat,
-    /// K, m x n: the commands.
+    /// K, m x n: the feedback from the states to the commands.
     pub k: Mat,
-    /// C, p x n: what is to return.
+    /// C, p x n: the output whose recovery is to be fast.
     pub c: Mat,
-    /// How far each command can go either way, m positive numbers. Of limits that are not even the smaller.
+    /// The limit of each command in both directions, m positive numbers; for unequal limits, the smaller one.
     pub limits: Vec<f64>,
     /// S, n x k: the region of the states must contain `S v` for every v with |v| <= 1.
     pub region: Mat,
 }
 
-/// What is sought.
+/// The objective of the design.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim<'a> {
     /// The gain E with the least gamma.
@@ -76,27 +75,27 @@ pub enum Aim<'a> {
     RegionOf(&'a Mat),
 }
 
-/// A gain, and what it achieves at each of the loops.
+/// An anti-windup gain, and what it achieves at each of the loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AntiWindup {
-    /// E, n_k x m: by it and phi the controller's n_k states move faster.
+    /// E, n_k x m: E phi is added to the rates of the controller's n_k states.
     pub gain: Mat,
-    /// The gain from u_o to z is below it as long as the state stays in the region; infinite if that was not sought.
+    /// A bound of the gain from u_o to z as long as the state stays in the region; infinite if not computed.
     pub gamma: f64,
     /// The region contains this multiple of S.
     pub region: f64,
 }
 
-/// Seeks one gain E for all `loops`, whose last `controller_states` states are those of the controller.
+/// Computes one gain E for all `loops`, whose last `controller_states` states are those of the controller.
 ///
-/// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in
-/// those of the limits: without it E can be so large that no sampled controller carries it out, for hardly any gamma.
+/// `largest_gain` bounds the entries of E \[1/s\], with the states in units of their sizes in the loop and phi in those
+/// of the limits: otherwise E may be too large for a sampled controller, with almost no gain in gamma.
 ///
-/// Each loop has a P of its own. What holds is therefore said of loops whose parameters stand still.
+/// Each loop has its own P. The result therefore holds for frozen parameters.
 ///
 /// # Errors
-/// [`SynthesisError::Shape`] without a loop, or where its matrices do not fit; [`SynthesisError::Infeasible`], also
-/// where a limit is not positive; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Shape`] without a loop, or if its matrices do not fit; [`SynthesisError::Infeasible`], also if a
+/// limit is not positive; [`SynthesisError::Numerical`].
 pub fn anti_windup(
     loops: &[LimitedLoop],
     controller_states: usize,
@@ -107,11 +106,11 @@ pub fn anti_windup(
     let sizes = sizes(loops)?;
     let (n, m) = (sizes.len(), loops[0].limits.len());
     let mut program = Program::default();
-    // Within phi_j / limit_j, and states in units of their sizes.
+    // In units of phi_j / limit_j, and states in units of their sizes.
     let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
-    let own = sizes.rows(n - controller_states, controller_states).into_owned();
+    let controller_sizes = sizes.rows(n - controller_states, controller_states).into_owned();
     let largest = |j: usize| largest(loops, j);
-    let inward = |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / own[i]);
+    let inward = |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / controller_sizes[i]);
     let moved = match aim {
         Aim::RegionOf(gain) => u.after(&inward(gain)),
         Aim::Recovery | Aim::Region => bounded_gain(&mut program, &u, controller_states, largest_gain),
@@ -119,7 +118,7 @@ pub fn anti_windup(
     let level = program.scalar();
     program.minimise_trace(&level, 1.0);
     for each in loops {
-        impose(&mut program, &scaled(each, &sizes, &largest), &u, &moved, (aim, &level));
+        impose(&mut program, &scaled(each, &sizes, &largest), &u, &moved, aim, &level);
     }
     let options =
         SolverOptions { floor: FLOOR, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
@@ -129,7 +128,9 @@ pub fn anti_windup(
     }
     let value = |e: &Affine| e.value(&program, &solution.x);
     let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);
-    let gain = Mat::from_fn(controller_states, m, |i, j| moved[(i, j)] / u[(j, j)] * own[i] / largest(j));
+    let gain = Mat::from_fn(controller_states, m, |i, j| {
+        moved[(i, j)] / u[(j, j)] * controller_sizes[i] / largest(j)
+    });
     let (gamma, region) = match aim {
         Aim::Recovery => (level, 1.0),
         Aim::Region | Aim::RegionOf(_) => (f64::INFINITY, level.powf(-0.5)),
@@ -137,7 +138,7 @@ pub fn anti_windup(
     Ok(AntiWindup { gain, gamma, region })
 }
 
-/// Whether the matrices fit together, and each command can go both ways.
+/// Checks that the matrices fit together and the limits are positive.
 fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), SynthesisError> {
     let size = |l: &LimitedLoop| (l.a.nrows(), l.limits.len());
     let (n, m) = loops.first().map_or((0, 0), size);
@@ -189,7 +190,8 @@ fn impose(
     each: &LimitedLoop,
     u: &Affine,
     moved: &Affine,
-    (aim, level): (Aim<'_>, &Affine),
+    aim: Aim<'_>,
+    level: &Affine,
 ) {
     let LimitedLoop { a, b, k, c, limits, region } = each;
     let (n, m) = b.shape();
@@ -246,7 +248,7 @@ fn largest(loops: &[LimitedLoop], command: usize) -> f64 {
     loops.iter().map(|each| each.limits[command]).fold(0.0, f64::max)
 }
 
-/// The size of each state under white noise of unit size in the directions of the region, and on the commands in units
+/// The size of each state under white noise of unit size in the directions of the region and on the commands, in units
 /// of their limits.
 fn sizes(loops: &[LimitedLoop]) -> Result<DVector<f64>, SynthesisError> {
     let n = loops.first().map_or(0, |l| l.a.nrows());

@@ -1,8 +1,8 @@
-//! Synthesis for a parameter that moves at a bounded rate, with Lyapunov matrices that depend on it.
+//! Synthesis for a parameter with a bounded rate, by Lyapunov matrices that depend on it.
 //!
 //! ```text
-//! plant at some theta -> least gamma of X(theta), Y -> back-off -> controller at many theta -> LFT -> loop ->
-//! intervals
+//! plant at values of theta -> least gamma of X(theta), Y -> back-off -> controllers at many values -> LFT -> closed
+//! loop -> proof on intervals
 //! ```
 //!
 //! F. Wu, X. H. Yang, A. Packard, G. Becker, "Induced L2-norm control for LPV systems with bounded parameter variation
@@ -12,22 +12,22 @@
 //!
 //! - [`inequalities`]: the synthesis inequalities at values of the parameter;
 //! - `central`: the controller at one value, in closed form;
-//! - `scheduled`: an LFT through the controllers of many values;
-//! - [`mod@intervals`]: what proves the gain of the finished loop, between the values too;
-//! - [`own`]: Lyapunov matrices sought for the finished loop alone, also with model error;
-//! - [`mod@finished`]: the same for a loop that is given, by Lyapunov matrices of rising order;
-//! - [`design`]: all of it in one go.
+//! - `scheduled`: an LFT fitted to controllers at many values;
+//! - [`mod@intervals`]: proof of the gain of the closed loop, between the values too;
+//! - [`loop_lyapunov`]: Lyapunov matrices computed for the closed loop, also with model error;
+//! - [`mod@finished`]: the gain of a given closed loop, by Lyapunov matrices of increasing order;
+//! - [`design`]: the whole design.
 
 pub(crate) mod central;
 pub mod design;
 pub mod finished;
 pub mod inequalities;
 pub mod intervals;
-pub mod own;
+pub mod loop_lyapunov;
 pub(crate) mod scheduled;
 
 pub use design::{Least, SlowDesign, SlowOptions, least_gamma, synthesise};
 pub use finished::finished;
 pub use inequalities::Varying;
 pub use intervals::{Claim, SlowBound, intervals};
-pub use own::covering;
+pub use loop_lyapunov::covering;

@@ -6,28 +6,27 @@
 //!        Controller, GainBound <- bounded_gain <- reconstruct <- least_gamma, back-off
 //! ```
 //!
-//! A plant that depends on parameters in `[-1, 1]`, measured while it runs, is written as a linear fractional
-//! transformation (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller that comes out is
-//! an LFT in the same parameters, and the gain of the closed loop is bounded for every trajectory of the parameters,
-//! however fast.
+//! A plant that depends on parameters in `[-1, 1]`, measured in operation, is written as a linear fractional
+//! transformation (LFT): a constant system closed by `Theta = blkdiag(theta_i I)`. The controller is an LFT in the same
+//! parameters, and the gain of the closed loop is bounded for every trajectory of the parameters, at any rate.
 //!
-//! The files are in wings, whose own files say more:
+//! Modules:
 //!
 //! - [`system`]: LFTs, state space, the partition of plant, controller and loop, the tracking problem;
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound;
-//! - [`analysis`]: bounds on the gain of a finished loop;
-//! - [`bounded_rate`]: a parameter that moves at a bounded rate;
-//! - [`robust`]: parameters that no controller measures;
+//! - [`analysis`]: bounds on the gain of a closed loop;
+//! - [`bounded_rate`]: designs for a parameter whose rate is bounded;
+//! - [`robust`]: parameters that the controller does not measure;
 //! - [`mu`]: structured singular values;
-//! - [`matrix`], [`error`], [`stop`]: dense matrices, what can go wrong, how it is stopped; they belong to all.
+//! - [`matrix`], [`error`], [`stop`]: dense matrices, errors and cancellation, used by all others.
 //!
-//! Time is in seconds and frequencies in rad/s wherever the plant's are; nothing here knows what a plant stands for.
+//! Time is in seconds and frequencies in rad/s if the plant's are; the crate knows nothing of the plant's physics.
 //!
 //! # Example
 //!
-//! The tutorial plant of LPVTools (LFT tutorial; rebuilt from the numbers in its documentation): `x' = -rho x + rho
-//! u` with rho anywhere in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
+//! The tutorial plant of LPVTools (LFT tutorial; from the numbers in its documentation): `x' = -rho x + rho u` with rho
+//! in [1, 10], a weight on the tracking error and one on the control. Its least gamma is 1.788.
 //!
 //! ```
 //! use lpv::partition::Group::{T, U, W, X, Y, Z};
@@ -53,7 +52,7 @@
 //! let design = synthesise(&plant, Options::default())?;
 //! assert!((design.gamma_optimum - 1.7877).abs() < 1e-3);
 //!
-//! // The bound of the finished loop, for every trajectory of the parameter, with the matrices that show it.
+//! // The bound of the closed loop, for every trajectory of the parameter, with the matrices that prove it.
 //! let bound = &design.certified;
 //! assert!(bound.largest_eigenvalue < 0.0);
 //! let closed = plant.close(&design.controller);

@@ -1,4 +1,4 @@
-//! Linear matrix inequalities: as expressions ([`program`]), and solved ([`solver`]).
+//! Linear matrix inequalities: expressions ([`program`]) and their solution ([`solver`]).
 
 pub mod affine;
 mod conic;
@@ -8,8 +8,8 @@ pub mod program;
 pub mod solver;
 pub mod solver_options;
 
-/// Clarabel panics where a decomposition does not converge; the panic is caught and another method is tried, so its
-/// message is not printed. All other panics are defects and print theirs.
+/// Silences panics of Clarabel, which occur if a decomposition does not converge; they are caught and another method is
+/// tried. All other panics are defects and are printed.
 pub fn keep_caught_panics_quiet() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {

@@ -1,4 +1,4 @@
-//! The structured singular value mu: how large a structured perturbation a loop tolerates.
+//! The structured singular value mu: the size of a structured perturbation that a loop tolerates.
 //!
 //! ```text
 //! mu(M) = 1 / min { |Delta| : det(I - M Delta) = 0, Delta of the structure }
@@ -8,9 +8,9 @@
 //! blocks M. K. H. Fan, A. L. Tits, J. C. Doyle, "Robustness in the presence of mixed parametric uncertainty and
 //! unmodeled dynamics", IEEE Trans. Automatic Control 36(1), 1991.
 //!
-//! - [`structure`]: what a perturbation may look like;
-//! - [`upper`]: the bound by D-G scalings, and the scalings that show it;
-//! - [`lower`], [`margin`]: perturbations that destabilise;
+//! - [`structure`]: the structure of a perturbation;
+//! - [`upper`]: the bound by D-G scalings, with the scalings that prove it;
+//! - [`lower`], [`margin`]: destabilising perturbations;
 //! - [`over_frequency`], [`sweep`], [`interval`]: bounds for all frequencies;
 //! - [`worst_case`]: the largest gain at a given size of the perturbation.
 

@@ -4,10 +4,11 @@
 //! wide       matrices with 32 digits, the matrix sign function
 //! equations  the two Riccati equations at a gain, and the central controller
 //! least      the bracket of the least gain
-//! bound      the gain of a finished loop, with the matrix that proves it
+//! bound      the gain of a closed loop, with the matrix that proves it
 //! ```
 //!
-//! None of it depends on the coordinates of the states or on units, as matrix inequalities in floating point do.
+//! The results do not depend on the coordinates of the states or on units, unlike matrix inequalities in floating
+//! point.
 
 pub(crate) mod bound;
 pub(crate) mod equations;

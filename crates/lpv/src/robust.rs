@@ -1,4 +1,4 @@
-//! Parameters that no controller measures: a bound for them ([`bound`]), and a controller that tolerates more
+//! Parameters that the controller does not measure: a bound for them ([`bound`]), and a controller that tolerates more
 //! ([`alternation`]).
 
 pub mod alternation;

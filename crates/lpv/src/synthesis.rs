@@ -1,6 +1,6 @@
-//! LPV synthesis: from a generalised plant to a scheduled controller and a bound of the loop's gain.
+//! LPV synthesis: from a generalised plant to a scheduled controller and a bound on the closed loop's gain.
 //!
-//! The inequalities and their sources are in [`ScalingClass`]'s file; this one strings the steps together.
+//! This file combines the steps; the inequalities and their sources are in the file of [`ScalingClass`].
 
 mod back_off;
 pub(crate) mod balance;
@@ -25,25 +25,26 @@ pub use least_gamma::least_gamma;
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
 use crate::riccati::least::{is_determined, is_none_below};
-use crate::synthesis::balance::middle_speed;
+use crate::synthesis::balance::median_time_scale;
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
-use crate::synthesis::least_gamma::{at_best_speed, least_gamma_within, loop_speeds, sought};
+use crate::synthesis::least_gamma::{
+    at_best_time_scale, least_gamma_at, least_gamma_within, loop_time_scales,
+};
 use crate::synthesis::regularity::findings;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
-/// Designs a controller and bounds the gain of the loop that it closes.
+/// Designs a controller and bounds the gain of the closed loop.
 ///
-/// Where the search is unsure of gamma, and some modes are far faster than the others, it is repeated for the plant
-/// with these modes slowed; the bound is always of the loop with the plant itself. Where no controller can be
-/// computed near the least gamma and something has no weight or no noise, it is repeated with a little of both
+/// If gamma is uncertain and some modes are far faster than the others, the search is repeated for the plant with these
+/// modes slowed; the bound is always that of the loop with the given plant. If no controller can be computed near the
+/// least gamma and some signal has no weight or no noise, the search is repeated with small ones added
 /// ([`crate::synthesis::regularise`]).
 ///
 /// # Errors
-/// Kept apart are: a design; [`SynthesisError::is_infeasible`] for a problem without solution;
-/// [`SynthesisError::TooFast`] when only controllers beyond the limit were found; [`SynthesisError::Numerical`] when
-/// nothing is known.
+/// [`SynthesisError::is_infeasible`] for a problem without solution; [`SynthesisError::TooFast`] if only controllers
+/// beyond the limit were found; [`SynthesisError::Numerical`] if the numerics fail and nothing is known.
 pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     plant.check()?;
     crate::system::modes::check_stabilisable(plant)?;
@@ -59,8 +60,8 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     let quick = Options { quick: true, ..options };
     match by_riccati::synthesise(plant, options) {
         Some((_, Ok(found))) => Ok(better_of(plant, found, options)),
-        // A limit on the modes may be kept by another controller, or be said to be missed; a singular problem has
-        // controllers that these equations do not give.
+        // Another controller may meet the limit on the modes; a singular problem has controllers that these equations
+        // do not give.
         Some((_, Err(SynthesisError::Numerical { .. })))
             if options.fastest_mode.is_some() || !findings(plant).is_empty() =>
         {
@@ -74,8 +75,7 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     }
 }
 
-/// A design by Riccati equations, or one by inequalities where that is better: where the first is not within the
-/// back-off.
+/// A design by Riccati equations, or, if its gain exceeds the back-off, one by inequalities if that is better.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
     let is_known = found.lower >= (1.0 - OPEN_GAP) * found.gamma_optimum;
     if is_known && found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
@@ -88,44 +88,43 @@ fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Desig
 }
 
 /// Multipliers that may prove a lower bound of the least gamma, the most promising first: those of the search by
-/// inequalities, with time in units of the loop of a design. None for many states, where they take longer than all
-/// else.
+/// inequalities, with time in units of the closed loop. None for many states, where they would dominate the time.
 pub fn multipliers(plant: &GeneralisedPlant, design: &Design) -> Vec<DualMultipliers> {
     if !design.multipliers.is_empty() || plant.sizes().x > MOST_STATES_FOR_MULTIPLIERS {
         return design.multipliers.clone();
     }
-    let speed = middle_speed(&plant.close(&design.controller).a());
-    let least = sought(plant, Options { quick: true, ..Options::default() }, Some(speed));
+    let time_scale = median_time_scale(&plant.close(&design.controller).a());
+    let least = least_gamma_at(plant, Options { quick: true, ..Options::default() }, Some(time_scale));
     least.map_or_else(|_| vec![], |(_, least)| least.multipliers)
 }
 
-/// See [`multipliers`].
+/// The largest number of states for which [`multipliers`] searches.
 const MOST_STATES_FOR_MULTIPLIERS: usize = 12;
 
-/// Whether a gamma is shown to be the least within a part of [`LEAST_WITHIN`]: by a lower bound that is known, or as
-/// there is no controller even for one constant value of the parameters.
+/// Whether a gamma is shown to be the least within [`LEAST_WITHIN`]: by a known lower bound, or because no controller
+/// achieves less even for one constant parameter value.
 ///
 /// Without parameters it must not change with the last digits of the plant's numbers. With parameters the least is that
-/// of the synthesis inequalities, and no less than that of any controller for a constant value. All in floating point.
+/// of the synthesis inequalities, and at least that of any controller for a constant value. In floating point.
 pub fn is_least(plant: &GeneralisedPlant, gamma: f64, lower: f64) -> bool {
     let level = (1.0 - LEAST_WITHIN) * gamma;
     let shown = lower >= level || (level > 0.0 && is_none_below(plant, level));
     shown && (!plant.blocks.is_empty() || is_determined(plant, gamma, LEAST_WITHIN))
 }
 
-/// How far a gamma that is called the least may be above it, relative to itself.
+/// The relative tolerance within which a gamma is called the least.
 pub const LEAST_WITHIN: f64 = 1e-3;
 
-/// The same by matrix inequalities alone, for a plant with parameters or without.
+/// [`synthesise`] by matrix inequalities only, for a plant with or without parameters.
 ///
 /// # Errors
 /// As [`synthesise`].
 pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
-    let least = at_best_speed(plant, options);
+    let least = at_best_time_scale(plant, options);
     if options.quick {
         return directly(plant, &least, options);
     }
-    let outcome = in_other_time(plant, as_given(plant, &least, options), options);
+    let outcome = in_loop_time(plant, as_given(plant, &least, options), options);
     let far =
         |design: &Design| design.gamma_design > (1.0 + FAR_ABOVE * options.back_off) * design.gamma_optimum;
     match &outcome {
@@ -141,9 +140,9 @@ pub fn by_inequalities(plant: &GeneralisedPlant, options: Options) -> Result<Des
     }
 }
 
-/// The outcome, or a design with time in units of the loop where that is better: the coordinates in which the least
-/// gamma is found may be too bad for a controller.
-fn in_other_time(
+/// The outcome, or a design with time in units of the closed loop if that is better: the coordinates in which the least
+/// gamma was found may be too badly conditioned for a controller.
+fn in_loop_time(
     plant: &GeneralisedPlant,
     outcome: Result<Design, SynthesisError>,
     options: Options,
@@ -156,9 +155,10 @@ fn in_other_time(
     if !may_gain || options.accuracy > ROUGH {
         return outcome;
     }
-    let speeds = loop_speeds(plant).into_iter();
-    let designs =
-        speeds.filter_map(|speed| directly(plant, &sought(plant, options, Some(speed)), options).ok());
+    let time_scales = loop_time_scales(plant).into_iter();
+    let designs = time_scales.filter_map(|time_scale| {
+        directly(plant, &least_gamma_at(plant, options, Some(time_scale)), options).ok()
+    });
     designs.fold(outcome, |best, found| match best {
         Ok(best) if best.certified.gamma <= found.certified.gamma => Ok(best),
         Ok(best) => Ok(Design {
@@ -170,23 +170,23 @@ fn in_other_time(
     })
 }
 
-/// A gamma sought no nearer than this is one of many.
+/// A required accuracy larger than this marks one of many trial designs, for which nothing is repeated.
 const ROUGH: f64 = 1e-3;
 
-/// The same without the repetitions: for one of many controllers, each a step on the way.
+/// [`by_inequalities`] without repetitions, for one of many intermediate controllers.
 pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
     let least = least_gamma_within(plant, options);
     directly(plant, &least, options)
 }
 
-/// A controller that is built more than this many times the back-off asked for above the least gamma is also sought
-/// with weights and noises added: the bound that results is often lower.
+/// A controller whose gamma exceeds the least by more than this many back-offs is also sought with weights and noises
+/// added: the resulting bound is often lower.
 const FAR_ABOVE: f64 = 1.5;
 
-/// The design for the plant as it is.
+/// The design for the plant as given.
 fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result<Design, SynthesisError> {
     let outcome = directly(plant, least, options);
-    // The bound of a finished loop uses skew scalings: it says nothing of the least gamma without them.
+    // The bound of a closed loop uses skew scalings: it says nothing of the least gamma without them.
     if options.scalings == ScalingClass::Symmetric || is_settled(&outcome, options) {
         return outcome;
     }
@@ -195,7 +195,7 @@ fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result
         let least = least_gamma_within(&slowed.plant, options);
         let found = directly(&slowed.plant, &least, options);
         let settled = is_settled(&found, options);
-        let faster = |found| at_speed(plant, (&slowed, &least), found, &best, options);
+        let faster = |found| for_given_plant(plant, (&slowed, &least), found, &best, options);
         if let Some(design) = found.ok().and_then(faster) {
             best = Ok(design);
             if settled {
@@ -206,11 +206,10 @@ fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result
     best
 }
 
-/// A gap between gamma and its lower bound, relative to gamma, that leaves the question open.
+/// A relative gap between gamma and its lower bound above which the least gamma is uncertain.
 const OPEN_GAP: f64 = 0.01;
 
-/// Whether there is nothing to be gained: the problem is infeasible, or gamma and the controller are as good as they
-/// get.
+/// Whether no further search can help: the problem is infeasible, or gamma and the controller are near their limits.
 fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> bool {
     match outcome {
         Ok(design) => {
@@ -221,9 +220,9 @@ fn is_settled(outcome: &Result<Design, SynthesisError>, options: Options) -> boo
     }
 }
 
-/// A design for a slowed plant, with the bound of the loop that its controller closes round the plant itself, where
-/// that is better than what is known.
-fn at_speed(
+/// A design for a slowed plant, with the bound of the loop that its controller closes with the given plant, if that is
+/// better than the known design.
+fn for_given_plant(
     plant: &GeneralisedPlant,
     (slowed, least): (&Slowed, &Least),
     found: Design,
@@ -232,14 +231,14 @@ fn at_speed(
 ) -> Option<Design> {
     let bound = |found: &Design| {
         let closed = plant.close(&found.controller);
-        bounded_gain(&closed, &LoopError::none(&closed), &slowed.at_speed(&found.certified)).ok()
+        bounded_gain(&closed, &LoopError::none(&closed), &slowed.restored(&found.certified)).ok()
     };
     let certified = bound(&found)?;
     let better = known.as_ref().map_or(true, |known| certified.gamma < known.certified.gamma);
     if !better {
         return None;
     }
-    // A loop closer to the least gamma says more of it.
+    // A loop closer to the least gamma gives a better estimate of it.
     let nearer = Options { back_off: NEARER_BACK_OFF * options.back_off, ..options };
     let nearer = directly(&slowed.plant, least, nearer).ok().and_then(|found| bound(&found));
     let mut gamma_optimum = nearer.map_or(certified.gamma, |nearer| nearer.gamma.min(certified.gamma));
@@ -252,5 +251,5 @@ fn at_speed(
     within.then_some(Design { gamma_optimum, lower, multipliers, certified, ..found })
 }
 
-/// How far from the least gamma a loop is closed only to learn that gamma, relative to the back-off.
+/// The relative back-off of a loop closed only to estimate the least gamma, as a factor of the back-off.
 const NEARER_BACK_OFF: f64 = 0.02;

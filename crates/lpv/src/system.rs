@@ -1,9 +1,9 @@
-//! Systems that depend on parameters: how they are written down, joined and closed.
+//! Systems that depend on parameters: representation, interconnection, closed loop.
 //!
 //! - [`polynomial`], [`rational`], [`lft`]: matrices that depend on parameters;
 //! - [`partition`], [`plant`], [`controller`]: generalised plant, controller and closed loop;
 //! - [`tracking`], [`weights`]: the augmented plant of a tracking problem;
-//! - [`model_error`]: a norm-bounded difference between the plant and what it stands for;
+//! - [`model_error`]: a norm-bounded error of the model;
 //! - [`state_space`], [`modes`]: systems without parameters, their norm and their modes;
 //! - [`bilinear`]: between discrete and continuous time.
 

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::words::{at_least, at_most};
 use base::files::Files;
 use certificate::{Certificate, Controller, EnergyTheorem, Rows, Theorem};
-use lpv::regularise::is_nothing;
+use lpv::regularise::is_zero;
 use proof::claim::text;
 use serde::Serialize;
 use std::path::Path;
@@ -154,7 +154,7 @@ impl Report {
     /// Computes the back-off, and remarks on it when it is more than asked.
     pub fn compare_back_off(&mut self, asked: f64) {
         let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
-        if self.certified_gamma.is_some_and(|bound| is_nothing(least, bound)) {
+        if self.certified_gamma.is_some_and(|bound| is_zero(least, bound)) {
             self.remarks.push(NO_LEAST.into());
             return;
         }

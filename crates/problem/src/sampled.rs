@@ -65,7 +65,7 @@ pub fn run(source: &Source) -> Result<Report, Error> {
     };
     plant.plant.parts.block_mut(Y, U).copy_from(&plant.d22);
     let begin = Instant::now();
-    let SampledGain { lower, upper } = sampled_gain(&plant.plant, &k.late(ticks as usize), time, w)
+    let SampledGain { lower, upper } = sampled_gain(&plant.plant, &k.delayed(ticks as usize), time, w)
         .map_err(|reason| reader.wrong("", reason.to_string()))?;
     let status = if lower.is_finite() { "bounded" } else { "unstable" };
     let reason = (status == "unstable").then(|| "the loop is not stable from tick to tick".to_owned());

@@ -6,7 +6,7 @@ use certificate::{
     AnyRate, Certificate, Controller as ControllerRows, Multipliers, Plant, Residual, Rows, Theorem,
 };
 use lpv::analysis::GainBound;
-use lpv::analysis::bounded_gain::cleared;
+use lpv::analysis::bounded_gain::with_raised_gamma;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::{LoopError, ModelError};
@@ -72,8 +72,9 @@ pub fn with_model_error(
         Ok(Proof { certificate, theorem, model_error: Some(size) })
     };
     // Inequalities that hold by their eigenvalues may be lost in the rounding of a tight bound.
-    proved(covered)
-        .or_else(|reason| cleared(closed, missed, covered).map_or(Err(reason), |clear| proved(&clear)))
+    proved(covered).or_else(|reason| {
+        with_raised_gamma(closed, missed, covered).map_or(Err(reason), |clear| proved(&clear))
+    })
 }
 
 fn residual(error: &ModelError, bound: &GainBound) -> Residual {

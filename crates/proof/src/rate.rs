@@ -40,7 +40,7 @@ pub fn bounded_rate(
     let covered = claims
         .into_iter()
         .find_map(intervals)
-        .or_else(|| covering(closed, error, (slow.rate, slow.gamma), lambda))
+        .or_else(|| covering(closed, error, slow.rate, slow.gamma, lambda))
         .ok_or_else(|| SynthesisError::Numerical {
             stage: "model error at a bounded rate",
             diagnosis:

@@ -24,7 +24,7 @@ pub const CERTIFICATE: &str = "sampled_certificate.json";
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
 pub fn sampled(vehicle: &Vehicle, file: &DesignFile, model: &Model, design: &Design) -> Result<Proof, Error> {
     let ticks = at_ticks(vehicle, file, model)?;
-    let controller = design.controller.late_at_ticks(file.delay_ticks(), file.sample_time);
+    let controller = design.controller.delayed_at_ticks(file.delay_ticks(), file.sample_time);
     Ok(proof::sampled::sampled(&ticks, &controller, &design.certified)?)
 }
 
@@ -58,7 +58,7 @@ pub fn of_inputs(
 pub fn matches(design: &ControllerDesign, ticks: usize, certificate: &Certificate) -> Result<(), ProofError> {
     let wrong = |what: &str| ProofError::Mismatch { what: format!("the controller's {what}") };
     let controller = controller_of(&design.lft).map_err(|_| wrong("shape"))?;
-    let late = controller_rows(&controller.late_at_ticks(ticks, design.sample_time));
+    let late = controller_rows(&controller.delayed_at_ticks(ticks, design.sample_time));
     match first_unlike(&late.named(), &certificate.controller.named()) {
         Some(name) => Err(wrong(&format!("matrix {name}"))),
         None => Ok(()),

@@ -50,7 +50,7 @@ impl Sampling<'_> {
         let ticks = self.late_ticks();
         let speed = design.tracked.iter().position(|t| t.place == SPEED);
         let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {
-            return Ok((plant, k.late(ticks)));
+            return Ok((plant, k.delayed(ticks)));
         };
         let slope = trim_slope(l, self.actuators).rows(l.states.len(), self.actuators.len())
             * design.tracked[speed].scale;
@@ -108,7 +108,7 @@ impl Held {
     fn controller(&self, k: StateSpace, ticks: usize) -> StateSpace {
         let (n, y) = (k.a.nrows(), k.d.ncols());
         let b = block(&[&[&k.b, &Mat::zeros(n, 1)]]);
-        let late = StateSpace { b, d: block(&[&[&k.d, &self.slope]]), ..k }.late(ticks);
+        let late = StateSpace { b, d: block(&[&[&k.d, &self.slope]]), ..k }.delayed(ticks);
         let mut reference = Mat::zeros(1, y + 1);
         (reference[(0, self.speed)], reference[(0, y)]) = (1.0, 1.0);
         StateSpace {

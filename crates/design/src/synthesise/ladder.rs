@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::rounded_up;
 use lpv::bounded_rate::{SlowOptions, least_gamma};
-use lpv::ladder::{Disorder, Ladder, LadderOptions, Rung, ladder};
+use lpv::ladder::{Disorder, Ladder, LadderGain, LadderOptions, ladder};
 use lpv::plant::GeneralisedPlant;
 use lpv::rate::RateOptions;
 use lpv::synthesis::Design;
@@ -59,17 +59,17 @@ impl Speeds {
     }
 
     /// What a rung assumes.
-    fn name(self, rung: Rung) -> String {
+    fn name(self, rung: LadderGain) -> String {
         match rung {
-            Rung::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
-            Rung::Scheduled => "scheduled, for any trajectory of speed".into(),
-            Rung::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
-            Rung::FrozenGain => "speed held constant".into(),
-            Rung::BoundedRate(rate) => {
+            LadderGain::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
+            LadderGain::Scheduled => "scheduled, for any trajectory of speed".into(),
+            LadderGain::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
+            LadderGain::FrozenGain => "speed held constant".into(),
+            LadderGain::BoundedRate(rate) => {
                 format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
             }
-            Rung::ArbitrarilyFast => "speed changing arbitrarily fast".into(),
-            Rung::Certified => "the same, certified: also between the samples".into(),
+            LadderGain::ArbitrarilyFast => "speed changing arbitrarily fast".into(),
+            LadderGain::Certified => "the same, certified: also between the samples".into(),
         }
     }
 }
@@ -79,10 +79,14 @@ fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
     let gammas = found.frozen_optimum.iter().filter_map(|(_, gamma)| gamma.as_ref().ok());
     let hardest = gammas.copied().reduce(f64::max);
     for (theta, gamma) in &found.frozen_optimum {
-        out += &row(&speeds.name(Rung::FrozenOptimum(*theta)), gamma.as_ref().copied(), None);
+        out += &row(&speeds.name(LadderGain::FrozenOptimum(*theta)), gamma.as_ref().copied(), None);
     }
-    out += &row(&speeds.name(Rung::Scheduled), found.scheduled.as_ref().copied(), hardest);
-    out += &row(&speeds.name(Rung::ScheduledSymmetric), found.scheduled_symmetric.as_ref().copied(), hardest);
+    out += &row(&speeds.name(LadderGain::Scheduled), found.scheduled.as_ref().copied(), hardest);
+    out += &row(
+        &speeds.name(LadderGain::ScheduledSymmetric),
+        found.scheduled_symmetric.as_ref().copied(),
+        hardest,
+    );
     out + "  (+ %: above the hardest speed alone. What one controller for all speeds costs, whatever the speed does)\n"
 }
 
@@ -103,14 +107,14 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     );
     let frozen = Some(found.frozen_gain.gamma);
     let worst = speeds.speed(found.frozen_gain.theta);
-    let name = format!("{}, at the worst, {worst:.2} m/s", speeds.name(Rung::FrozenGain));
+    let name = format!("{}, at the worst, {worst:.2} m/s", speeds.name(LadderGain::FrozenGain));
     out += &row(&name, Ok::<_, Error>(found.frozen_gain.gamma), None);
     for (rate, bound) in &found.bounded_rate {
-        out += &row(&speeds.name(Rung::BoundedRate(*rate)), bound.as_ref().map(|b| b.gamma), frozen);
+        out += &row(&speeds.name(LadderGain::BoundedRate(*rate)), bound.as_ref().map(|b| b.gamma), frozen);
     }
     let fast = found.arbitrarily_fast.as_ref().map(|b| b.gamma);
-    out += &row(&speeds.name(Rung::ArbitrarilyFast), fast, frozen);
-    out += &row(&speeds.name(Rung::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
+    out += &row(&speeds.name(LadderGain::ArbitrarilyFast), fast, frozen);
+    out += &row(&speeds.name(LadderGain::Certified), Ok::<_, Error>(rounded_up(found.certified)), frozen);
     out + &format!(
         "  (+ %: above constant speed. All but the last are computed at {samples} speeds only, and are not proofs)\n"
     )
@@ -180,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_contradiction_names_both_numbers() {
-        let disorder = Disorder { lower: (Rung::FrozenGain, 1.2), upper: (Rung::Certified, 1.1) };
+        let disorder = Disorder { lower: (LadderGain::FrozenGain, 1.2), upper: (LadderGain::Certified, 1.1) };
         let words = contradiction(&disorder, SPEEDS);
         assert!(
             words.contains("'speed held constant' has 1.2000") && words.contains("has 1.1000"),

@@ -28,7 +28,7 @@ use crate::uncertain::{Fidelity, over_range};
 use base::progress::Progress;
 use certificate::Certificate;
 use lpv::analysis::GainBound;
-use lpv::analysis::bounded_gain::{CLEARANCE_SHARE, balanced_start};
+use lpv::analysis::bounded_gain::{GAMMA_SHARE, balanced_start};
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use lpv::mu::sweep::bound_over_frequency;
@@ -144,11 +144,11 @@ pub fn search(
     let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
     let allowed = gain_allowed(known.gamma);
     let options = RobustOptions {
-        // The proof raises gamma by CLEARANCE_SHARE: the proved gain is then the gain allowed.
-        gamma: allowed / (1.0 + CLEARANCE_SHARE),
+        // The proof raises gamma by GAMMA_SHARE: the proved gain is then the gain allowed.
+        gamma: allowed / (1.0 + GAMMA_SHARE),
         back_off: BACK_OFF,
         rounds: ROUNDS,
-        pays: LEAST_GAIN_IN_SIZE,
+        least_growth: LEAST_GAIN_IN_SIZE,
         fastest_mode: Some(fastest_sampled(inputs.design.sample_time)),
     };
     let mut number = 0;
@@ -202,7 +202,7 @@ fn bound_in(
     let robust_loop = RobustLoop::new(&exact, controller);
     let bound = balanced_start(&closed, &unknown).and_then(|start| robust_loop.bound(&start));
     let bound = bound.ok_or(RobustError::NotClear { which })?;
-    Ok(robust_loop.cleared(&bound).unwrap_or(bound).bound)
+    Ok(robust_loop.with_raised_gamma(&bound).unwrap_or(bound).bound)
 }
 
 /// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the size
@@ -231,7 +231,7 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, f64,
     let closed = RobustLoop::new(uncertain, &found.controller);
     let at = |part: &f64| -> Result<(f64, f64, Certificate), Error> {
         let size = part * found.largest.size;
-        let clear = closed.cleared(&closed.resized(&found.largest, size));
+        let clear = closed.with_raised_gamma(&closed.resized(&found.largest, size));
         let clear = clear.ok_or(RobustError::NotClear { which: "robust" })?;
         let certificate = certificate_of(&uncertain.sized(size), &found.controller, &clear.bound);
         certificate.prove()?;

@@ -28,10 +28,11 @@ fn the_proved_gain_covers_the_lifted_one() {
         let plant = augment(&inputs.vehicle.actuators, &soon, model.linear()).unwrap();
         let ticks = plant.at_ticks(time).unwrap();
         let controller = &design.controller;
-        let late = controller.late_at_ticks(file.delay_ticks(), time);
+        let late = controller.delayed_at_ticks(file.delay_ticks(), time);
         let closed = ticks.plant.close(&around(&late, &-&ticks.d22).unwrap());
         for rho in [-1.0, -0.4, 0.3, 1.0] {
-            let k = trapezoidal(&controller.frozen(&[rho]).unwrap(), time).unwrap().late(file.delay_ticks());
+            let k =
+                trapezoidal(&controller.frozen(&[rho]).unwrap(), time).unwrap().delayed(file.delay_ticks());
             let lifted = sampled_gain(&plant.frozen(&[rho]).unwrap(), &k, time, Exogenous::Held).unwrap();
             let found = closed.frozen(&[rho]).unwrap().hinf_norm().value;
             println!("  rho = {rho}: {:.5} by lifting, {found:.5} by the trapezoidal rule", lifted.upper);

@@ -1,19 +1,19 @@
-//! A plant that is advanced from tick to tick by the trapezoidal rule, as a plant in continuous time.
+//! A plant integrated by the trapezoidal rule, as a plant in continuous time.
 //!
 //! ```text
 //! (x_(k+1) - x_k)/T = A m_k + Bt wt_k + B1 w_k + B2 u_k,   m_k = (x_k + x_(k+1))/2,   wt_k = Theta_k zt_k
 //! ```
 //!
-//! and zt, z of m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant in continuous
-//! time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that bounds the
-//! gain of the one for every trajectory of the parameters bounds that of the other for every sequence of them. A
-//! controller that is sampled by the trapezoidal rule, as `scheduled::Lft::discretise` does it, stays what it is in
-//! continuous time.
+//! with zt and z evaluated at m_k. With m_k for x and `(x_(k+1) - x_k)/T` for x' these are the equations of the plant
+//! in continuous time, and since `x_(k+1)' X x_(k+1) - x_k' X x_k = 2 T m_k' X (x_(k+1) - x_k)/T`, an inequality that
+//! bounds the gain of the one for every trajectory of the parameters bounds that of the other for every sequence of
+//! them. A controller discretised by the trapezoidal rule, as by `scheduled::Lft::discretise`, is unchanged in this
+//! form.
 //!
-//! Two things differ. What is measured is the state at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k. And
-//! on the straight line from x_k to x_(k+1) z is not constant: the mean of its square is `|z|^2 + T^2/12 |C1 x'|^2`.
+//! There are two differences. The measured state is that at the tick, `x_k = m_k - T/2 x'`, half a sample before m_k.
+//! And z is not constant on the straight line from x_k to x_(k+1): its mean square is `|z|^2 + T^2/12 |C1 x'|^2`.
 //!
-//! Source: of the bilinear map, K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, chapter 21.
+//! Source of the bilinear map: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, chapter 21.
 
 use crate::error::SampledError;
 use crate::matrix::{Mat, block};
@@ -32,17 +32,17 @@ pub struct AtTicks {
 }
 
 impl GeneralisedPlant {
-    /// The plant, advanced by the trapezoidal rule with the sample time T (s), w, u and Theta held from tick to tick,
+    /// The plant integrated by the trapezoidal rule with the sample time T (s), with w, u and Theta held between ticks,
     /// as one in continuous time.
     ///
     /// ```text
     /// C2 (I - A T/2),  -C2 Bt T/2,  D21 - C2 B1 T/2,  -C2 B2 T/2   in place of   C2, D2t, D21, D22
     /// ```
     ///
-    /// Source: at the top of this file.
+    /// For the source see the top of this file.
     ///
     /// # Errors
-    /// [`SampledError::SampleTime`]; [`SampledError::DirectPath`] when u or a parameter reaches y directly.
+    /// [`SampledError::SampleTime`]; [`SampledError::DirectPath`] if u or a parameter affects y directly.
     pub fn at_ticks(&self, sample_time: f64) -> Result<AtTicks, SampledError> {
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             return Err(SampledError::SampleTime { found: sample_time });
@@ -66,23 +66,23 @@ impl GeneralisedPlant {
 }
 
 impl Controller {
-    /// The controller with its commands `ticks` ticks of T (s) late, by as many all-passes `(2/T - s)/(2/T + s)` in
-    /// series, which the trapezoidal rule makes `z^-1`.
+    /// The controller with its commands delayed by `ticks` ticks of T (s): one all-pass `(2/T - s)/(2/T + s)` per tick,
+    /// which the trapezoidal rule turns into `z^-1`.
     #[must_use]
-    pub fn late_at_ticks(&self, ticks: usize, sample_time: f64) -> Self {
+    pub fn delayed_at_ticks(&self, ticks: usize, sample_time: f64) -> Self {
         (0..ticks).fold(self.clone(), |k, _| {
             let Sizes { x, y, u, .. } = k.parts.sizes();
             let rate = 2.0 / sample_time;
             let (zero, now) = (Mat::zeros, |column| k.parts.block(U, column));
             let one = Mat::identity(u, u);
             let (a, by, bt) = (k.a(), k.by(), k.bt());
-            let whole = block(&[
+            let matrix = block(&[
                 &[&a, &zero(x, u), &by, &bt],
                 &[&(now(X) * rate), &(&one * -rate), &(now(Y) * rate), &(now(T) * rate)],
                 &[&-now(X), &(one * 2.0), &-now(Y), &-now(T)],
                 &[&k.ct(), &zero(k.ct().nrows(), u), &k.dty(), &k.dtt()],
             ]);
-            Self::from_matrix(&whole, x + u, y, u, k.blocks.clone())
+            Self::from_matrix(&matrix, x + u, y, u, k.blocks.clone())
         })
     }
 }
@@ -97,7 +97,7 @@ mod tests {
 
     const TICK: f64 = 0.2;
 
-    /// x' = (-1 + theta) x + w + u, z = x + u, y = x + w and a controller of one state, late by two ticks.
+    /// x' = (-1 + theta) x + w + u, z = x + u, y = x + w and a controller with one state, delayed by two ticks.
     fn plant() -> GeneralisedPlant {
         let blocks = [
             (X, X, dmatrix![-1.0]),
@@ -125,8 +125,8 @@ mod tests {
         }
     }
 
-    /// At a frozen parameter, and on the unit circle, it is the loop that is simulated: the plant by the trapezoidal
-    /// rule, the measurement at the tick, the controller by the trapezoidal rule, its command two ticks late.
+    /// At a frozen parameter and on the unit circle it equals the simulated loop: plant and controller by the
+    /// trapezoidal rule, the measurement at the tick, the command delayed by two ticks.
     #[test]
     fn on_the_unit_circle_it_is_the_sampled_loop() {
         let k = Controller::from_matrix(
@@ -138,10 +138,10 @@ mod tests {
         );
         let (plant, theta) = (plant(), 0.6);
         let AtTicks { plant: ticks, d22 } = plant.at_ticks(TICK).unwrap();
-        let inner = around(&k.late_at_ticks(2, TICK), &-&d22).unwrap();
+        let inner = around(&k.delayed_at_ticks(2, TICK), &-&d22).unwrap();
         let found = ticks.close(&inner).frozen(&[theta]).unwrap();
         assert!(found.is_stable());
-        let flown = trapezoidal(&k.frozen(&[theta]).unwrap()).late(2);
+        let flown = trapezoidal(&k.frozen(&[theta]).unwrap()).delayed(2);
         let (a, h) = (-1.0 + theta, TICK);
         for angle in [0.05, 0.7, 2.5] {
             let z = Complex::from_polar(1.0, angle);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_a_measurement_directly_is_refused() {
+    fn direct_effects_on_a_measurement_are_refused() {
         let mut parts = plant().parts;
         parts.block_mut(Y, T)[0] = 0.1;
         let direct = GeneralisedPlant { parts, blocks: vec![1] };

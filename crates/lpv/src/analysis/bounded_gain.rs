@@ -1,4 +1,4 @@
-//! The gain of a finished closed loop for every parameter trajectory in the unit box.
+//! The gain of a closed loop for every parameter trajectory in the unit box.
 //!
 //! Scaled bounded-real lemma with a constant Lyapunov matrix: P. Apkarian, P. Gahinet, IEEE Trans. Automatic
 //! Control 40(5), 1995, lemma 3.1, with the skew scaling of G. Scorletti and L. El Ghaoui, 1998.
@@ -15,38 +15,39 @@ use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 use crate::system::state_space::StateSpace;
 
-/// How close to the least bound the one sought is, relative to itself and the one it starts from. Closer ones are
-/// tight, and hold less clearly.
+/// The tolerance of the bound, relative to itself and the one the search starts from. Tighter bounds hold with a
+/// smaller margin.
 const GAMMA_TOLERANCE: f64 = 0.01;
 
-/// A bound as close as this to the least is near enough where no closer one comes easily.
+/// A relative distance from the least that is accepted if tightening gets stuck.
 const NEAR_ENOUGH: f64 = 0.05;
 
-/// How often the search begins again, in the better coordinates that its last point gives.
+/// The number of restarts, each in the coordinates of the last point.
 const MOST_RESTARTS: usize = 3;
 
 const STAGE: &str = "analysis of the closed loop";
 
 /// Tightens a bound of the gain of a closed loop, with or without model error.
 ///
-/// The inequalities are solved in coordinates in which X and S of the bound given are the identity, until gamma is
-/// within 1 % of the least: there the inequality still holds clearly. What comes back holds by its eigenvalues in
-/// floating point: if no better bound does, the one given.
+/// The inequalities are solved in coordinates in which X and S of the given bound are the identity, until gamma is
+/// within
+/// 1 % of the least: there the inequality still holds with a margin. The result is verified by its eigenvalues in
+/// floating point; if no better bound is found, it is the given one.
 ///
 /// ```text
 /// x' = A x + Bt wt + B1 w,   wt = Theta zt,   |theta_i(t)| <= 1:   |z|_2 < gamma |w|_2
 /// ```
 ///
-/// Shapes: X is states square, S and T are channels square. Source: the lemma named at the top of this file.
+/// Shapes: X is states square, S and T are channels square. For the source see the top of this file.
 ///
 /// # Errors
-/// [`SynthesisError::Numerical`] when neither a new bound nor the one given satisfies the inequality.
+/// [`SynthesisError::Numerical`] if neither a new bound nor the given one satisfies the inequality.
 pub fn bounded_gain(
     closed: &ClosedLoop,
     error: &LoopError,
     shown: &GainBound,
 ) -> Result<GainBound, SynthesisError> {
-    // Changes of coordinates leave a rounding in what must be exactly symmetric or skew.
+    // Changes of coordinates leave rounding in matrices that must be exactly symmetric or skew.
     let mut given = GainBound {
         x: symmetric_part(&shown.x),
         factor: None,
@@ -56,14 +57,14 @@ pub fn bounded_gain(
     };
     given.largest_eigenvalue = worst_eigenvalue(closed, error, &given);
     let best = tightened(closed, error, &given).or_else(|| {
-        // Where X is all but singular, nothing moves in its coordinates.
+        // If X is almost singular, the search makes no progress in its coordinates.
         let bound = tightened(closed, error, &balanced_start(closed, &given)?)?;
         (given.largest_eigenvalue >= 0.0 || bound.gamma < given.gamma).then_some(bound)
     });
     let best = best.or_else(|| {
-        let roomy = with_room(closed, error, &given)
-            .or_else(|| with_room(closed, error, &with_clearance(closed, &given)?))?;
-        Some(tightened(closed, error, &roomy).unwrap_or(roomy))
+        let larger = with_larger_gamma(closed, error, &given)
+            .or_else(|| with_larger_gamma(closed, error, &with_margin(closed, &given)?))?;
+        Some(tightened(closed, error, &larger).unwrap_or(larger))
     });
     let best = best.unwrap_or(given);
     if best.largest_eigenvalue < 0.0 {
@@ -84,8 +85,8 @@ pub fn bounded_gain(
     ))
 }
 
-/// The bound with the Lyapunov matrix in the middle of the gramians of the loop at Theta = 0, its channels in units of
-/// S: a start for the search, no claim. `None` where the loop is not stable there.
+/// A bound whose Lyapunov matrix is the geometric mean of the gramians of the loop at Theta = 0, its channels in units
+/// of S: a start for the search, not a proved bound. `None` if the loop is not stable there.
 pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBound> {
     let (root, inverse) = roots(&bound.s);
     let unit = bound.gamma.sqrt();
@@ -97,8 +98,8 @@ pub fn balanced_start(closed: &ClosedLoop, bound: &GainBound) -> Option<GainBoun
     Some(GainBound { x, factor: None, ..bound.clone() })
 }
 
-/// A larger bound that the matrices of one without model error show with it, for a search that finds none by itself.
-fn with_room(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
+/// A larger bound with model error by the matrices of one without, if the search finds none by itself.
+fn with_larger_gamma(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
     let mut tried =
         GAMMA_FACTORS.iter().flat_map(|factor| POWERS_OF_LAMBDA.map(move |power| (factor, power)));
     tried.find_map(|(factor, power)| {
@@ -108,19 +109,18 @@ fn with_room(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
     })
 }
 
-/// At a larger gamma the matrices that show it most clearly without model error: those of a tight bound leave no room
-/// for one, however far gamma is raised, in directions that gamma does not reach.
-fn with_clearance(closed: &ClosedLoop, given: &GainBound) -> Option<GainBound> {
+/// The matrices of largest margin at a larger gamma, without model error: those of a tight bound leave no margin for
+/// one in directions that gamma does not affect, however far it is raised.
+fn with_margin(closed: &ClosedLoop, given: &GainBound) -> Option<GainBound> {
     let raised = GainBound { gamma: GAMMA_FACTORS[1] * given.gamma, ..given.clone() };
-    clearest(Base { closed, error: &LoopError::none(closed), bound: &raised }).ok()
+    largest_margin(Base { closed, error: &LoopError::none(closed), bound: &raised }).ok()
 }
 
-/// By what factors gamma is raised, and the powers of ten that lambda is tried with, where a first bound with model
-/// error is looked for.
+/// The factors of gamma and the powers of ten of lambda with which a first bound with model error is sought.
 const GAMMA_FACTORS: [f64; 4] = [1.02, 1.1, 1.5, 3.0];
 const POWERS_OF_LAMBDA: std::ops::RangeInclusive<i32> = -8..=2;
 
-/// A bound close to the least; `None` when no search led to one that holds and is better.
+/// A bound close to the least; `None` if no search found one that holds and is better.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
     let mut best: Option<GainBound> = None;
     for _ in 0..MOST_RESTARTS {
@@ -140,7 +140,7 @@ fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Optio
     best
 }
 
-/// A loop, and a bound of it in whose coordinates one is sought: those in which its X and S are the identity.
+/// A loop and a bound of it; the search takes place in coordinates in which its X and S are the identity.
 #[derive(Clone, Copy)]
 pub(crate) struct Base<'a> {
     pub(crate) closed: &'a ClosedLoop,
@@ -148,11 +148,11 @@ pub(crate) struct Base<'a> {
     pub(crate) bound: &'a GainBound,
 }
 
-/// A base in its coordinates.
+/// A base in these coordinates.
 struct Whitened {
     scaled: ClosedLoop,
     error: LoopError,
-    /// That of the base: X, S and gamma are 1.
+    /// The bound of the base, with X, S and gamma equal to 1.
     bound: GainBound,
     state_inverse: Mat,
     channel_inverse: Mat,
@@ -179,7 +179,7 @@ impl Whitened {
     }
 }
 
-/// The program of a base in its coordinates.
+/// The program of a base in these coordinates.
 pub(crate) struct Posed {
     pub(crate) program: Program,
     pub(crate) unknowns: Multipliers<Affine>,
@@ -194,7 +194,7 @@ pub(crate) struct Posed {
 }
 
 impl Posed {
-    /// With gamma unknown, or that of the base.
+    /// The program with gamma unknown, or fixed to that of the base.
     pub(crate) fn new(base: Base, fixed: bool) -> Result<Self, SynthesisError> {
         let Whitened { scaled, error, bound, state_inverse, channel_inverse } = Whitened::new(base)?;
         let n = scaled.a().nrows();
@@ -216,7 +216,7 @@ impl Posed {
         Ok(Self { program, unknowns: m, inequality, start, scaled, state_inverse, channel_inverse })
     }
 
-    /// The bound at a point, in the loop's own coordinates.
+    /// The bound at a point, in the loop's original coordinates.
     pub(crate) fn bound(&self, base: Base, point: &[f64]) -> GainBound {
         let value = |e: &Affine| e.value(&self.program, point);
         let back = |m: Mat, inverse: &Mat| inverse.transpose() * m * inverse;
@@ -235,7 +235,7 @@ impl Posed {
     }
 }
 
-/// A gamma close to the least, within `tolerance`, and how close.
+/// A gamma close to the least, within `tolerance`, and the gap.
 pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), SynthesisError> {
     let mut posed = Posed::new(base, false)?;
     let m = &posed.unknowns;
@@ -253,44 +253,41 @@ pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), Syn
     Ok((posed.bound(base, &solution.x), solution.gap))
 }
 
-/// At the gamma of the base the point at which the inequalities hold most clearly: the largest t with `-t I` above
-/// the bounded-real matrix and X and S between `t I` and a few times the identity, in the coordinates of the base.
-pub(crate) fn clearest(base: Base) -> Result<GainBound, SynthesisError> {
+/// The point of largest margin at the gamma of the base: the largest t with `-t I` above the bounded-real matrix and X
+/// and S between `t I` and a few times the identity, in the coordinates of the base.
+pub(crate) fn largest_margin(base: Base) -> Result<GainBound, SynthesisError> {
     let mut posed = Posed::new(base, true)?;
-    let clearance = posed.program.scalar();
+    let margin = posed.program.scalar();
     posed.start.push(0.0);
     let size = posed.inequality.shape().0;
-    posed.program.negative("bounded real", posed.inequality.clone() + clearance.times_identity(size));
+    posed.program.negative("bounded real", posed.inequality.clone() + margin.times_identity(size));
     for e in [&posed.unknowns.x, &posed.unknowns.s] {
         let n = e.shape().0;
-        posed.program.positive("floor", e.clone() - clearance.times_identity(n));
+        posed.program.positive("floor", e.clone() - margin.times_identity(n));
         posed
             .program
             .positive("upper bound", Affine::constant(Mat::identity(n, n) * LARGEST_GROWTH) - e.clone());
     }
-    posed.program.minimise_trace(&clearance, -1.0);
-    let search = SolverOptions {
-        start: Some(&posed.start),
-        floor: 1e-9,
-        ..SolverOptions::within(CLEARANCE_TOLERANCE)
-    };
+    posed.program.minimise_trace(&margin, -1.0);
+    let search =
+        SolverOptions { start: Some(&posed.start), floor: 1e-9, ..SolverOptions::within(MARGIN_TOLERANCE) };
     let solution = solver::solve(&posed.program, STAGE, search)?;
     Ok(posed.bound(base, &solution.x))
 }
 
-/// A bound at a gamma 1 % larger whose matrices show it as clearly as can be: for a proof, where those of a tight one
-/// are lost in rounding. `None` when none is shown.
-pub fn cleared(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Option<GainBound> {
-    let raised = GainBound { gamma: (1.0 + CLEARANCE_SHARE) * bound.gamma, ..bound.clone() };
-    as_clear_as_can_be(closed, error, &raised)
+/// A bound at a gamma 1 % larger with matrices of the largest margin: for a proof, where those of a tight bound are
+/// lost in rounding. `None` if none is found.
+pub fn with_raised_gamma(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Option<GainBound> {
+    let raised = GainBound { gamma: (1.0 + GAMMA_SHARE) * bound.gamma, ..bound.clone() };
+    with_largest_margin(closed, error, &raised)
 }
 
-/// What part of gamma is given for an inequality that holds clearly.
-pub const CLEARANCE_SHARE: f64 = 0.01;
+/// The fraction of gamma given up for a margin of the inequality.
+pub const GAMMA_SHARE: f64 = 0.01;
 
-/// The clearest point at the gamma of a bound, sought again in the better coordinates that each point gives. `None`
-/// when no inequality holds.
-pub(crate) fn as_clear_as_can_be(
+/// The point of largest margin at the gamma of a bound, sought again in the coordinates of each point. `None` if no
+/// inequality holds.
+pub(crate) fn with_largest_margin(
     closed: &ClosedLoop,
     error: &LoopError,
     given: &GainBound,
@@ -298,7 +295,7 @@ pub(crate) fn as_clear_as_can_be(
     let mut best: Option<GainBound> = None;
     for _ in 0..MOST_RESTARTS {
         let from = best.as_ref().unwrap_or(given);
-        let Ok(found) = clearest(Base { closed, error, bound: from }) else { break };
+        let Ok(found) = largest_margin(Base { closed, error, bound: from }) else { break };
         if best.as_ref().is_some_and(|b| found.largest_eigenvalue >= b.largest_eigenvalue) {
             break;
         }
@@ -307,18 +304,18 @@ pub(crate) fn as_clear_as_can_be(
     best.filter(|best| best.largest_eigenvalue < 0.0)
 }
 
-/// How far X and S may grow while the clearest point is sought.
+/// The largest growth of X and S in the search for the margin.
 const LARGEST_GROWTH: f64 = 4.0;
 
-/// How close to the largest clearance is close enough, relatively.
-const CLEARANCE_TOLERANCE: f64 = 0.3;
+/// The relative tolerance of the largest margin.
+const MARGIN_TOLERANCE: f64 = 0.3;
 
-/// Below this part of its diagonal, the sign of an eigenvalue may be that of rounding.
+/// An eigenvalue below this fraction of its diagonal may have the sign of rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does
-/// not depend on the scaling, and rounding counts in proportion. Where that may decide it, it is looked at again in
-/// the coordinates in which X and S are the identity: in others slow modes may drown in the rounding of `A'X + X A`.
+/// The largest eigenvalue of the bounded-real matrix, -X and -S, each scaled to a unit diagonal: the sign does not
+/// depend on the scaling, and rounding enters in proportion. If rounding may decide the sign, it is evaluated again in
+/// the coordinates in which X and S are the identity: in others slow modes may be lost in the rounding of `A'X + X A`.
 pub(crate) fn worst_eigenvalue(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> f64 {
     let scaled = eigenvalue_as_given(closed, error, bound);
     if scaled < -ROUNDING {

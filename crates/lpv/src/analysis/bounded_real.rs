@@ -1,4 +1,4 @@
-//! The scaled bounded-real inequality, in its printed and in its compact form.
+//! The scaled bounded-real inequality, as printed and in compact form.
 //!
 //! P. Apkarian, P. Gahinet, IEEE Trans. Automatic Control 40(5), 1995, lemma 3.1, with the skew scaling T of
 //! G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998.
@@ -9,8 +9,8 @@ use crate::matrix::{Mat, block};
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 
-/// The matrix that is negative definite when the gain from w to z is below gamma for every Theta and every model
-/// error, as printed:
+/// The matrix that is negative definite if the gain from w to z is below gamma for every Theta and every model error,
+/// as printed:
 ///
 /// ```text
 /// [ A'X+XA   XBt+Ct'T'          X E         XB1      Ct'S    lambda Fx'  C1'  ]
@@ -22,7 +22,7 @@ use crate::system::plant::ClosedLoop;
 /// [   *        *                *           *        *       *      -gamma I  ]
 /// ```
 ///
-/// Without model error the third and the sixth row are not there.
+/// Without model error the third and the sixth row are absent.
 pub(crate) fn bounded_real(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> Affine {
     let (r, w, z, ne, nf) =
         (l.dtt().nrows(), l.b1().ncols(), l.c1().nrows(), error.e.ncols(), error.fx.nrows());
@@ -41,8 +41,8 @@ pub(crate) fn bounded_real(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Af
     symmetric(&[first, second, third, fourth, fifth, sixth, vec![-gamma.times_identity(z)]])
 }
 
-/// The same with the rows of S and lambda taken out by their Schur complements, which leaves an inequality that is
-/// still linear in both and much smaller: to the first four rows come `[Ct Dtt 0 Dt1]' S [Ct Dtt 0 Dt1]` and
+/// The inequality of [`bounded_real`] with the rows of S and lambda eliminated by their Schur complements, still linear
+/// in both and much smaller: the first four rows get the terms `[Ct Dtt 0 Dt1]' S [Ct Dtt 0 Dt1]` and
 /// `[Fx Ft 0 Fw]' lambda [Fx Ft 0 Fw]`.
 pub(crate) fn bounded_real_compact(l: &ClosedLoop, error: &LoopError, m: &Multipliers<Affine>) -> Affine {
     let (r, z, ne, nf) = (l.dtt().nrows(), l.c1().nrows(), error.e.ncols(), error.fx.nrows());
@@ -94,7 +94,7 @@ pub(crate) struct Multipliers<M> {
 }
 
 impl Multipliers<Affine> {
-    /// Constants for unknowns.
+    /// The values of a bound as constants.
     pub(crate) fn constant(bound: &GainBound) -> Self {
         let of = |m: &Mat| Affine::constant(m.clone());
         Self {
@@ -107,7 +107,7 @@ impl Multipliers<Affine> {
     }
 }
 
-/// The printed matrix of a closed loop at the values of a bound.
+/// The matrix of [`bounded_real`] at the values of a bound.
 pub(crate) fn bounded_real_value(closed: &ClosedLoop, error: &LoopError, bound: &GainBound) -> Mat {
     bounded_real(closed, error, &Multipliers::constant(bound)).value(&Program::default(), &[])
 }

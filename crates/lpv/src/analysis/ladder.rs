@@ -1,16 +1,16 @@
-//! What each assumption about the parameter costs: gains from frozen to arbitrarily fast, side by side.
+//! The cost of each assumption about the parameter: gains from frozen to arbitrarily fast, side by side.
 //!
-//! Theory orders the gains of one plant with one parameter, whatever the numbers:
+//! The gains of a plant with one parameter are ordered by theory:
 //!
 //! ```text
 //! synthesis   best for each frozen theta  <=  scheduled, S and T  <=  scheduled, S alone
 //! analysis    largest frozen gain  <=  |theta'| <= nu, rising with nu  <=  arbitrarily fast  <=  certified
 //! ```
 //!
-//! The first line asks for the best controller under each assumption; the second takes the finished controller. All
-//! gains of bounded rate and the one called arbitrarily fast are of a grid ([`crate::analysis::rate`]); the certified
-//! one is of the LFT ([`crate::analysis::bounded_gain()`]) and needs no grid. [`Ladder::disorders`] says where numbers
-//! contradict theory.
+//! The first line is the best controller under each assumption, the second the gain of a given closed loop. The gains
+//! for a bounded rate and for an arbitrarily fast parameter are those of a grid ([`crate::analysis::rate`]); the
+//! certified gain is that of the LFT ([`crate::analysis::bounded_gain()`]), without a grid. [`Ladder::disorders`] lists
+//! violations of the order, which are numerical errors.
 
 use crate::analysis::rate::{RateBound, RateError, RateOptions, rate_bounded_gain_from};
 use crate::error::{LftError, ShapeError, SynthesisError};
@@ -23,22 +23,21 @@ use crate::system::state_space::StateSpace;
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// Which rungs the ladder has.
+/// The assumptions to be compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LadderOptions {
-    /// Parameter values, in [-1, 1], for each of which the best controller is sought.
+    /// Parameter values in [-1, 1], for each of which the best controller is sought.
     pub thetas: Vec<f64>,
-    /// Bounds on `|theta'|`, for each of which the finished loop is analysed. A parameter V with `theta = (V -
-    /// centre)/half_range` and `|V'| <= a` has `a/half_range`.
+    /// Bounds on `|theta'|`, for each of which the closed loop is analysed. A parameter V with `theta = (V -
+    /// centre)/half_range` and `|V'| <= a` has the bound `a/half_range`.
     pub rates: Vec<f64>,
-    /// The number of parameter values, evenly spread over [-1, 1], at which the finished loop is analysed.
+    /// The number of parameter values, evenly spaced over [-1, 1], at which the closed loop is analysed.
     pub samples: usize,
-    /// The Lyapunov functions of bounded rate.
+    /// The Lyapunov functions for a bounded rate.
     pub rate: RateOptions,
-    /// How close to the least the gammas of the best controllers are, relative to themselves.
+    /// The relative accuracy of the gammas of the best controllers.
     pub accuracy: f64,
-    /// The Lyapunov matrix that shows the certified gain of the finished loop, if it is known: its gains are then
-    /// sought from there.
+    /// The Lyapunov matrix that proves the certified gain of the closed loop, if known: a start for the other gains.
     pub lyapunov: Option<Mat>,
 }
 
@@ -56,39 +55,39 @@ impl Default for LadderOptions {
     }
 }
 
-/// The gains, each under its assumption. A rung that could not be reached says why and leaves the others standing.
+/// The gains, each under its assumption. One that could not be computed has an error and leaves the others valid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ladder {
-    /// For each theta the least gamma of a controller that is made for this frozen parameter alone.
+    /// For each theta the least gamma of a controller for this frozen parameter only.
     pub frozen_optimum: Vec<(f64, Result<f64, SynthesisError>)>,
     /// The least gamma of a scheduled controller, with symmetric and skew scalings.
     pub scheduled: Result<f64, SynthesisError>,
-    /// The same with symmetric scalings alone.
+    /// The least gamma of a scheduled controller with symmetric scalings only.
     pub scheduled_symmetric: Result<f64, SynthesisError>,
-    /// The largest gain of the finished loop at a frozen parameter, over all samples.
+    /// The largest gain of the closed loop at a frozen parameter, over all samples.
     pub frozen_gain: FrozenGain,
-    /// For each rate, ascending, the gain of the finished loop.
+    /// The gain of the closed loop for each rate, ascending.
     pub bounded_rate: Vec<(f64, Result<RateBound, RateError>)>,
-    /// The gain of the finished loop by one constant Lyapunov matrix at all samples.
+    /// The gain of the closed loop by one constant Lyapunov matrix at all samples.
     pub arbitrarily_fast: Result<RateBound, RateError>,
-    /// The gain bound of the finished loop as an LFT, which comes with the design.
+    /// The gain bound of the closed loop as an LFT, from the design.
     pub certified: f64,
 }
 
 /// The largest gain at a frozen parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrozenGain {
-    /// The H-infinity norm; infinite when the loop is unstable there.
+    /// The H-infinity norm; infinite if the loop is unstable there.
     pub gamma: f64,
-    /// The parameter value that has it.
+    /// The parameter value of the largest gain.
     pub theta: f64,
     /// The frequency of the peak, rad/s.
     pub frequency: f64,
 }
 
-/// The name of a rung.
+/// One of the gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Rung {
+pub enum LadderGain {
     /// [`Ladder::frozen_optimum`] at this theta.
     FrozenOptimum(f64),
     /// [`Ladder::scheduled`].
@@ -105,26 +104,26 @@ pub enum Rung {
     Certified,
 }
 
-/// Two rungs that theory orders the other way round: a numerical error of one of them.
+/// Two gains that violate the order of theory: one has a numerical error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disorder {
-    /// The rung that should be the lower one, and its gain.
-    pub lower: (Rung, f64),
-    /// The rung that should be the upper one, and its gain.
-    pub upper: (Rung, f64),
+    /// The gain that should be lower, and its value.
+    pub lower: (LadderGain, f64),
+    /// The gain that should be larger, and its value.
+    pub upper: (LadderGain, f64),
 }
 
-/// By how much, relatively, a lower rung may lie above an upper one: gammas are reported up to 0.1 % above the least.
+/// The allowed relative violation: gammas are reported up to 0.1 % above the least.
 pub const TOLERANCE: f64 = 2e-3;
 
-/// What a ladder cannot be set up on.
+/// Invalid input of [`ladder`].
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LadderError {
-    /// Rates are those of one parameter.
+    /// The plant must have exactly one parameter.
     #[error("the plant depends on {found} parameters, the ladder of gammas is for one")]
     NotOneParameter { found: usize },
-    /// The grid of the analysis has both ends.
+    /// The grid must include both ends.
     #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
     TooFewSamples { found: usize },
     /// Parameters are normalised.
@@ -133,15 +132,15 @@ pub enum LadderError {
     /// The plant's matrices do not fit together.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// Plant or loop has no value at a parameter in the box.
+    /// Plant or loop is not well posed at a parameter value in the box.
     #[error(transparent)]
     NotWellPosed(#[from] LftError),
 }
 
-/// Climbs all rungs for a plant with one parameter and a controller for it, with its certified gain bound.
+/// Computes all gains for a plant with one parameter and a controller with a certified gain bound.
 ///
 /// # Errors
-/// [`LadderError`] when plant or options do not allow a ladder; failures of single rungs are in the ladder.
+/// [`LadderError`] for invalid input; failures of single gains are in the ladder.
 pub fn ladder(
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -172,7 +171,7 @@ pub fn ladder(
     rates.sort_by(f64::total_cmp);
     let known = options.lyapunov.as_ref().map(|x| (x, certified));
     let bounded = |rate: f64| rate_bounded_gain_from(&samples, rate, options.rate, known);
-    // None needs another, so that each takes the time that the others leave a processor.
+    // They are independent, so all processors are used.
     let best = || {
         rayon::join(|| gamma(plant, ScalingClass::SymmetricAndSkew), || gamma(plant, ScalingClass::Symmetric))
     };
@@ -208,15 +207,15 @@ fn largest_frozen_gain(samples: &[(f64, StateSpace)]) -> FrozenGain {
 }
 
 impl Ladder {
-    /// The neighbouring rungs that lie against theory by more than [`TOLERANCE`]; rungs not reached are skipped.
+    /// Neighbouring gains that violate the order by more than [`TOLERANCE`]; failed ones are skipped.
     pub fn disorders(&self) -> Vec<Disorder> {
         let mut pairs = Vec::new();
-        let scheduled = self.scheduled.as_ref().ok().map(|g| (Rung::Scheduled, *g));
-        let symmetric = self.scheduled_symmetric.as_ref().ok().map(|g| (Rung::ScheduledSymmetric, *g));
+        let scheduled = self.scheduled.as_ref().ok().map(|g| (LadderGain::Scheduled, *g));
+        let symmetric = self.scheduled_symmetric.as_ref().ok().map(|g| (LadderGain::ScheduledSymmetric, *g));
         let above_frozen = scheduled.or(symmetric);
         for (theta, gamma) in &self.frozen_optimum {
             if let (Ok(gamma), Some(upper)) = (gamma, above_frozen) {
-                pairs.push(((Rung::FrozenOptimum(*theta), *gamma), upper));
+                pairs.push(((LadderGain::FrozenOptimum(*theta), *gamma), upper));
             }
         }
         pairs.extend(scheduled.zip(symmetric));
@@ -229,14 +228,14 @@ impl Ladder {
             .collect()
     }
 
-    /// The rungs of the finished loop that were reached, in the order that theory demands.
-    fn analysis(&self) -> Vec<(Rung, f64)> {
-        let mut chain = vec![(Rung::FrozenGain, self.frozen_gain.gamma)];
+    /// The gains of the closed loop that were computed, in the order of theory.
+    fn analysis(&self) -> Vec<(LadderGain, f64)> {
+        let mut chain = vec![(LadderGain::FrozenGain, self.frozen_gain.gamma)];
         for (rate, bound) in &self.bounded_rate {
-            chain.extend(bound.as_ref().ok().map(|b| (Rung::BoundedRate(*rate), b.gamma)));
+            chain.extend(bound.as_ref().ok().map(|b| (LadderGain::BoundedRate(*rate), b.gamma)));
         }
-        chain.extend(self.arbitrarily_fast.as_ref().ok().map(|b| (Rung::ArbitrarilyFast, b.gamma)));
-        chain.push((Rung::Certified, self.certified));
+        chain.extend(self.arbitrarily_fast.as_ref().ok().map(|b| (LadderGain::ArbitrarilyFast, b.gamma)));
+        chain.push((LadderGain::Certified, self.certified));
         chain
     }
 }
@@ -261,12 +260,12 @@ mod tests {
         ladder.certified = 0.94;
         ladder.scheduled = Ok(0.7);
         let expected = [
-            Disorder { lower: (Rung::FrozenOptimum(1.0), 0.8), upper: (Rung::Scheduled, 0.7) },
-            Disorder { lower: (Rung::FrozenGain, 0.95), upper: (Rung::Certified, 0.94) },
+            Disorder { lower: (LadderGain::FrozenOptimum(1.0), 0.8), upper: (LadderGain::Scheduled, 0.7) },
+            Disorder { lower: (LadderGain::FrozenGain, 0.95), upper: (LadderGain::Certified, 0.94) },
         ];
         assert_eq!(ladder.disorders(), expected);
         ladder.scheduled = Err(failed());
         ladder.scheduled_symmetric = Ok(0.6);
-        assert_eq!(ladder.disorders()[0].upper, (Rung::ScheduledSymmetric, 0.6));
+        assert_eq!(ladder.disorders()[0].upper, (LadderGain::ScheduledSymmetric, 0.6));
     }
 }

@@ -1,4 +1,4 @@
-//! A system in continuous time over one sample, as a system in discrete time with the same worst case.
+//! A continuous-time system over one sample, as a discrete-time system with the same worst case.
 //!
 //! ```text
 //! x' = A x + B w,  z = C x + D w     over [0, T], at a level above ||D||; B and D in units in which the level is 1
@@ -7,17 +7,17 @@
 //! ```
 //!
 //! F, G and H are the blocks of the scattering matrix of the Hamiltonian system of w, from (x(0), p(T)) to (x(T),
-//! p(0)). They are put together by doubling the time, and stay of the size of the system's own response, where the
-//! exponential of the Hamiltonian matrix over a sample grows with the fastest lag.
+//! p(0)). They are computed by doubling the time and stay of the size of the system's response, while the exponential
+//! of the Hamiltonian matrix over a sample grows with the fastest lag.
 //!
-//! Source: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; of the star product, R.
-//! Redheffer, J. Math. and Phys. 39, 1960.
+//! Sources: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; R. Redheffer, J. Math. and Phys. 39,
+//! 1960 (the star product).
 
 use crate::error::SampledError;
 use crate::matrix::{Mat, block, eigenvalues, solve, symmetric_function, symmetric_part};
 use crate::system::state_space::StateSpace;
 
-/// F, G and H of the head of this file.
+/// F, G and H, defined at the top of this file.
 #[derive(Debug, Clone)]
 pub(crate) struct Lifted {
     f: Mat,
@@ -25,14 +25,14 @@ pub(crate) struct Lifted {
     h: Mat,
 }
 
-/// The Hamiltonian matrix times the first time is at most so large: far from where its blocks are singular.
+/// The largest size of the Hamiltonian matrix times the first interval: far from where its blocks are singular.
 const SMALL: f64 = 0.25;
 
-/// Each doubling doubles the rounding, too: after so many it is about 1e-7.
+/// The largest number of doublings; each doubles the rounding, to about 1e-7 at this number.
 const MOST_DOUBLINGS: f64 = 30.0;
 
 impl Lifted {
-    /// Over a time, at a level; `None` where the level is not above the gain over that time from rest.
+    /// The system over a time, at a level; `None` if the level is not above the gain over that time from rest.
     ///
     /// # Errors
     /// [`SampledError::Stiff`].
@@ -51,11 +51,11 @@ impl Lifted {
         };
         let (g, h) = (symmetric_part(&(part(0, 1) * &f)), symmetric_part(&-(&f * part(1, 0))));
         let first = Self { f: f.transpose(), g, h };
-        let whole = (0..doublings as usize).try_fold(first, |all, _| all.twice());
-        Ok(whole.map(|all| Self { g: all.g * unit, h: all.h / unit, ..all }))
+        let total = (0..doublings as usize).try_fold(first, |all, _| all.twice());
+        Ok(total.map(|all| Self { g: all.g * unit, h: all.h / unit, ..all }))
     }
 
-    /// Over twice the time. The most that the first half can owe is `G^-1`, and the second can give H.
+    /// The system over twice the time. It exists if `G H` has no eigenvalue of 1 or more.
     fn twice(&self) -> Option<Self> {
         let Self { f, g, h } = self;
         let n = f.nrows();
@@ -74,7 +74,7 @@ impl Lifted {
         })
     }
 
-    /// The system in discrete time, `x+ = F x + G^(1/2) v`, with the outputs `H^(1/2) x`.
+    /// The discrete-time system `x+ = F x + G^(1/2) v` with the outputs `H^(1/2) x`.
     pub(crate) fn system(&self) -> StateSpace {
         let root = |m: &Mat| symmetric_function(m, |v| v.max(0.0).sqrt());
         let n = self.f.nrows();
@@ -83,7 +83,7 @@ impl Lifted {
 }
 
 /// `[A + B R D'C, B R B'; -C'(I + D R D')C, -(A + B R D'C)']`, `R = (I - D'D)^-1`, with B and D in units of the level,
-/// and the unit of energy in which its upper and its lower block are of one size; `None` where D reaches the level.
+/// and the unit of energy that equalises its upper and lower block; `None` if D reaches the level.
 fn hamiltonian(system: &StateSpace, level: f64) -> Option<(Mat, f64)> {
     let (a, c) = (&system.a, &system.c);
     let (b, d) = (&system.b / level, &system.d / level);
@@ -102,10 +102,10 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// x' = w, z = x: the Hamiltonian system is an oscillator of frequency 1/level, so that F = 1/cos, G = tan/level
-    /// and H = level tan of T/level, up to a quarter of its period.
+    /// x' = w, z = x: the Hamiltonian system is an oscillator of frequency 1/level, so F = 1/cos, G = tan/level and
+    /// H = level tan of T/level, up to a quarter of its period.
     #[test]
-    fn of_an_integrator_it_has_its_closed_form() {
+    fn an_integrator_has_its_closed_form() {
         let integrator =
             StateSpace { a: dmatrix![0.0], b: dmatrix![1.0], c: dmatrix![1.0], d: dmatrix![0.0] };
         for (time, level) in [(0.75, 0.5), (0.02, 3.0), (1.5, 1.0)] {
@@ -119,9 +119,9 @@ mod tests {
         assert!(Lifted::over(&integrator, 1.6, 1.0).unwrap().is_none());
     }
 
-    /// A lag that is over long before the sample is: e^(T/lag) is 1e434, and F, G and H are what they are in the end.
-    /// With one lag of gain 1 at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and
-    /// both G and H solve their Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
+    /// A lag much shorter than the sample: e^(T/lag) is 1e434, and F, G and H are at their limits. For one lag of gain
+    /// 1 at the level sqrt 2 the worst-case input has the mode `a = 1/(sqrt 2 lag)`, F is 0, and both G and H solve
+    /// their Riccati equations: `G^2 - 2 G + 1/2 = 0` in units of the lag, and H = 2 G.
     #[test]
     fn a_lag_much_shorter_than_the_sample_does_no_harm() {
         let lag = 1e-3;

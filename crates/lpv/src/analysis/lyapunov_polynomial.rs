@@ -7,7 +7,7 @@ use crate::matrix::Mat;
 pub struct LyapunovPolynomial {
     /// The middle of the samples.
     pub centre: f64,
-    /// From the middle to the last sample (1 when there is but one).
+    /// From the middle to the last sample (1 if there is only one).
     pub half_range: f64,
     /// `X_0, ..., X_d`, n x n.
     pub coefficients: Vec<Mat>,

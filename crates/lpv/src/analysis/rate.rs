@@ -1,8 +1,8 @@
-//! The gain of a system whose parameter moves at a bounded rate, on a grid of parameter values.
+//! The gain of a system with a bounded parameter rate, on a grid of parameter values.
 //!
 //! F. Wu, X. H. Yang, A. Packard, G. Becker, "Induced L2-norm control for LPV systems with bounded parameter
 //! variation rates", Int. J. Robust Nonlinear Control 6, 1996: `x' = A(theta) x + B(theta) w, z = C(theta) x +
-//! D(theta) w` with `|theta'| <= nu` is exponentially stable with an L2 gain below gamma when for every theta and
+//! D(theta) w` with `|theta'| <= nu` is exponentially stable with an L2 gain below gamma if for every theta and
 //! both signs `X(theta) > 0` and
 //!
 //! ```text
@@ -11,9 +11,9 @@
 //! [         *                    *       -gamma I  ]
 //! ```
 //!
-//! with s the parameter mapped to [-1, 1]. The rate enters affinely, so its two extremes are enough. The parameter
-//! does not: the inequality is imposed at some samples and checked at all of them, and **between the samples nothing
-//! is proved**. [`crate::analysis::bounded_gain()`] bounds the gain with proof, for parameters that move however fast.
+//! with s the parameter mapped to [-1, 1]. The rate enters affinely, so its two extremes suffice. The parameter does
+//! not: the inequality is imposed at some samples and checked at all of them, and **between the samples nothing is
+//! proved**. [`crate::analysis::bounded_gain()`] proves a bound for parameters of any rate.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 pub use crate::analysis::rate_program::RateOptions;
@@ -23,7 +23,7 @@ use crate::error::{ShapeError, SynthesisError};
 use crate::matrix::{Mat, spectral_abscissa};
 use crate::system::state_space::StateSpace;
 
-/// The Lyapunov function found, and how clearly the inequality holds.
+/// The Lyapunov function found, and the margin of the inequality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RateProof {
     /// X(theta).
@@ -37,21 +37,21 @@ pub struct RateProof {
 /// A gain that holds at all samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RateBound {
-    /// The gain: 0.1 % (where that fails, 1 %) above the least one found, so that the inequality holds strictly.
+    /// The gain: 0.1 % (or, if that fails, 1 %) above the least one found, so that the inequality holds strictly.
     pub gamma: f64,
-    /// The bound nu on `|theta'|`; infinite for parameters that move however fast.
+    /// The bound nu on `|theta'|`; infinite for parameters of any rate.
     pub rate: f64,
-    /// What shows it.
+    /// The Lyapunov function that shows it.
     pub proof: RateProof,
 }
 
-/// Bounds the L2 gain of a system that is given by its samples `(theta, system)`, for `|theta'| <= rate`.
+/// Bounds the L2 gain of a system given by samples `(theta, system)`, for `|theta'| <= rate`.
 ///
-/// `rate` is in units of theta per unit of time; 0 asks for a frozen parameter, infinity for a constant X.
+/// `rate` is in units of theta per unit of time; 0 means a frozen parameter, infinity a constant X.
 ///
 /// # Errors
-/// [`RateError::Unstable`] and [`SynthesisError::Infeasible`] when no gain is finite, the latter for Lyapunov
-/// functions of this order; [`SynthesisError::Numerical`] when nothing is known; the others for bad input.
+/// [`RateError::Unstable`] and [`SynthesisError::Infeasible`] if no gain is finite, the latter for Lyapunov functions
+/// of this order; [`SynthesisError::Numerical`] if nothing is known; the others for invalid input.
 pub fn rate_bounded_gain(
     samples: &[(f64, StateSpace)],
     rate: f64,
@@ -60,7 +60,7 @@ pub fn rate_bounded_gain(
     rate_bounded_gain_from(samples, rate, options, None)
 }
 
-/// The same, sought from a constant Lyapunov matrix with a gain that it is known to show: in its coordinates the
+/// [`rate_bounded_gain`], searched from a constant Lyapunov matrix that proves a known gain: in its coordinates the
 /// inequality is well conditioned.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ pub fn rate_bounded_gain_from(
     known: Option<(&Mat, f64)>,
 ) -> Result<RateBound, RateError> {
     match least_gain(samples, rate, options, known) {
-        // A solver that is stuck on a problem without solution finds the one of stability alone easier to refute.
+        // If the solver is stuck on an infeasible problem, that of stability only is easier to refute.
         Err(stuck @ RateError::Inequality(SynthesisError::Numerical { .. })) if known.is_none() => {
             match rate_bounded_stability(samples, rate, options) {
                 Err(none @ RateError::Inequality(SynthesisError::Infeasible { .. })) => Err(none),
@@ -99,12 +99,12 @@ fn least_gain(
     Ok(RateBound { gamma, rate, proof })
 }
 
-/// The same gain raised by a part of it, with a Lyapunov function that shows it as clearly as can be: where the least
-/// gain is known, it may hold by next to nothing in directions that the gain does not reach.
+/// The gain raised by a fraction, with a Lyapunov function of the largest margin: that of the least gain may hold with
+/// almost no margin in directions that the gain does not affect.
 ///
 /// # Errors
 /// As [`rate_bounded_gain`].
-pub(crate) fn cleared(
+pub(crate) fn with_raised_gamma(
     samples: &[(f64, StateSpace)],
     options: RateOptions,
     found: &RateBound,
@@ -117,11 +117,12 @@ pub(crate) fn cleared(
     let points = samples.iter().enumerate().filter(|(_, (theta, _))| found.proof.grid.contains(theta));
     let points = points.map(|(i, _)| i).collect();
     let (gamma, proof) =
-        refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Clear)?.0))?;
+        refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Margin)?.0))?;
     Ok(RateBound { gamma, rate: found.rate, proof })
 }
 
-/// Looks for a Lyapunov function that shows stability for `|theta'| <= rate`; inputs and outputs do not matter.
+/// Finds a Lyapunov function that proves stability for `|theta'| <= rate` at the samples; inputs and outputs do not
+/// matter.
 ///
 /// # Errors
 /// As [`rate_bounded_gain`].
@@ -138,7 +139,7 @@ pub fn rate_bounded_stability(
     Ok(refine(&system, points, |points| Ok(system.search(points, &base, RateAim::Stability)?.0))?.1)
 }
 
-/// The samples, when they are in order, of one shape and stable.
+/// The samples, if they are in order, of one shape and stable.
 fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpace)], RateError> {
     let Some((_, like)) = samples.first() else { return Err(RateError::NoSamples) };
     if rate.is_nan() || rate < 0.0 {
@@ -160,7 +161,7 @@ fn checked(samples: &[(f64, StateSpace)], rate: f64) -> Result<&[(f64, StateSpac
     Ok(samples)
 }
 
-/// Shapes that fit together, and the numbers of states, inputs and outputs that the first sample has.
+/// Checks that the matrices fit together and have the numbers of states, inputs and outputs of the first sample.
 fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError> {
     let (n, m, p) = (like.a.nrows(), like.b.ncols(), like.c.nrows());
     for (name, matrix, rows, cols) in
@@ -173,14 +174,14 @@ fn check_shapes(system: &StateSpace, like: &StateSpace) -> Result<(), ShapeError
     Ok(())
 }
 
-/// Each so manieth sample, and the last one.
+/// The indices of every `stride`-th sample and of the last.
 fn points(system: &Grid<'_>, stride: usize) -> Vec<usize> {
     let last = system.samples.len() - 1;
     (0..last).step_by(stride.max(1)).chain([last]).collect()
 }
 
-/// Solves at a part of the samples, adds those at which the solution fails, until it holds at all of them; returns the
-/// gamma and what shows it.
+/// Solves at some of the samples and adds those at which the solution fails, until it holds at all of them; returns the
+/// gamma and its proof.
 fn refine(
     system: &Grid<'_>,
     mut points: Vec<usize>,
@@ -207,7 +208,7 @@ fn refine(
     }
 }
 
-/// The samples not among `points` where the inequality fails, and fails worst among their neighbours.
+/// The samples not among `points` at which the inequality fails, and fails worst among the neighbours.
 fn peaks(values: &[f64], points: &[usize]) -> Vec<usize> {
     let at = |i: Option<usize>| i.and_then(|i| values.get(i)).copied().unwrap_or(f64::NEG_INFINITY);
     (0..values.len())

@@ -1,5 +1,4 @@
-//! The inequality of the gain at a bounded rate, at some samples of a system, in coordinates in which it is well
-//! conditioned.
+//! The inequality of the gain at a bounded rate, at samples of a system, in well-conditioned coordinates.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::error::{RateError, SynthesisError};
@@ -14,17 +13,17 @@ pub(crate) const STAGE: &str = "gain at a bounded rate";
 
 const INEQUALITY_NAME: &str = "bounded real with rate";
 
-/// How often gamma is sought, each time in the coordinates of the last solution.
+/// The number of searches for gamma, each in the coordinates of the last solution.
 const MOST_RESTARTS: usize = 4;
 
-/// Which Lyapunov functions are tried, and where the inequality is imposed first.
+/// The Lyapunov functions and the first samples of the inequality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateOptions {
     /// The order d of X(theta).
     pub order: usize,
-    /// The inequality is imposed at each `stride`-th sample and at the last one, and where it then fails.
+    /// The inequality is imposed at every `stride`-th sample and the last one, and then where it fails.
     pub stride: usize,
-    /// How close to the least gamma the one sought is, relative to itself plus 1 in units of a guess at it.
+    /// The tolerance of gamma, relative to itself plus 1 in units of an estimate of it.
     pub accuracy: f64,
 }
 
@@ -34,40 +33,40 @@ impl Default for RateOptions {
     }
 }
 
-/// Where a search starts at a gain that is known, relative to it.
-const ROOM: f64 = 1.01;
+/// The gamma at the start of a search from a known gain, relative to it.
+const START_FACTOR: f64 = 1.01;
 
-/// How far X(theta) may grow while the clearest one is sought, and how close to the clearest is close enough.
+/// The largest growth of X(theta), and the tolerance, in the search for the largest margin.
 const LARGEST_GROWTH: f64 = 10.0;
-const CLEARANCE_TOLERANCE: f64 = 0.3;
+const MARGIN_TOLERANCE: f64 = 0.3;
 
-/// What a search looks for.
+/// The objective of a search.
 #[derive(Clone, Copy)]
 pub(crate) enum RateAim {
     /// The least gamma.
     Least,
     /// Any X(theta) with `A'X + XA +- nu dX/dtheta < -I`, B and C left out.
     Stability,
-    /// At the gamma of the start the X(theta) at which the inequality holds most clearly: by the largest t times the
-    /// identity, with X(theta) between that and a few times the identity, in the coordinates of the start.
-    Clear,
+    /// The X(theta) of largest margin at the gamma of the start: the largest t such that the inequality holds by t
+    /// times the identity, with X(theta) between that and a few times the identity, in the coordinates of the start.
+    Margin,
 }
 
-/// A gamma and the X(theta) that goes with it.
+/// A gamma with its X(theta).
 pub(crate) struct RateSolution {
     pub(crate) gamma: f64,
     pub(crate) lyapunov: LyapunovPolynomial,
 }
 
-/// Where a search starts: X is the identity in its coordinates, and gamma 1 in its units.
+/// The start of a search: X is the identity in its coordinates, and gamma 1 in its units.
 pub(crate) struct Start {
     pub(crate) x: Mat,
     pub(crate) gamma: f64,
-    /// Whether the constant X is known to show the gain, whatever the rate.
+    /// Whether the constant X is known to prove the gain for any rate.
     pub(crate) shows: bool,
 }
 
-/// Samples of a system, stable and of one shape, and the family of Lyapunov functions.
+/// Samples of a system, stable and of one shape, and the class of Lyapunov functions.
 pub(crate) struct Grid<'a> {
     pub(crate) samples: &'a [(f64, StateSpace)],
     rate: f64,
@@ -89,7 +88,7 @@ impl<'a> Grid<'a> {
         LyapunovPolynomial { centre: self.centre, half_range: self.half_range, coefficients }
     }
 
-    /// A first guess.
+    /// A first estimate.
     pub(crate) fn start(&self) -> Result<Start, RateError> {
         let systems: Vec<&StateSpace> = self.samples.iter().map(|(_, s)| s).collect();
         let (x, hankel) = middle_of_gramians(&systems).ok_or_else(|| {
@@ -99,9 +98,9 @@ impl<'a> Grid<'a> {
         Ok(Start { x, gamma: frozen.max(hankel), shows: false })
     }
 
-    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and,
-    /// where the solver gets stuck, again from the solution. `base` becomes that solution. From a start that is known
-    /// to show a gain there is one search: what is stuck there is rounding.
+    /// A gamma close to the least at some samples, with a solution that is strict there: sought from `base` and, if the
+    /// solver gets stuck, again from the solution. `base` becomes that solution. From a start that proves a gain there
+    /// is one search only: if it gets stuck, that is rounding.
     pub(crate) fn least(&self, points: &[usize], base: &mut Start) -> Result<RateSolution, RateError> {
         let mut best: Option<RateSolution> = None;
         let mut failure = None;
@@ -130,7 +129,7 @@ impl<'a> Grid<'a> {
         best.ok_or_else(|| failure.unwrap_or_else(missed))
     }
 
-    /// Solves the program of an aim at some samples; returns the gap as well.
+    /// Solves the program of an objective at some samples; returns the gap as well.
     pub(crate) fn search(
         &self,
         points: &[usize],
@@ -140,28 +139,29 @@ impl<'a> Grid<'a> {
         // State is X^-1/2, so that X becomes the identity.
         let (inverse, state) = roots(&base.x);
         let unit = match aim {
-            RateAim::Least | RateAim::Clear => base.gamma,
+            RateAim::Least | RateAim::Margin => base.gamma,
             RateAim::Stability => 1.0,
         };
         let mut systems: Vec<StateSpace> =
             points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
-        let speed = middle_speed(&systems);
-        systems.iter_mut().for_each(|s| scale_time(s, speed));
+        let time_scale = mean_time_scale(&systems);
+        systems.iter_mut().for_each(|s| scale_time(s, time_scale));
         if matches!(aim, RateAim::Stability) {
             systems.iter_mut().for_each(|s| *s = without_signals(s));
         }
         let mut program = Program::default();
-        let unknowns = self.unknowns(&mut program, &systems, speed);
+        let unknowns = self.unknowns(&mut program, &systems, time_scale);
         let level = match aim {
             RateAim::Least => program.scalar(),
             _ => Affine::number(1.0),
         };
-        let clearance = matches!(aim, RateAim::Clear).then(|| program.scalar());
+        let margin = matches!(aim, RateAim::Margin).then(|| program.scalar());
         for (&i, system) in points.iter().zip(&systems) {
-            self.impose(&mut program, aim, (self.samples[i].0, system, speed), &unknowns, &level);
+            let sample = Sample { theta: self.samples[i].0, system, time_scale };
+            self.impose(&mut program, aim, sample, &unknowns, &level);
         }
-        if let Some(by) = &clearance {
-            self.clear(&mut program, points, &unknowns, by);
+        if let Some(margin) = &margin {
+            self.maximise_margin(&mut program, points, &unknowns, margin);
         }
         if matches!(aim, RateAim::Least) {
             program.minimise_trace(&level, 1.0);
@@ -174,44 +174,44 @@ impl<'a> Grid<'a> {
         let start = (base.shows && matches!(aim, RateAim::Least)).then(|| {
             let mut start = vec![0.0; program.unknowns()];
             program.set(&mut start, &unknowns[0], &Mat::identity(base.x.nrows(), base.x.nrows()));
-            program.set(&mut start, &level, &Mat::from_element(1, 1, ROOM));
+            program.set(&mut start, &level, &Mat::from_element(1, 1, START_FACTOR));
             start
         });
         let search = match aim {
             RateAim::Least => SolverOptions {
-                // A point that is better than the known one will do, wherever the search gets stuck.
+                // Any point better than the known one is accepted.
                 enough: if base.shows { f64::INFINITY } else { self.options.accuracy },
                 start: start.as_deref(),
                 quick: base.shows,
                 settles: base.shows,
                 ..SolverOptions::within(self.options.accuracy)
             },
-            RateAim::Clear => SolverOptions { floor: 1e-9, ..SolverOptions::within(CLEARANCE_TOLERANCE) },
-            // Any point that holds will do.
+            RateAim::Margin => SolverOptions { floor: 1e-9, ..SolverOptions::within(MARGIN_TOLERANCE) },
+            // Any feasible point is accepted.
             RateAim::Stability => SolverOptions::within(f64::INFINITY),
         };
         let solution = solver::solve(&program, STAGE, search)?;
         Ok((read(&solution.x), solution.gap))
     }
 
-    /// Asks of the inequalities, and of X at some samples, that they hold by as much as can be.
-    fn clear(&self, program: &mut Program, points: &[usize], unknowns: &[Affine], by: &Affine) {
-        program.tighten(INEQUALITY_NAME, by);
+    /// Tightens the inequalities, and those of X at some samples, by a margin that is to be maximised.
+    fn maximise_margin(&self, program: &mut Program, points: &[usize], unknowns: &[Affine], margin: &Affine) {
+        program.tighten(INEQUALITY_NAME, margin);
         let shape = self.polynomial(vec![]);
         for &i in points {
             let x = Affine::weighted(unknowns, |k| shape.power(self.samples[i].0, k));
             let n = x.shape().0;
-            program.positive("floor", x.clone() - by.times_identity(n));
+            program.positive("floor", x.clone() - margin.times_identity(n));
             program.positive("upper bound", Affine::constant(Mat::identity(n, n) * LARGEST_GROWTH) - x);
         }
-        program.minimise_trace(by, -1.0);
+        program.minimise_trace(margin, -1.0);
     }
 
-    /// `X_0, ..., X_d`. At high rates all but the first can only be small; they are scaled to the size of the first.
-    fn unknowns(&self, program: &mut Program, systems: &[StateSpace], speed: f64) -> Vec<Affine> {
+    /// `X_0, ..., X_d`. At high rates all but the first must be small; they are scaled relative to the first.
+    fn unknowns(&self, program: &mut Program, systems: &[StateSpace], time_scale: f64) -> Vec<Affine> {
         let n = systems.first().map_or(0, |s| s.a.nrows());
         let fastest = systems.iter().map(|s| s.a.norm()).fold(0.0, f64::max);
-        let small = (fastest * speed * self.half_range / self.rate).min(1.0);
+        let small = (fastest * time_scale * self.half_range / self.rate).min(1.0);
         (0..=self.options.order)
             .map(|k| program.symmetric(n).scaled(if k == 0 { 1.0 } else { small }))
             .collect()
@@ -219,12 +219,12 @@ impl<'a> Grid<'a> {
 
     /// The inequality at one sample, with both signs of the rate.
     ///
-    /// X(theta) > 0 need not be imposed: the mean of the two says `A'X + XA < 0`, and A is stable.
+    /// X(theta) > 0 need not be imposed: the mean of the two gives `A'X + XA < 0`, and A is stable.
     fn impose(
         &self,
         program: &mut Program,
         aim: RateAim,
-        (theta, system, speed): (f64, &StateSpace, f64),
+        Sample { theta, system, time_scale }: Sample<'_>,
         unknowns: &[Affine],
         level: &Affine,
     ) {
@@ -233,25 +233,25 @@ impl<'a> Grid<'a> {
         let x = Affine::weighted(unknowns, |k| shape.power(theta, k));
         for rate in self.rates() {
             let drift = Affine::weighted(unknowns, |k| {
-                if k == 0 { 0.0 } else { rate / speed * shape.power_slope(theta, k) }
+                if k == 0 { 0.0 } else { rate / time_scale * shape.power_slope(theta, k) }
             });
-            let whole = bounded_real(system, &x, drift, level);
+            let inequality = bounded_real(system, &x, drift, level);
             program.negative(
                 INEQUALITY_NAME,
                 match aim {
-                    RateAim::Stability => whole + Affine::constant(Mat::identity(n, n)),
-                    _ => whole,
+                    RateAim::Stability => inequality + Affine::constant(Mat::identity(n, n)),
+                    _ => inequality,
                 },
             );
         }
     }
 
-    /// The extremes of the rate; one when they make no difference.
+    /// The extremes of the rate; one if they make no difference.
     fn rates(&self) -> Vec<f64> {
         if self.options.order == 0 || self.rate == 0.0 { vec![0.0] } else { vec![self.rate, -self.rate] }
     }
 
-    /// The largest eigenvalue over some samples, and where.
+    /// The largest eigenvalue over some samples, and its parameter value.
     fn worst(&self, points: &[usize], found: &RateSolution) -> (f64, f64) {
         let values = points.iter().map(|&i| (self.eigenvalue(i, found), self.samples[i].0));
         values
@@ -284,17 +284,24 @@ pub(crate) fn without_signals(s: &StateSpace) -> StateSpace {
     StateSpace { a: s.a.clone(), b: Mat::zeros(n, 0), c: Mat::zeros(0, n), d: Mat::zeros(0, 0) }
 }
 
-/// The geometric mean of the modes' distances from zero, over all systems, which are stable.
-fn middle_speed(systems: &[StateSpace]) -> f64 {
+/// The geometric mean of |lambda| over the modes of all systems, which are stable, rad/s.
+fn mean_time_scale(systems: &[StateSpace]) -> f64 {
     let modes: Vec<f64> = systems.iter().flat_map(StateSpace::poles).map(|p| p.norm().ln()).collect();
     (modes.iter().sum::<f64>() / modes.len().max(1) as f64).exp()
 }
 
-/// The system in time that runs `speed` times as slowly, B and C sharing what that takes from the gain.
-fn scale_time(s: &mut StateSpace, speed: f64) {
-    s.a /= speed;
-    s.b /= speed.sqrt();
-    s.c /= speed.sqrt();
+/// A sample, scaled in time.
+struct Sample<'a> {
+    theta: f64,
+    system: &'a StateSpace,
+    time_scale: f64,
+}
+
+/// Changes the unit of time to `1/time_scale`; B and C share the factor, so that the gain stays the same.
+fn scale_time(s: &mut StateSpace, time_scale: f64) {
+    s.a /= time_scale;
+    s.b /= time_scale.sqrt();
+    s.c /= time_scale.sqrt();
 }
 
 /// `[A'X + XA + drift, XB, C'; *, -gamma I, D'; *, *, -gamma I]`.
@@ -308,7 +315,7 @@ fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Af
     ])
 }
 
-/// The numerical failure of a solution that does not hold where it should.
+/// The numerical error for a solution that violates the inequality.
 pub(crate) fn missed(gamma: f64, theta: f64, by: f64) -> RateError {
     let diagnosis = format!("at gamma = {gamma:.4} the inequality is missed by {by:.1e}, theta = {theta}");
     SynthesisError::numerical(STAGE, diagnosis).into()

@@ -1,4 +1,4 @@
-//! The gain of a loop whose controller is sampled, with what happens between the ticks.
+//! The gain of a loop with a sampled controller, including the behaviour between samples.
 //!
 //! ```text
 //! x' = A x + B1 w + B2 u,   z = C1 x + D11 w + D12 u        in continuous time
@@ -6,17 +6,17 @@
 //! xk_(k+1) = Ak xk_k + Bk y_k,   u = Ck xk_k + Dk y_k      u held from k T to (k + 1) T
 //! ```
 //!
-//! A component of w that reaches y without passing a state (a column of D21 that is not 0) would have an infinite
-//! gain: it may act at the ticks alone, where it costs nothing. Such components are held from tick to tick, as
-//! references and the noise of samples are; all others are any function of finite energy, or held as well. What is
-//! faster than half of the sampling rate is seen at the ticks as if it were slow: where slow errors count much,
-//! [`Exogenous::Any`] has a larger gain than [`Exogenous::Held`], however short the sample is next to the loop.
+//! A component of w that reaches y without passing a state (a nonzero column of D21) would have an infinite gain: it
+//! could act at the ticks only, at no cost. Such components are held between ticks, like references and the noise of
+//! samples; all others are any function of finite energy, or held as well. Signals faster than half the sampling rate
+//! are aliased: if slow errors have a large weight, [`Exogenous::Any`] has a larger gain than [`Exogenous::Held`],
+//! however short the sample time.
 //!
-//! At a level above the gain between two ticks the loop has the gain of a system in discrete time (`lifted.rs`): it is
-//! stable and its gain is below the level exactly when that system is stable and has a norm below 1. The level is
-//! searched for.
+//! At a level above the gain between two ticks the loop is equivalent to a discrete-time system (`lifted.rs`): the loop
+//! is stable with a gain below the level exactly if that system is stable and has a norm below 1. The level is found by
+//! search.
 //!
-//! Source: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; T. Chen, B. A. Francis, Optimal
+//! Sources: B. Bamieh, J. B. Pearson, IEEE Trans. Automatic Control 37(4), 1992; T. Chen, B. A. Francis, Optimal
 //! Sampled-Data Control Systems, 1995, chapter 13.
 
 use crate::analysis::lifted::Lifted;
@@ -27,7 +27,7 @@ use crate::system::partition::Group::{U, Y};
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::{HinfNorm, StateSpace};
 
-/// Bounds on a gain, to rounding: both infinite for a loop that is not stable.
+/// Bounds on a gain, to rounding: both infinite for an unstable loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledGain {
     /// The gain is at least this.
@@ -36,34 +36,32 @@ pub struct SampledGain {
     pub upper: f64,
 }
 
-/// What w may be.
+/// The class of exogenous inputs w.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exogenous {
-    /// Any function of finite energy; components that reach y without passing a state are held from tick to tick.
+    /// Any function of finite energy; components that reach y without passing a state are held between ticks.
     Any,
-    /// All components are held from tick to tick.
+    /// All components are held between ticks.
     Held,
 }
 
-/// How far the bounds may lie apart, relative.
+/// The relative tolerance of the bounds.
 const TOLERANCE: f64 = 1e-5;
 
-/// Each level that does not shrink the bounds as expected is followed by one that halves them.
+/// The largest number of levels. Every fourth level bisects.
 const MOST_LEVELS: usize = 200;
 
-/// The least gain that is distinguished from 0, relative to the size of the matrices.
+/// The least gain distinguished from 0, relative to the size of the matrices.
 const LEAST: f64 = 1e-9;
 
-/// The L2 gain from w to z of a plant without parameters, closed by a controller in discrete time at the sample time T
-/// (s), within `1e-5`, relative.
+/// The L2 gain from w to z of a plant without parameters, closed by a discrete-time controller with the sample time T
+/// (s), to a relative accuracy of `1e-5`.
 ///
-/// The controller is `(xk_(k+1), u_k) = K(xk_k, y_k)`, its `b` and `d` with a column for each row of y. A gain below
-/// `1e-9` of the size of B1, C1 and D11 has the lower bound 0.
+/// The controller is `(xk_(k+1), u_k) = K(xk_k, y_k)`; its `b` and `d` have one column per row of y. A gain below
+/// `1e-9` of the size of B1, C1 and D11 has the lower bound 0. For the source see the top of this file.
 ///
 /// # Errors
 /// [`SampledError`].
-///
-/// Source: at the top of this file.
 pub fn sampled_gain(
     plant: &GeneralisedPlant,
     controller: &StateSpace,
@@ -75,18 +73,19 @@ pub fn sampled_gain(
         return Ok(SampledGain { lower: f64::INFINITY, upper: f64::INFINITY });
     }
     let size = plant.d11().norm() + plant.c1().norm().max(1.0) * plant.b1().norm().max(1.0);
-    // Inputs that are fast enough pass D11 as if it were alone.
+    // Fast inputs see D11 only.
     let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
     let (mut level, mut near) = (size, None);
     for tried in 0..MOST_LEVELS {
         stop::check();
         let peak = parts.norm(level, near)?;
         let norm = peak.value;
-        // From level to level the peak moves little.
+        // The peak moves little from level to level.
         near = Some(peak.frequency).filter(|omega| norm.is_finite() && omega.is_finite()).or(near);
-        match norm >= 1.0 {
-            true => lower = level,
-            false => upper = level,
+        if norm >= 1.0 {
+            lower = level;
+        } else {
+            upper = level;
         }
         if upper <= lower * (1.0 + TOLERANCE) || upper <= size * LEAST {
             break;
@@ -96,22 +95,23 @@ pub fn sampled_gain(
             (true, false) => 2.0 * lower,
             (false, _) => 0.5 * upper,
         };
-        // Where the norm would be 1 if it went down with the level, and a little beyond.
+        // The level at which the norm would be 1 if it fell in proportion, and a little beyond.
         let beyond = if norm >= 1.0 { 0.3 * TOLERANCE } else { -0.3 * TOLERANCE };
         let expected = level * norm * (1.0 + beyond);
-        level = match expected.is_finite() && expected > 0.0 && tried % 4 < 3 {
-            true => expected.max(lower * (1.0 + 0.5 * TOLERANCE)).min(upper * (1.0 - 0.5 * TOLERANCE)),
-            false => halved,
+        level = if expected.is_finite() && expected > 0.0 && tried % 4 < 3 {
+            expected.max(lower * (1.0 + 0.5 * TOLERANCE)).min(upper * (1.0 - 0.5 * TOLERANCE))
+        } else {
+            halved
         };
     }
     Ok(SampledGain { lower, upper })
 }
 
-/// A loop, put together for lifting.
+/// A loop prepared for lifting.
 struct SampledLoop<'a> {
-    /// From the continuous part of w to z, with the states (x, u, held part of w).
+    /// The system from the continuous part of w to z, with the states (x, u, held part of w).
     between: StateSpace,
-    /// Columns of D21 of the held part of w.
+    /// The columns of D21 of the held part of w.
     held: Mat,
     /// C2.
     measured: Mat,
@@ -166,15 +166,15 @@ impl<'a> SampledLoop<'a> {
         Ok(Self { between, held: d21.select_columns(&held), measured: plant.c2(), controller, sample_time })
     }
 
-    /// Whether all modes from tick to tick are inside of the unit circle.
+    /// Whether all modes of the discrete-time loop are inside the unit circle.
     fn is_stable(&self) -> bool {
         let transition = (&self.between.a * self.sample_time).exp();
         let modes = eigenvalues(&self.tick_to_tick(&transition, 1.0).a);
         largest(0.0, modes.iter().map(|v| v.norm())) < 1.0
     }
 
-    /// The norm of the system in discrete time that is below 1 when the gain is below the level; infinite where the
-    /// level is not above the gain between two ticks. It is looked for near a frequency (rad/s, on the axis) first.
+    /// The norm of the discrete-time system that is below 1 if the gain is below the level; infinite if the level is
+    /// not above the gain between two ticks. The search starts near a frequency (rad/s, on the axis).
     fn norm(&self, level: f64, near: Option<f64>) -> Result<HinfNorm, SampledError> {
         let none = HinfNorm { value: f64::INFINITY, frequency: f64::INFINITY };
         let Some(lifted) = Lifted::over(&self.between, self.sample_time, level)? else {
@@ -196,8 +196,8 @@ impl<'a> SampledLoop<'a> {
         Ok(seen.from_circle_to_axis().map_or(none, peak))
     }
 
-    /// The loop from tick to tick for a transition of (x, u, held), from the held components in some unit to what
-    /// (x, u, held) is at the beginning of a sample. States (x, xk).
+    /// The loop from tick to tick for a transition of (x, u, held), from the held components in units of `unit` to the
+    /// value of (x, u, held) at the beginning of a sample. States (x, xk).
     fn tick_to_tick(&self, transition: &Mat, unit: f64) -> StateSpace {
         let StateSpace { a, b, c, d } = self.controller;
         let (x, held, n) = (self.measured.ncols(), &self.held * unit, a.nrows());

@@ -1,14 +1,13 @@
-//! The gain of a loop whose commands are cut off, for w of bounded energy, and the anti-windup gain that is best for
-//! it.
+//! The gain of a loop with saturated commands for w of bounded energy, and the best anti-windup gain for it.
 //!
-//! The loop of plant and controller with `phi = u - sat(u)`, which is missing in the plant and moves the controller's
-//! states by `G phi`, is
+//! The loop of plant and controller with `phi = u - sat(u)`, which is subtracted at the plant's input and adds `G phi`
+//! to the rates of the controller's states, is
 //!
 //! ```text
 //! (x', zt, u, z) = M (x, wt, phi, w),   wt = Theta zt
 //! ```
 //!
-//! It is asked that for all (x, wt, phi, w), with V = x'Xx,
+//! The conditions are that for all (x, wt, phi, w), with V = x'Xx,
 //!
 //! ```text
 //! dV/dt + z'z/gamma - gamma w'w + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x) < 0
@@ -16,14 +15,14 @@
 //! ```
 //!
 //! Then from rest V stays within gamma times the energy of w, as long as that is at most beta, and the L2 gain from w
-//! to z is below gamma, for the term of U is not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr.,
-//! S. Tarbouriech, IEEE Trans. Automatic Control 50(1), 2005, lemma 1; the gain for bounded energy: T. Hu, A. R. Teel,
-//! L. Zaccarian, "Stability and performance for saturated systems via quadratic and nonquadratic Lyapunov functions",
-//! IEEE Trans. Automatic Control 51(11), 2006). Divided by gamma, the inequalities of the inverse matrices
-//! (`cut_off.rs`) are linear in gamma^2 and 1/beta: the energy is the largest at a gain, the gain the least with H = 0,
-//! where no limit is ever out of reach, and any energy is allowed. That cannot be where the plant is unstable.
+//! to z is below gamma, because the term of U is not negative while `|H x|` is below the limit (J. M. Gomes da Silva
+//! Jr., S. Tarbouriech, IEEE Trans. Automatic Control 50(1), 2005, lemma 1; the gain for bounded energy: T. Hu, A. R.
+//! Teel, L. Zaccarian, "Stability and performance for saturated systems via quadratic and nonquadratic Lyapunov
+//! functions", IEEE Trans. Automatic Control 51(11), 2006). Divided by gamma, the inequalities of the inverse matrices
+//! (`saturated.rs`) are linear in gamma^2 and 1/beta. The energy is maximised at a given gain; with H = 0 the sector
+//! condition holds everywhere, any energy is allowed, and the gain is minimised. This requires a stable plant.
 
-use crate::anti_windup::cut_off::{Shown, Transposed, Unknowns, with_phi};
+use crate::anti_windup::saturated::{Shown, Transposed, Units, Unknowns, with_phi};
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
@@ -37,20 +36,20 @@ use nalgebra::DVector;
 
 const STAGE: &str = "gain of a loop with limits";
 
-/// The gains at which the largest energy is sought, in units of that without limits.
+/// The gains at which the largest energy is computed, in units of that without limits.
 const GAINS: [f64; 3] = [1.25, 2.0, 5.0];
 
-/// The one for which the anti-windup gain is made: at half of the performance limits show, and the loop still does
-/// what it was designed for.
+/// The gain for which the anti-windup gain is designed: at half of the performance, saturation matters and the loop
+/// still works as designed.
 const OF_GAIN: f64 = 2.0;
 
-/// How near to the optimum a solution is, relative: the inequalities then hold clearly.
+/// The relative tolerance of the optimum, so that the inequalities hold with a margin.
 const ACCURACY: f64 = 1e-2;
 
-/// The part of an energy, or of 1/gamma, that is claimed.
+/// The fraction of an energy, or of 1/gamma, that is claimed.
 const CLAIMED: f64 = 0.99;
 
-/// A loop whose commands are cut off.
+/// A loop with saturated commands.
 #[derive(Debug, Clone, Copy)]
 pub struct Limited<'a> {
     /// The plant.
@@ -61,11 +60,11 @@ pub struct Limited<'a> {
     pub gamma: f64,
     /// S of that bound, channels of plant and controller square: the units of the channels.
     pub units: &'a Mat,
-    /// How far each command can go either way, at least.
+    /// The limit of each command in both directions; for unequal limits, the smaller one.
     pub limits: &'a [f64],
 }
 
-/// A bound of the gain, n states: the plant's, then the controller's.
+/// A bound of the gain, with n states: the plant's, then the controller's.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names are those of the equations above")]
 pub struct EnergyBound {
@@ -80,7 +79,7 @@ pub struct EnergyBound {
     pub h: Mat,
 }
 
-/// An anti-windup gain, and the bounds that hold with it, ascending.
+/// An anti-windup gain and the bounds that hold with it, ascending.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {
     /// G, nk x m.
@@ -89,14 +88,13 @@ pub struct Bounds {
     pub bounds: Vec<EnergyBound>,
 }
 
-/// Seeks the gain G of the largest energy at twice the gain without limits, and what holds with it at several gains.
+/// Computes the gain G of the largest energy at twice the gain without limits, and the bounds with it at several gains.
 ///
 /// The entries of G are below the rate of the loop's fastest mode, with states in units of their sizes in the loop and
-/// phi in those of the limits: what no sampled controller carries out would allow hardly more energy.
+/// phi in those of the limits: larger ones are too fast for a sampled controller and allow hardly more energy.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] where nothing is found; [`SynthesisError::Numerical`], also where a limit is not
-/// positive.
+/// [`SynthesisError::Infeasible`] if nothing is found; [`SynthesisError::Numerical`], also if a limit is not positive.
 pub fn with_anti_windup(of: Limited<'_>) -> Result<Bounds, SynthesisError> {
     let flow = Flow::of(of, None)?;
     let every = flow.least_gain();
@@ -133,15 +131,15 @@ pub fn of_gain(of: Limited<'_>, gain: &Mat) -> Result<Bounds, SynthesisError> {
     }
 }
 
-/// The loop with the inputs w and phi, and u below z.
+/// The loop with phi appended to w, and u appended to z.
 struct Flow<'a> {
     of: Limited<'a>,
     closed: ClosedLoop,
-    /// Components of w, z and phi.
+    /// The numbers of components of w, z and phi.
     sizes: [usize; 3],
-    /// The energy of w that takes a command to its limit, without limits; the unit of beta.
+    /// The energy of w at which a command reaches its limit, without limits; the unit of beta.
     energy: f64,
-    /// How fast the fastest mode is, where G is sought.
+    /// |lambda| of the fastest mode, if G is to be computed.
     fastest: Option<f64>,
 }
 
@@ -186,8 +184,8 @@ impl<'a> Flow<'a> {
             .map(|least| if least.is_finite() { least } else { 1.0 })
     }
 
-    /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity, and the size of each
-    /// state.
+    /// T and its inverse, in which the geometric mean of the gramians of the loop at Theta = 0 is the identity, and the
+    /// size of each state.
     fn coordinates(&self, output: f64) -> Result<(Mat, Mat, DVector<f64>), SynthesisError> {
         let [w, z, m] = self.sizes;
         let (root, unroot) = roots(&self.channels());
@@ -213,7 +211,7 @@ impl<'a> Flow<'a> {
         Ok((state, inverse, sizes))
     }
 
-    /// The loop in units: w in the root of the energy, z in gamma times that, u and phi in the limits.
+    /// The scaled loop: w in units of the root of the energy, z of gamma times that, u and phi of the limits.
     fn transposed(&self) -> Result<Transposed, SynthesisError> {
         let [w, z, m] = self.sizes;
         let (n, r) = (self.closed.a().nrows(), self.closed.dtt().nrows());
@@ -224,19 +222,14 @@ impl<'a> Flow<'a> {
         let swapped = |first: usize, a: usize, b: usize| {
             (0..first).chain(first + a..first + a + b).chain(first..first + a).collect::<Vec<_>>()
         };
-        let whole = self.closed.parts.matrix();
-        let whole = whole.select_rows(&swapped(n + r, z, m)).select_columns(&swapped(n + r, w, m));
+        let matrix = self.closed.parts.matrix();
+        let matrix = matrix.select_rows(&swapped(n + r, z, m)).select_columns(&swapped(n + r, w, m));
         let nk = self.of.controller.a().nrows();
         let reach =
             self.fastest.map_or_else(|| DVector::zeros(0), |fastest| sizes.rows(n - nk, nk) * fastest);
-        let units = (self.of.limits, input, output);
-        Ok(Transposed::of(
-            (&whole, [n, r, m, z], [n, r, m, w]),
-            (state, inverse),
-            &self.channels(),
-            units,
-            reach,
-        ))
+        let (state, channels) = ((state, inverse), &self.channels());
+        let units = Units { state, channels, commands: self.of.limits, input, output, reach };
+        Ok(Transposed::of(&matrix, [n, r, m, z], [n, r, m, w], units))
     }
 
     /// The largest energy at `factor` times the gain without limits, and G.
@@ -249,7 +242,7 @@ impl<'a> Flow<'a> {
 
     /// The least gain with H = 0, and G.
     fn least_gain(&self) -> Result<(EnergyBound, Mat), SynthesisError> {
-        if !self.stands_alone() {
+        if !self.is_stable_saturated() {
             return Err(SynthesisError::Infeasible { stage: STAGE });
         }
         let search = Search::of(self, None)?;
@@ -258,15 +251,16 @@ impl<'a> Flow<'a> {
         Ok(self.bound(gamma(least), f64::INFINITY, shown))
     }
 
-    /// The bound that was found, its scalings free of what rounding has mixed of different parameters.
+    /// The bound that was found, with rounding between different parameters removed from its scalings.
     fn bound(&self, gamma: f64, beta: f64, shown: Shown) -> (EnergyBound, Mat) {
         let Shown { x, s, t, u, h, gain } = shown;
         let [s, t] = [s, t].map(|m| commuting_part(&m, &self.closed.channels));
         (EnergyBound { gamma, beta, x, s, t, u, h }, gain)
     }
 
-    /// Whether the loop is stable at Theta = 0 with all of each command cut off, phi = u; where G is sought, the plant.
-    fn stands_alone(&self) -> bool {
+    /// Whether the loop is stable at Theta = 0 with all commands fully saturated, phi = u; if G is to be computed, the
+    /// plant.
+    fn is_stable_saturated(&self) -> bool {
         let [w, z, m] = self.sizes;
         let direct = self.closed.d11().view((z, w), (m, m)).into_owned();
         let a = match self.fastest {
@@ -282,7 +276,7 @@ fn unstable() -> SynthesisError {
     SynthesisError::numerical(STAGE, "the loop without limits is not stable at Theta = 0")
 }
 
-/// One program and its unknowns.
+/// A program with its unknowns.
 struct Search {
     loop_: Transposed,
     program: Program,
@@ -292,20 +286,20 @@ struct Search {
 }
 
 impl Search {
-    /// The least 1/beta at a gain, in units of that without limits; with H = 0 the least gain.
+    /// The least 1/beta at a gain, in units of that without limits; or with H = 0 the least gain.
     fn of(flow: &Flow<'_>, gain: Option<f64>) -> Result<Self, SynthesisError> {
         let loop_ = flow.transposed()?;
         let mut program = Program::default();
-        let fed = loop_.own[2].nrows();
-        let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, (fed, gain.is_none()));
+        let fed = loop_.select[2].nrows();
+        let unknowns = Unknowns::of(&mut program, &loop_, &flow.closed.channels, fed, gain.is_none());
         let least = program.scalar();
         let square = match gain {
             Some(gain) => Affine::number(gain * gain),
             None => least.clone(),
         };
-        let ([_, _, _, w], [_, _, _, own_z]) = (&loop_.back, &loop_.own);
+        let ([_, _, _, w], [_, _, _, z]) = (&loop_.back, &loop_.select);
         let inequality = unknowns.form(&loop_) + Affine::constant(w.transpose() * w)
-            - square.times_identity(own_z.nrows()).congruence(own_z);
+            - square.times_identity(z.nrows()).congruence(z);
         program.negative("performance", inequality);
         program.positive("X", unknowns.q.clone());
         unknowns.out_of_reach(&mut program, &least);
@@ -313,7 +307,7 @@ impl Search {
         Ok(Self { loop_, program, unknowns, least })
     }
 
-    /// The least value, and what shows it, times `share` of that value.
+    /// The least value, and the matrices that prove it, times `share` of that value.
     fn solve(&self, share: impl Fn(f64) -> f64) -> Result<(f64, Shown), SynthesisError> {
         let options =
             SolverOptions { floor: 1e-6, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };

@@ -1,4 +1,4 @@
-//! Steps of a reference that limits on the commands never turn into a loss of the loop, however the parameters move.
+//! Steps of a reference under which a loop with saturated commands stays stable, for any motion of the parameters.
 //!
 //! The loop of plant, model error and controller with `phi = u - sat(u)` is
 //!
@@ -6,29 +6,29 @@
 //! (x', zt, u, z_D) = M (x, wt, phi, r) + (E w_D, 0, 0, 0),   wt = Theta zt,   w_D = Delta z_D
 //! ```
 //!
-//! While a step r is held, x is taken from `x_e r` and u from `u_e r`, the equilibrium at Theta = 0. For an alpha > 0
-//! it is asked that for all (x, wt, phi, w_D) and r up to the size d, with V = x'Xx,
+//! While a step r is held, x is measured from `x_e r` and u from `u_e r`, the equilibrium at Theta = 0. The conditions
+//! for an alpha > 0 are that for all (x, wt, phi, w_D) and r up to the size d, with V = x'Xx,
 //!
 //! ```text
 //! dV/dt + alpha V - alpha (r/d)^2 + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)
 //!     + lambda (z_D'z_D - w_D'w_D) < 0,      d^2 x_e'X x_e < 1,      |H x| < limit where V < 4
 //! ```
 //!
-//! Then V stays below 1 while a step is held, is below 4 when it is taken back, and decays from there: the term of U
-//! is not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic
-//! Control 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\]
-//! the inequalities are linear, also in d^2, for the form is definite where that of the inverse matrices on the
-//! transposed loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9). There U^-1
-//! alone multiplies the gain G from phi into the controller's states, which is part of M: `G U^-1` can be sought, too.
+//! Then V stays below 1 while a step is held, is below 4 when it is removed, and decays from there: the term of U is
+//! not negative while `|H x|` is below the limit (J. M. Gomes da Silva Jr., S. Tarbouriech, IEEE Trans. Automatic
+//! Control 50(1), 2005, lemma 1). In `Q = X^-1`, `Y = HQ`, `U^-1` and the inverse of the multiplier \[S -T; T -S\] the
+//! inequalities are linear, also in d^2, because the form is definite if that of the inverse matrices on the transposed
+//! loop is (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015, lemma 4.9). There the gain G from
+//! phi into the controller's states, which is part of M, is multiplied by U^-1 only: `G U^-1` can be an unknown, too.
 //!
-//! With H = 0 the term of U is never negative, and a step needs no equilibrium: `x_e = 0`, `u_e = 0`. What is left is
-//! of one degree in V, the multipliers and d^2 alike, so that what holds of one step holds of every one, from every
-//! state. No loop is like that whose plant needs its commands to be stable.
+//! With H = 0 the term of U is never negative, and no equilibrium is needed: `x_e = 0`, `u_e = 0`. The inequality is
+//! then homogeneous in V, the multipliers and d^2, so a result for one step holds for every step, from every state.
+//! This requires a plant that is stable without its commands.
 //!
-//! A state of the plant whose rate is cut off, such as that of an actuator, adds that rate to u and what is cut off of
-//! it to phi, which moves this state and nothing else (F. Tyan, D. S. Bernstein, Int. J. Control 67(1), 1997).
+//! For a state of the plant with a limited rate, such as that of an actuator, the rate is appended to u and its
+//! saturated part to phi, which acts on this state only (F. Tyan, D. S. Bernstein, Int. J. Control 67(1), 1997).
 
-use crate::anti_windup::cut_off::{Transposed, Unknowns};
+use crate::anti_windup::saturated::{Transposed, Units, Unknowns};
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program};
 use crate::lmi::solver;
@@ -43,52 +43,52 @@ use nalgebra::DVector;
 
 const STAGE: &str = "region of a loop with limits";
 
-/// How near to the largest step the one found is, relative to its square.
+/// The tolerance of the largest step, relative to its square.
 const ACCURACY: f64 = 1e-2;
 
-/// alpha over the rate of the slowest mode, tried in turn: 2 would be the fastest decay there is.
+/// alpha relative to the rate of the slowest mode, tried in turn: 2 is an upper bound.
 const DECAYS: [f64; 3] = [1.5, 0.75, 0.25];
 
-/// The part of the step found that is claimed: its inequalities hold clearly.
+/// The fraction of the step found that is claimed, so that the inequalities hold with a margin.
 const CLAIMED: f64 = 0.99;
 
 /// The gain G from phi into the controller's states.
 #[derive(Debug, Clone, Copy)]
 pub enum Gain<'a> {
-    /// This one.
+    /// A given gain.
     Given(&'a Mat),
-    /// That with the largest step. Entries are below this bound \[1/s\], with the states in units of their sizes in the
-    /// loop and phi in those of the limits: without it G can be so large that no sampled controller carries it out.
+    /// The gain of the largest step. The bound \[1/s\] on its entries, with the states in units of their sizes in the
+    /// loop and phi in those of the limits, keeps G slow enough for a sampled controller.
     Sought(f64),
 }
 
-/// A loop whose commands are cut off.
+/// A loop with saturated commands.
 #[derive(Debug, Clone, Copy)]
 pub struct Limited<'a> {
     /// The plant.
     pub plant: &'a GeneralisedPlant,
-    /// The states of the plant that the loop consists of; the others are weights.
+    /// The states of the plant that are part of the loop; the others are weights.
     pub kept: &'a [usize],
     /// Its controller.
     pub controller: &'a Controller,
-    /// The model error that is covered.
+    /// The model error to be tolerated.
     pub error: &'a ModelError,
-    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the square of a
-    /// channel's unit.
+    /// A symmetric matrix that commutes with Theta, channels of plant and controller square: the squares of the
+    /// channels' units.
     pub units: &'a Mat,
     /// G.
     pub gain: Gain<'a>,
-    /// How far each command can go either way, at least; then how fast each state of `rates`.
+    /// The limit of each command in both directions (the smaller one), then of the rate of each state of `rates`.
     pub limits: &'a [f64],
-    /// The states of the plant whose rates are cut off; all of them are kept.
+    /// The states of the plant with limited rates; all of them are in `kept`.
     pub rates: &'a [usize],
     /// The component of w that steps.
     pub input: usize,
-    /// The largest step that is sought, in units of w.
+    /// The largest step of interest, in units of w.
     pub largest: f64,
 }
 
-/// What shows that a loop survives steps, n states: those kept and the controller's.
+/// The proof that a loop stays stable under steps, with n states: those kept and the controller's.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names are those of the equations above")]
 pub struct Region {
@@ -111,10 +111,10 @@ pub struct Region {
     pub u_held: Vec<f64>,
 }
 
-/// Seeks the largest step of one component of w.
+/// Computes the largest step of one component of w.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] where no step however small is shown; [`SynthesisError::Numerical`].
+/// [`SynthesisError::Infeasible`] if no step is proved, however small; [`SynthesisError::Numerical`].
 pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
         let diagnosis = format!("limit {j} leaves no way to go: it is {}, must be above 0", of.limits[j]);
@@ -123,7 +123,7 @@ pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     fastest(&Flow::of(of, false)?)
 }
 
-/// Seeks a claim about every step and every state, with H = 0, for a given gain.
+/// Proves stability for every step from every state, with H = 0, for a given gain.
 ///
 /// # Errors
 /// As [`largest_step`].
@@ -135,7 +135,7 @@ pub fn every_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     fastest(&flow)
 }
 
-/// The largest step at the fastest decay at which there is one that large.
+/// The largest step, at the fastest decay that allows it.
 fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
     let slowest = -spectral_abscissa(&flow.part(0, 0));
     if slowest.is_nan() || slowest <= 0.0 {
@@ -158,10 +158,10 @@ fn fastest(flow: &Flow<'_>) -> Result<Region, SynthesisError> {
     best
 }
 
-/// Sizes of x, wt, phi, step, of the columns; of x', zt, u, z_D of the rows.
+/// The loop; its columns are x, wt, phi, step, its rows x', zt, u, z_D.
 struct Flow<'a> {
     of: Limited<'a>,
-    /// M, at G = 0 where that is sought, with x and u taken from the equilibrium of a step, and r in units of `unit`.
+    /// M, with G = 0 if it is an unknown, x and u measured from the equilibrium of a step, and r in units of `unit`.
     m: Mat,
     /// E.
     e: Mat,
@@ -169,9 +169,9 @@ struct Flow<'a> {
     columns: [usize; 4],
     x_held: Mat,
     u_held: Mat,
-    /// The step whose hold takes half of a limit, at most the largest.
+    /// The step that takes a command to half of its limit in equilibrium, at most the largest.
     unit: f64,
-    /// H = 0.
+    /// Whether H = 0.
     everywhere: bool,
 }
 
@@ -190,13 +190,13 @@ impl<'a> Flow<'a> {
         let (c2, f) = (p.c2().select_columns(kept), of.error.f.select_columns(kept));
         let (error, y, nf) = (of.error, c2.nrows(), f.nrows());
         let n = kept.len();
-        // y and u in terms of x, xk, wt, wk, phi, r.
+        // y and u as functions of x, xk, wt, wk, phi, r.
         let y = block(&[&[&c2, &zero(y, nk), &p.d2t(), &zero(y, rk), &zero(y, all), &input(&p.d21())]]);
         let u = block(&[&[&zero(m, n), &k.cu(), &zero(m, r), &k.dut(), &zero(m, all), &zero(m, 1)]])
             + k.duy() * &y;
         let mut acting = u.clone();
-        let cut = acting.columns(n + nk + r + rk, m) - Mat::identity(m, m);
-        acting.columns_mut(n + nk + r + rk, m).copy_from(&cut);
+        let unsaturated = acting.columns(n + nk + r + rk, m) - Mat::identity(m, m);
+        acting.columns_mut(n + nk + r + rk, m).copy_from(&unsaturated);
         let of_plant = |a: &Mat, bt: &Mat, b1: &Mat, b2: &Mat| {
             let q = a.nrows();
             block(&[&[a, &zero(q, nk), bt, &zero(q, rk), &zero(q, all), b1]]) + b2 * &acting
@@ -213,13 +213,13 @@ impl<'a> Flow<'a> {
         if limited.len() < of.rates.len() {
             return Err(SynthesisError::numerical(
                 STAGE,
-                "a state whose rate is cut off is no part of the loop",
+                "a state with a limited rate is not part of the loop",
             ));
         }
         let rates = moved.select_rows(&limited);
         limited.iter().enumerate().for_each(|(j, &place)| moved[(place, n + nk + r + rk + m + j)] -= 1.0);
         let gain = block(&[&[&gain, &zero(nk, all - m)]]);
-        let whole = block(&[
+        let full = block(&[
             &[&moved],
             &[&of_controller(&k.a(), &k.by(), &k.bt(), &gain)],
             &[&of_plant(&p.ct().select_columns(kept), &p.dtt(), &input(&p.dt1()), &p.dt2())],
@@ -231,7 +231,7 @@ impl<'a> Flow<'a> {
         let e = block(&[&[&rows_of(&of.error.e)], &[&zero(nk, of.error.e.ncols())]]);
         let (rows, columns) = ([n + nk, r + rk, all, nf], [n + nk, r + rk, all, 1]);
         let (x_held, u_held) = (zero(n + nk, 1), zero(all, 1));
-        let mut flow = Self { of, m: whole, e, rows, columns, x_held, u_held, unit: of.largest, everywhere };
+        let mut flow = Self { of, m: full, e, rows, columns, x_held, u_held, unit: of.largest, everywhere };
         flow.hold()?;
         Ok(flow)
     }
@@ -242,12 +242,12 @@ impl<'a> Flow<'a> {
         self.m.view((i, j), (rows, columns)).into_owned()
     }
 
-    /// How many of u and phi are commands, and not rates.
+    /// The number of components of u and phi that are commands, not rates.
     fn commands(&self) -> usize {
         self.columns[2] - self.of.rates.len()
     }
 
-    /// Takes x and u from the equilibrium at Theta = 0 of a step, but for H = 0.
+    /// Measures x and u from the equilibrium of a step at Theta = 0, unless H = 0.
     fn hold(&mut self) -> Result<(), SynthesisError> {
         let held = solve(&self.part(0, 0), &-self.part(0, 3))
             .ok_or_else(|| SynthesisError::numerical(STAGE, "the loop has an integrator"))?;
@@ -268,14 +268,14 @@ impl<'a> Flow<'a> {
         Ok(())
     }
 
-    /// A of the loop at Theta = 0 with all of each command cut off, phi = u.
+    /// A of the loop at Theta = 0 with all commands fully saturated, phi = u.
     fn without_commands(&self) -> Option<Mat> {
         let m = self.columns[2];
         let all = solve(&(Mat::identity(m, m) - self.part(2, 2)), &self.part(2, 0))?;
         Some(self.part(0, 0) + self.part(0, 2) * all)
     }
 
-    /// T and its inverse with the middle of the gramians of the loop at Theta = 0 the identity.
+    /// T and its inverse, in which the geometric mean of the gramians of the loop at Theta = 0 is the identity.
     fn coordinates(&self, units: &Mat, limits: &Mat) -> Result<(Mat, Mat), SynthesisError> {
         let (rooted, unrooted) = roots(units);
         let inverse = limits.map(|v| if v == 0.0 { 0.0 } else { 1.0 / v });
@@ -293,8 +293,8 @@ impl<'a> Flow<'a> {
         Ok((state, inverse))
     }
 
-    /// How far phi of half the limits may move each state of the controller in a unit of time, in units of its size
-    /// under white noise of unit size on the commands, in units of their limits, and on the step; none for a given G.
+    /// The largest rate of each controller state by phi of half the limits, in units of its size under white noise of
+    /// unit size on the commands, in units of their limits, and on the step; empty for a given G.
     fn reach(&self, half: &Mat) -> Result<DVector<f64>, SynthesisError> {
         let Gain::Sought(largest) = self.of.gain else { return Ok(DVector::zeros(0)) };
         let nk = self.of.controller.a().nrows();
@@ -312,20 +312,22 @@ impl<'a> Flow<'a> {
         let coordinates = self.coordinates(self.of.units, &commands)?;
         let held = &coordinates.1 * &self.x_held * self.unit;
         let e = &coordinates.1 * &self.e;
-        let loop_ = Transposed::of(
-            (&self.m, self.rows, self.columns),
-            coordinates,
-            self.of.units,
-            (&half, 1.0, 1.0),
-            self.reach(&commands)?,
-        );
+        let units = Units {
+            state: coordinates,
+            channels: self.of.units,
+            commands: &half,
+            input: 1.0,
+            output: 1.0,
+            reach: self.reach(&commands)?,
+        };
+        let loop_ = Transposed::of(&self.m, self.rows, self.columns, units);
         let mut program = Program::default();
         let parameters = [&self.of.plant.blocks, &self.of.controller.blocks];
         let channels: Vec<usize> = parameters.iter().flat_map(|blocks| channels(blocks)).collect();
-        let unknowns = Unknowns::of(&mut program, &loop_, &channels, (self.commands(), self.everywhere));
-        let [mu, size] = loop_.program(&mut program, &unknowns, (&e, &held), decay);
-        // For loops of some twenty states the general solver took up to 40 s for each decay, and it found no step where
-        // the first had found none.
+        let unknowns = Unknowns::of(&mut program, &loop_, &channels, self.commands(), self.everywhere);
+        let [mu, size] = loop_.program(&mut program, &unknowns, &e, &held, decay);
+        // For loops of about twenty states the general solver took up to 40 s per decay, and found no step if the first
+        // solver had found none.
         let options = SolverOptions {
             floor: 1e-2,
             enough: ACCURACY,
@@ -366,21 +368,15 @@ impl<'a> Flow<'a> {
 
 impl Transposed {
     /// The inequalities of a step, and the unknowns 1/lambda and d^2.
-    fn program(
-        &self,
-        program: &mut Program,
-        of: &Unknowns,
-        (e, held): (&Mat, &Mat),
-        decay: f64,
-    ) -> [Affine; 2] {
-        let ([_, _, _, step], [own_x, _, _, own_error]) = (&self.back, &self.own);
+    fn program(&self, program: &mut Program, of: &Unknowns, e: &Mat, held: &Mat, decay: f64) -> [Affine; 2] {
+        let ([_, _, _, step], [x_dot, _, _, z_error]) = (&self.back, &self.select);
         let [mu, size] = [(); 2].map(|()| program.scalar());
-        let e = e.transpose() * own_x;
+        let e = e.transpose() * x_dot;
         let inequality = of.form(self)
-            + of.q.congruence(own_x).scaled(decay)
+            + of.q.congruence(x_dot).scaled(decay)
             + size.congruence(&(step / decay.sqrt()))
             + mu.times_identity(e.nrows()).congruence(&e)
-            - mu.times_identity(own_error.nrows()).congruence(own_error);
+            - mu.times_identity(z_error.nrows()).congruence(z_error);
         program.negative("decay", inequality);
         let one = Affine::constant(Mat::identity(1, 1));
         program.positive("step", of.q.clone() - size.between(held, &held.transpose()));
@@ -428,8 +424,8 @@ mod tests {
         Ok(every.unwrap_or(region))
     }
 
-    /// A stable plant survives every step, an unstable one only where its limited command can still turn it back: from
-    /// |x| < 1, and a step r, held at x = 2 r and taken back, may take V to four times what it is there.
+    /// A stable plant survives every step, an unstable one only if its saturated command can still stabilise it: from
+    /// |x| < 1; a step r, held at x = 2 r and removed, may take V to four times its value there.
     #[test]
     fn steps_by_hand() {
         let stable = found(-1.0, 1.0, 1.0).unwrap();
@@ -441,8 +437,8 @@ mod tests {
         assert!((twice.size / unstable.size - 2.0).abs() < 0.1, "{} {}", twice.size, unstable.size);
     }
 
-    /// An unstable plant under a lag that winds up: the gain sought reaches further than none, stays below its bound,
-    /// and given back it is shown to reach as far.
+    /// An unstable plant with a lag that winds up: the computed gain allows a larger step than none, stays below its
+    /// bound, and allows the same step when given.
     #[test]
     fn the_gain_sought_is_that_of_the_largest_step() {
         let lag =
@@ -459,7 +455,7 @@ mod tests {
         assert!((little.size / none - 1.0).abs() < 0.03, "{} {none}", little.size);
     }
 
-    /// `x' = x + T`, `T' = 10 (u - T)`, `u = 2 (r - x)`, with the rate of T cut off at `rate`, if at all.
+    /// `x' = x + T`, `T' = 10 (u - T)`, `u = 2 (r - x)`, with the rate of T limited to `rate`, if given.
     fn with_lag(rate: Option<f64>) -> Region {
         let (x, b, c) = (dmatrix![1.0, 1.0; 0.0, -10.0], dmatrix![0.0; 10.0], dmatrix![1.0, 0.0]);
         let parts = [(X, X, x), (X, U, b), (Z, X, c.clone()), (Y, X, -c), (Y, W, dmatrix![1.0])];
@@ -483,7 +479,7 @@ mod tests {
         largest_step(limited).unwrap()
     }
 
-    /// A rate that is never reached changes nothing, and one that is leaves a smaller step.
+    /// A rate limit that is never reached has no effect; a lower one allows a smaller step only.
     #[test]
     fn a_slower_rate_leaves_a_smaller_step() {
         let [none, fast, slow, slower] =
@@ -494,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn infeasible_problems_are_refused() {
         let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
         assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
         assert!(words(1.0, 2.0, -0.1).contains("it is -0.1, must be above 0"));

@@ -1,11 +1,11 @@
-//! The design of a controller for a parameter that moves at a bounded rate, in one go.
+//! The design of a controller for a parameter with a bounded rate.
 
 use crate::analysis::bounded_gain::{Base, search};
 use crate::analysis::gain_bound::GainBound;
 use crate::bounded_rate::central::{Central, central, in_coordinates};
 use crate::bounded_rate::inequalities::{Grid, Pair, Varying};
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
-use crate::bounded_rate::own::{SAMPLES, tightened};
+use crate::bounded_rate::loop_lyapunov::{SAMPLES, tightened};
 use crate::bounded_rate::scheduled::through;
 use crate::error::{LftError, SynthesisError};
 use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
@@ -16,32 +16,33 @@ use crate::system::controller::Controller;
 use crate::system::model_error::LoopError;
 use crate::system::modes::{check_detectable, check_stabilisable};
 use crate::system::parameter_grid::evenly_spread;
+use crate::system::partition::Sizes;
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use crate::system::polynomial::MatrixPolynomial;
 
-/// What is asked for.
+/// Options of the design.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowOptions {
     /// The bound nu on `|theta'|`, in units of theta per unit of time.
     pub rate: f64,
     /// The controller is built at `(1 + back_off)` times the least gamma.
     pub back_off: f64,
-    /// How close to the least gamma the one sought is, relative to itself.
+    /// The relative accuracy of the least gamma.
     pub accuracy: f64,
-    /// Values of the parameter, evenly spread over [-1, 1], at which the inequalities are imposed.
+    /// The number of parameter values, evenly spaced over [-1, 1], at which the inequalities are imposed.
     pub points: usize,
     /// The order of the Lyapunov matrix that depends on the parameter.
     pub order: usize,
 }
 
 impl SlowOptions {
-    /// The usual ones.
+    /// The default options for a rate.
     pub fn at(rate: f64) -> Self {
         Self { rate, back_off: 0.1, accuracy: 1e-3, points: 7, order: 2 }
     }
 }
 
-/// A controller with what is known of it.
+/// A controller with its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlowDesign {
     /// The controller, an LFT in the parameter.
@@ -50,9 +51,9 @@ pub struct SlowDesign {
     pub least: Least,
     /// The gamma at which the controller was built.
     pub gamma_design: f64,
-    /// The gain of the finished loop at the bounded rate.
+    /// The gain of the closed loop at the bounded rate.
     pub bound: SlowBound,
-    /// The gain of the finished loop however fast the parameter moves; `None` where none was found.
+    /// The gain of the closed loop for any rate of the parameter; `None` if none was found.
     pub fast: Option<GainBound>,
 }
 
@@ -61,26 +62,26 @@ pub struct SlowDesign {
 pub struct Least {
     /// The gamma.
     pub gamma: f64,
-    /// The matrix that varies there.
+    /// The matrix that varies.
     pub varying: Varying,
 }
 
 const STAGE: &str = "synthesis at a bounded rate";
 
-/// By how much the gain of the finished loop, an LFT, may be above that of the controllers that it goes through.
+/// The relative excess of the closed loop's gain, with an LFT, over that of the controllers to which it is fitted.
 const LOSS: f64 = 0.03;
 
-/// Orders of the polynomials through them, and what part of the largest singular value may be dropped.
+/// Orders of the polynomials fitted to them, and relative tolerances of their singular values.
 const ORDERS: [usize; 4] = [1, 2, 3, 4];
 const TOLERANCES: [f64; 9] = [0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6];
 
-/// Controllers whose loops are searched for a Lyapunov matrix of their own, which takes seconds.
+/// The largest number of controllers for which a Lyapunov matrix of the loop is computed, which takes seconds each.
 const TRIES: usize = 4;
 
-/// How much higher the order of a Lyapunov matrix is that is a rational function.
+/// The additional order for a Lyapunov matrix that is a rational function.
 const RATIONAL_ORDER: usize = 2;
 
-/// The coordinates of the least gamma for parameters that move however fast, where there is one.
+/// The coordinates of the least gamma for any rate of the parameter, if there is one.
 fn place_of(plant: &GeneralisedPlant) -> Place {
     match least_gamma_within(plant, Options { accuracy: COORDINATES_ACCURACY, ..Options::default() }) {
         Ok((coordinates, found)) => Place { coordinates, unit: found.gamma },
@@ -99,27 +100,27 @@ fn grid(
     Ok(Grid { points, rate, varying, order: options.order })
 }
 
-/// How near to the least the gamma comes in whose coordinates the inequalities are solved.
+/// The relative accuracy of the gamma whose coordinates are used.
 const COORDINATES_ACCURACY: f64 = 0.02;
 
-/// The plant frozen at values evenly spread over [-1, 1].
+/// The plant frozen at `count` values evenly spaced over [-1, 1].
 fn frozen(plant: &GeneralisedPlant, count: usize) -> Result<Vec<(f64, GeneralisedPlant)>, SynthesisError> {
     let wrong = |e: LftError| SynthesisError::numerical(STAGE, e.to_string());
     evenly_spread(count).map(|theta| Ok((theta, plant.frozen(&[theta]).map_err(wrong)?))).collect()
 }
 
-/// The least gamma for a plant of one parameter with `|theta'| <= rate`, at values of the parameter.
+/// The least gamma for a plant with one parameter with `|theta'| <= rate`, at values of the parameter.
 ///
 /// # Errors
-/// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for other than
-/// one parameter; those of the solver.
+/// [`SynthesisError::NotStabilisable`], [`SynthesisError::NotDetectable`]; [`SynthesisError::Numerical`] for a number
+/// of parameters other than one; those of the solver.
 pub fn least_gamma(plant: &GeneralisedPlant, options: SlowOptions) -> Result<Least, SynthesisError> {
     let ways = ways(plant, &place_of(plant), options)?;
     // In ascending order, and not empty.
     ways.first().copied().ok_or_else(|| SynthesisError::numerical(STAGE, "nothing was tried"))
 }
 
-/// The least gamma for each choice of what varies, ascending; at least one.
+/// The least gamma for each choice of the varying matrices, ascending; at least one.
 fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result<Vec<Least>, SynthesisError> {
     plant.check()?;
     check_stabilisable(plant)?;
@@ -142,14 +143,14 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
     }
 }
 
-/// Designs a controller for a plant of one parameter with `|theta'| <= rate`, and bounds the gain of the loop that it
-/// closes, between all values of the parameter.
+/// Designs a controller for a plant with one parameter with `|theta'| <= rate`, and bounds the gain of the closed loop,
+/// between all values of the parameter.
 ///
-/// What varies, X, Y or both, is chosen by the bound of the finished loop; a choice whose least gamma is above a bound
-/// that is known is not tried.
+/// The varying matrices (X, Y or both) are chosen by the bound of the closed loop; a choice whose least gamma exceeds a
+/// known bound is skipped.
 ///
 /// # Errors
-/// As [`least_gamma`]; [`SynthesisError::Numerical`] too when no LFT through the controllers keeps their gamma.
+/// As [`least_gamma`]; also [`SynthesisError::Numerical`] if no fitted LFT keeps the controllers' gamma.
 pub fn synthesise(plant: &GeneralisedPlant, options: SlowOptions) -> Result<SlowDesign, SynthesisError> {
     let place = place_of(plant);
     let mut best: Option<SlowDesign> = None;
@@ -181,15 +182,15 @@ fn build(
     let grid = grid(&place, plant, options, least.varying)?;
     let pair = grid.centre(1.0)?;
     let family = family(&place.plant(plant), &pair, least.varying)?;
-    let (controller, bound) = simplest(plant, &place, &family, (options, least.varying))?;
+    let (controller, bound) = simplest(plant, &place, &family, options, least.varying)?;
     let closed = plant.close(&controller);
-    let fast = however_fast(&closed, &bound);
-    let bound = tightened(&closed, (bound.rate, bound.gamma), fast.as_ref()).unwrap_or(bound);
+    let fast = any_rate(&closed, &bound);
+    let bound = tightened(&closed, bound.rate, bound.gamma, fast.as_ref()).unwrap_or(bound);
     Ok(SlowDesign { controller, least, gamma_design, bound, fast })
 }
 
-/// The controllers at many values of the parameter, in the coordinates in which the Lyapunov matrix of their states is
-/// the identity in the middle.
+/// The controllers at many parameter values, in coordinates in which the Lyapunov matrix of their states is the
+/// identity in the middle.
 fn family(
     plant: &GeneralisedPlant,
     pair: &Pair,
@@ -206,38 +207,44 @@ fn family(
     });
     let found: Vec<(f64, Central)> = each.collect::<Result<_, _>>()?;
     let middle = &found[SAMPLES / 2].1.lyapunov;
-    let own = symmetric_part(&middle.view((n, n), (n, n)).into_owned());
+    let part = symmetric_part(&middle.view((n, n), (n, n)).into_owned());
     let singular = || SynthesisError::numerical(STAGE, "the Lyapunov matrix of the controller is singular");
-    let root = own.cholesky().ok_or_else(singular)?.l().transpose();
+    let root = part.cholesky().ok_or_else(singular)?.l().transpose();
     let inverse = root.clone().try_inverse().ok_or_else(singular)?;
     // In the coordinates T the Lyapunov matrix is T' P T, its inverse T^-1 Q T^-T.
     let (t, t_inverse) = match varying {
         Varying::X | Varying::Both => (inverse, root),
         Varying::Y => (root.transpose(), inverse.transpose()),
     };
-    let own = if varying != Varying::Y { t.clone() } else { t_inverse.transpose() };
-    Ok(found.into_iter().map(|(theta, c)| (theta, in_coordinates(&c, (&t, &t_inverse), &own))).collect())
+    let change = if varying != Varying::Y { t.clone() } else { t_inverse.transpose() };
+    Ok(found.into_iter().map(|(theta, c)| (theta, in_coordinates(&c, &t, &t_inverse, &change))).collect())
 }
 
-/// The LFT of the fewest channels through a family of controllers that keeps their gain, but for [`LOSS`].
+/// The LFT with the fewest channels, fitted to a family of controllers, that keeps their gain up to [`LOSS`].
 fn simplest(
     plant: &GeneralisedPlant,
     place: &Place,
     family: &[(f64, Central)],
-    (options, varying): (SlowOptions, Varying),
+    options: SlowOptions,
+    varying: Varying,
 ) -> Result<(Controller, SlowBound), SynthesisError> {
     let s = plant.sizes();
     let samples: Vec<(f64, Mat)> = family.iter().map(|(theta, c)| (*theta, c.matrix.clone())).collect();
     let mut candidates: Vec<Controller> = vec![];
     for order in ORDERS {
         for tolerance in TOLERANCES {
-            candidates.extend(through(&samples, (s.x, s.y, s.u), order, tolerance));
+            candidates.extend(through(
+                &samples,
+                Sizes { x: s.x, y: s.y, u: s.u, ..Sizes::default() },
+                order,
+                tolerance,
+            ));
         }
     }
     candidates.sort_by_key(|k| k.blocks.iter().sum::<usize>());
     let gamma = place.unit * (1.0 + LOSS);
     let inverse = varying == Varying::Y;
-    // [X Z; Z Z] with Z = X - Y^-1 is no polynomial where Y varies.
+    // [X Z; Z Z] with Z = X - Y^-1 is not a polynomial if Y varies.
     let order = if varying == Varying::Both { options.order + RATIONAL_ORDER } else { options.order };
     let (rate, lyapunov) = (options.rate, lyapunov_matrix(place, family, order, inverse)?);
     let controllers: Vec<Controller> = candidates.iter().map(|k| place.coordinates.undo(k)).collect();
@@ -250,7 +257,7 @@ fn simplest(
             return Ok((controller.clone(), bound));
         }
     }
-    by_own_bounds(plant, &controllers, rate, gamma).ok_or_else(|| {
+    by_loop_bounds(plant, &controllers, rate, gamma).ok_or_else(|| {
         SynthesisError::numerical(
             STAGE,
             "no LFT through the controllers keeps their gain; try a larger back-off",
@@ -258,9 +265,9 @@ fn simplest(
     })
 }
 
-/// The first controller of some of those that keep a gamma at frozen values, from the fewest channels to the most,
-/// whose loop keeps it by a Lyapunov matrix of its own, or that with the least bound.
-fn by_own_bounds(
+/// Among controllers that keep a gamma at frozen values, a few from the fewest channels to the most: the first whose
+/// loop keeps it by a Lyapunov matrix computed for that loop, or the one with the least bound.
+fn by_loop_bounds(
     plant: &GeneralisedPlant,
     controllers: &[Controller],
     rate: f64,
@@ -276,7 +283,7 @@ fn by_own_bounds(
     for part in 0..kept.len().min(TRIES) {
         let k = kept[part * kept.len() / kept.len().min(TRIES)];
         let most = best.as_ref().map_or(FAST_GUESS * gamma, |(_, known)| known.gamma);
-        if let Some(bound) = tightened(&plant.close(k), (rate, most), None) {
+        if let Some(bound) = tightened(&plant.close(k), rate, most, None) {
             let done = bound.gamma < gamma;
             best = Some((k.clone(), bound));
             if done {
@@ -287,7 +294,7 @@ fn by_own_bounds(
     best
 }
 
-/// The polynomial through the Lyapunov matrices of a family, or through their inverses, in the plant's coordinates.
+/// A polynomial fitted to the Lyapunov matrices of a family, or to their inverses, in the plant's coordinates.
 fn lyapunov_matrix(
     place: &Place,
     family: &[(f64, Central)],
@@ -301,8 +308,8 @@ fn lyapunov_matrix(
     Ok(fit.coefficients.iter().map(undone).collect())
 }
 
-/// A bound for a parameter that moves however fast, sought from what shows the one at a bounded rate.
-fn however_fast(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
+/// A bound for any rate of the parameter, searched from the proof at the bounded rate.
+fn any_rate(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
     let r = closed.channels.len();
     let none = LoopError::none(closed);
     let middle = slow.lyapunov.first()?.clone();
@@ -328,10 +335,10 @@ fn however_fast(closed: &ClosedLoop, slow: &SlowBound) -> Option<GainBound> {
     best
 }
 
-/// A first guess at the gain for a parameter that moves however fast, relative to that at the bounded rate.
+/// The initial gain for any rate of the parameter, relative to that at the bounded rate.
 const FAST_GUESS: f64 = 1.5;
 
-/// A guess at S: what the loop at theta = 0, in the metric of its Lyapunov matrix, lets through to the channels.
+/// An estimate of S: the gains to and from the channels of the loop at theta = 0, in the metric of its Lyapunov matrix.
 fn channel_sizes(closed: &ClosedLoop, x: &Mat) -> Mat {
     let (ct, bt) = (closed.ct(), closed.bt());
     let r = closed.channels.len();

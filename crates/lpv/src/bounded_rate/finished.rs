@@ -1,11 +1,11 @@
-//! The gain of a finished loop at a bounded rate, by Lyapunov matrices of rising order.
+//! The gain of a closed loop at a bounded rate, by Lyapunov matrices of increasing order.
 //!
-//! For each order the least gain at many values of theta is sought, with the inequality of F. Wu, X. H. Yang, A.
+//! For each order the least gain at many values of theta is computed from the inequality of F. Wu, X. H. Yang, A.
 //! Packard, G. Becker, Int. J. Robust Nonlinear Control 6, 1996. At a gamma somewhat above it the same Lyapunov matrix,
-//! or one that shows that gamma more clearly, is shown to hold between the values by multipliers on intervals
-//! ([`mod@crate::bounded_rate::intervals`]). What is returned holds on the whole range, and not at the values alone.
+//! or one with a larger margin, is then verified between the values by multipliers on intervals
+//! ([`mod@crate::bounded_rate::intervals`]). The result holds on the whole range, not only at the values.
 
-use crate::analysis::rate::{RateBound, cleared, rate_bounded_gain};
+use crate::analysis::rate::{RateBound, rate_bounded_gain, with_raised_gamma};
 use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::error::{RateError, SynthesisError};
@@ -18,34 +18,35 @@ const STAGE: &str = "gain at a bounded rate";
 /// Orders of the Lyapunov matrix, tried in turn.
 const ORDERS: [usize; 5] = [1, 2, 4, 6, 8];
 
-/// A higher order is worth its proof where it may lower the bound by this part of it. Whether still higher ones are is
-/// told from this order on: from 1 to 2 the bound may fall by little, and from 2 to 4 by much.
+/// The relative decrease of the bound that a higher order must allow to be tried. The search stops only from order
+/// [`TELLING`] on: from 1 to 2 the bound may fall by little, and from 2 to 4 by much.
 const WORTH_MORE: f64 = 2e-3;
 const TELLING: usize = 4;
 
-/// Unknowns of the Lyapunov matrix, at most, of all orders but the first: so that a search takes seconds. States, at
-/// most, for the first.
+/// The largest number of unknowns of the Lyapunov matrix for orders above 1, so that a search takes seconds; and the
+/// largest number of states for order 1.
 const MOST_UNKNOWNS: usize = 330;
 const MOST_STATES: usize = 30;
 
-/// Values of theta at which the inequality is checked, and each how manieth it is imposed at first.
+/// The number of values of theta at which the inequality is checked, and the stride of those at which it is first
+/// imposed.
 const SAMPLES: usize = 321;
 const STRIDE: usize = 32;
 
-/// How near to the least gain at the values the one sought is.
+/// The relative accuracy of the least gain at the values.
 const ACCURACY: f64 = 5e-4;
 
-/// How far above the least gain at the values the one shown on the whole range is, relative to it: tried in turn.
+/// The relative raise over the least gain at the values of the gain proved on the whole range, tried in turn.
 const RAISES: [f64; 4] = [1e-3, 3e-3, 1e-2, 3e-2];
 
-/// A bound of the L2 gain of a loop of one parameter with `|theta'| <= rate`, in units of theta per unit of time.
+/// A bound of the L2 gain of a loop with one parameter with `|theta'| <= rate`, in units of theta per unit of time.
 ///
 /// The order of the Lyapunov matrix is raised from 1 to 8 as long as the bound falls by more than 0.2 % and the
 /// unknowns are not too many.
 ///
 /// # Errors
-/// [`RateError::Unstable`] when the loop is not stable at a constant theta; [`RateError::Inequality`] when no bound is
-/// found, with what the last order that was tried failed at.
+/// [`RateError::Unstable`] if the loop is not stable at a constant theta; [`RateError::Inequality`] if no bound is
+/// found, with the failure of the last order.
 pub fn finished(closed: &ClosedLoop, rate: f64) -> Result<SlowBound, RateError> {
     let samples = closed.sampled(SAMPLES).map_err(|e| numerical(e.to_string()))?;
     let mut best: Option<SlowBound> = None;
@@ -73,7 +74,7 @@ fn numerical(words: String) -> RateError {
     SynthesisError::numerical(STAGE, words).into()
 }
 
-/// The orders that are tried for a loop of so many states.
+/// The orders tried for a loop with `states` states.
 fn orders(states: usize) -> impl Iterator<Item = usize> {
     let unknowns = move |order: usize| (order + 1) * states * (states + 1) / 2;
     let few = move |order: &usize| match *order {
@@ -96,13 +97,13 @@ impl Search<'_> {
         RateOptions { order: self.order, stride: STRIDE, accuracy: ACCURACY }
     }
 
-    /// A bound below `most` that holds between the samples, too, close to the least one at them.
+    /// A bound below `most` that also holds between the samples, close to the least at the samples.
     fn between(self, least: &RateBound, most: f64) -> Option<SlowBound> {
         let raises = RAISES.iter().filter(|raise| (1.0 + **raise) * least.gamma < most);
         raises.into_iter().find_map(|raise| {
             let raised = RateBound { gamma: (1.0 + raise) * least.gamma, ..least.clone() };
             self.on_intervals(&raised).or_else(|| {
-                let clear = cleared(self.samples, self.options(), least, *raise).ok()?;
+                let clear = with_raised_gamma(self.samples, self.options(), least, *raise).ok()?;
                 self.on_intervals(&clear)
             })
         })

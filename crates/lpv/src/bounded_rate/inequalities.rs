@@ -4,9 +4,9 @@
 //! N' [ A'X + XA + r X'  XB1  C1' ; * -gamma I  D11' ; * * -gamma I ] N < 0,    N spans ker [C2 D21 0]
 //! ```
 //!
-//! the same of the transposed plant with Y and -r Y', and `[X I; I Y] > 0`, for r = nu and r = -nu. X and Y are
-//! polynomials in theta, or one of them is, and the other constant. Between the values nothing is said: what counts
-//! is the finished loop.
+//! the same for the transposed plant with Y and -r Y', and `[X I; I Y] > 0`, for r = nu and r = -nu. X and Y, or one of
+//! them with the other constant, are polynomials in theta. Between the values nothing is shown: the closed loop is
+//! analysed instead.
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
@@ -22,16 +22,16 @@ use crate::system::polynomial::MatrixPolynomial;
 /// Which of the two Lyapunov matrices depend on the parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Varying {
-    /// X, that of the observer.
+    /// X, of the observer.
     X,
-    /// Y, that of the state feedback.
+    /// Y, of the state feedback.
     Y,
-    /// Both. The controller that belongs to them contains the parameter's rate; without that term it is another, and
-    /// only the analysis of its loop tells what it is worth.
+    /// Both. The exact controller then contains the parameter's rate; this term is left out, so the gain follows only
+    /// from the analysis of the closed loop.
     Both,
 }
 
-/// A plant at some values of its parameter, and how it moves.
+/// A plant at some values of its parameter, and the bound of the rate.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     /// theta, and the plant frozen there.
@@ -39,7 +39,7 @@ pub(crate) struct Grid {
     /// nu, in the plant's unit of time.
     pub(crate) rate: f64,
     pub(crate) varying: Varying,
-    /// The order of the matrix that varies.
+    /// The order of the varying matrix.
     pub(crate) order: usize,
 }
 
@@ -52,12 +52,12 @@ pub(crate) struct Pair {
 
 const STAGE: &str = "synthesis at a bounded rate";
 
-/// How many times their least size X and Y may reach.
+/// The largest size of X and Y, as a multiple of their least.
 const LARGEST_GROWTH: f64 = 10.0;
 
-/// How closely sizes, room and clearance are sought.
+/// Tolerances of sizes and separation, and of the margin.
 const SCALE_TOLERANCE: f64 = 1e-2;
-const CLEARANCE_TOLERANCE: f64 = 0.3;
+const MARGIN_TOLERANCE: f64 = 0.3;
 
 struct Unknowns {
     x: Vec<Affine>,
@@ -81,8 +81,8 @@ impl Grid {
         Unknowns { x: family(self.varying != Varying::Y), y: family(self.varying != Varying::X) }
     }
 
-    /// All inequalities but the coupling of X and Y; each holds by `clearance I`, a 1 x 1 expression.
-    fn state(&self, program: &mut Program, unknowns: &Unknowns, gamma: &Affine, clearance: Option<&Affine>) {
+    /// Adds all inequalities except the coupling of X and Y; each holds with a `margin`, a 1 x 1 expression.
+    fn impose(&self, program: &mut Program, unknowns: &Unknowns, gamma: &Affine, margin: Option<&Affine>) {
         for (theta, plant) in &self.points {
             let sides = [(plant.clone(), &unknowns.x), (plant.dual(), &unknowns.y)];
             for (side, coefficients) in sides {
@@ -91,13 +91,13 @@ impl Grid {
                     if coefficients.len() > 1 && self.rate > 0.0 { &[1.0, -1.0] } else { &[0.0] };
                 for sign in signs {
                     let drift = slope_at(coefficients, *theta).scaled(sign * self.rate);
-                    let whole = projected(&side, gamma, &matrix, &drift);
-                    let size = whole.shape().0;
+                    let inequality = projected(&side, gamma, &matrix, &drift);
+                    let size = inequality.shape().0;
                     program.negative(
                         STAGE,
-                        match clearance {
-                            Some(by) => whole + by.times_identity(size),
-                            None => whole,
+                        match margin {
+                            Some(margin) => inequality + margin.times_identity(size),
+                            None => inequality,
                         },
                     );
                 }
@@ -125,7 +125,7 @@ impl Grid {
         let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
         let gamma = program.scalar();
-        self.state(&mut program, &unknowns, &gamma, None);
+        self.impose(&mut program, &unknowns, &gamma, None);
         self.couple(&mut program, &unknowns, 1.0);
         program.minimise_trace(&gamma, 1.0);
         let search = SolverOptions { settles: true, ..SolverOptions::within(accuracy) };
@@ -136,47 +136,51 @@ impl Grid {
         Ok(gamma.value(&program, &solution.x)[(0, 0)])
     }
 
-    /// The point well inside the inequalities at a gamma above the least: X and Y as small as they may be, then, up to
-    /// ten times as large, with the most room between X and Y^-1, then, with half of that room, the clearest.
+    /// A well-centred point at a gamma above the least: X and Y are minimised, then, within ten times that size, the
+    /// separation of X and Y^-1 is maximised, then, with half of it kept, the margin.
     pub(crate) fn centre(&self, gamma: f64) -> Result<Pair, SynthesisError> {
         let level = Affine::number(gamma);
         let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
-        self.state(&mut program, &unknowns, &level, None);
+        self.impose(&mut program, &unknowns, &level, None);
         self.couple(&mut program, &unknowns, 1.0);
         program.minimise_trace(&unknowns.x[0], 1.0);
         program.minimise_trace(&unknowns.y[0], 1.0);
         let solution = solver::solve(&program, STAGE, SolverOptions::within(SCALE_TOLERANCE))?;
         let small = Self::read(&unknowns, &program, &solution.x);
 
-        let (roomy, room) = self.push(&level, &small, None)?;
-        let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
-        Ok(self.push(&level, &small, Some(kept)).map_or(roomy, |(clear, _)| clear))
+        let (separated, separation) = self.maximise(&level, &small, None)?;
+        let kept = 1.0 + 0.5 * (separation - 1.0).max(0.0);
+        Ok(self.maximise(&level, &small, Some(kept)).map_or(separated, |(clear, _)| clear))
     }
 
-    /// Maximises the room c in `[X cI; cI Y]`, or at a given one the clearance.
-    fn push(&self, level: &Affine, small: &Pair, room: Option<f64>) -> Result<(Pair, f64), SynthesisError> {
+    /// Maximises the separation c in `[X cI; cI Y]`, or at a given one the margin.
+    fn maximise(
+        &self,
+        level: &Affine,
+        small: &Pair,
+        separation: Option<f64>,
+    ) -> Result<(Pair, f64), SynthesisError> {
         let mut program = Program::default();
         let unknowns = self.unknowns(&mut program);
         let value = program.scalar();
-        self.state(&mut program, &unknowns, level, room.map(|_| &value));
+        self.impose(&mut program, &unknowns, level, separation.map(|_| &value));
         let n = small.x.coefficients.first().map_or(0, Mat::nrows);
         for (theta, _) in &self.points {
             let (x, y) = (affine_at(&unknowns.x, *theta), affine_at(&unknowns.y, *theta));
             for (e, least) in [(&x, small.x.evaluate(*theta)), (&y, small.y.evaluate(*theta))] {
                 program.positive("upper bound", Affine::constant(least * LARGEST_GROWTH) - e.clone());
             }
-            let between = match room {
+            let between = match separation {
                 Some(kept) => Affine::constant(Mat::identity(n, n) * kept),
                 None => value.times_identity(n),
             };
-            let whole = symmetric(&[vec![x, between], vec![y]]);
-            program.positive("[X cI; cI Y]", whole);
+            program.positive("[X cI; cI Y]", symmetric(&[vec![x, between], vec![y]]));
         }
         program.minimise_trace(&value, -1.0);
-        let search = match room {
+        let search = match separation {
             None => SolverOptions::within(SCALE_TOLERANCE),
-            Some(_) => SolverOptions { floor: 1e-9, ..SolverOptions::within(CLEARANCE_TOLERANCE) },
+            Some(_) => SolverOptions { floor: 1e-9, ..SolverOptions::within(MARGIN_TOLERANCE) },
         };
         let solution = solver::solve(&program, STAGE, search)?;
         if solution.margin <= 0.0 {
@@ -190,13 +194,13 @@ impl Grid {
     }
 }
 
-/// The bounded-real inequality of a frozen plant with its control taken out, `drift` added to its first block.
+/// The bounded-real inequality of a frozen plant with its control eliminated, `drift` added to its first block.
 fn projected(plant: &GeneralisedPlant, gamma: &Affine, x: &Affine, drift: &Affine) -> Affine {
     let open = plant.open();
     let (zero, none) = (Affine::zeros(1, 1), Affine::zeros(0, 0));
     let m = Multipliers { gamma: gamma.clone(), x: x.clone(), s: none.clone(), t: none, lambda: zero };
-    let whole = bounded_real_compact(&open, &LoopError::none(&open), &m);
-    let (n, all) = (x.shape().0, whole.shape().0);
+    let full = bounded_real_compact(&open, &LoopError::none(&open), &m);
+    let (n, all) = (x.shape().0, full.shape().0);
     let first = Mat::from_fn(n, all, |i, j| if i == j { 1.0 } else { 0.0 });
-    (whole + drift.congruence(&first)).congruence(&unmeasured(plant))
+    (full + drift.congruence(&first)).congruence(&unmeasured(plant))
 }

@@ -1,4 +1,4 @@
-//! Multipliers that prove the gain of a finished loop at a bounded rate, between all values of the parameter.
+//! Multipliers that prove the gain of a closed loop at a bounded rate, between all values of the parameter.
 //!
 //! On an interval of theta the form
 //!
@@ -7,11 +7,11 @@
 //!         + 2 (N xi)'(wt - theta zt),          xi = (x, wt, w_D, w)
 //! ```
 //!
-//! with a constant N is a polynomial in theta, and negative where its Bernstein coefficients on the interval are. With
-//! `v = wt - m zt`, m in the middle, N is chosen so that at m what v has to do with the rest goes, and `-v'M v` is
-//! left of it; away from m the form then changes in the second order of the interval's length alone beyond what the
-//! loop's own inequality does, so that halving succeeds wherever that holds strictly. The proof is the crate
-//! `certificate`'s, without rounding; here is floating point.
+//! with a constant N is a polynomial in theta, and negative if its Bernstein coefficients on the interval are. With
+//! `v = wt - m zt` and m the midpoint, N is chosen so that at m the cross terms of v vanish and `-v'M v` remains; away
+//! from m the form then differs from the inequality of the frozen loop only to second order in the interval's length,
+//! so halving succeeds if that inequality holds strictly. The crate `certificate` proves this without rounding; here it
+//! is in floating point.
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues, scaled_largest_eigenvalue, symmetric_part};
@@ -19,16 +19,16 @@ use crate::system::model_error::LoopError;
 use crate::system::partition::Group;
 use crate::system::plant::ClosedLoop;
 
-/// A gain of a loop at a bounded rate, with what shows it.
+/// A gain of a loop at a bounded rate, with its proof.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlowBound {
     /// nu, the bound on `|theta'|`.
     pub rate: f64,
-    /// The L2 gain is below this.
+    /// The bound of the L2 gain.
     pub gamma: f64,
-    /// The multiplier of the model error; 0 when there is none.
+    /// The multiplier of the model error; 0 if there is none.
     pub lambda: f64,
-    /// Whether the Lyapunov matrix is the inverse of X(theta), and the inequality that of the transposed loop.
+    /// Whether the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
     pub inverse: bool,
     /// `X_0, X_1, ...`.
     pub lyapunov: Vec<Mat>,
@@ -38,29 +38,29 @@ pub struct SlowBound {
     pub multipliers: Vec<Mat>,
 }
 
-/// The shortest interval, relative to the whole range; where it is not enough the loop's own inequality fails.
+/// The shortest interval, relative to the whole range; if it does not suffice, the inequality of the frozen loop fails.
 const SHORTEST: f64 = 1.0 / 1024.0;
 
-/// Sizes of M that are tried, relative to one that weighs the channels as the rest is negative at the middle.
+/// Trial sizes of M, relative to one that balances the channels with the rest at the midpoint.
 const SIZES: [f64; 6] = [0.3, 1.0, 0.1, 3.0, 0.03, 0.003];
 
-/// Digits of N that are tried, so that a certificate stays short.
+/// Trial numbers of digits of N, so that a certificate is short.
 const DIGITS: [usize; 3] = [4, 6, 9];
 
-/// Values of theta at which the loop's own inequality is looked at first.
+/// The number of values of theta at which the inequality of the frozen loop is checked first.
 const FROZEN: usize = 9;
 
-/// An eigenvalue, scaled to unit diagonals, below which a coefficient counts as negative: clear of rounding.
+/// The eigenvalue, scaled to unit diagonals, below which a coefficient is taken as negative beyond rounding.
 const CLEARLY_NEGATIVE: f64 = -1e-9;
 
-/// A claim about a loop: its gain at a rate, by a Lyapunov matrix.
+/// A claimed gain of a loop at a bounded rate, with a Lyapunov matrix.
 #[derive(Debug, Clone, Copy)]
 pub struct Claim<'a> {
-    /// The loop of one parameter.
+    /// A loop with one parameter.
     pub closed: &'a ClosedLoop,
     /// Its model error.
     pub error: &'a LoopError,
-    /// Whether the Lyapunov matrix is the inverse of X(theta), and the inequality that of the transposed loop.
+    /// Whether the Lyapunov matrix is the inverse of X(theta), with the inequality of the transposed loop.
     pub inverse: bool,
     /// `X_0, X_1, ...` of `X(theta) = X_0 + theta X_1 + ...`.
     pub lyapunov: &'a [Mat],
@@ -72,8 +72,8 @@ pub struct Claim<'a> {
     pub lambda: f64,
 }
 
-/// Looks for intervals and multipliers that prove a claim. `None` where an interval as short as 1/1024 of the range
-/// is too long: the claim is false, or so nearly so that floating point does not tell.
+/// Finds intervals and multipliers that prove a claim. `None` if an interval of 1/1024 of the range is too long: the
+/// claim is false, or too close to false for floating point.
 pub fn intervals(claim: Claim<'_>) -> Option<SlowBound> {
     let form = Form::new(claim)?;
     let step = 2.0 / (FROZEN - 1) as f64;
@@ -108,16 +108,16 @@ pub fn intervals(claim: Claim<'_>) -> Option<SlowBound> {
 struct Form {
     lyapunov: LyapunovPolynomial,
     rate: f64,
-    /// What selects x, and x', zt and wt in terms of xi.
+    /// The selection of x, and x', zt and wt as functions of xi.
     x: Mat,
     x_dot: Mat,
     zt: Mat,
     wt: Mat,
-    /// What does not depend on theta: z, w, z_D and w_D.
+    /// The terms that do not depend on theta: z, w, z_D and w_D.
     constant: Mat,
-    /// x, w_D and w, one after the other, in terms of xi.
+    /// x, w_D and w, stacked, as functions of xi.
     rest: Mat,
-    /// From the given coordinates to these.
+    /// The map from the given coordinates to these.
     back: Mat,
 }
 
@@ -134,23 +134,23 @@ impl Form {
         let (r, f, d) = (closed.channels.len(), error.fx.nrows(), error.e.ncols());
         let of_error = block(&[&[&error.fx, &error.ft, &Mat::zeros(f, d), &error.fw]]);
         let z = closed.c1().nrows();
-        let whole = block(&[
+        let full = block(&[
             &[&line(Group::X, &error.e)],
             &[&line(Group::T, &Mat::zeros(r, d))],
             &[&of_error],
             &[&line(Group::Z, &Mat::zeros(z, d))],
         ]);
         let (n, w) = (root.nrows(), closed.b1().ncols());
-        let (whole, d, w, f, z) = if inverse { (whole.transpose(), f, z, d, w) } else { (whole, d, w, f, z) };
+        let (full, d, w, f, z) = if inverse { (full.transpose(), f, z, d, w) } else { (full, d, w, f, z) };
         let eye = Mat::identity;
         let left = diagonal_blocks(&[&root, &eye(r + f + z, r + f + z)]);
         let back = diagonal_blocks(&[&root, &eye(r + d + w, r + d + w)]);
         let right = diagonal_blocks(&[&root_inverse, &eye(r + d + w, r + d + w)]);
-        let whole = left * whole * right;
+        let full = left * full * right;
         let all = n + r + d + w;
         let pick =
             |at: usize, size: usize| Mat::from_fn(size, all, |i, j| if j == at + i { 1.0 } else { 0.0 });
-        let row = |at: usize, size: usize| whole.rows(at, size).into_owned();
+        let row = |at: usize, size: usize| full.rows(at, size).into_owned();
         let (z_error, z) = (row(n + r, f), row(n + r + f, z));
         let (w_error, w) = (pick(n + r, d), pick(n + r + d, w));
         let constant = z.transpose() * &z / gamma - w.transpose() * &w * gamma
@@ -172,7 +172,7 @@ impl Form {
         })
     }
 
-    /// The form without N, with X and `+-nu dX/dtheta` given.
+    /// The form without N, for given X and `+-nu dX/dtheta`.
     fn without_multiplier(&self, x: &Mat, drift: &Mat) -> Mat {
         let half = self.x.transpose() * x * &self.x_dot;
         &half + half.transpose() + self.x.transpose() * drift * &self.x + &self.constant
@@ -187,18 +187,18 @@ impl Form {
         Some((t.transpose() * form * &t, coordinates))
     }
 
-    /// Whether the loop's own inequality, in which v = 0, holds at theta for both signs of the rate.
+    /// Whether the inequality of the frozen loop, in which v = 0, holds at theta for both signs of the rate.
     fn holds_at(&self, theta: f64) -> Option<bool> {
         let k = self.rest.nrows();
         let mut holds = true;
         for rate in [self.rate, -self.rate] {
-            let own = self.at(theta, rate)?.0.view((0, 0), (k, k)).into_owned();
-            holds &= scaled_largest_eigenvalue(&own) < CLEARLY_NEGATIVE;
+            let frozen = self.at(theta, rate)?.0.view((0, 0), (k, k)).into_owned();
+            holds &= scaled_largest_eigenvalue(&frozen) < CLEARLY_NEGATIVE;
         }
         Some(holds)
     }
 
-    /// N of an interval in the given coordinates, if there is one, with as few digits as will do.
+    /// N of an interval in the given coordinates, if there is one, with as few digits as suffice.
     fn multiplier(&self, from: f64, to: f64) -> Option<Mat> {
         let middle = 0.5 * (from + to);
         let r = self.wt.nrows();
@@ -206,12 +206,13 @@ impl Form {
         let k = inner.nrows() - r;
         let kept = -inner.view((0, 0), (k, k)).into_owned();
         let cross = inner.view((k, 0), (r, k)).into_owned();
-        let own = inner.view((k, k), (r, r)).into_owned();
+        let inner_v = inner.view((k, k), (r, r)).into_owned();
         let zt = &self.zt * coordinates.clone().try_inverse()?;
         let seen = zt.columns(0, k).into_owned();
         let direct = symmetric_part(&(&seen * kept.cholesky()?.solve(&seen.transpose())));
         let weight = weight(direct, &zt.columns(k, r).into_owned())?;
-        let of_size = |size: &f64| block(&[&[&-&cross, &(-(&own + &weight * *size) * 0.5)]]) * &coordinates;
+        let of_size =
+            |size: &f64| block(&[&[&-&cross, &(-(&inner_v + &weight * *size) * 0.5)]]) * &coordinates;
         let n = SIZES.iter().map(of_size).find(|n| self.worst(from, to, n) < CLEARLY_NEGATIVE)? * &self.back;
         let inverse = self.back.clone().try_inverse()?;
         let short = DIGITS.iter().map(|digits| n.map(|entry| rounded(entry, *digits)));
@@ -231,21 +232,21 @@ impl Form {
             let slope = self.lyapunov.weighted(|k| if k == 0 { 0.0 } else { k as f64 * powers[k - 1] });
             let half = n.transpose() * (&self.wt - &self.zt * powers[1]);
             for rate in [self.rate, -self.rate] {
-                let whole = self.without_multiplier(&x, &(&slope * rate)) + &half + half.transpose();
-                worst = worst.max(scaled_largest_eigenvalue(&whole));
+                let form = self.without_multiplier(&x, &(&slope * rate)) + &half + half.transpose();
+                worst = worst.max(scaled_largest_eigenvalue(&form));
             }
         }
         worst
     }
 }
 
-/// A number with that many significant decimal digits.
+/// A number rounded to that many significant decimal digits.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// M, the inverse of `W = G + k^2 D W D'`: of what reaches zt through the rest, G, and through the channels, D, so
-/// that a step of k through the channels does not grow in the metric M. k is 1.5, or less where the channels amplify
+/// M, the inverse of `W = G + k^2 D W D'`, where G is the path to zt through the rest and D that through the channels,
+/// so that a step of k through the channels does not grow in the metric M. k is 1.5, or less if the channels amplify
 /// more.
 fn weight(direct: Mat, channels: &Mat) -> Option<Mat> {
     let r = direct.nrows();
@@ -261,7 +262,7 @@ fn weight(direct: Mat, channels: &Mat) -> Option<Mat> {
     inverse.iter().all(|v| v.is_finite()).then_some(inverse)
 }
 
-/// The largest k of [`weight`], doublings of its sum, and directions of W that count for nothing beside the others.
+/// The largest k of [`weight`], the number of doublings of its sum, and the floor of its eigenvalues.
 const LONGEST_STEP: f64 = 1.5;
 const MOST_DOUBLINGS: usize = 8;
 const NEGLIGIBLE_WEIGHT: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! An LFT in the parameter through the controllers of many of its values.
+//! An LFT in the parameter, fitted to controllers at many of its values.
 
 use crate::error::FitError;
 use crate::matrix::Mat;
@@ -7,17 +7,18 @@ use crate::system::lft::Lft;
 use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
 use crate::system::polynomial::MatrixPolynomial;
 
-/// The LFT of the polynomial of an order through the samples `(theta, [A B; C D])`, by least squares; singular values
-/// up to `tolerance` times the largest are dropped, and with them channels.
+/// The LFT of a polynomial fitted to samples `(theta, [A B; C D])` by least squares; singular values up to `tolerance`
+/// times the largest are dropped, and with them channels. `sizes` are the numbers of states, measurements and controls.
 ///
 /// # Errors
 /// [`FitError`] for fewer samples than the order needs.
 pub(crate) fn through(
     samples: &[(f64, Mat)],
-    (states, y, u): (usize, usize, usize),
+    sizes: Sizes,
     order: usize,
     tolerance: f64,
 ) -> Result<Controller, FitError> {
+    let Sizes { x: states, y, u, .. } = sizes;
     let lft = Lft::from_polynomial(&MatrixPolynomial::fit(samples, order)?, tolerance);
     let r = lft.size();
     let (inside, outside) = (lft.left.rows(0, states), lft.left.rows(states, u));
@@ -27,6 +28,6 @@ pub(crate) fn through(
     m.view_mut((states, states + y), (u, r)).copy_from(&outside);
     m.view_mut((states + u, 0), (r, states + y)).copy_from(&lft.right);
     m.view_mut((states + u, states + y), (r, r)).copy_from(&lft.inner);
-    let sizes = Sizes { x: states, y, u, t: r, ..Sizes::default() };
+    let sizes = Sizes { t: r, ..sizes };
     Ok(Controller { parts: Partitioned::of(m, CONTROLLER, sizes), blocks: vec![r] })
 }

@@ -1,15 +1,14 @@
-//! Matrix expressions that are affine in the unknowns of a program, written so that they look like the paper's
-//! matrices.
+//! Matrix expressions that are affine in the unknowns of a program, written like the matrices of the papers.
 //!
-//! An expression is built from variables by addition, multiplication by constant matrices and transposition, and put
-//! into a symmetric block matrix by [`symmetric`], of which only the upper blocks are written.
+//! An expression is built from variables by addition, multiplication by constant matrices and transposition, and
+//! placed in a symmetric block matrix by [`symmetric`], which takes the upper blocks only.
 
 use crate::matrix::{Mat, unit};
 
 /// One term `left V right` or `left V' right`.
 #[derive(Debug, Clone)]
 pub(crate) struct Term {
-    /// The number of V in its program.
+    /// The index of V in its program.
     pub(crate) variable: usize,
     pub(crate) left: Mat,
     pub(crate) right: Mat,
@@ -29,19 +28,19 @@ impl Affine {
         Self { constant: m, terms: vec![] }
     }
 
-    /// A constant of one row and one column.
+    /// A constant 1 x 1 expression.
     pub fn number(value: f64) -> Self {
         Self::constant(Mat::from_element(1, 1, value))
     }
 
-    /// `sum_k weight(k) family[k]` of square expressions of one size; those with a weight of 0 are left out.
+    /// `sum_k weight(k) family[k]` of square expressions of one size; terms of weight 0 are left out.
     pub(crate) fn weighted(family: &[Self], weight: impl Fn(usize) -> f64) -> Self {
         let n = family.first().map_or(0, |m| m.shape().0);
         let terms = family.iter().enumerate().map(|(k, m)| (weight(k), m));
         terms.filter(|(w, _)| *w != 0.0).fold(Self::zeros(n, n), |sum, (w, m)| sum + m.scaled(w))
     }
 
-    /// Zero of a shape.
+    /// The zero expression of a given shape.
     pub fn zeros(rows: usize, cols: usize) -> Self {
         Self::constant(Mat::zeros(rows, cols))
     }

@@ -1,4 +1,4 @@
-//! The general conic solver. No other file knows clarabel.
+//! The general conic solver. Only this file uses clarabel.
 //!
 //! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives",
 //! arXiv:2405.12762, 2024.
@@ -24,13 +24,13 @@ pub(crate) struct ConicProgram {
     sizes: Vec<usize>,
 }
 
-/// What the solver says.
+/// The result of the solver.
 pub(crate) enum Verdict {
-    /// A point that it calls optimal.
+    /// A point reported as optimal.
     Solved(Vec<f64>),
-    /// A point, and no claim.
+    /// A point without a claim.
     Stopped(Vec<f64>),
-    /// No point satisfies the inequalities: its certificate was evaluated and is one.
+    /// No point satisfies the inequalities; the certificate was verified.
     Infeasible,
 }
 
@@ -54,10 +54,10 @@ impl ConicProgram {
         Self { a, rhs, objective: program.costs(), cones, sizes }
     }
 
-    /// Runs the solver in one way.
+    /// Runs the solver with one of [`WAYS`].
     ///
     /// # Errors
-    /// [`SynthesisError::Numerical`] when it returns nothing.
+    /// [`SynthesisError::Numerical`] if it returns no point.
     pub(crate) fn run(&self, way: &Way, stage: &'static str) -> Result<Verdict, SynthesisError> {
         let unknowns = self.objective.len();
         let settings = DefaultSettingsBuilder::default()
@@ -66,7 +66,7 @@ impl ConicProgram {
             .direct_solve_method(way.factorisation.into())
             .equilibrate_enable(way.equilibrate)
             .max_threads(if self.rhs.len() < ROWS_FOR_THREADS { 1 } else { 0 })
-            // The coupling [X I; I Y] looks sparse and is not: taking it apart doubles the time.
+            // The coupling [X I; I Y] looks sparse but is not: decomposing it doubles the time.
             .chordal_decomposition_enable(false)
             .build()
             .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
@@ -75,7 +75,7 @@ impl ConicProgram {
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
         solver.set_termination_callback(|_| stop::is_asked());
-        // clarabel panics when a decomposition of one of its scalings does not converge.
+        // clarabel panics if a decomposition of one of its scalings does not converge.
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(
                 stage,
@@ -107,9 +107,8 @@ impl ConicProgram {
         }
     }
 
-    /// Whether z shows that no point of a sensible size satisfies the inequalities: with z in the cones, to which it
-    /// is brought first, `0 <= z'(b - A x) = z'b - (A'z)'x` needs an x whose entries add up to `-z'b / max |A'z|` at
-    /// least.
+    /// Whether z proves that no point of reasonable size satisfies the inequalities. With z moved into the cones,
+    /// `0 <= z'(b - A x) = z'b - (A'z)'x` requires an x whose absolute entries sum to at least `-z'b / max |A'z|`.
     fn refutes(&self, z: &[f64]) -> bool {
         let mut z = z.to_vec();
         let mut top = 0;
@@ -131,11 +130,11 @@ impl ConicProgram {
     }
 }
 
-/// A certificate of infeasibility counts when every point that it does not refute has unknowns whose sizes add up to
-/// more than this, in coordinates in which the plant is balanced.
+/// A certificate of infeasibility is accepted if every point that it does not exclude has unknowns whose absolute
+/// values sum to more than this, in coordinates in which the plant is balanced.
 const SENSIBLE_SIZE: f64 = 1e4;
 
-/// One way of running the solver.
+/// One setting of the solver.
 pub(crate) struct Way {
     /// clarabel's name of the factorisation.
     factorisation: &'static str,
@@ -143,17 +142,17 @@ pub(crate) struct Way {
     equilibrate: bool,
 }
 
-/// In this order until one is solved: each gets stuck on programs that another solves.
+/// Tried in this order until one solves the program: each gets stuck on programs that another solves.
 pub(crate) const WAYS: [Way; 3] = [
     Way { factorisation: "faer", equilibrate: true },
     Way { factorisation: "faer", equilibrate: false },
     Way { factorisation: "qdldl", equilibrate: true },
 ];
 
-/// Below so many rows the threads of a factorisation cost more than they save. 0 threads are as many as there are.
+/// Below this number of rows, threads cost more than they save. (0 threads means all.)
 const ROWS_FOR_THREADS: usize = 1000;
 
-/// The upper triangle by columns, off-diagonal entries times sqrt(2), as clarabel's cone wants it.
+/// The upper triangle by columns with off-diagonal entries times sqrt(2), the format of clarabel's cone.
 fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
     (0..m.ncols()).flat_map(move |j| {
         (0..=j).map(move |i| if i == j { m[(i, j)] } else { std::f64::consts::SQRT_2 * m[(i, j)] })
@@ -170,7 +169,7 @@ fn sparse(columns: &[Vec<(usize, f64)>], rows: usize) -> CscMatrix<f64> {
     CscMatrix::new(rows, columns.len(), starts, places, values)
 }
 
-/// The symmetric n x n matrix of such a triangle.
+/// The symmetric n x n matrix from the format of [`triangle`].
 fn full(triangle: &[f64], n: usize) -> Mat {
     Mat::from_fn(n, n, |i, j| {
         let (i, j) = (i.min(j), i.max(j));

@@ -1,14 +1,14 @@
-//! A primal-dual interior-point method for linear matrix inequalities whose data are of low rank.
+//! A primal-dual interior-point method for linear matrix inequalities with low-rank data.
 //!
 //! ```text
 //! minimise c'x   subject to  F(x) = F_0 + sum x_i F_i = Z >= 0
 //! maximise -tr(F_0 X)   subject to  tr(F_i X) = c_i,  X >= 0
 //! ```
 //!
-//! Each step solves the Newton equations of `X Z = mu I` for dx alone, of which there are as many as unknowns,
-//! whatever the size of the matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R =
-//! F(x) - Z`. With [`LowRank`] data an entry of that matrix costs a few multiplications. A general conic solver
-//! factorises a matrix with a row for each entry of each inequality instead.
+//! Each step solves the Newton equations of `X Z = mu I` for dx only, one equation per unknown whatever the size of the
+//! matrices: `sum_j tr(F_i X F_j Z^-1) dx_j = tr(F_i (mu Z^-1 - X R Z^-1)) - c_i` with `R = F(x) - Z`. With [`LowRank`]
+//! data an entry of that matrix costs a few multiplications. A general conic solver instead factorises a matrix with
+//! one row per entry of each inequality.
 //!
 //! Direction: C. Helmberg, F. Rendl, R. J. Vanderbei, H. Wolkowicz, SIAM J. Optimization 6(2), 1996, and M. Kojima,
 //! S. Shindoh, S. Hara, 7(1), 1997; predictor and corrector: S. Mehrotra, SIAM J. Optimization 2(4), 1992; starting
@@ -23,47 +23,47 @@ use crate::matrix::{Mat, least_eigenvalue, symmetric_part};
 use crate::stop;
 use std::collections::VecDeque;
 
-/// Where the method stopped.
+/// The result of [`minimise`].
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum {
-    /// The best point found at which all inequalities hold strictly.
+    /// The best point found that satisfies all inequalities strictly.
     pub(crate) x: Vec<f64>,
-    /// How far its objective may be above the least, relative to the objective plus the floor of the search; the
-    /// tolerance where it has settled.
+    /// The largest possible excess of its objective over the least, relative to the objective plus the floor of the
+    /// search; the tolerance if the objective has settled.
     pub(crate) gap: f64,
-    /// The multipliers of the last steps, a matrix for each inequality: the last are closest to the best, the first
-    /// clearest inside.
+    /// The multipliers of the last steps, one matrix per inequality: the last are closest to the optimum, the first
+    /// have the largest margin.
     pub(crate) multipliers: Vec<Vec<Mat>>,
 }
 
-/// So many of the last multipliers are kept.
+/// The number of steps whose multipliers are kept.
 const KEPT_MULTIPLIERS: usize = 2;
 
-/// More steps than this lead no further.
+/// The largest number of steps; more make no progress.
 const MOST_STEPS: u32 = 100;
 
-/// How far above the level that fits best the multipliers of a known point begin: what is too much is gone after a
-/// few steps, too little leads to ones that are too short.
+/// The initial level of the multipliers at a known point, relative to the level of the best fit: an excess is removed
+/// in a few steps, too low a level leads to short steps.
 const WARM_START_FACTOR: f64 = 1e6;
 
-/// A value has settled when it fell by so much less than the tolerance in so many steps, and the multipliers say that
-/// it is near the least, though they are not feasible enough for a bound.
+/// The objective has settled if it fell by this factor less than the tolerance in [`SETTLED_STEPS`] steps and the
+/// multipliers, though not feasible enough for a bound, indicate that it is near the least.
 const SETTLED: f64 = 20.0;
 const SETTLED_STEPS: usize = 3;
 
-/// The level mu at a point of the right size, in an objective of about 1, and the least slack there relative to its
+/// The level mu at a point of the right size, for an objective of about 1, and the least slack there relative to its
 /// inequality.
 const FIRST_LEVEL: f64 = 0.01;
 const LEAST_SLACK: f64 = 1e-3;
 
-/// Where that level was too low, what is missing of the slacks falls no faster than they do, and the inequalities never
-/// hold: by so much it is raised once it is that of the tolerance.
+/// If that level was too low, the residual of the slacks decreases no faster than the slacks, and the inequalities are
+/// never satisfied: the level is raised by this factor once it reaches the tolerance.
 const LEVEL_RAISE: f64 = 10.0;
 
-/// A method that goes less far than this along its direction is stuck.
+/// A step shorter than this means that the method is stuck.
 const SHORTEST_STEP: f64 = 1e-4;
 
-/// Minimises `objective` as `search` says. `None` when no strictly feasible point is found.
+/// Minimises `objective` with the options `search`. `None` if no strictly feasible point is found.
 pub(crate) fn minimise(
     inequalities: &[LowRank],
     objective: &[f64],
@@ -97,7 +97,7 @@ pub(crate) fn minimise(
                 best = Some((value, state.x.clone()));
                 break;
             }
-            // What is missing of the bound is not the distance from the optimum, but rounding.
+            // The remaining gap of the bound is rounding, not the distance from the optimum.
             if is_close && gap(value, bound) >= search.tolerance {
                 bound = bound.max(state.correct().unwrap_or(f64::NEG_INFINITY));
             }
@@ -129,7 +129,7 @@ pub(crate) fn minimise(
     best.map(|(value, x)| Minimum { x, gap: reached(value), multipliers: multipliers.into() })
 }
 
-/// One inequality at the present point.
+/// One inequality at the current point.
 struct Cone<'a> {
     data: &'a LowRank,
     /// The multiplier X.
@@ -142,12 +142,12 @@ struct State<'a> {
     cones: Vec<Cone<'a>>,
     objective: &'a [f64],
     x: Vec<f64>,
-    /// Whether every slack is the value of its inequality, not yet brought there.
+    /// Whether every slack equals the value of its inequality.
     feasible: bool,
 }
 
 impl<'a> State<'a> {
-    /// The multipliers are put on the central path's direction, at the level that fits the objective best.
+    /// Starts with multipliers in the direction of the central path, at the level that fits the objective best.
     fn warm(inequalities: &'a [LowRank], objective: &'a [f64], x: &[f64]) -> Option<Self> {
         let mut cones = Vec::with_capacity(inequalities.len());
         let mut slope = vec![0.0; objective.len()];
@@ -164,7 +164,7 @@ impl<'a> State<'a> {
         Some(Self { cones, objective, x: x.to_vec(), feasible: true })
     }
 
-    /// A point where inequalities need not hold: their slacks are raised until they are positive.
+    /// Starts at a point that may violate inequalities: their slacks are raised until they are positive.
     fn near(inequalities: &'a [LowRank], objective: &'a [f64], x: &[f64]) -> Option<Self> {
         let cone = |data: &'a LowRank| {
             let value = data.constant() + data.linear(x);
@@ -204,7 +204,7 @@ impl<'a> State<'a> {
         self.cones.iter().map(|c| c.x.dot(&c.z)).sum::<f64>() / self.rows()
     }
 
-    /// The objective here.
+    /// The objective at the current point.
     fn value(&self) -> f64 {
         self.x.iter().zip(self.objective).map(|(x, c)| x * c).sum()
     }
@@ -255,8 +255,8 @@ mod tests {
     }
 
     proptest! {
-        /// The least gamma of the bounded-real lemma is the H-infinity norm, which bisection finds in another way;
-        /// and the gap reported covers the difference.
+        /// The least gamma of the bounded-real lemma is the H-infinity norm, found independently by bisection; the
+        /// reported gap covers the difference.
         #[test]
         fn the_least_gamma_is_the_norm(system in stable()) {
             let (program, x, gamma) = bounded_real(&system);
@@ -268,7 +268,7 @@ mod tests {
             prop_assert!(stop.gap < 1e-4, "{}", stop.gap);
             prop_assert!((-rounding..stop.gap * (1.0 + norm) + rounding).contains(&above(&stop)));
             prop_assert!(least_eigenvalue(&x.value(&program, &stop.x)) > 0.0);
-            // From a point found by stopping early the same comes out.
+            // A search from an early point gives the same result.
             let early = minimise(&data(&program), &program.costs(), SolverOptions::within(0.3)).unwrap();
             let search = SolverOptions { start: Some(&early.x), ..SolverOptions::within(1e-5) };
             let again = minimise(&data(&program), &program.costs(), search).unwrap();
@@ -276,8 +276,8 @@ mod tests {
             prop_assert!((-rounding..again.gap * (1.0 + norm) + rounding).contains(&above(&again)));
         }
 
-        /// Where an unstable mode is seen and gamma is limited there is no point, and none is claimed. (The general
-        /// solver proves it in all but one in some thousand of these.)
+        /// If an unstable mode is visible and gamma is limited, no point exists, and none is reported. (The general
+        /// solver proves this in all but one in some thousand cases.)
         #[test]
         fn an_unstable_system_has_none(system in stable()) {
             let n = system.a.nrows();

@@ -1,21 +1,21 @@
-//! Matrix inequalities as sums of matrices of rank two.
+//! Matrix inequalities as sums of rank-two matrices.
 //!
-//! In `F(x) = F_0 + sum x_i F_i` of control each F_i comes from an entry of a matrix unknown V in a term `L V R`: it
-//! is `sum c (l r' + r l')` with few columns l of L' s image and r of R'. Kept so, a product like `tr(F_i M F_j N)`
-//! takes a few entries of `W'MW` and `W'NW`, where W holds all columns, instead of products of matrices.
+//! In `F(x) = F_0 + sum x_i F_i` of control, each F_i comes from an entry of a matrix unknown V in a term `L V R`: it
+//! is `sum c (l r' + r l')` with few columns l of L' and r of R'. In this form a product like `tr(F_i M F_j N)` takes a
+//! few entries of `W'MW` and `W'NW`, where W has all these columns, instead of products of matrices.
 //!
-//! A. Nemirovskii, P. Gahinet, "The projective method for solving linear matrix inequalities", Math. Programming 77,
-//! 1997, section 5, for the use of that structure; K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997, for
-//! the Schur complement.
+//! Sources: A. Nemirovskii, P. Gahinet, "The projective method for solving linear matrix inequalities", Math.
+//! Programming 77, 1997, section 5 (this structure); K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997 (the
+//! Schur complement).
 
 use crate::lmi::program::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
 use rayon::prelude::*;
 
-/// A processor takes no fewer columns of a Schur complement than this, so that small programs stay on one.
+/// The least number of columns of a Schur complement per processor, so that small programs use one.
 const LEAST_COLUMNS: usize = 16;
 
-/// `coefficient (w_a w_b' + w_b w_a')`, by the numbers of two columns of W.
+/// `coefficient (w_a w_b' + w_b w_a')`, by the indices of two columns of W.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
     a: u32,
@@ -26,18 +26,18 @@ struct Pair {
 /// A symmetric matrix that is affine in the unknowns of a program.
 ///
 /// A Hermitian one, `H = P + jK`, is the real matrix `[P, -K; K, P]`: it commutes with multiplication by j, the signed
-/// permutation J. Of its `F_i = G_i + J G_i J'` the pairs of G_i alone are kept, and of a product with matrices that
-/// commute with J half is computed.
+/// permutation J. Of its `F_i = G_i + J G_i J'` only the pairs of G_i are stored, and only half of a product with
+/// matrices that commute with J is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct LowRank {
     constant: Mat,
     columns: Mat,
     /// The unknowns that occur, ascending.
     unknowns: Vec<u32>,
-    /// Where each unknown's pairs begin in `pairs`; one more entry at the end.
+    /// The first index of each unknown's pairs in `pairs`, and the end.
     starts: Vec<u32>,
     pairs: Vec<Pair>,
-    /// Of each row of `J v` the row of v, and the sign; empty for a matrix that is not Hermitian.
+    /// For each row of `J v`, the row of v and the sign; empty for a real matrix.
     turn: Vec<(usize, f64)>,
 }
 
@@ -110,7 +110,7 @@ impl LowRank {
         Self { constant: symmetric_part(constant), ..linear }
     }
 
-    /// 2 for a Hermitian matrix: how often a term counts that is summed over the pairs kept.
+    /// The multiplicity of a sum over the stored pairs: 2 for a Hermitian matrix, else 1.
     fn times(&self) -> f64 {
         if self.turn.is_empty() { 1.0 } else { 2.0 }
     }
@@ -120,7 +120,7 @@ impl LowRank {
         Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.turn[i].1 * m[(self.turn[i].0, j)])
     }
 
-    /// Rows.
+    /// The number of rows.
     pub(crate) fn size(&self) -> usize {
         self.constant.nrows()
     }
@@ -130,7 +130,7 @@ impl LowRank {
         &self.constant
     }
 
-    /// The same inequality after a congruence with a diagonal matrix that divides each row by its size to the power
+    /// The inequality after a congruence with a diagonal matrix that divides each row by its size to the power
     /// `evenness`.
     pub(crate) fn with_even_rows(&self, evenness: f64) -> Self {
         let mut out = self.clone();
@@ -142,7 +142,7 @@ impl LowRank {
         out
     }
 
-    /// The multiplier of this inequality that one of [`Self::with_even_rows`] is.
+    /// Converts a multiplier of [`Self::with_even_rows`] to one of this inequality.
     pub(crate) fn uneven(&self, multiplier: &Mat, evenness: f64) -> Mat {
         let factors = self.factors(evenness);
         Mat::from_fn(self.size(), self.size(), |i, j| multiplier[(i, j)] * factors[i] * factors[j])
@@ -159,7 +159,7 @@ impl LowRank {
         self.unknowns.iter().enumerate().map(|(place, unknown)| (*unknown as usize, self.pairs_of(place)))
     }
 
-    /// The pairs of the unknown at this place of `unknowns`.
+    /// The pairs of the unknown at position `place` of `unknowns`.
     fn pairs_of(&self, place: usize) -> &[Pair] {
         &self.pairs[self.starts[place] as usize..self.starts[place + 1] as usize]
     }
@@ -220,7 +220,7 @@ impl LowRank {
         }
     }
 
-    /// The rounding to expect of `tr(F(x) M)`, its terms summed one by one.
+    /// An estimate of the rounding in `tr(F(x) M)`, summed term by term.
     pub(crate) fn rounding(&self, m: &Mat, x: &[f64]) -> f64 {
         let constant: f64 = self.constant.iter().zip(m.iter()).map(|(f, m)| (f * m).abs()).sum();
         let columns = self.columns.abs();
@@ -232,8 +232,8 @@ impl LowRank {
         f64::EPSILON * (constant + self.times() * linear)
     }
 
-    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are of M and N. Columns are
-    /// independent: on all processors.
+    /// Adds `tr(F_i M F_j N)` to the lower triangle of `out` for each i, j; `m` and `n` are projections of M and N.
+    /// Columns are computed in parallel.
     pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
         let rows = out.nrows().max(1);
         let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
@@ -250,8 +250,8 @@ impl LowRank {
     }
 }
 
-/// What `tr(G M F N)` needs of `W'MW` and `W'NW` for the G of a pair `(a, b)`, and, for a Hermitian matrix, of
-/// `(JW)'MW` and `(JW)'NW`: of each column of W the entries `[m_a, m_b, n_a, n_b]`.
+/// The data of `tr(G M F N)` for the G of a pair `(a, b)`: for each column of W the entries `[m_a, m_b, n_a, n_b]` of
+/// `W'MW` and `W'NW`, and for a Hermitian matrix those of `(JW)'MW` and `(JW)'NW`.
 #[derive(Default)]
 struct Products {
     each: Vec<[f64; 4]>,
@@ -259,7 +259,7 @@ struct Products {
 }
 
 impl Products {
-    /// Those of another pair.
+    /// Fills in the data of another pair.
     fn set(&mut self, m: &Projected, n: &Projected, p: &Pair) {
         let gather = |to: &mut Vec<[f64; 4]>, m: &Mat, n: &Mat| {
             let (a, b) = (p.a as usize, p.b as usize);
@@ -274,7 +274,7 @@ impl Products {
         }
     }
 
-    /// `tr(G M F N)` with the G of the pair itself and the F of other pairs.
+    /// `tr(G M F N)` with the G of the current pair and the F of other pairs.
     fn over(&self, pairs: &[Pair]) -> f64 {
         let mut sum = [0.0; 4];
         for s in pairs {
@@ -298,7 +298,7 @@ mod tests {
     use crate::matrix::block;
     use nalgebra::dmatrix;
 
-    /// The products of a Hermitian inequality are those of the real one that it is.
+    /// The products of a Hermitian inequality are those of the equivalent real one.
     #[test]
     fn a_hermitian_inequality_is_the_real_one() {
         let mut p = Program::default();
@@ -310,7 +310,7 @@ mod tests {
             let skew = t.between(&(u * 2.0).transpose(), &(u.map(|v| v * v)));
             s.congruence(u) + skew.t() + skew
         };
-        // The squares of the second half are not the first half turned: take its own product.
+        // The squares of the second half are not the first half turned: use its own product.
         let square = halves[0].map(|v| v * v);
         let turn: Vec<(usize, f64)> = vec![(2, -1.0), (3, -1.0), (0, 1.0), (1, 1.0)];
         let turned = |m: &Mat| Mat::from_fn(4, 3, |i, j| turn[i].1 * m[(turn[i].0, j)]);
@@ -343,7 +343,7 @@ mod tests {
         }
     }
 
-    /// Every product agrees with that of the dense matrices.
+    /// Every product agrees with the dense matrices.
     #[test]
     fn products_agree_with_dense_ones() {
         let mut p = Program::default();

@@ -4,7 +4,7 @@ use crate::lmi::affine::Term;
 pub use crate::lmi::affine::{Affine, symmetric};
 use crate::matrix::{Mat, symmetric_part};
 
-/// A matrix unknown of a program: entry `(i, j)` is the sum of `coefficient x[unknown]`.
+/// A matrix unknown of a program; an entry `(i, j)` is the sum of `coefficient x[unknown]`.
 #[derive(Debug, Clone)]
 pub struct Variable {
     rows: usize,
@@ -13,7 +13,7 @@ pub struct Variable {
     first: usize,
     /// 1 if it equals its transpose, -1 if its negative, none otherwise.
     sign: Option<f64>,
-    /// For each unknown its entries.
+    /// The entries of each unknown.
     basis: Vec<Vec<(usize, usize, f64)>>,
 }
 
@@ -42,7 +42,7 @@ impl Variable {
     }
 }
 
-/// An inequality `expression > 0` in the sense of symmetric matrices, with a name for diagnoses.
+/// An inequality `expression > 0`, in the sense of symmetric matrices, with a name for diagnostics.
 #[derive(Debug, Clone)]
 pub(crate) struct Inequality {
     pub(crate) name: &'static str,
@@ -130,8 +130,8 @@ impl Program {
         self.positive(name, -expression);
     }
 
-    /// Turns `E > 0` of the inequalities called `name` into `E > by I`, for a 1 x 1 expression `by`. Shapes: E
-    /// square, of any size.
+    /// Turns `E > 0` of the inequalities named `name` into `E > by I`, for a 1 x 1 expression `by`. Shapes: E square,
+    /// of any size.
     pub fn tighten(&mut self, name: &'static str, by: &Affine) {
         for inequality in self.inequalities.iter_mut().filter(|i| i.name == name) {
             let n = inequality.expression.shape().0;
@@ -139,7 +139,7 @@ impl Program {
         }
     }
 
-    /// Takes the inequalities called `name` out again.
+    /// Removes the inequalities named `name`.
     pub fn without(&mut self, name: &'static str) {
         self.inequalities.retain(|i| i.name != name);
     }
@@ -162,8 +162,8 @@ impl Program {
         }
     }
 
-    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: variables
-    /// that occur several times with the same L, or the same R, are put together.
+    /// The symmetric part of an expression without its constant, as the symmetric part of a sum of `L V R`: terms of
+    /// one variable with the same L or the same R are merged.
     pub(crate) fn merged_terms(&self, expression: &Affine) -> Vec<(usize, Mat, Mat)> {
         let mut out: Vec<(usize, Mat, Mat)> = vec![];
         for term in &expression.terms {
@@ -199,7 +199,7 @@ impl Program {
         out
     }
 
-    /// The unknowns of a variable, each with the entries that it fills.
+    /// The unknowns of a variable, each with its entries.
     pub(crate) fn entries(&self, variable: usize) -> impl Iterator<Item = (usize, &[(usize, usize, f64)])> {
         let variable = &self.variables[variable];
         variable.basis.iter().enumerate().map(|(k, entries)| (variable.first + k, entries.as_slice()))
@@ -214,8 +214,7 @@ impl Program {
         out
     }
 
-    /// Writes into `x` the unknowns at which `variable`, an expression that is one variable and nothing else, has
-    /// `value`.
+    /// Sets the unknowns in `x` so that `variable`, an expression that is a single variable, has the value `value`.
     pub fn set(&self, x: &mut [f64], variable: &Affine, value: &Mat) {
         for term in &variable.terms {
             for (unknown, entries) in self.entries(term.variable) {
@@ -226,7 +225,7 @@ impl Program {
         }
     }
 
-    /// The constant part and, for each unknown that occurs, the coefficient matrix of an expression.
+    /// The constant part of an expression, and the coefficient matrix of each unknown that occurs.
     pub(crate) fn coefficients(&self, expression: &Affine) -> (Mat, Vec<(usize, Mat)>) {
         let n = expression.shape().0;
         let mut by_unknown: Vec<Option<Mat>> = vec![None; self.unknowns];

@@ -1,10 +1,9 @@
-//! Solving a program of linear matrix inequalities, and judging what comes back.
+//! Solution of a program of linear matrix inequalities, with a check of the result.
 //!
-//! A primal-dual interior-point method is tried first (`interior_point.rs`): it knows the structure of these
-//! inequalities and returns a point at which they hold strictly, with a bound on how far it is from the best. Where
-//! it gets stuck, and for the proof that no point exists, there is a general conic solver (`conic.rs`). A solver's
-//! word is not taken for proof: every inequality is evaluated at the point returned and its least eigenvalue
-//! reported.
+//! A primal-dual interior-point method is tried first (`interior_point.rs`): it exploits the structure of these
+//! inequalities and returns a strictly feasible point with a bound on its distance from the optimum. If it gets stuck,
+//! and for proofs of infeasibility, there is a general conic solver (`conic.rs`). A solver's report is not trusted:
+//! every inequality is evaluated at the returned point and the least eigenvalue reported.
 
 use crate::error::SynthesisError;
 use crate::lmi::conic::{ConicProgram, Verdict, WAYS};
@@ -14,7 +13,7 @@ use crate::lmi::program::Program;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, scaled_least_eigenvalue};
 
-/// A point that a solver returned, and what the inequalities are worth there.
+/// A point returned by a solver, and the margin of the inequalities there.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// The unknowns of the program.
@@ -22,13 +21,13 @@ pub struct Solution {
     /// The least eigenvalue over all inequalities, each scaled to a unit diagonal: the point satisfies them strictly
     /// if it is positive.
     pub margin: f64,
-    /// How far the objective may be above the least, relative to its size plus [`SolverOptions::floor`], as far as
-    /// multipliers in floating point tell; infinite when nothing is known.
+    /// The largest possible excess of the objective over the least, relative to its size plus [`SolverOptions::floor`],
+    /// by multipliers in floating point; infinite if unknown.
     pub gap: f64,
-    /// What multipliers in floating point prove of the objective, whatever the point, as long as it is no farther from
-    /// zero than `REACH` times this one; minus infinity when nothing is known.
+    /// A lower bound of the objective by multipliers in floating point, valid for points no farther from zero than
+    /// `REACH` times this one; minus infinity if unknown.
     pub lower: f64,
-    /// Multipliers of the last steps, a matrix for each inequality; the last are closest to the best.
+    /// Multipliers of the last steps, one matrix per inequality; the last are closest to the optimum.
     pub(crate) multipliers: Vec<Vec<Mat>>,
 }
 
@@ -41,8 +40,8 @@ pub struct Solution {
 /// `stage` names the program in errors.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when the general solver's certificate, evaluated here, leaves room for none but
-/// enormous points; [`SynthesisError::Numerical`] when no point was found for any other reason.
+/// [`SynthesisError::Infeasible`] if the general solver's certificate, verified here, leaves only enormous points;
+/// [`SynthesisError::Numerical`] if no point was found for any other reason.
 pub fn solve(
     program: &Program,
     stage: &'static str,
@@ -52,7 +51,7 @@ pub fn solve(
         program.inequalities.iter().map(|i| LowRank::new(program, &i.expression)).collect();
     let costs = program.costs();
     let enough = if search.patient { search.tolerance } else { search.tolerance.max(search.enough) };
-    let mut own: Option<Solution> = None;
+    let mut best: Option<Solution> = None;
     let mut lowest = f64::NEG_INFINITY;
     for evenness in EVENNESS {
         let even: Vec<LowRank> = data.iter().map(|d| d.with_even_rows(evenness)).collect();
@@ -63,45 +62,51 @@ pub fn solve(
         lowest = lower;
         let multipliers = stop.multipliers.into_iter().map(of_rows).collect();
         let solution = Solution { multipliers, lower, ..judged(program, stop.x, stop.gap) };
-        if own.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
-            own = Some(solution);
+        if best.as_ref().is_none_or(|known| better(&solution, known, &costs)) {
+            best = Some(solution);
         }
-        // Rows of other sizes help a search on its way from nowhere, not one from a point that holds.
+        // Scaling the rows helps a search from scratch, not one from a feasible point.
         let known = search.quick && search.start.is_some();
-        if known || own.as_ref().is_some_and(|own| own.gap <= enough && own.margin > 0.0) {
+        if known || best.as_ref().is_some_and(|best| best.gap <= enough && best.margin > 0.0) {
             break;
         }
     }
-    let own = own.map(|own| Solution { lower: lowest, ..own });
-    match own {
-        Some(own) if own.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(own),
-        own if search.quick => own.ok_or_else(|| {
+    let best = best.map(|best| Solution { lower: lowest, ..best });
+    match best {
+        Some(best) if best.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(best),
+        best if search.quick => best.ok_or_else(|| {
             SynthesisError::numerical(stage, "no point was found, and no other solver was asked")
         }),
-        own => general(program, stage, own),
+        best => general(program, stage, best),
     }
 }
 
-/// How far the rows of the inequalities are brought to one size, from not at all to all the way. Most programs are
-/// solved as they are; one with rows of very different sizes may need the help, and there is no telling which of the
-/// two.
+/// The degrees of equalisation of the rows of the inequalities, from none to full. Most programs are solved unscaled;
+/// one with rows of very different sizes may need it, and which is the case is not known in advance.
 const EVENNESS: [f64; 3] = [0.0, 0.5, 1.0];
 
 fn better(one: &Solution, other: &Solution, costs: &[f64]) -> bool {
     let cost = |s: &Solution| s.x.iter().zip(costs).map(|(x, c)| x * c).sum::<f64>();
-    is_better((one.margin, cost(one)), (other.margin, cost(other)))
+    let candidate = |s: &Solution| Candidate { margin: s.margin, cost: cost(s) };
+    is_better(candidate(one), candidate(other))
 }
 
-/// Whether a point, of a margin and a cost, is better than another: strictly feasible, and then of the lesser cost.
-pub(crate) fn is_better((margin, cost): (f64, f64), (other_margin, other_cost): (f64, f64)) -> bool {
-    match (margin > 0.0, other_margin > 0.0) {
-        (true, true) => cost < other_cost,
-        (false, false) => margin > other_margin,
+/// The margin and the objective of a point.
+pub(crate) struct Candidate {
+    pub(crate) margin: f64,
+    pub(crate) cost: f64,
+}
+
+/// Whether a point is better than another: strictly feasible, then of lower cost; or else of larger margin.
+pub(crate) fn is_better(one: Candidate, other: Candidate) -> bool {
+    match (one.margin > 0.0, other.margin > 0.0) {
+        (true, true) => one.cost < other.cost,
+        (false, false) => one.margin > other.margin,
         (strict, _) => strict,
     }
 }
 
-/// The best of a point that is known and those that the general solver finds.
+/// The best of a known point and those that the general solver finds.
 fn general(
     program: &Program,
     stage: &'static str,
@@ -115,7 +120,7 @@ fn general(
         let (found, solved) = match conic.run(way, stage) {
             Ok(Verdict::Solved(x)) => (judged(program, x, f64::INFINITY), true),
             Ok(Verdict::Stopped(x)) => (judged(program, x, f64::INFINITY), false),
-            // A point at which the inequalities hold is the stronger argument.
+            // A point at which the inequalities hold refutes infeasibility.
             Ok(Verdict::Infeasible) if best.as_ref().is_none_or(|b| b.margin <= 0.0) => {
                 return Err(SynthesisError::Infeasible { stage });
             }
@@ -154,11 +159,11 @@ fn lower(data: &[LowRank], costs: &[f64], multipliers: &[Mat], x: &[f64]) -> f64
     bound - REACH * (norm(&residual) * norm(x) + rounding)
 }
 
-/// How much farther from zero than a point found the best one may be for its bound to hold: where it is farther, the
-/// coordinates are bad, and nothing is said.
+/// The distance of the optimum from zero, relative to that of the point found, up to which the bound holds: a larger
+/// one means badly conditioned coordinates.
 const REACH: f64 = 1e4;
 
-/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive where all hold strictly.
+/// The least eigenvalue over all inequalities at `x`, each scaled to a unit diagonal. Positive if all hold strictly.
 pub fn margin(program: &Program, x: &[f64]) -> f64 {
     let each = program.inequalities.iter().map(|i| scaled_least_eigenvalue(&i.expression.value(program, x)));
     each.fold(f64::INFINITY, f64::min)

@@ -1,38 +1,35 @@
-//! How a program of linear matrix inequalities is to be solved.
+//! Options of the solution of a program of linear matrix inequalities.
 
-/// How a program is to be solved.
+/// Options of the solution of a program.
 #[derive(Debug, Clone, Copy)]
 pub struct SolverOptions<'a> {
-    /// The gap at which to stop.
+    /// The gap at which the search stops.
     pub tolerance: f64,
-    /// An objective smaller than this counts as this large when the gap is set in relation to it.
+    /// The least objective to which the gap is relative.
     pub floor: f64,
-    /// A point at which all inequalities hold strictly, if one is known. The best point found is then good enough.
+    /// A strictly feasible point, if one is known. The best point found is then accepted.
     pub start: Option<&'a [f64]>,
-    /// A point of about the right size, at which inequalities need not hold. From there the distance to the optimum
-    /// is judged by the level mu alone: no multipliers are made that prove it. With the objective at which to give
-    /// up: that of the best is above it.
+    /// A point of about the right size that may violate inequalities, and the objective at which to give up. The
+    /// distance to the optimum is then judged by the level mu only, without multipliers that prove it.
     pub near: Option<(&'a [f64], f64)>,
-    /// A gap at which rows of other sizes are not tried for an impatient search: what is left then is rounding at the
-    /// optimum, not a search that is stuck on the way.
+    /// A gap at which an impatient search does not try other row scalings: what remains is rounding at the optimum.
     pub enough: f64,
-    /// Whether a value that has all but stopped falling is the least: enough where a point is all that is wanted, and a
-    /// bound from the other side comes late, or never for rounding.
+    /// Whether an objective that has almost stopped falling is accepted, if a point is sufficient and rounding may
+    /// delay or prevent a bound.
     pub settles: bool,
-    /// Whether to go on with the general solver where the first gets stuck at a point that is feasible, but not the
-    /// best.
+    /// Whether to continue with the general solver if the first gets stuck at a feasible point that is not optimal.
     pub patient: bool,
-    /// Whether to do without the general solver, whatever comes of the first.
+    /// Whether never to use the general solver.
     pub quick: bool,
 }
 
 impl SolverOptions<'_> {
-    /// As close to the optimum as rounding lets one come.
+    /// As close to the optimum as rounding allows.
     pub fn fine() -> Self {
         Self::within(1e-7)
     }
 
-    /// Within `tolerance` of the optimum, and therefore well inside the inequalities.
+    /// Within `tolerance` of the optimum, and therefore in the interior of the inequalities.
     pub fn within(tolerance: f64) -> Self {
         Self {
             tolerance,

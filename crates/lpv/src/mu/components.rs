@@ -1,9 +1,9 @@
-//! Parts of a perturbed system that no loop connects.
+//! The strongly connected components of a perturbed system.
 //!
-//! `det(I - M Delta)` is the product of the determinants of the strongly connected components of the pattern of M, a
-//! channel leading to another where its entry is not zero: mu is the largest of theirs, each with what is left of the
-//! blocks. The channels of a full block belong together, those of a repeated scalar do not. Components: R. Tarjan, SIAM
-//! J. Computing 1(2), 1972.
+//! `det(I - M Delta)` is the product of the determinants of the strongly connected components of the pattern of M, in
+//! which a channel leads to another if its entry is not zero: mu is the largest over the components, each with its part
+//! of the blocks. The channels of a full block belong together, those of a repeated scalar do not. Components:
+//! R. Tarjan, SIAM J. Computing 1(2), 1972.
 
 use super::CMat;
 use super::structure::{Block, Structure};
@@ -11,23 +11,23 @@ use crate::system::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use std::ops::Range;
 
-/// A part of a perturbed system, by its entries of z and of w.
+/// A component, by its entries of z and of w.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Component {
     pub(super) structure: Structure,
     pub(super) z: Vec<usize>,
     pub(super) w: Vec<usize>,
-    /// Which block of the whole each block is of.
+    /// The index of each block in the complete structure.
     blocks: Vec<usize>,
 }
 
 impl Component {
-    /// Its part of a matrix.
+    /// The part of a matrix in the component.
     pub(super) fn part(&self, m: &CMat) -> CMat {
         m.select_rows(&self.z).select_columns(&self.w)
     }
 
-    /// Its part of a system.
+    /// The part of a system in the component.
     pub(super) fn system(&self, s: &StateSpace) -> StateSpace {
         StateSpace {
             a: s.a.clone(),
@@ -38,24 +38,24 @@ impl Component {
         .without_idle_states()
     }
 
-    /// The perturbation of the whole of which `delta` is the part here, and which does nothing else.
-    pub(super) fn whole(&self, delta: &CMat, structure: &Structure) -> CMat {
+    /// The perturbation of the complete system with the part `delta` here and zero elsewhere.
+    pub(super) fn embedded(&self, delta: &CMat, structure: &Structure) -> CMat {
         let mut out = CMat::zeros(structure.rows(), structure.cols());
-        let whole = structure.places();
+        let places = structure.places();
         for ((_, rows, cols), block) in self.structure.places().into_iter().zip(&self.blocks) {
-            let (kind, w, z) = &whole[*block];
-            let own = delta.view((rows.start, cols.start), (rows.len(), cols.len()));
+            let (kind, w, z) = &places[*block];
+            let given = delta.view((rows.start, cols.start), (rows.len(), cols.len()));
             let mut part = out.view_mut((w.start, z.start), (w.len(), z.len()));
             match kind {
-                Block::Full { .. } => part.copy_from(&own),
-                Block::Real(_) | Block::Complex(_) => part.fill_diagonal(own[(0, 0)]),
+                Block::Full { .. } => part.copy_from(&given),
+                Block::Real(_) | Block::Complex(_) => part.fill_diagonal(given[(0, 0)]),
             }
         }
         out
     }
 }
 
-/// The components of matrices, those that lead to others first.
+/// The components of matrices, in topological order.
 pub(super) fn of_matrices(all: &[CMat], structure: &Structure) -> Vec<Component> {
     let pattern = DMatrix::from_fn(structure.cols(), structure.rows(), |i, j| {
         all.iter().any(|m| m[(i, j)] != Complex::ZERO)
@@ -63,7 +63,7 @@ pub(super) fn of_matrices(all: &[CMat], structure: &Structure) -> Vec<Component>
     components(&pattern, structure)
 }
 
-/// The components of a transfer matrix: what its states do not connect is zero at every frequency.
+/// The components of a transfer matrix: entries that its states do not connect are zero at every frequency.
 pub(super) fn of_system(s: &StateSpace, structure: &Structure) -> Vec<Component> {
     let (n, cols) = (s.a.nrows(), s.b.ncols());
     let mut reached = DMatrix::from_fn(n, n, |i, j| i == j || s.a[(i, j)] != 0.0);
@@ -89,7 +89,7 @@ fn close(reached: &mut DMatrix<bool>) {
     }
 }
 
-/// What moves as one: a channel of a scalar, or a full block, with its block.
+/// A channel of a scalar, or a full block, with the index of its block.
 struct Node {
     block: usize,
     w: Range<usize>,
@@ -117,14 +117,14 @@ fn components(pattern: &DMatrix<bool>, structure: &Structure) -> Vec<Component> 
     let mut reached = DMatrix::from_fn(n, n, |i, j| i == j || meets(&nodes[i], &nodes[j]));
     close(&mut reached);
     let mut open: Vec<usize> = (0..n).collect();
-    // What leads on to others is reached by fewer.
+    // A node that leads to others is reached by fewer.
     open.sort_by_key(|i| reached.row(*i).iter().filter(|r| **r).count());
     let mut out = vec![];
     while let Some(&first) = open.first() {
-        let (mut own, rest): (Vec<usize>, Vec<usize>) =
+        let (mut members, rest): (Vec<usize>, Vec<usize>) =
             open.iter().partition(|i| reached[(first, **i)] && reached[(**i, first)]);
-        own.sort_unstable();
-        out.push(component(&own.iter().map(|i| &nodes[*i]).collect::<Vec<_>>(), structure));
+        members.sort_unstable();
+        out.push(component(&members.iter().map(|i| &nodes[*i]).collect::<Vec<_>>(), structure));
         open = rest;
     }
     out
@@ -161,7 +161,7 @@ mod tests {
         found.into_iter().map(|c| (c.z, c.w)).collect()
     }
 
-    /// The first channel leads to the others, which form a loop; a full block ties its channels.
+    /// The first channel leads to the others, which form a loop; a full block connects its channels.
     #[test]
     fn loops_are_found_in_their_order() {
         let m = dmatrix![0.5, 0.0, 0.0; 1.0, 0.0, 2.0; 0.0, 1.0, 0.0];
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(tied, [(vec![0, 1, 2], vec![0, 1, 2])]);
     }
 
-    /// Two channels whose loops pass states that nothing connects.
+    /// Two channels whose loops pass through unconnected states.
     #[test]
     fn states_connect_channels() {
         let structure = Structure::new(vec![Block::Real(2)]).unwrap();

@@ -1,38 +1,38 @@
-//! A perturbed system in units and coordinates in which its numbers are of one size.
+//! Scaling and balancing of a perturbed system.
 //!
-//! mu does not change with the coordinates of the states, nor with a unit for each block, the same on the side of w
-//! and of z. What is computed does: eigenvalues of a matrix whose entries range over ten powers of ten are rounding.
+//! mu does not change with the coordinates of the states, nor with a unit for each block, the same for w and z. The
+//! numerics do: the eigenvalues of a matrix whose entries range over ten powers of ten are rounding.
 //!
 //! Units: E. E. Osborne, J. ACM 7(4), 1960. Coordinates in which both gramians are equal and diagonal: B. C. Moore,
 //! IEEE Trans. Automatic Control 26(1), 1981, from Cholesky factors by A. J. Laub, M. T. Heath, C. C. Paige, R. C.
-//! Ward, IEEE Trans. Automatic Control 32(2), 1987. The change itself is carried out with products as exact as in
-//! twice the digits: T. Ogita, S. M. Rump, S. Oishi, SIAM J. Scientific Computing 26(6), 2005.
+//! Ward, IEEE Trans. Automatic Control 32(2), 1987. The transformation is computed with products as in twice the
+//! precision: T. Ogita, S. M. Rump, S. Oishi, SIAM J. Scientific Computing 26(6), 2005.
 
 use super::structure::Structure;
 use crate::matrix::{Mat, block, diagonal, eigenvalues, largest_singular_value, solve, svd};
 use crate::system::lyapunov::gramian_factors;
 use crate::system::state_space::StateSpace;
 
-/// Rounds of Osborne's iteration.
+/// Sweeps of Osborne's iteration.
 const ROUNDS: usize = 50;
 
-/// How often the gramians are made equal, at most: those of a badly conditioned system are filled up, and known better
-/// in better coordinates.
+/// The largest number of balancing passes: the gramians of a badly conditioned system are regularised, and more
+/// accurate in better coordinates.
 const PASSES: usize = 8;
 
-/// A change of coordinates with a condition number below this is none.
+/// The condition number of a change of coordinates below which balancing ends.
 const LEAST_CHANGE: f64 = 2.0;
 
-/// Corrections of a quotient of matrices, and how small the last one is, relatively.
+/// The number of corrections of a matrix quotient, and the relative size allowed for the last.
 const CORRECTIONS: usize = 3;
 const SETTLED: f64 = 1e-14;
 
-/// The same system with a unit for each block and each state in which what it sends is as large as what it receives.
-/// Inputs and outputs are those of the structure.
-pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateSpace {
+/// The system with a unit for each block and each state that equalises its gains in and out. Inputs and outputs are
+/// those of the structure.
+pub(super) fn block_scaled(system: &StateSpace, structure: &Structure) -> StateSpace {
     let n = system.a.nrows();
-    // Of one size as well: what A does in a unit of time in which the modes are about 1.
-    let root = middle_speed(&system.a).sqrt();
+    // The effect of A, too, in a unit of time in which the modes are about 1.
+    let root = mean_time_scale(&system.a).sqrt();
     let mut m =
         block(&[&[&(&system.a / (root * root)), &(&system.b / root)], &[&(&system.c / root), &system.d]]);
     let states = (0..n).map(|i| (i..i + 1, i..i + 1));
@@ -41,9 +41,9 @@ pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateS
     let units: Vec<_> = states.chain(blocks).collect();
     for _ in 0..ROUNDS {
         for (rows, columns) in &units {
-            let own = m.view_range(rows.clone(), columns.clone()).norm_squared();
-            let received = m.rows_range(rows.clone()).norm_squared() - own;
-            let sent = m.columns_range(columns.clone()).norm_squared() - own;
+            let inner = m.view_range(rows.clone(), columns.clone()).norm_squared();
+            let received = m.rows_range(rows.clone()).norm_squared() - inner;
+            let sent = m.columns_range(columns.clone()).norm_squared() - inner;
             if received > 0.0 && sent > 0.0 {
                 let unit = (sent / received).powf(0.25);
                 m.rows_range_mut(rows.clone()).scale_mut(unit);
@@ -61,16 +61,15 @@ pub(super) fn in_own_units(system: &StateSpace, structure: &Structure) -> StateS
     }
 }
 
-/// The geometric mean of the modes, rad/s; 1 where there is none.
-fn middle_speed(a: &Mat) -> f64 {
-    let speeds: Vec<f64> = eigenvalues(a).iter().map(|p| p.norm().ln()).filter(|v| v.is_finite()).collect();
-    (speeds.iter().sum::<f64>() / speeds.len().max(1) as f64).exp()
+/// The geometric mean of |lambda| over the modes, rad/s; 1 if there are none.
+fn mean_time_scale(a: &Mat) -> f64 {
+    let logs: Vec<f64> = eigenvalues(a).iter().map(|p| p.norm().ln()).filter(|v| v.is_finite()).collect();
+    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
 }
 
-/// The same stable system in coordinates in which its gramians are about equal and diagonal, and without the states
-/// that have no part in it.
+/// A stable system in coordinates in which its gramians are about equal and diagonal, without idle states.
 pub(super) fn balanced(system: &StateSpace, structure: &Structure) -> StateSpace {
-    let mut out = in_own_units(&system.without_idle_states(), structure);
+    let mut out = block_scaled(&system.without_idle_states(), structure);
     for _ in 0..PASSES {
         let Some(next) = with_equal_gramians(&out) else { break };
         out = next;
@@ -78,7 +77,7 @@ pub(super) fn balanced(system: &StateSpace, structure: &Structure) -> StateSpace
     out
 }
 
-/// `None` where that changes little, or there are no gramians.
+/// `None` if balancing changes little, or there are no gramians.
 fn with_equal_gramians(s: &StateSpace) -> Option<StateSpace> {
     let (p, q) = gramian_factors(s)?;
     // P = p p', Q = q q', q'p = u s v':  T = s^-1/2 u' q'.
@@ -99,7 +98,7 @@ fn with_equal_gramians(s: &StateSpace) -> Option<StateSpace> {
     })
 }
 
-/// `left right T^-1`, from an inverse of T that is not exact; `None` where it is too far from that.
+/// `left right T^-1` by an approximate inverse of T; `None` if that is too inaccurate.
 fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Option<Mat> {
     let mut out = left * right * inverse;
     let mut change = f64::INFINITY;
@@ -111,7 +110,7 @@ fn quotient(left: &Mat, right: &Mat, t: &Mat, inverse: &Mat) -> Option<Mat> {
     (change <= SETTLED * out.norm()).then_some(out)
 }
 
-/// The sum of products, `sign left right`, rounded once but for what twice the digits leave.
+/// The sum of products `sign left right`, accumulated in twice the precision and rounded once.
 fn exact_product(terms: &[(&Mat, &Mat, f64)]) -> Mat {
     let Some((left, right, _)) = terms.first() else { return Mat::zeros(0, 0) };
     Mat::from_fn(left.nrows(), right.ncols(), |i, j| {
@@ -135,7 +134,7 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::{Complex, dmatrix};
 
-    /// A sum whose largest terms cancel: plain products leave nothing of it.
+    /// A sum whose largest terms cancel: plain products lose it completely.
     #[test]
     fn products_are_rounded_once() {
         let (left, right) = (dmatrix![1e16, 1.0, -1e16], dmatrix![1.0; 0.5; 1.0]);
@@ -145,9 +144,9 @@ mod tests {
         assert_eq!(rest, -f64::EPSILON * f64::EPSILON);
     }
 
-    /// The response stays, but for the units of the blocks, which a product along each block does not show.
+    /// The response is unchanged, except for the units of the blocks, which cancel in products along each block.
     #[test]
-    fn the_response_stays() {
+    fn the_response_is_unchanged() {
         let system = StateSpace {
             a: dmatrix![-1.0, 1e9, 0.0; 0.0, -30.0, 1e-5; -1e-6, 0.0, -2e3],
             b: dmatrix![0.0, 1e7; 1.0, 0.0; 2e-3, 1.0],
@@ -158,11 +157,11 @@ mod tests {
         let other = balanced(&system, &structure);
         for omega in [0.0, 0.1, 3.0, 500.0, 1e5] {
             let s = Complex::new(0.0, omega);
-            let (m, own) = (system.response(s).unwrap(), other.response(s).unwrap());
+            let (m, scaled) = (system.response(s).unwrap(), other.response(s).unwrap());
             for (found, right) in [
-                (own[(0, 0)], m[(0, 0)]),
-                (own[(1, 1)], m[(1, 1)]),
-                (own[(0, 1)] * own[(1, 0)], m[(0, 1)] * m[(1, 0)]),
+                (scaled[(0, 0)], m[(0, 0)]),
+                (scaled[(1, 1)], m[(1, 1)]),
+                (scaled[(0, 1)] * scaled[(1, 0)], m[(0, 1)] * m[(1, 0)]),
             ] {
                 assert!((found - right).norm() < 1e-9 * right.norm(), "{omega} {found} {right}");
             }

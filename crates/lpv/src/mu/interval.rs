@@ -1,14 +1,13 @@
-//! Between which frequencies scalings found at one of them still show the bound.
+//! The frequency interval on which scalings found at one frequency prove the bound.
 //!
-//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and depends continuously on
-//! omega: where it is positive definite at one frequency it stays so up to the nearest at which it is singular, and
-//! those are imaginary eigenvalues of a Hamiltonian matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control
-//! Signals Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and G. Ferreres, J.-F. Magni, J.-M.
-//! Biannic, Int. J. Robust Nonlinear Control 13, 2003.
+//! `Phi(omega) = b^2 D_w - M* D_z M - j (G M - M* G)` with `M = M(j omega)` is Hermitian and continuous in omega: if it
+//! is positive definite at one frequency, it stays so up to the nearest frequency at which it is singular, and those
+//! are imaginary eigenvalues of a Hamiltonian matrix: S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals
+//! Systems 2, 1989; for mu P. M. Young, J. C. Doyle, M. P. Newlin, and G. Ferreres, J.-F. Magni, J.-M. Biannic, Int. J.
+//! Robust Nonlinear Control 13, 2003.
 //!
-//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, in which the frequency asked about lies at
-//! infinity: what has to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)`
-//! does no harm.
+//! The Hamiltonian is formed in the variable `p = 1/(s - j omega_0)`, which maps the given frequency to infinity: the
+//! matrix to be inverted is then Phi there, which is positive definite, and a singular `Phi(infinity)` does no harm.
 
 use super::CMat;
 use super::upper::DgScalings;
@@ -16,7 +15,7 @@ use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
-/// The frequencies between which scalings show a bound, rad/s; `to` may be infinite.
+/// The frequencies between which scalings prove a bound, rad/s; `to` may be infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// The lowest, at least 0.
@@ -25,7 +24,7 @@ pub struct Interval {
     pub to: f64,
 }
 
-/// An interval this short, relative to a frequency, is short.
+/// The length of a short interval, relative to a frequency.
 const SHORT_RATIO: f64 = 0.2;
 
 impl Interval {
@@ -34,11 +33,11 @@ impl Interval {
     }
 }
 
-/// An eigenvalue whose real part is this small, relative to the Hamiltonian, counts as imaginary: that can only make
+/// The real part below which an eigenvalue is taken as imaginary, relative to the Hamiltonian: an error only makes
 /// intervals shorter.
 const AXIS_TOLERANCE: f64 = 1e-7;
 
-/// What is cut off an interval at each end, relative to its length, so that Phi is not singular there.
+/// The fraction of its length by which an interval is shortened at each end, so that Phi is not singular there.
 const CUT_SHARE: f64 = 1e-6;
 
 const J: Complex<f64> = Complex::new(0.0, 1.0);
@@ -52,8 +51,8 @@ pub fn response(system: &StateSpace, omega: f64) -> Option<CMat> {
     }
 }
 
-/// The largest interval round `omega` (infinity included) on which `scalings` show that mu stays below `level`;
-/// `None` when they do not at `omega` itself.
+/// The largest interval around `omega` (infinity included) on which `scalings` prove that mu is below `level`; `None`
+/// if they do not at `omega`.
 pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, omega: f64) -> Option<Interval> {
     let here = AtFrequency::at(system, omega)?;
     let phi = here.form(scalings, level);
@@ -71,7 +70,7 @@ pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, ome
         .map(|p| p.im);
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
     if omega.is_infinite() {
-        // p = s: what counts is the crossing farthest from zero.
+        // p = s: the crossing farthest from zero decides.
         from = crossings.map(f64::abs).fold(0.0, f64::max) * (1.0 + CUT_SHARE);
     } else {
         // p = 1/(j (w - omega)): w = omega - 1/Im p.
@@ -83,7 +82,7 @@ pub fn good_interval(system: &StateSpace, scalings: &DgScalings, level: f64, ome
             } else if q.is_nan() {
                 return None;
             } else {
-                // No farther from zero than what counts as zero: the crossing is at least so far away, to either side.
+                // At most as far from zero as the tolerance: the crossing is at least that far away, on either side.
                 from = from.max(omega - 1.0 / axis);
                 to = to.min(omega + 1.0 / axis);
             }
@@ -105,7 +104,7 @@ pub(super) fn middle(from: f64, to: f64) -> f64 {
     if from == 0.0 && to.is_infinite() {
         1.0
     } else if to.is_infinite() {
-        // Another look at infinity was taken already: go there in steps.
+        // Infinity was tried before: go there in steps.
         10.0 * from
     } else if from > 0.0 && to > 4.0 * from {
         (from * to).sqrt()
@@ -114,12 +113,12 @@ pub(super) fn middle(from: f64, to: f64) -> f64 {
     }
 }
 
-/// Intervals that are covered, ascending.
+/// The covered intervals, ascending.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Covered(Vec<Interval>);
 
 impl Covered {
-    /// Adds the interval round a frequency; whether it is one.
+    /// Adds the interval around a frequency, unless it is too short; whether it was added.
     pub(super) fn add(&mut self, omega: f64, interval: Interval) -> bool {
         if omega.is_finite() && interval.to - interval.from < LEAST_INTERVAL * omega {
             return false;
@@ -129,7 +128,7 @@ impl Covered {
         true
     }
 
-    /// How many there are.
+    /// The number of intervals.
     pub(super) fn count(&self) -> usize {
         self.0.len()
     }
@@ -139,7 +138,7 @@ impl Covered {
         omega.is_finite() && self.0.iter().any(|i| i.from <= omega && omega < i.to)
     }
 
-    /// The gap round a frequency that is not covered.
+    /// The gap around an uncovered frequency.
     pub(super) fn around(&self, omega: f64) -> (f64, f64) {
         let below = self.0.iter().map(|i| i.to).filter(|to| *to <= omega).fold(0.0, f64::max);
         (below, self.0.iter().map(|i| i.from).filter(|from| *from > omega).fold(f64::INFINITY, f64::min))
@@ -158,7 +157,7 @@ impl Covered {
     }
 }
 
-/// An interval shorter than this, relative to its frequency, is none.
+/// Intervals shorter than this, relative to their frequency, are ignored.
 const LEAST_INTERVAL: f64 = 1e-12;
 
 /// The system in the variable p.
@@ -193,14 +192,14 @@ impl AtFrequency {
         let q11 = -&s.dz;
         let q21 = &s.g * -J;
         let cross = (self.d.adjoint() * &q11 + q21) * &self.c;
-        // Of the size of one while it is inverted: the determinant of a small one is nothing.
+        // Scaled to one before inversion: the determinant of a small matrix underflows.
         let size = phi.camax();
         let inverse = phi.unscale(size).try_inverse()?.unscale(size);
         let feedback = &inverse * &cross;
         let first = &self.a - &self.b * &feedback;
         let upper = -(&self.b * inverse * self.b.adjoint());
         let lower = cross.adjoint() * feedback - self.c.adjoint() * q11 * &self.c;
-        // The unit of the costate is free: both corners of one size.
+        // The unit of the costate is free: it equalises both corners.
         let ratio = (lower.norm() / upper.norm()).sqrt();
         let ratio = Complex::new(if ratio > 0.0 && ratio.is_finite() { ratio } else { 1.0 }, 0.0);
         let mut out = CMat::zeros(2 * n, 2 * n);

@@ -1,14 +1,14 @@
-//! Lower bounds on mu of a matrix: perturbations that make `I - M Delta` singular, found and then checked.
+//! Lower bounds on mu of a matrix: perturbations that make `I - M Delta` singular, found and verified.
 //!
 //! A unit perturbation Q is improved by the first-order change of an eigenvalue lambda of `M Q`: with `M Q v = lambda
-//! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is put where that is largest.
-//! Its fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for
-//! the structured singular value", 27th CDC, 1988. With real scalars lambda must be real, too (`ascent`). Then
+//! v` and `u* M Q = lambda u*`, `d lambda = (M* u)* dQ v / (u* v)`, and each block of Q is set where that is largest.
+//! The fixed points are those of the power iteration of A. Packard, M. K. H. Fan, J. C. Doyle, "A power method for the
+//! structured singular value", 27th CDC, 1988. With real scalars lambda must be real, too (`ascent`). Then
 //! `Delta = Q / lambda`.
 //!
-//! One start is the perturbation of the upper bound: where D-G scalings are tight, the vector v that their inequality
+//! One start is the perturbation of the upper bound: if D-G scalings are tight, the vector v that their inequality
 //! nearly annihilates is that of `w = Delta z`, `z = M v` (M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic
-//! Control 36(1), 1991). The others are signs and angles at random.
+//! Control 36(1), 1991). The others have random signs and angles.
 
 mod annihilated;
 mod ascent;
@@ -28,39 +28,39 @@ use ascent::ascend;
 use modes::{Mode, Modes};
 use nalgebra::Complex;
 
-/// How many perturbations the search starts from: complex blocks alone, and with real scalars.
+/// The number of starts: for complex blocks only, and with real scalars.
 const LOWER_STARTS: usize = 16;
 const MIXED_STARTS: usize = 48;
 
-/// With more rows than this there are fewer starts with real scalars, as each takes longer: with the third power.
+/// With more rows than this there are fewer starts with real scalars, as the time of each grows with the third power.
 const EASY_ROWS: usize = 8;
 
 const LEAST_STARTS: usize = 4;
 
-/// Steps from one start.
+/// The largest number of steps from one start.
 const LOWER_STEPS: usize = 300;
 
-/// Steps without improvement after which a start is given up: with real scalars the steps may go round.
+/// The number of steps without improvement after which a start is abandoned: with real scalars the steps may cycle.
 const MOST_IDLE_STEPS: usize = 5;
 
-/// What an imaginary part costs where an eigenvalue to begin with is chosen.
+/// Trial costs of an imaginary part in the choice of the initial eigenvalue.
 const IMAGINARY_PRICES: [f64; 3] = [0.0, 1.0, 10.0];
 
-/// How many vectors of the upper bound are tried.
+/// The number of vectors of the upper bound that are tried.
 const UPPER_VECTORS: usize = 3;
 
-/// A bound this close to the upper one, relatively, is good enough.
+/// The relative gap to the upper bound at which the search ends.
 const CLOSED: f64 = 1e-6;
 
-/// Looks for the smallest perturbation that makes `I - M Delta` singular. `None` when none is found.
+/// Finds a small perturbation that makes `I - M Delta` singular. `None` if none is found.
 ///
 /// # Errors
-/// [`StructureError`] when M does not fit the structure.
+/// [`StructureError`] if M does not fit the structure.
 pub fn lower_bound(m: &CMat, structure: &Structure) -> Result<Option<LowerBound>, StructureError> {
     lower_bound_below(m, structure, None)
 }
 
-/// The same, where an upper bound is known.
+/// [`lower_bound`] with a known upper bound.
 ///
 /// # Errors
 /// As [`lower_bound`].
@@ -77,13 +77,13 @@ pub fn lower_bound_below(
     let enough = upper.map_or(f64::INFINITY, |upper| upper.value * (1.0 - CLOSED));
     let mut random = Sequence(0x9E37_79B9_7F4A_7C15);
     let mut best: Option<LowerBound> = None;
-    let mut tops: Vec<CMat> = vec![];
+    let mut seen: Vec<CMat> = vec![];
     let hard = m.nrows().max(EASY_ROWS).pow(3) / EASY_ROWS.pow(3);
     let count = if search.is_mixed { (MIXED_STARTS / hard).max(LEAST_STARTS) } else { LOWER_STARTS };
     let known = upper.map_or_else(Vec::new, |upper| search.starts_of(upper));
     let plain_or_random = (0..count).map(|start| search.start(start, &mut random));
     for start in known.into_iter().chain(search.largest_start()).chain(plain_or_random) {
-        for (q, mode) in search.tops(start, &mut tops) {
+        for (q, mode) in search.candidates(start, &mut seen) {
             let found = ascend(&search.modes, q, mode);
             if let Some(found) = found.filter(|f| best.as_ref().is_none_or(|known| f.value > known.value)) {
                 best = Some(found);
@@ -96,7 +96,7 @@ pub fn lower_bound_below(
     Ok(best)
 }
 
-/// A perturbation near a known one, at a matrix near by, that is as small as it gets.
+/// The smallest perturbation near one that is known for a similar matrix.
 pub(super) fn improved(m: &CMat, structure: &Structure, known: &LowerBound) -> Option<LowerBound> {
     let modes = Modes::new(m, structure);
     let q = &known.delta * Complex::new(known.value, 0.0);
@@ -110,8 +110,8 @@ struct LowerSearch<'a> {
 }
 
 impl LowerSearch<'_> {
-    /// A unit perturbation with the full blocks that are the worst each by itself, by singular vectors: steps go slowly
-    /// where the two largest singular values are close. `None` without full blocks.
+    /// A unit perturbation whose full blocks are the worst for themselves, by singular vectors: steps are slow if the
+    /// two largest singular values are close. `None` without full blocks.
     fn largest_start(&self) -> Option<CMat> {
         let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         let mut any = false;
@@ -119,9 +119,9 @@ impl LowerSearch<'_> {
             let part = match block {
                 Block::Full { .. } => {
                     any = true;
-                    let own =
+                    let part =
                         self.modes.m.view((cols.start, rows.start), (cols.len(), rows.len())).into_owned();
-                    let (u, v) = largest_singular_vectors(&own)?;
+                    let (u, v) = largest_singular_vectors(&part)?;
                     v * u.adjoint()
                 }
                 Block::Real(r) | Block::Complex(r) => CMat::identity(r, r),
@@ -131,7 +131,8 @@ impl LowerSearch<'_> {
         any.then_some(q)
     }
 
-    /// A unit perturbation: the first plain, the others at random, real scalars in every other one between their ends.
+    /// A unit perturbation: the first is the identity, the others are random, every other one with real scalars inside
+    /// (-1, 1).
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
         let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         for (block, rows, cols) in self.modes.structure.places() {
@@ -157,7 +158,7 @@ impl LowerSearch<'_> {
         q
     }
 
-    /// The unit perturbations that the upper bound suggests.
+    /// The unit perturbations suggested by the upper bound.
     fn starts_of(&self, upper: &UpperBound) -> Vec<CMat> {
         let (m, s) = (self.modes.m, &upper.scalings);
         let phi = &s.dw * Complex::new(upper.value * upper.value, 0.0) - s.left(m);
@@ -169,7 +170,7 @@ impl LowerSearch<'_> {
             .collect()
     }
 
-    /// The perturbation with `v = Delta M v`, in units of its expected size, as far as there is one.
+    /// The perturbation with `v = Delta M v`, in units of its expected size, if there is one.
     fn of_vector(&self, v: &ComplexVector, mu: f64) -> CMat {
         let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         let z = self.modes.m * v;
@@ -199,13 +200,14 @@ impl LowerSearch<'_> {
         q
     }
 
-    /// Where to ascend from a start: from itself, and from where it climbs without regard to what is real.
-    fn tops(&self, start: CMat, seen: &mut Vec<CMat>) -> Vec<(CMat, Mode)> {
-        let climbed = self.climb(start.clone());
-        let own = if self.is_mixed { vec![start, climbed] } else { vec![climbed] };
+    /// The starting points of an ascent: the start itself, and the result of [`Self::improved`], which ignores whether
+    /// the eigenvalue is real.
+    fn candidates(&self, start: CMat, seen: &mut Vec<CMat>) -> Vec<(CMat, Mode)> {
+        let improved = self.improved(start.clone());
+        let points = if self.is_mixed { vec![start, improved] } else { vec![improved] };
         let mut out: Vec<(CMat, Mode)> = vec![];
-        for q in own {
-            // Many starts lead to the same.
+        for q in points {
+            // Many starts lead to the same point.
             if seen.contains(&q) {
                 continue;
             }
@@ -224,7 +226,7 @@ impl LowerSearch<'_> {
         out
     }
 
-    /// Complex blocks alone, turned until the largest eigenvalue is real.
+    /// Complex blocks only, rotated until the largest eigenvalue is real.
     fn turned(&self, q: &CMat) -> Option<(CMat, Mode)> {
         let lambda = self.modes.best(q, |v| v.norm())?.lambda;
         if lambda.norm() == 0.0 {
@@ -235,15 +237,15 @@ impl LowerSearch<'_> {
         Some((turned, mode))
     }
 
-    /// Improves Q until it gets no better; returns the best.
-    fn climb(&self, mut q: CMat) -> CMat {
-        let height = |v: Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
+    /// Improves Q until it no longer improves; returns the best.
+    fn improved(&self, mut q: CMat) -> CMat {
+        let rank = |v: Complex<f64>| if self.is_mixed { v.re } else { v.norm() };
         let mut best = (f64::NEG_INFINITY, q.clone());
         let mut idle = 0;
         for _ in 0..LOWER_STEPS {
             stop::check();
-            let Some(mode) = self.modes.best(&q, height) else { break };
-            let found = height(mode.lambda);
+            let Some(mode) = self.modes.best(&q, rank) else { break };
+            let found = rank(mode.lambda);
             idle = if found > best.0 + 1e-10 * found.abs() { 0 } else { idle + 1 };
             if found > best.0 {
                 best = (found, q.clone());
@@ -268,7 +270,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Never above the bound from above; and what is returned is what it says.
+        /// The bound is never above the upper one, and the perturbation has the stated properties.
         #[test]
         #[ignore = "night: hundreds of random matrices"]
         fn below_the_upper_bound((structure, m) in problem()) {
@@ -282,7 +284,7 @@ mod tests {
             }
         }
 
-        /// One full block, and one repeated complex scalar, are found exactly.
+        /// One full block is found exactly.
         #[test]
         fn one_block_is_exact((_, m) in problem()) {
             let full = Structure::new(vec![Block::Full { rows: m.ncols(), cols: m.nrows() }]).unwrap();
@@ -292,7 +294,7 @@ mod tests {
         }
     }
 
-    /// The two largest singular values differ by 5e-4: steps alone end between them.
+    /// The two largest singular values differ by 5e-4: plain steps end between them.
     #[test]
     fn one_full_block_with_singular_values_that_are_close() {
         let (re, im) = (
@@ -306,8 +308,7 @@ mod tests {
         assert!((found / values[0] - 1.0).abs() < 1e-12, "{found} {values:?}");
     }
 
-    /// One real scalar, repeated, and a real matrix: mu is its largest real eigenvalue, beside larger ones that are not
-    /// real.
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, with larger complex ones present.
     #[test]
     fn a_real_eigenvalue_behind_others_is_found() {
         let m = nalgebra::dmatrix![0.0, 5.0, 0.3; -5.0, 0.0, -0.2; 0.1, 0.4, -1.5].map(Complex::from);
@@ -316,9 +317,9 @@ mod tests {
         assert!((found.value - right.fold(0.0, f64::max)).abs() < 1e-9, "{}", found.value);
     }
 
-    /// Of `I - M Delta` with entries of 1e17 the least singular value is nothing but rounding.
+    /// The least singular value of `I - M Delta` with entries of 1e17 is only rounding.
     #[test]
-    fn a_perturbation_so_large_that_rounding_makes_it_singular_is_none() {
+    fn a_perturbation_singular_by_rounding_only_is_rejected() {
         let m = nalgebra::dmatrix![1.0, 1.0; -1.0, -1.0 - 1e-15].map(Complex::from);
         let structure = Structure::new(vec![Block::Real(2)]).unwrap();
         let size = Complex::new(1e17, 0.0);

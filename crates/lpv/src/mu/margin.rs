@@ -1,10 +1,10 @@
-//! The smallest real parameters that destabilise a loop, as far as a search finds them.
+//! Small real parameters that destabilise a loop, found by search.
 //!
-//! For real scalars alone a power iteration at one frequency finds nothing. Here the frequency is left free: a
-//! direction delta in the box is followed until a pole of the loop reaches the axis, each delta_i goes to the end of
-//! its range to which that pole's sensitivity points, and so on until nothing changes; then single scalars are turned
-//! round. Moving poles by gain: G. Ferreres, J.-M. Biannic, "Reliable computation of the robustness margin for a
-//! flexible aircraft", Control Engineering Practice 9, 2001.
+//! For real scalars only, a power iteration at one frequency fails. Here the frequency is free: along a direction delta
+//! in the box a pole of the loop is followed until it reaches the axis, each delta_i is moved to the end of its range
+//! that the pole's sensitivity indicates, and so on until nothing changes; then single scalars are reversed. The
+//! migration of poles: G. Ferreres, J.-M. Biannic, "Reliable computation of the robustness margin for a flexible
+//! aircraft", Control Engineering Practice 9, 2001.
 
 use super::CMat;
 use super::coordinates::balanced;
@@ -14,20 +14,20 @@ use crate::matrix::{Mat, diagonal, eigenvalues, least_singular_vectors, solve};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
-/// How many directions the search starts from.
+/// The number of starting directions.
 const MARGIN_STARTS: usize = 24;
 
-/// Steps from one start, and rounds of turning single scalars.
+/// The largest number of steps from one start, and of rounds of reversing single scalars.
 const MARGIN_STEPS: usize = 12;
 
-/// Sizes of delta tried on the way out, each larger by a factor.
+/// The factor between trial sizes of delta.
 const SIZE_STRIDE: f64 = 1.25;
 
 /// The largest size of delta, relative to the smallest tried.
 const LARGEST_SIZE_RATIO: f64 = 1e6;
 
-/// Looks for the smallest real perturbation that takes a pole of the loop to the axis. `None` when there is a block
-/// that is not a real scalar, or none is found.
+/// Finds a small real perturbation that moves a pole of the loop to the axis. `None` if a block is not a real scalar,
+/// or none is found.
 pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<LowerBound> {
     if !structure.is_real() {
         return None;
@@ -50,7 +50,7 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
             _ => (0..count).map(|_| random.sign()).collect(),
         };
         let reach = best.as_ref().map_or(LARGEST_SIZE_RATIO * search.smallest, |b| b.size);
-        if let Some(found) = search.climb(direction, reach)
+        if let Some(found) = search.descend(direction, reach)
             && best.as_ref().is_none_or(|known| found.size < known.size)
         {
             best = Some(found);
@@ -61,11 +61,11 @@ pub fn real_lower_bound(system: &StateSpace, structure: &Structure) -> Option<Lo
     search.bound(&best)
 }
 
-/// A direction, and how far along it the first pole reaches the axis.
+/// A direction, and the size along it at which the first pole reaches the axis.
 struct Crossing {
     direction: Vec<f64>,
     size: f64,
-    /// The pole, on the axis but for rounding.
+    /// The pole, on the axis to rounding.
     pole: Complex<f64>,
 }
 
@@ -75,7 +75,7 @@ struct MarginSearch<'a> {
     sizes: Vec<usize>,
     /// The smallest size of delta.
     smallest: f64,
-    /// A size that certainly does nothing yet: below one over the largest gain of the loop seen by delta.
+    /// A size that is certainly harmless: below the inverse of the largest gain seen by delta.
     harmless: f64,
 }
 
@@ -117,9 +117,9 @@ impl MarginSearch<'_> {
         Some(Crossing { direction: direction.to_vec(), size: high, pole })
     }
 
-    /// Narrows down where the rightmost pole reaches the axis, between a size at which it is left of it and one at
-    /// which it is not: by false position, with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
-    /// halves where that is slow. The pole at the larger size comes of it.
+    /// Locates the size at which the rightmost pole reaches the axis, between one at which it is left of it and one at
+    /// which it is not, by false position with the Illinois rule (M. Dowell, P. Jarratt, BIT 11, 1971), and by
+    /// bisection if that is slow. Returns the pole at the larger size.
     fn narrow(&self, direction: &[f64], low: &mut f64, high: &mut f64) -> Option<Complex<f64>> {
         let mut pole = self.rightmost(direction, *high)?;
         let (mut at_low, mut at_high) = (self.rightmost(direction, *low)?.re, pole.re);
@@ -148,7 +148,7 @@ impl MarginSearch<'_> {
         Some(pole)
     }
 
-    /// Where each scalar would move the pole to the right.
+    /// The end of the range of each scalar that moves the pole to the right.
     fn towards_instability(&self, at: &Crossing) -> Option<Vec<f64>> {
         let a = self.perturbed(&at.direction, at.size)?;
         let n = a.nrows();
@@ -176,8 +176,9 @@ impl MarginSearch<'_> {
         Some(slopes.collect())
     }
 
-    fn climb(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
-        // A first direction may have to go farther than the best one that is known.
+    /// The smallest crossing found from a direction; `reach` is the best known size.
+    fn descend(&self, direction: Vec<f64>, reach: f64) -> Option<Crossing> {
+        // A first direction may need a larger size than the best known.
         let mut best = self.crossing(&direction, (reach * 8.0).min(LARGEST_SIZE_RATIO * self.smallest))?;
         for _ in 0..MARGIN_STEPS {
             let next = self.towards_instability(&best)?;
@@ -192,7 +193,7 @@ impl MarginSearch<'_> {
         Some(best)
     }
 
-    /// Turns single scalars round, and sets them to zero, as long as that helps.
+    /// Reverses single scalars, and sets them to zero, as long as that helps.
     fn turn_single(&self, best: &mut Crossing) {
         for _ in 0..MARGIN_STEPS {
             let before = best.size;
@@ -211,7 +212,7 @@ impl MarginSearch<'_> {
         }
     }
 
-    /// The perturbation with the loop that it makes singular evaluated.
+    /// The perturbation, with the singular matrix verified.
     fn bound(&self, at: &Crossing) -> Option<LowerBound> {
         let omega = at.pole.im.abs();
         let m = self.system.response(Complex::new(0.0, omega))?;

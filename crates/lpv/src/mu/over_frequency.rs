@@ -1,4 +1,4 @@
-//! Bounds on mu over all frequencies from both sides, component by component.
+//! Upper and lower bounds on mu over all frequencies, component by component.
 
 use super::components::of_system;
 use super::coordinates::balanced;
@@ -12,13 +12,13 @@ use crate::system::state_space::StateSpace;
 /// Both bounds over all frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyMu {
-    /// The bound from above.
+    /// The upper bound.
     pub upper: FrequencyBound,
-    /// The perturbation found, with the bound from below that it shows; none when none was found.
+    /// The perturbation found, with its lower bound; `None` if none was found.
     pub lower: Option<LowerBound>,
 }
 
-/// Bounds mu over all frequencies from both sides.
+/// Upper and lower bounds of mu over all frequencies.
 ///
 /// ```text
 /// upper >= sup over omega of mu(M(j omega)) >= lower,   M(s) = C (s I - A)^-1 B + D
@@ -30,14 +30,14 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
     check_stable(system, structure)?;
     let (mut upper, mut lower) = (FrequencyBound::default(), None);
     for part in of_system(system, structure) {
-        let own = balanced(&part.system(system), &part.structure);
-        let first = real_lower_bound(&own, &part.structure);
+        let balanced = balanced(&part.system(system), &part.structure);
+        let first = real_lower_bound(&balanced, &part.structure);
         let known = larger(lower.clone(), first.clone());
-        let found = swept(&own, &part.structure, known.as_ref())?;
+        let found = swept(&balanced, &part.structure, known.as_ref())?;
         let peaks = found.peaks();
-        let shown = lower_at_peaks(&own, &part.structure, (&peaks, found.upper), first)?;
-        let whole = shown.map(|shown| LowerBound { delta: part.whole(&shown.delta, structure), ..shown });
-        lower = larger(lower, whole);
+        let shown = lower_at_peaks(&balanced, &part.structure, &peaks, found.upper, first)?;
+        let full = shown.map(|shown| LowerBound { delta: part.embedded(&shown.delta, structure), ..shown });
+        lower = larger(lower, full);
         upper.add(found);
     }
     Ok(FrequencyMu { upper, lower })
@@ -54,8 +54,8 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
 
-    /// Position and integrator of a loop round a mass that is pushed through a lag: mass and damping uncertain by 30 %,
-    /// on the acceleration and the speed, one of which is the derivative of the other; stiffness by 40, the actuator by
+    /// A loop with integral control around a mass that is actuated through a lag: mass and damping uncertain by 30 %,
+    /// acting on acceleration and velocity, one of which is the derivative of the other; stiffness by 40 %, actuator by
     /// 50 %.
     fn mass(leak: f64, gain: f64) -> StateSpace {
         let (kp, ki, kd) = (2.0 * gain, 0.5 * gain, 1.5);
@@ -72,10 +72,10 @@ mod tests {
         }
     }
 
-    /// Rows that nearly depend on one another, towards zero or infinity: the centre of all scalings that hold at one
-    /// frequency holds next to it alone, and no sweep ended with these. The bounds meet.
+    /// Nearly dependent rows, towards zero or infinity: the centre of all scalings that hold at one frequency holds
+    /// only in its neighbourhood, and a sweep with these would not end. The bounds agree.
     #[test]
-    fn rows_that_nearly_depend_on_one_another_do_not_keep_a_sweep_from_ending() {
+    fn a_sweep_ends_with_nearly_dependent_rows() {
         let (two, three) =
             (vec![Block::Real(2), Block::Real(1), Block::Real(1)], vec![Block::Real(3), Block::Real(1)]);
         for (leak, gain, blocks) in [(0.02, 1.0, &three), (1e-3, 3.0, &two), (1e-3, 3.0, &three)] {
@@ -87,8 +87,8 @@ mod tests {
         }
     }
 
-    /// `(q1 - 1)^2 + (q2 - 1)^2 <= 0.01` is where the loop is unstable: an island, reached first at (1.1, 1), a margin
-    /// of 3/11 (J. Ackermann's example; q1 = 1.4 + 1.1 delta_1, q2 = 0.85 + 0.85 delta_2).
+    /// The loop is unstable for `(q1 - 1)^2 + (q2 - 1)^2 <= 0.01`: an island, reached first at (1.1, 1), a margin of
+    /// 3/11 (J. Ackermann's example; q1 = 1.4 + 1.1 delta_1, q2 = 0.85 + 0.85 delta_2).
     fn island() -> StateSpace {
         StateSpace {
             a: dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -16.89, -5.25, -3.25],
@@ -113,9 +113,9 @@ mod tests {
         );
     }
 
-    /// In other coordinates, units of time, and with the blocks in another order.
+    /// In other coordinates and units of time, and with the blocks in another order.
     #[test]
-    fn bounds_do_not_depend_on_how_a_system_is_written() {
+    fn bounds_do_not_depend_on_the_representation() {
         let system = island();
         let turn = dmatrix![0.6, -0.8, 0.0; 0.8, 0.6, 0.0; 0.0, 0.0, 1.0];
         let t = &turn * crate::matrix::diagonal([1e-2, 1.0, 1e2]) * turn.transpose();
@@ -126,7 +126,7 @@ mod tests {
             c: &system.c * back,
             ..system.clone()
         };
-        let faster = |speed: f64| StateSpace { a: &system.a * speed, b: &system.b * speed, ..system.clone() };
+        let faster = |rate: f64| StateSpace { a: &system.a * rate, b: &system.b * rate, ..system.clone() };
         let order = [2, 0, 1];
         let permuted = StateSpace {
             b: system.b.select_columns(&order),
@@ -148,9 +148,9 @@ mod tests {
         }
     }
 
-    /// Two loops that one path joins, in one repeated scalar: the gain of the path does not count, at any frequency.
+    /// Two loops connected by one path, in one repeated scalar: the gain of the path has no effect, at any frequency.
     #[test]
-    fn a_path_between_components_does_not_count() {
+    fn a_path_between_components_has_no_effect() {
         for gain in [0.0, 1.0, 1e4] {
             let system = StateSpace {
                 a: dmatrix![-1.0, 0.0; gain, -2.0],

@@ -1,4 +1,4 @@
-//! The smallest destabilising perturbation of a system, sought where the upper bound is largest and from there along
+//! The smallest destabilising perturbation of a system, searched at the peaks of the upper bound and from there along
 //! the frequency.
 
 use super::interval::response;
@@ -8,27 +8,28 @@ use super::upper::upper_bound;
 use crate::stop;
 use crate::system::state_space::StateSpace;
 
-/// At how many frequencies a perturbation is sought, and how far they are apart, as a ratio.
+/// The number of frequencies at which a perturbation is sought, and their least ratio.
 const FREQUENCIES: usize = 4;
 const APART: f64 = 1.05;
 
-/// A lower bound this close to the upper one, relatively, is good enough.
+/// The relative gap to the upper bound at which the search ends.
 const CLOSED: f64 = 1e-4;
 
-/// How far the frequency is moved at first, as a ratio, by how much farther after a success, and how often.
+/// The first ratio by which the frequency is moved, its growth after a success, and the largest number of moves.
 const FIRST_STRIDE: f64 = 1.1;
 const STRETCH: f64 = 1.5;
 const MOST_MOVES: usize = 40;
 
-/// A perturbation that shows more than the one that is known, or that one. `peaks` are frequencies (rad/s), the most
+/// A perturbation that gives a larger bound than the known one, or that one. `peaks` are frequencies (rad/s), the most
 /// promising first; `upper` is a bound for all frequencies.
 ///
 /// # Errors
-/// [`StructureError`] when the system does not fit the structure.
+/// [`StructureError`] if the system does not fit the structure.
 pub(super) fn lower_at_peaks(
     system: &StateSpace,
     structure: &Structure,
-    (peaks, upper): (&[f64], f64),
+    peaks: &[f64],
+    upper: f64,
     known: Option<LowerBound>,
 ) -> Result<Option<LowerBound>, StructureError> {
     let mut best = known;
@@ -52,7 +53,7 @@ pub(super) fn lower_at_peaks(
     Ok(best)
 }
 
-/// A perturbation that is followed along the frequency to where it is smallest.
+/// A perturbation followed along the frequency to its least size.
 fn along_frequency(system: &StateSpace, structure: &Structure, known: LowerBound) -> LowerBound {
     let mut best = known;
     let mut stride = FIRST_STRIDE;

@@ -1,4 +1,4 @@
-//! A loop with a perturbation of known structure and size, and inputs and outputs of performance.
+//! A loop with a perturbation of known structure and size, and performance inputs and outputs.
 
 use super::CMat;
 use super::structure::{Block, Structure, StructureError};
@@ -10,25 +10,25 @@ use crate::system::state_space::StateSpace;
 pub struct Perturbable {
     /// The system.
     pub system: StateSpace,
-    /// The structure of Delta; its entries of w and of z stand first.
+    /// The structure of Delta; its entries of w and of z come first.
     pub structure: Structure,
     /// The size of Delta.
     pub size: f64,
 }
 
 impl Perturbable {
-    /// Inputs and outputs beside those of Delta.
+    /// The numbers of inputs and outputs in addition to those of Delta.
     pub(super) fn performance(&self) -> (usize, usize) {
         let (outputs, inputs) = self.system.d.shape();
         (inputs.saturating_sub(self.structure.rows()), outputs.saturating_sub(self.structure.cols()))
     }
 
-    /// What Delta alone sees, from wd to zd, without the states that have no part in it.
+    /// The system seen by Delta, from wd to zd, without idle states.
     pub fn stability(&self) -> StateSpace {
         self.system.parts(0..self.structure.cols(), 0..self.structure.rows()).without_idle_states()
     }
 
-    /// From w to z with a real perturbation; `None` where the loop is not well posed with it.
+    /// The system from w to z with a real perturbation; `None` if the loop is not well posed with it.
     pub fn closed(&self, delta: &CMat) -> Option<StateSpace> {
         let (k, w) = (self.structure.cols(), self.structure.rows());
         let s = &self.system;
@@ -48,10 +48,10 @@ impl Perturbable {
         })
     }
 
-    /// The structure with the full block of performance.
+    /// The structure with the full performance block.
     ///
     /// # Errors
-    /// [`StructureError::EmptyBlock`] when there is no input or no output beside those of Delta.
+    /// [`StructureError::EmptyBlock`] if there is no input or no output in addition to those of Delta.
     pub fn with_performance(&self) -> Result<Structure, StructureError> {
         let (rows, cols) = self.performance();
         let blocks = self.structure.blocks().iter().copied();

@@ -1,4 +1,4 @@
-//! The structure of a perturbation: blocks on the diagonal.
+//! The block structure of a perturbation.
 
 use super::CMat;
 use nalgebra::Complex;
@@ -8,9 +8,9 @@ use thiserror::Error;
 /// A block of a perturbation, w = Delta z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
-    /// `delta I`, delta real; how often it is repeated.
+    /// `delta I` with a real delta; the number of repetitions.
     Real(usize),
-    /// `delta I`, delta complex; how often it is repeated.
+    /// `delta I` with a complex delta; the number of repetitions.
     Complex(usize),
     /// Any complex matrix.
     Full {
@@ -39,21 +39,21 @@ impl Block {
     }
 }
 
-/// A list of blocks, down the diagonal.
+/// A list of blocks on the diagonal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Structure(Vec<Block>);
 
-/// What is wrong with a structure, or a matrix for it.
+/// An invalid structure, or a matrix that does not fit it.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StructureError {
-    /// A block has something in it.
+    /// A block must have at least one row and one column.
     #[error("block {number} is empty; a block has at least one row and one column")]
     EmptyBlock {
-        /// Which, from 1.
+        /// The number of the block, from 1.
         number: usize,
     },
-    /// There is a perturbation.
+    /// There must be at least one block.
     #[error("there is no block")]
     NoBlock,
     /// The usual notation of a block is [-r, 0], [r, 0] or [p, q].
@@ -64,14 +64,14 @@ pub enum StructureError {
         found.1
     )]
     Notation {
-        /// Which, from 1.
+        /// The number of the block, from 1.
         number: usize,
         found: (i64, i64),
     },
-    /// M takes w and gives z.
+    /// M must map w to z.
     #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape { found: (usize, usize), expected: (usize, usize) },
-    /// Every entry of M is finite.
+    /// Every entry of M must be finite.
     #[error("M holds a number that is not finite")]
     NotFinite,
 }
@@ -89,7 +89,7 @@ impl Structure {
         }
     }
 
-    /// Of blocks that are not empty.
+    /// A structure of nonempty blocks.
     pub(super) fn of(blocks: Vec<Block>) -> Self {
         Self(blocks)
     }
@@ -116,7 +116,7 @@ impl Structure {
         &self.0
     }
 
-    /// The real unknowns of D-G scalings.
+    /// The number of real unknowns of D-G scalings.
     pub(super) fn unknowns(&self) -> usize {
         let of = |block: &Block| match block {
             Block::Real(r) => 2 * r * r,
@@ -152,7 +152,7 @@ impl Structure {
         self.0.iter().all(|b| matches!(b, Block::Real(_)))
     }
 
-    /// Checks that M takes w and gives z.
+    /// Checks that M maps w to z.
     ///
     /// # Errors
     /// [`StructureError::Shape`], [`StructureError::NotFinite`].
@@ -167,7 +167,7 @@ impl Structure {
         Ok(())
     }
 
-    /// Whether `delta` has this structure, but for rounding.
+    /// Whether `delta` has this structure, to rounding.
     pub fn holds(&self, delta: &CMat) -> bool {
         if delta.shape() != (self.rows(), self.cols()) {
             return false;
@@ -193,7 +193,7 @@ pub(super) mod random {
     use super::*;
     use proptest::prelude::*;
 
-    /// Some blocks of every kind.
+    /// Random blocks of every kind.
     pub(crate) fn blocks(most: usize) -> impl Strategy<Value = Structure> {
         let block = prop_oneof![
             (1usize..3).prop_map(Block::Real),

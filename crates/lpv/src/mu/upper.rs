@@ -1,7 +1,7 @@
-//! An upper bound on mu of a matrix, with the D-G scalings that show it.
+//! An upper bound on mu of a matrix, with the D-G scalings that prove it.
 //!
-//! The least beta for which scalings exist is sought by the method of centres, with lambda = beta^2 moving along; the
-//! bound is that of the scalings found, and above it by what rounding may have done.
+//! The least beta for which scalings exist is found by the method of centres, with a moving lambda = beta^2; the bound
+//! is that of the scalings found, plus an allowance for rounding.
 
 pub(super) mod balance;
 pub(super) mod centre;
@@ -20,31 +20,31 @@ use centre::{Centre, ZERO_MU, least_lambda};
 use joined::weighted;
 use scaling::Family;
 
-/// A bound with the scalings that show it.
+/// A bound with the scalings that prove it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UpperBound {
     /// mu is at most this.
     pub value: f64,
     /// `M* D M + j (G M - M* G) <= value^2 D`, by eigenvalues.
     pub scalings: DgScalings,
-    /// DgScalings to begin at for a matrix much like this one.
+    /// Scalings to start from for a similar matrix.
     pub start: DgScalings,
-    /// About how far the bound may be above the least that D-G scalings allow, relative to itself; infinite when that
-    /// was not asked.
+    /// An estimate of the relative excess of the bound over the least that D-G scalings allow; infinite if not
+    /// computed.
     pub gap: f64,
 }
 
-/// How close to the least bound, relatively, is close enough.
+/// The relative tolerance of the bound.
 pub const BOUND_TOLERANCE: f64 = 2e-5;
 
-/// What is asked of a search.
+/// Options of the bound.
 #[derive(Debug, Clone, Copy)]
 pub struct UpperBoundOptions<'a> {
-    /// The bound need not be below this: where scalings show it, those are sought that show it as clearly as they can.
+    /// The level at which the search ends: if scalings prove it, those with the largest margin there are computed.
     pub level: f64,
-    /// How close to the least bound, relatively, is close enough.
+    /// The relative tolerance of the bound.
     pub tight: f64,
-    /// The start of a bound of a matrix much like this one, to begin at.
+    /// The `start` of the bound of a similar matrix.
     pub from: Option<&'a DgScalings>,
 }
 
@@ -63,12 +63,12 @@ impl Default for UpperBoundOptions<'_> {
 /// Source: M. K. H. Fan, A. L. Tits, J. C. Doyle, IEEE Trans. Automatic Control 36(1), 1991.
 ///
 /// # Errors
-/// [`StructureError`] when M does not fit the structure.
+/// [`StructureError`] if M does not fit the structure.
 pub fn upper_bound(m: &CMat, structure: &Structure) -> Result<UpperBound, StructureError> {
     upper_bound_with(m, structure, UpperBoundOptions::default())
 }
 
-/// A bound that needs no search: of a matrix of that Frobenius norm.
+/// A bound without a search, for a matrix of that Frobenius norm.
 fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
     let family = Family::new(structure);
     let gap = if norm > 0.0 { f64::INFINITY } else { 0.0 };
@@ -76,7 +76,7 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
     UpperBound { value: norm, start: scalings.clone(), scalings, gap }
 }
 
-/// Bounds mu of M as it is asked.
+/// Bounds mu of M with options.
 ///
 /// # Errors
 /// As [`common_bound`].
@@ -91,7 +91,7 @@ pub fn upper_bound_with(
 /// Bounds mu of several matrices by the same scalings.
 ///
 /// # Errors
-/// [`StructureError`] when one does not fit the structure.
+/// [`StructureError`] if one does not fit the structure.
 pub fn common_bound(
     all: &[CMat],
     structure: &Structure,
@@ -102,15 +102,15 @@ pub fn common_bound(
     Ok(if parts.len() > 1 { joined(all, structure, &parts, asked) } else { found(all, structure, asked) })
 }
 
-/// The bound of matrices that fall into components: each is bounded by itself, and what leads from one to another is
+/// The bound of matrices with several components: each is bounded separately, and the paths from one to another are
 /// made small by the weights of their scalings.
 fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: UpperBoundOptions) -> UpperBound {
     let each: Vec<UpperBound> = parts
         .iter()
         .map(|part| {
-            let own: Vec<CMat> = all.iter().map(|m| part.part(m)).collect();
+            let matrices: Vec<CMat> = all.iter().map(|m| part.part(m)).collect();
             let from = asked.from.map(|known| known.cut(&part.z, &part.w));
-            found(&own, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
+            found(&matrices, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
         })
         .collect();
     let entry = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
@@ -124,16 +124,16 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
     let gap = each.iter().map(|bound| bound.gap).fold(0.0, f64::max);
     let mut best = unscaled(structure, f64::INFINITY);
     for share in COUPLINGS {
-        let own = |of: fn(&UpperBound) -> &DgScalings| {
+        let scalings_of = |of: fn(&UpperBound) -> &DgScalings| {
             let scalings: Vec<_> = each.iter().map(|bound| of(bound).redone(&one, &one, entry)).collect();
-            weighted(&units, structure, parts, &scalings, (share, largest.max(ZERO_MU)))
+            weighted(&units, structure, parts, &scalings, share, largest.max(ZERO_MU))
         };
-        let scalings = own(|bound| &bound.scalings);
+        let scalings = scalings_of(|bound| &bound.scalings);
         let Some(value) = shown_by(&units, &scalings) else { continue };
         if value < best.value {
-            // What the way from one to another adds is not the least either.
+            // The contribution of the paths between components is not the least either.
             let gap = gap.max(1.0 - largest / value);
-            best = UpperBound { value, scalings, start: own(|bound| &bound.start), gap };
+            best = UpperBound { value, scalings, start: scalings_of(|bound| &bound.start), gap };
         }
         if best.value <= largest * (1.0 + BOUND_TOLERANCE) {
             break;
@@ -142,12 +142,12 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
     if best.value.is_infinite() {
         return found(all, structure, asked);
     }
-    let own = |scalings: &DgScalings| scalings.undone(&one, &one, entry);
+    let undone = |scalings: &DgScalings| scalings.undone(&one, &one, entry);
     let (value, gap) = (best.value * entry, best.gap);
-    UpperBound { value, scalings: own(&best.scalings), start: own(&best.start), gap }
+    UpperBound { value, scalings: undone(&best.scalings), start: undone(&best.start), gap }
 }
 
-/// How much of the bound what leads from one component to another may be.
+/// Trial fractions of the bound allowed for the paths between components.
 const COUPLINGS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
 fn found(
@@ -175,11 +175,11 @@ fn found(
     let value = size * lambda.max(ZERO_MU * ZERO_MU).sqrt();
     // lambda = beta^2: half of its relative gap is that of beta.
     let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
-    let own = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
-    UpperBound { value, scalings: own(&centre.p), start: own(&centre.start), gap }
+    let undone = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
+    UpperBound { value, scalings: undone(&centre.p), start: undone(&centre.start), gap }
 }
 
-/// The bound that scalings show for all of some matrices.
+/// The bound that scalings prove for all of the matrices.
 fn shown_by(all: &[CMat], s: &DgScalings) -> Option<f64> {
     Some(least_lambda(all, s)?.max(0.0).sqrt())
 }
@@ -207,10 +207,9 @@ mod tests {
         m.clone().schur().eigenvalues().unwrap().iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
-    /// Matrices with zeros, of which mu is plain: the largest of the blocks on the diagonal, however large what
-    /// stands beside them.
+    /// Matrices with zeros for which mu is the largest of the diagonal blocks, however large the entries on one side.
     #[test]
-    fn what_cannot_come_back_does_not_count() {
+    fn paths_without_return_have_no_effect() {
         let of = |rows: &[[f64; 3]; 3], blocks: Vec<Block>| {
             let m = CMat::from_fn(3, 3, |i, j| Complex::new(rows[i][j], 0.0));
             upper_bound(&m, &Structure::new(blocks).unwrap()).unwrap().value
@@ -241,7 +240,7 @@ mod tests {
         assert!(margin(&bound, bound.value * (1.0 + 1e-6), &m) > -1e-9);
     }
 
-    /// Of zeros the bound is zero, and of parts that are joined it is as large as they are, however small.
+    /// The bound of a zero matrix is zero, and that of joined parts is correct for parts of any size.
     #[test]
     fn joined_parts_may_be_small() {
         let structure = Structure::new(vec![Block::Complex(1), Block::Real(1)]).unwrap();
@@ -254,7 +253,7 @@ mod tests {
     }
 
     proptest! {
-        /// mu of parts that are joined one way is the largest of theirs, and the scalings of the whole show it.
+        /// mu of parts joined in one direction is the largest of theirs, and the combined scalings prove it.
         #[test]
         fn joined_parts_have_the_largest_bound((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
             let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
@@ -277,7 +276,7 @@ mod tests {
         }
     }
 
-    /// One real scalar on an entry that is not real: 1 - m delta is never zero, and scalings show it.
+    /// One real scalar on a complex entry: 1 - m delta is never zero, and scalings prove it.
     #[test]
     fn a_real_scalar_on_a_complex_entry_does_nothing() {
         let structure = Structure::new(vec![Block::Real(1)]).unwrap();
@@ -288,24 +287,24 @@ mod tests {
         }
     }
 
-    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1 beside a larger complex
-    /// pair. DgScalings reach it in the limit alone, where rounding might take the bound below it.
+    /// One repeated real scalar and a real matrix: mu is its largest real eigenvalue, here 1, with a larger complex
+    /// pair. The scalings reach it only in the limit, where rounding might take the bound below it.
     #[test]
     fn a_limit_of_scalings_is_not_overshot() {
-        for (re, im, beside) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
+        for (re, im, coupling) in [(-1.9, 1.1, 0.3), (0.2, 3.0, 0.3), (-1.2, 0.1, 0.1), (-1.0, 0.7, 1.0)] {
             let t =
-                Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { beside * (i as f64 - 2.0 * j as f64) });
+                Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { coupling * (i as f64 - 2.0 * j as f64) });
             let middle = dmatrix![re, im, 0.0; -im, re, 0.0; 0.0, 0.0, 1.0];
             let m = (&t * middle * t.clone().try_inverse().unwrap()).map(|v| Complex::new(v, 0.0));
             let found = upper_bound(&m, &Structure::new(vec![Block::Real(3)]).unwrap()).unwrap().value;
-            assert!((1.0 - 1e-12..1.001).contains(&found), "{re} {im} {beside}: {found}");
+            assert!((1.0 - 1e-12..1.001).contains(&found), "{re} {im} {coupling}: {found}");
         }
     }
 
-    /// A matrix on which a weight of lambda that grew although D was far from D_0 led along the border: the search got
+    /// A matrix for which a weight of lambda that grew while D was far from D_0 led along the boundary: the search got
     /// stuck there, at 0.256.
     #[test]
-    fn a_search_does_not_get_stuck_along_the_border() {
+    fn a_search_does_not_get_stuck_along_the_boundary() {
         let of = |(re, im): (f64, f64)| Complex::new(re, im);
         let rows = [
             [(0.0, 0.0), (-15.29, -9.17), (-0.09, 0.12), (0.03, -0.01), (-2.84, -6.84)],
@@ -326,7 +325,7 @@ mod tests {
     }
 
     proptest! {
-        /// mu grows with the matrix, from the smallest numbers to the largest.
+        /// mu scales with the matrix, from the smallest numbers to the largest.
         #[test]
         fn a_bound_is_as_large_as_its_matrix((structure, m) in problem(), power in -1000..300i32) {
             let value = upper_bound(&m, &structure).unwrap().value;
@@ -335,7 +334,7 @@ mod tests {
             prop_assert!((found - value).abs() <= 2e-4 * value, "{found} {value}");
         }
 
-        /// The scalings returned show the bound, and it is no larger than the largest singular value.
+        /// The returned scalings prove the bound, and it is at most the largest singular value.
         #[test]
         fn the_scalings_show_the_bound((structure, m) in problem()) {
             let bound = upper_bound(&m, &structure).unwrap();
@@ -347,8 +346,8 @@ mod tests {
             }
         }
 
-        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius;
-        /// the bounds are tight there.
+        /// mu of one full block is the largest singular value, of one repeated complex scalar the spectral radius; the
+        /// bounds are tight there.
         #[test]
         fn one_block_has_a_closed_form((structure, m) in problem()) {
             let n = m.nrows().min(m.ncols());
@@ -364,8 +363,7 @@ mod tests {
             drop(structure);
         }
 
-        /// Scalings that two matrices have in common show the bound for either, which is no less than the bound of its
-        /// own.
+        /// Common scalings of two matrices prove the bound for either, which is at least the bound of each.
         #[test]
         fn common_scalings_show_both((structure, m) in problem(), part in 0.0..1.0f64) {
             let turn = |j: usize| Complex::from_polar(1.0 - part, part + j as f64);
@@ -373,8 +371,8 @@ mod tests {
             let both = [m, other];
             let bound = common_bound(&both, &structure, UpperBoundOptions::default()).unwrap();
             for m in &both {
-                let own = upper_bound(m, &structure).unwrap().value;
-                prop_assert!(bound.value >= own * (1.0 - 1e-4), "{} {own}", bound.value);
+                let single = upper_bound(m, &structure).unwrap().value;
+                prop_assert!(bound.value >= single * (1.0 - 1e-4), "{} {single}", bound.value);
                 if bound.value > 1e-3 * complex_singular_values(m)[0] {
                     let margin = margin(&bound, bound.value * (1.0 + 1e-6), m);
                     prop_assert!(margin > -1e-9, "{margin}");

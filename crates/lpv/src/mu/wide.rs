@@ -1,9 +1,9 @@
-//! Scalings that show a level on an interval, not at a frequency alone.
+//! Scalings that prove a level on an interval, computed for two frequencies.
 //!
-//! Where rows of M nearly depend on one another the centre of all scalings that hold at one frequency is far out along
-//! what M nearly annihilates there, and holds nowhere else: on a hundredth of a frequency, however low that is and
-//! however high the level. The centre of all that hold at two frequencies is not. As Phi is concave in M it is positive
-//! definite between them but for what M is curved.
+//! If rows of M are nearly dependent, the centre of all scalings that hold at one frequency is far out in a direction
+//! that M nearly annihilates there, and holds only nearby: on a hundredth of a frequency, however low the frequency and
+//! however high the level. The centre of all that hold at two frequencies is not. As Phi is concave in M, it is
+//! positive definite between them up to the curvature of M.
 
 use super::interval::{Interval, good_interval};
 use super::structure::{Structure, StructureError};
@@ -12,37 +12,46 @@ use super::upper::{UpperBound, UpperBoundOptions, common_bound};
 use crate::system::state_space::StateSpace;
 use nalgebra::Complex;
 
-/// What is slow, relative to the slowest mode.
+/// A frequency is slow below this fraction of the slowest mode.
 const SLOW_RATIO: f64 = 0.05;
 
-/// So many short intervals are no reason to look for longer ones: some lie round every peak.
+/// The number of short intervals that is normal: some lie around every peak.
 const FEW_SHORT: usize = 32;
 
-/// Ratios to a frequency within which scalings are sought that hold at both ends, and how many are tried at one.
+/// The range of frequency ratios between whose ends scalings are sought, and the number of trials per frequency.
 const WIDEST: f64 = 4.0;
 const NARROWEST: f64 = 1.02;
 const TRIES: usize = 3;
 
-/// How close to the least bound, relatively, is close enough.
+/// The relative tolerance of the bound.
 const TIGHT: f64 = 2e-4;
 
-/// What scalings show on an interval.
+/// The levels of a search.
+#[derive(Clone, Copy)]
+pub(super) struct Levels {
+    /// The level to be proved.
+    pub(super) level: f64,
+    /// The highest level accepted instead.
+    pub(super) ceiling: f64,
+}
+
+/// An interval on which scalings prove a level.
 pub(super) struct Shown {
-    /// That mu is below this.
+    /// An upper bound of mu.
     pub(super) level: f64,
     pub(super) interval: Interval,
     pub(super) bound: UpperBound,
 }
 
-/// A search for them that goes on from one frequency to the next.
+/// The search for such scalings, continued from one frequency to the next.
 pub(super) struct Wide {
-    /// The modes are faster than this, rad/s.
+    /// A rate below all modes, rad/s.
     pub(super) slow: f64,
-    /// How many scalings for one frequency held on a short interval.
+    /// The number of scalings for one frequency that held on a short interval.
     short: usize,
-    /// Whether the last did, and not a few alone.
+    /// Whether the last did, and more than a few.
     narrow: bool,
-    /// The ratio of frequencies that is tried next.
+    /// The ratio of frequencies to be tried next.
     ratio: f64,
 }
 
@@ -52,12 +61,12 @@ impl Wide {
         Self { slow: SLOW_RATIO * slowest, short: 0, narrow: false, ratio: WIDEST }
     }
 
-    /// Whether scalings for one frequency (rad/s) need not be tried.
+    /// Whether to skip scalings for one frequency (rad/s).
     pub(super) fn is_first(&self, omega: f64) -> bool {
         self.narrow && omega.is_finite()
     }
 
-    /// Takes note of where scalings for one frequency held; whether to look for others.
+    /// Records the interval of scalings for one frequency; whether to try scalings for two.
     pub(super) fn is_next(&mut self, omega: f64, interval: Interval) -> bool {
         let is_short = interval.is_short(omega.max(self.slow));
         self.short += usize::from(is_short);
@@ -66,16 +75,17 @@ impl Wide {
         self.narrow && !was_narrow
     }
 
-    /// Scalings that show a level round a frequency (rad/s) in a gap; where none do one that is higher, up to a
-    /// ceiling.
+    /// Scalings that prove a level around a frequency (rad/s) in a gap, or else a higher level, up to the ceiling.
     pub(super) fn shown(
         &mut self,
-        (system, structure): (&StateSpace, &Structure),
-        levels: (f64, f64),
-        (low, high): (f64, f64),
+        system: &StateSpace,
+        structure: &Structure,
+        levels: Levels,
+        gap: (f64, f64),
         omega: f64,
         start: Option<&DgScalings>,
     ) -> Result<Option<Shown>, StructureError> {
+        let (low, high) = gap;
         for _ in 0..TRIES {
             let ratio = self.ratio;
             let ends = if omega == 0.0 {
@@ -83,7 +93,7 @@ impl Wide {
             } else {
                 (low.max(omega / ratio), high.min(omega * ratio))
             };
-            let found = shown_between((system, structure), levels, ends, start)?;
+            let found = shown_between(system, structure, levels, ends, start)?;
             if let Some(found) = found.filter(|f| f.interval.from <= omega && omega <= f.interval.to) {
                 self.ratio = (ratio * ratio).min(WIDEST);
                 return Ok(Some(found));
@@ -95,19 +105,21 @@ impl Wide {
 }
 
 fn shown_between(
-    (system, structure): (&StateSpace, &Structure),
-    (mut level, ceiling): (f64, f64),
-    (from, to): (f64, f64),
+    system: &StateSpace,
+    structure: &Structure,
+    levels: Levels,
+    ends: (f64, f64),
     start: Option<&DgScalings>,
 ) -> Result<Option<Shown>, StructureError> {
+    let (Levels { mut level, ceiling }, (from, to)) = (levels, ends);
     let at = |omega: f64| system.response(Complex::new(0.0, omega));
     let Some(ends) = at(from).zip(at(to)).map(|(a, b)| [a, b]) else { return Ok(None) };
-    let asked = UpperBoundOptions { level, tight: TIGHT, from: start };
-    let mut bound = common_bound(&ends, structure, asked)?;
+    let options = UpperBoundOptions { level, tight: TIGHT, from: start };
+    let mut bound = common_bound(&ends, structure, options)?;
     if level <= bound.value && bound.value < ceiling {
         level = bound.value * (1.0 + TIGHT);
         bound =
-            common_bound(&ends, structure, UpperBoundOptions { level, from: Some(&bound.start), ..asked })?;
+            common_bound(&ends, structure, UpperBoundOptions { level, from: Some(&bound.start), ..options })?;
     }
     let middle = if from > 0.0 { (from * to).sqrt() } else { 0.5 * to };
     let interval = (bound.value < level).then(|| good_interval(system, &bound.scalings, level, middle));

@@ -1,12 +1,12 @@
-//! The worst-case gain: how large the gain from w to z becomes while the perturbation stays within a size.
+//! The worst-case gain: the largest gain from w to z for perturbations up to a size.
 //!
 //! ```text
 //! z = F(Delta) w,   F(Delta) = M22 + M21 Delta (I - M11 Delta)^-1 M12,   |Delta| <= size
 //! ```
 //!
-//! From above: the gain is below g, and the loop stable, for every such Delta when mu of `[size M11, size M12; M21/g,
-//! M22/g]` with a full block from z to w is below 1 at every frequency. g is raised where scalings do not show that;
-//! those found before stay good, because they show it for every larger g. From below: perturbations are improved by
+//! Upper bound: the gain is below g, and the loop stable, for every such Delta if mu of `[size M11, size M12; M21/g,
+//! M22/g]` with a full block from z to w is below 1 at every frequency. g is raised if scalings do not prove that;
+//! earlier scalings remain valid, because they prove it for every larger g. Lower bound: perturbations are improved by
 //! the first-order change of the largest singular value of F, and evaluated.
 //!
 //! A. Packard, J. C. Doyle, "The complex structured singular value", Automatica 29(1), 1993, section 4 (the main loop
@@ -18,22 +18,22 @@ use super::coordinates::balanced;
 use super::interval::{Covered, good_interval, middle};
 pub use super::perturbable::Perturbable;
 use super::structure::Structure;
-use super::sweep::{LEAST_LEVEL, MOST_FRUITLESS, MOST_STEPS, SweepError, check_stable, response};
+use super::sweep::{LEAST_LEVEL, MOST_FAILURES, MOST_STEPS, SweepError, check_stable, response};
 use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
-use super::wide::Wide;
+use super::wide::{Levels, Wide};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::stop;
 use crate::system::state_space::StateSpace;
 use thiserror::Error;
 
-/// The worst-case gain from both sides.
+/// Upper and lower bounds of the worst-case gain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstCaseGain {
     /// The gain is below this at every frequency, for every perturbation of the size.
     pub upper: f64,
-    /// The frequency that asked for it, rad/s.
+    /// The frequency at which the upper bound was determined, rad/s.
     pub frequency: f64,
-    /// How many intervals, each with its own scalings, cover the frequencies from 0 to infinity.
+    /// The number of intervals, each with its own scalings, that cover the frequencies from 0 to infinity.
     pub intervals: usize,
     /// The worst perturbation found.
     pub worst: Perturbed,
@@ -52,17 +52,17 @@ pub enum WorstCaseError {
     )]
     NotRobustlyStable {
         size: f64,
-        /// Where, rad/s.
+        /// The frequency, rad/s.
         frequency: f64,
     },
-    /// Sizes are positive.
+    /// The size must be positive.
     #[error("the size of the perturbation is {found}; it must be above 0 and finite")]
     Size { found: f64 },
-    /// There are inputs and outputs of performance.
+    /// There must be performance inputs and outputs.
     #[error("besides the {} inputs and {} outputs of the blocks the system has {} and {}; at least one of each \
         is needed", blocks.0, blocks.1, found.0, found.1)]
     NoPerformance { blocks: (usize, usize), found: (usize, usize) },
-    /// The sweep.
+    /// The sweep failed.
     #[error(transparent)]
     Sweep(#[from] SweepError),
 }
@@ -72,19 +72,19 @@ fn rads(frequency: f64) -> String {
     if frequency.is_infinite() { "infinite frequency".into() } else { format!("{frequency:.4e} rad/s") }
 }
 
-/// By how much the gain is above what scalings show at the worst frequency, relatively.
+/// The relative raise of the gain over that proved at the worst frequency.
 const GAIN_RAISE: f64 = 1e-4;
 
-/// How closely the gain at one frequency is sought.
+/// The relative tolerance of the gain at one frequency.
 const GAIN_TOLERANCE: f64 = 2e-5;
 
 /// Relative margin of the bound above the gain of the sweep, for rounding.
 ///
-/// Where the largest gain over frequency just touches the level, two eigenvalues meet on the axis, and rounding of
-/// 1e-16 moves them off it by its square root, times the condition of the scalings.
+/// If the largest gain over frequency just touches the level, two eigenvalues meet on the axis, and rounding of 1e-16
+/// moves them off it by its square root, times the condition number of the scalings.
 const ROUNDING: f64 = 1e-6;
 
-/// A gain so many times the largest without perturbation counts as none.
+/// The ratio to the largest gain without perturbation above which a gain is taken as unbounded.
 const UNBOUNDED_RATIO: f64 = 1e6;
 
 impl Perturbable {
@@ -101,7 +101,7 @@ impl Perturbable {
     }
 }
 
-/// Bounds the worst-case gain from both sides. Equation and sources: at the top of this file.
+/// Bounds the worst-case gain. For the equations and sources see the top of this file.
 ///
 /// # Errors
 /// [`WorstCaseError`].
@@ -115,7 +115,7 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
     for omega in sweep.first_frequencies(worst.frequency) {
         sweep.add(omega)?;
     }
-    let mut fruitless = 0;
+    let mut failures = 0;
     for _ in 0..MOST_STEPS {
         stop::check();
         match sweep.covered.gap() {
@@ -126,8 +126,8 @@ pub fn worst_case_gain(loop_: &Perturbable) -> Result<WorstCaseGain, WorstCaseEr
                 return Ok(WorstCaseGain { upper, frequency, intervals, worst });
             }
             Some((from, to)) => {
-                fruitless += usize::from(!sweep.add(middle(from, to))?);
-                if fruitless > MOST_FRUITLESS {
+                failures += usize::from(!sweep.add(middle(from, to))?);
+                if failures > MOST_FAILURES {
                     return Err(SweepError::Stuck { from, to }.into());
                 }
             }
@@ -146,7 +146,7 @@ struct GainSweep<'a> {
     peak: f64,
     covered: Covered,
     wide: Wide,
-    /// Where scalings were sought, and where to begin near by.
+    /// The frequencies of earlier scalings, with starting points.
     starts: Vec<(f64, DgScalings)>,
 }
 
@@ -159,7 +159,7 @@ impl<'a> GainSweep<'a> {
         Ok(Self { loop_, structure, gain, system, peak, covered, wide, starts: vec![] })
     }
 
-    /// The worst frequency first, so that the gain is about right from the beginning.
+    /// The first frequencies: the worst one first, so that the gain is about right from the start.
     fn first_frequencies(&self, worst: f64) -> Vec<f64> {
         let mut points: Vec<f64> = self.system.poles().iter().map(|p| p.norm()).collect();
         points.sort_by(f64::total_cmp);
@@ -167,7 +167,7 @@ impl<'a> GainSweep<'a> {
         [worst].into_iter().chain(points).chain([0.0, f64::INFINITY]).collect()
     }
 
-    /// Covers a frequency, at a larger gain where it must be; whether an interval came of it.
+    /// Covers a frequency, at a larger gain if necessary; whether an interval was added.
     fn add(&mut self, omega: f64) -> Result<bool, WorstCaseError> {
         if self.covered.holds(omega) {
             return Ok(true);
@@ -190,26 +190,27 @@ impl<'a> GainSweep<'a> {
                 if self.wide.is_next(omega, interval) && self.widened(omega, Some(&bound.start))? {
                     return Ok(true);
                 }
-                let is_one = self.covered.add(omega, interval);
+                let is_added = self.covered.add(omega, interval);
                 let (count, states) = (self.covered.count(), self.system.a.nrows());
-                let raise = if is_one { interval.hurry(omega, count, states) } else { GAIN_RAISE };
+                let raise = if is_added { interval.level_raise(omega, count, states) } else { GAIN_RAISE };
                 if raise > 0.0 {
                     self.set(self.gain * (1.0 + raise));
                 }
-                Ok(is_one)
+                Ok(is_added)
             }
             None => {
-                // The scalings hold with no clearance at all: a gain that is a little higher has some.
+                // The scalings hold without a margin: a slightly higher gain has one.
                 self.set(self.gain * (1.0 + GAIN_RAISE));
                 Ok(true)
             }
         }
     }
 
-    /// Covers a frequency by scalings for two frequencies about it; whether there are such.
+    /// Covers a frequency by scalings for two frequencies around it; whether there are such.
     fn widened(&mut self, omega: f64, start: Option<&DgScalings>) -> Result<bool, SweepError> {
         let gap = self.covered.around(omega);
-        let shown = self.wide.shown((&self.system, &self.structure), (1.0, 1.0), gap, omega, start)?;
+        let levels = Levels { level: 1.0, ceiling: 1.0 };
+        let shown = self.wide.shown(&self.system, &self.structure, levels, gap, omega, start)?;
         let Some(shown) = shown else { return Ok(false) };
         self.starts.push((omega, shown.bound.start));
         Ok(self.covered.add(omega, shown.interval))
@@ -220,16 +221,16 @@ impl<'a> GainSweep<'a> {
         self.system = self.loop_.scaled(gain);
     }
 
-    /// DgScalings that show mu to be below 1, or the least bound.
+    /// Scalings that prove mu to be below 1, or the least bound.
     fn shown(&self, m: &CMat, from: Option<&DgScalings>) -> Result<UpperBound, SweepError> {
-        let asked = UpperBoundOptions { level: 1.0, from, ..UpperBoundOptions::default() };
-        Ok(upper_bound_with(m, &self.structure, asked)?)
+        let options = UpperBoundOptions { level: 1.0, from, ..UpperBoundOptions::default() };
+        Ok(upper_bound_with(m, &self.structure, options)?)
     }
 
-    /// Sets the gain at which the scalings show enough at a frequency, by false position in its logarithm; `least` is
-    /// the bound at the present gain. Returns where to begin there.
+    /// Raises the gain to the least that the scalings prove at a frequency, by false position in its logarithm; `least`
+    /// is the bound at the current gain. Returns the scalings to start from there.
     ///
-    /// The Illinois rule keeps either end from staying: M. Dowell, P. Jarratt, BIT 11, 1971.
+    /// The Illinois rule keeps both ends moving: M. Dowell, P. Jarratt, BIT 11, 1971.
     fn raise(&mut self, m: &CMat, omega: f64, least: UpperBound) -> Result<DgScalings, WorstCaseError> {
         let k = self.loop_.structure.cols();
         let mut start = least.start;
@@ -237,8 +238,8 @@ impl<'a> GainSweep<'a> {
             let mut scaled = m.clone();
             let z = m.nrows() - k;
             scaled.rows_mut(k, z).unscale_mut(factor);
-            let asked = UpperBoundOptions { from: Some(&start), ..UpperBoundOptions::default() };
-            let bound = upper_bound_with(&scaled, &self.structure, asked)?;
+            let options = UpperBoundOptions { from: Some(&start), ..UpperBoundOptions::default() };
+            let bound = upper_bound_with(&scaled, &self.structure, options)?;
             start = bound.start;
             Ok(bound.value.ln())
         };
@@ -256,7 +257,7 @@ impl<'a> GainSweep<'a> {
         }
         let mut last = 0;
         while high - low > GAIN_TOLERANCE {
-            // Not at either end, or nothing is learnt.
+            // Not at either end, which would give no information.
             let next = low + at_low / (at_low - at_high) * (high - low);
             let next = next.clamp(low + 0.4 * GAIN_TOLERANCE, high - 0.4 * GAIN_TOLERANCE);
             let value = above(next.exp())?;
@@ -314,8 +315,8 @@ mod tests {
         assert!(matches!(worst_case_gain(&first_order(0.0)), Err(WorstCaseError::Size { .. })));
     }
 
-    /// At infinite frequency two channels of one scalar form no loop, though what leads from one to the other is large:
-    /// full scalings of the repeated block show that, and the gain is bounded.
+    /// At infinite frequency two channels of one scalar form no loop, though the path between them has a large gain:
+    /// full scalings of the repeated block prove that, and the gain is bounded.
     #[test]
     fn a_path_in_the_direct_term_is_no_loop() {
         let system = StateSpace {
@@ -339,7 +340,7 @@ mod tests {
                 let system =
                     StateSpace { a, b: fill(3, inputs), c: fill(outputs, 3), d: fill(outputs, inputs) * 0.3 };
                 let inner = system.parts(0..structure.cols(), 0..structure.rows());
-                // A part of a size that is certainly tolerated.
+                // A fraction of a size that is certainly tolerated.
                 let size = part / mu_over_frequency(&inner, &structure).unwrap().upper.upper.max(1e-3);
                 Perturbable { system, structure, size }
             },
@@ -349,8 +350,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
-        /// What is found lies below what is guaranteed, is of the structure and of the size, and has the gain that is
-        /// reported.
+        /// The lower bound is below the upper one; its perturbation has the structure, the size and the reported gain.
         #[test]
         fn found_is_below_guaranteed(loop_ in systems()) {
             let found = worst_case_gain(&loop_).unwrap();
@@ -362,12 +362,12 @@ mod tests {
             let part = |r: usize, c: usize, rows: usize, cols: usize| m.view((r, c), (rows, cols)).into_owned();
             let inner = CMat::identity(k, k) - part(0, 0, k, w) * &found.worst.delta;
             let solved = inner.lu().solve(&part(0, w, k, 2)).unwrap();
-            let whole = part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * solved;
-            let gain = largest_complex_singular_value(&whole);
+            let closed = part(k, w, 1, 2) + part(k, 0, 1, w) * &found.worst.delta * solved;
+            let gain = largest_complex_singular_value(&closed);
             prop_assert!((gain - found.worst.gain).abs() < 1e-8 * gain, "{gain} {}", found.worst.gain);
         }
 
-        /// At the size 1/beta of robust performance the worst-case gain is beta: mu with a full block for performance.
+        /// At the size 1/beta of robust performance the worst-case gain is beta: mu with a full performance block.
         #[test]
         fn robust_performance_is_where_gain_and_size_meet(loop_ in systems()) {
             let both = loop_.with_performance().unwrap();

@@ -1,9 +1,8 @@
-//! A perturbation that makes the gain large, found and evaluated: the lower bound of the worst-case gain.
+//! A perturbation with a large gain, found and evaluated: the lower bound of the worst-case gain.
 //!
-//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11
-//! Delta)^-1 M12 v`, the gain changes by `Re(a* dDelta b)`: each block goes where that is largest, as far as it makes
-//! the gain larger. Frequencies are those where the gain is large; with real scalars alone the peak of the perturbed
-//! loop follows.
+//! With u and v the singular vectors of the largest gain, `a* = u* M21 (I - Delta M11)^-1` and `b = (I - M11 Delta)^-1
+//! M12 v`, the gain changes by `Re(a* dDelta b)`: each block is moved where that is largest, as far as the gain grows.
+//! The frequencies are those of large gain; with real scalars only, the peak of the perturbed loop is followed.
 
 use super::CMat;
 use super::lower::Sequence;
@@ -15,7 +14,7 @@ use crate::matrix::{ComplexVector, largest_complex_singular_value, largest_singu
 use crate::stop;
 use nalgebra::Complex;
 
-/// A perturbation with the gain that it makes.
+/// A perturbation with its gain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perturbed {
     /// The gain at the frequency.
@@ -26,15 +25,15 @@ pub struct Perturbed {
     pub delta: CMat,
 }
 
-/// Frequencies at which the search begins, and perturbations at each.
+/// The number of starting frequencies, and of perturbations at each.
 const GAIN_FREQUENCIES: usize = 6;
 const GAIN_STARTS: usize = 4;
 
-/// Steps from one start, and how often the peak is followed.
+/// The largest number of steps from one start, and of rounds that follow the peak.
 const GAIN_STEPS: usize = 60;
 const PEAK_ROUNDS: usize = 4;
 
-/// The worst perturbation that the search finds; no perturbation at all where none is worse.
+/// The worst perturbation found; zero if none is worse.
 pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let nominal = loop_.closed(&CMat::zeros(search.w, search.k));
@@ -43,7 +42,7 @@ pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     search.keep(&mut best, peak, &CMat::zeros(search.w, search.k));
     for omega in search.frequencies(peak) {
         for start in 0..GAIN_STARTS {
-            search.climb(&mut best, omega, start);
+            search.search_from(&mut best, omega, start);
         }
     }
     if loop_.structure.is_real() {
@@ -62,12 +61,12 @@ pub fn worst_perturbation(loop_: &Perturbable) -> Perturbed {
     best
 }
 
-/// A perturbation known, or a worse one that is found near another frequency and by moving the frequency.
+/// The known perturbation, or a worse one found near another frequency or by moving the frequency.
 pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Perturbed {
     let search = GainSearch { loop_, k: loop_.structure.cols(), w: loop_.structure.rows() };
     let mut best = known;
     for start in 0..GAIN_STARTS {
-        search.climb(&mut best, near, start);
+        search.search_from(&mut best, near, start);
     }
     let mut stride = STEP_STRIDE;
     for _ in 0..MOST_MOVES {
@@ -86,18 +85,18 @@ pub(super) fn refined(loop_: &Perturbable, known: Perturbed, near: f64) -> Pertu
     best
 }
 
-/// How far the frequency is moved, as a ratio, and how often.
+/// The ratio by which the frequency is moved, and the largest number of moves.
 const STEP_STRIDE: f64 = 1.2;
 const MOST_MOVES: usize = 16;
 
 struct GainSearch<'a> {
     loop_: &'a Perturbable,
-    /// Entries of zd and of wd.
+    /// The numbers of entries of zd and of wd.
     k: usize,
     w: usize,
 }
 
-/// M at a frequency, in its four parts.
+/// The four parts of M at a frequency.
 struct Parts {
     m11: CMat,
     m12: CMat,
@@ -105,8 +104,16 @@ struct Parts {
     m22: CMat,
 }
 
+/// A perturbed system at a frequency.
+struct Evaluated {
+    gain: f64,
+    /// The response from w to z.
+    response: CMat,
+    /// `(I - M11 Delta)^-1 M12`.
+    through: CMat,
+}
 impl GainSearch<'_> {
-    /// The peak without perturbation, and where the gain of the whole system is large.
+    /// The peak without perturbation, and frequencies of large gain of the complete system.
     fn frequencies(&self, peak: f64) -> Vec<f64> {
         let system = &self.loop_.system;
         let mut all: Vec<(f64, f64)> = system
@@ -134,17 +141,17 @@ impl GainSearch<'_> {
         })
     }
 
-    /// Keeps a perturbation that is worse than the worst.
+    /// Keeps a perturbation if it is worse than the worst.
     fn keep(&self, best: &mut Perturbed, omega: f64, delta: &CMat) {
         if let Some(parts) = self.parts(omega)
-            && let Some((gain, ..)) = parts.gain(delta)
+            && let Some(Evaluated { gain, .. }) = parts.evaluated(delta)
             && gain > best.gain
         {
             *best = Perturbed { gain, frequency: omega, delta: delta.clone() };
         }
     }
 
-    fn climb(&self, best: &mut Perturbed, omega: f64, start: usize) {
+    fn search_from(&self, best: &mut Perturbed, omega: f64, start: usize) {
         let mut random = Sequence(0x9E37_79B9_7F4A_7C15 ^ (start as u64).wrapping_mul(0x2545_F491_4F6C_DD1D));
         let mut delta = CMat::zeros(self.w, self.k);
         if start > 0 {
@@ -156,14 +163,14 @@ impl GainSearch<'_> {
         self.improve(best, omega, delta);
     }
 
-    /// Improves a perturbation at a frequency until nothing gets worse.
+    /// Increases the gain of a perturbation at a frequency as far as possible.
     fn improve(&self, best: &mut Perturbed, omega: f64, mut delta: CMat) {
         let Some(parts) = self.parts(omega) else { return };
-        let Some(mut at) = parts.gain(&delta) else { return };
+        let Some(mut at) = parts.evaluated(&delta) else { return };
         for _ in 0..GAIN_STEPS {
             let Some((a, b)) = parts.slopes(&delta, &at) else { break };
             let aimed = self.aimed(&delta, &a, &b);
-            // All the way, or less far, or one block alone.
+            // A full step, shorter ones, or one block only.
             let shorter =
                 (0..4).map(|halvings| &delta + (&aimed - &delta) * Complex::new(0.5f64.powi(halvings), 0.0));
             let single = self.loop_.structure.places().into_iter().map(|(_, rows, cols)| {
@@ -173,18 +180,18 @@ impl GainSearch<'_> {
                 one
             });
             let better = shorter.chain(single).find_map(|next| {
-                let gain = parts.gain(&next)?;
-                (gain.0 > at.0 * (1.0 + 1e-10)).then_some((next, gain))
+                let found = parts.evaluated(&next)?;
+                (found.gain > at.gain * (1.0 + 1e-10)).then_some((next, found))
             });
             let Some((next, found)) = better else { break };
             (delta, at) = (next, found);
         }
-        if at.0 > best.gain {
-            *best = Perturbed { gain: at.0, frequency: omega, delta };
+        if at.gain > best.gain {
+            *best = Perturbed { gain: at.gain, frequency: omega, delta };
         }
     }
 
-    /// Each block where the gain grows most.
+    /// Each block moved to where the gain grows most.
     fn aimed(&self, delta: &CMat, a: &ComplexVector, b: &ComplexVector) -> CMat {
         let mut out = delta.clone();
         let size = self.loop_.size;
@@ -209,24 +216,20 @@ impl GainSearch<'_> {
 }
 
 impl Parts {
-    /// The gain with a perturbation, what has it, and `(I - M11 Delta)^-1 M12`.
-    fn gain(&self, delta: &CMat) -> Option<(f64, CMat, CMat)> {
+    /// The perturbed system.
+    fn evaluated(&self, delta: &CMat) -> Option<Evaluated> {
         let k = self.m11.nrows();
         let through = (CMat::identity(k, k) - product(&self.m11, delta)).lu().solve(&self.m12)?;
-        let whole = &self.m22 + product(&self.m21, &product(delta, &through));
-        let gain = largest_complex_singular_value(&whole);
-        gain.is_finite().then_some((gain, whole, through))
+        let response = &self.m22 + product(&self.m21, &product(delta, &through));
+        let gain = largest_complex_singular_value(&response);
+        gain.is_finite().then_some(Evaluated { gain, response, through })
     }
 
-    /// a and b of the first-order change of a gain.
-    fn slopes(
-        &self,
-        delta: &CMat,
-        (_, whole, through): &(f64, CMat, CMat),
-    ) -> Option<(ComplexVector, ComplexVector)> {
+    /// a and b of the first-order change of the gain.
+    fn slopes(&self, delta: &CMat, at: &Evaluated) -> Option<(ComplexVector, ComplexVector)> {
         let w = self.m11.ncols();
-        let (u, v) = largest_singular_vectors(whole)?;
+        let (u, v) = largest_singular_vectors(&at.response)?;
         let back = (CMat::identity(w, w) - product(delta, &self.m11)).adjoint().lu();
-        Some((back.solve(&(self.m21.adjoint() * u))?, through * v))
+        Some((back.solve(&(self.m21.adjoint() * u))?, &at.through * v))
     }
 }

@@ -1,20 +1,20 @@
-//! The gain of a finished loop without parameters, and a Lyapunov matrix that proves it.
+//! The gain of a closed loop without parameters, and a Lyapunov matrix that proves it.
 //!
-//! X is the stabilising solution of the bounded-real Riccati equation of a loop that is a little less stable and has a
-//! little of each state as an output, so that the inequality of the loop itself holds strictly. It is handed on as
-//! `X = V'V`: V in 16 digits shows what X in 16 digits often cannot. Source of the equation: K. Zhou, J. C. Doyle, K.
-//! Glover, "Robust and Optimal Control", 1996, corollary 13.24.
+//! X is the stabilising solution of the bounded-real Riccati equation of a loop that is slightly less stable and has a
+//! little of each state as an output, so that the inequality of the given loop holds strictly. It is returned as
+//! `X = V'V`: V in 16 digits often proves what X in 16 digits cannot. Source of the equation: K. Zhou, J. C. Doyle,
+//! K. Glover, "Robust and Optimal Control", 1996, corollary 13.24.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues};
 use crate::riccati::equations::{WideController, stabilising};
 use crate::riccati::wide::{
-    Quad, Wide, above, cholesky, four, gramian, inverse, is_stable, narrow, scalar, symmetric, wide,
+    Quad, Wide, cholesky, four, gramian, inverse, is_stable, narrow, scalar, stacked, symmetric, wide,
 };
 use crate::system::plant::GeneralisedPlant;
 use crate::system::state_space::StateSpace;
 
-/// A finished loop without parameters.
+/// A closed loop without parameters.
 pub(crate) struct WideLoop {
     a: Wide,
     b: Wide,
@@ -25,7 +25,7 @@ pub(crate) struct WideLoop {
 }
 
 impl WideLoop {
-    /// The loop of a plant and a controller; `None` where it is not stable.
+    /// The loop of a plant and a controller; `None` if it is not stable.
     pub(crate) fn new(plant: &GeneralisedPlant, k: &WideController) -> Option<Self> {
         let [a, b1, b2, c1, c2] =
             [plant.a(), plant.b1(), plant.b2(), plant.c1(), plant.c2()].map(|m| wide(&m));
@@ -37,7 +37,7 @@ impl WideLoop {
         let slowest = eigenvalues(&narrow(&a)).iter().map(|v| v.re.abs()).fold(f64::INFINITY, f64::min);
         let direct = &d12 * dk;
         let looped = Self {
-            b: above(&(b1 + &through * &d21), &(bk * &d21)),
+            b: stacked(&(b1 + &through * &d21), &(bk * &d21)),
             c: four(&(c1 + &direct * c2), &(d12 * ck), &Wide::zeros(0, n), &Wide::zeros(0, nk)),
             d: d11 + direct * d21,
             a,
@@ -46,8 +46,8 @@ impl WideLoop {
         is_stable(&looped.a).then_some(looped)
     }
 
-    /// The Hamiltonian matrix at a gain, of the loop with `A + s I` and the weights q of the states; `None` where the
-    /// direct term alone has that gain.
+    /// The Hamiltonian matrix at a gain, for the loop with `A + s I` and the weights q on the states; `None` if the
+    /// direct term alone reaches that gain.
     fn hamiltonian(&self, gain: f64, shift: f64, weights: &[Quad]) -> Option<Wide> {
         let Self { b, c, d, .. } = self;
         let gain = Quad::from_f64(gain);
@@ -67,15 +67,15 @@ impl WideLoop {
         self.hamiltonian(gain, 0.0, &[]).is_some_and(|h| stabilising(&h).is_some())
     }
 
-    /// The H-infinity norm in 16 digits, where these tell it: a guess.
+    /// An estimate of the H-infinity norm in 16 digits.
     pub(crate) fn guess(&self) -> f64 {
-        let own =
+        let rounded =
             StateSpace { a: narrow(&self.a), b: narrow(&self.b), c: narrow(&self.c), d: narrow(&self.d) };
-        let guess = own.hinf_norm().value;
+        let guess = rounded.hinf_norm().value;
         if guess.is_finite() && guess > 0.0 { guess } else { 1.0 }
     }
 
-    /// The H-infinity norm, from above within a part of 1e-5.
+    /// An upper bound of the H-infinity norm, within a relative 1e-5.
     pub(crate) fn norm(&self) -> Option<f64> {
         let guess = self.guess();
         let (mut low, mut high) =
@@ -101,19 +101,19 @@ impl WideLoop {
         above.then_some(high)
     }
 
-    /// V with `X = V'V` that shows, by elimination with 32 digits, a bound of the gain above the norm by at most `room`
-    /// of it, and at most `most`: the first that holds clearly.
-    pub(crate) fn bound(&self, norm: f64, most: f64, room: f64) -> Option<GainBound> {
+    /// V with `X = V'V` that proves, by elimination with 32 digits, a bound of the gain at most `slack` above the norm,
+    /// relative to it, and at most `most`: the first that holds with a margin.
+    pub(crate) fn bound(&self, norm: f64, most: f64, slack: f64) -> Option<GainBound> {
         let reached = self.reached()?;
         let others = RAISES.iter().flat_map(|raise| MARGINS.map(|margin| (*raise, margin)));
         TIGHTEST.into_iter().chain(others).find_map(|(raise, margin)| {
             crate::stop::check();
-            let gain = (1.0 + raise * room) * norm;
+            let gain = (1.0 + raise * slack) * norm;
             if gain <= most { self.shown(gain, margin, &reached) } else { None }
         })
     }
 
-    /// The diagonal of the gramian of the states: how far w moves each.
+    /// The diagonal of the reachability gramian.
     fn reached(&self) -> Option<Vec<Quad>> {
         let gramian = gramian(&self.a, &(&self.b * self.b.transpose()))?;
         let sizes: Vec<f64> = gramian.diagonal().iter().map(|v| v.0).collect();
@@ -122,21 +122,22 @@ impl WideLoop {
         Some(sizes.iter().map(|v| Quad::from_f64(v.max(floor))).collect())
     }
 
-    /// The coordinates T of the states after the first n in which their part of X at a gain is the identity.
-    pub(crate) fn own_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
+    /// The coordinates T of the states after the first n in which their block of X at a gain is the identity.
+    pub(crate) fn balanced_coordinates(&self, gain: f64, n: usize) -> Option<Wide> {
         let x = self.lyapunov(gain, MARGINS[0], &self.reached()?)?;
-        let own = self.a.nrows() - n;
-        Some(cholesky(&x.view((n, n), (own, own)).into_owned())?.transpose())
+        let rest = self.a.nrows() - n;
+        Some(cholesky(&x.view((n, n), (rest, rest)).into_owned())?.transpose())
     }
 
     /// X times the gain.
-    fn lyapunov(&self, gain: f64, (shift, share): (f64, f64), reached: &[Quad]) -> Option<Wide> {
+    fn lyapunov(&self, gain: f64, margin: Margin, reached: &[Quad]) -> Option<Wide> {
+        let Margin { shift, share } = margin;
         let weight = Quad::from_f64(2.0 * self.slowest * (share * gain).powi(2));
         let weights: Vec<Quad> = reached.iter().map(|p| weight / *p).collect();
         stabilising(&self.hamiltonian(gain, shift * self.slowest, &weights)?)
     }
 
-    fn shown(&self, gain: f64, margin: (f64, f64), reached: &[Quad]) -> Option<GainBound> {
+    fn shown(&self, gain: f64, margin: Margin, reached: &[Quad]) -> Option<GainBound> {
         let x = self.lyapunov(gain, margin, reached)?;
         let v = narrow(&cholesky(&(x * Quad::from_f64(1.0 / gain)))?.transpose());
         let shown = self.shows(gain, &v);
@@ -153,8 +154,8 @@ impl WideLoop {
         })
     }
 
-    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits and clearly
-    /// beyond their rounding.
+    /// Whether `X = V'V` satisfies the bounded-real inequality at a gain, by elimination with 32 digits and with a
+    /// margin over their rounding.
     fn shows(&self, gain: f64, v: &Mat) -> bool {
         let v = wide(v);
         let x = v.transpose() * v;
@@ -162,30 +163,42 @@ impl WideLoop {
         let (n, w, z) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
         let gamma = Quad::from_f64(gain);
         let inner = four(&scalar(w, gamma), &-self.d.transpose(), &-self.d.clone(), &scalar(z, gamma));
-        let beside = four(&-(&x * &self.b), &-self.c.transpose(), &Wide::zeros(0, w), &Wide::zeros(0, z));
-        let mut whole = four(&inner, &beside.transpose(), &beside, &-(lyapunov.transpose() + lyapunov));
-        (0..whole.nrows()).for_each(|i| whole[(i, i)] *= Quad::ONE - Quad::from_f64(CLEAR));
-        debug_assert_eq!(whole.nrows(), n + w + z);
-        cholesky(&whole).is_some()
+        let lower = four(&-(&x * &self.b), &-self.c.transpose(), &Wide::zeros(0, w), &Wide::zeros(0, z));
+        let mut full = four(&inner, &lower.transpose(), &lower, &-(lyapunov.transpose() + lyapunov));
+        (0..full.nrows()).for_each(|i| full[(i, i)] *= Quad::ONE - Quad::from_f64(CLEAR));
+        debug_assert_eq!(full.nrows(), n + w + z);
+        cholesky(&full).is_some()
     }
 }
 
-/// By this part the diagonal of an inequality is weakened before it is judged.
+/// The fraction by which the diagonal of an inequality is reduced before it is checked.
 const CLEAR: f64 = 1e-22;
 
-/// How far above the norm a bound is sought, relative to the room above it.
+/// The raise of the bound over the norm, relative to the slack.
 const RAISES: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.5, 1.0];
 
-/// Raises and margins of bounds that are hardly above the norm: tried first.
-const TIGHTEST: [(f64, (f64, f64)); 2] = [(3e-3, (1e-3, 3e-3)), (2e-2, (1e-3, 1e-2))];
+/// The margin that makes the inequality of the given loop strict.
+#[derive(Clone, Copy)]
+struct Margin {
+    /// The shift of the modes, relative to the slowest.
+    shift: f64,
+    /// The weight of the states as outputs, as a fraction of the gain.
+    share: f64,
+}
 
-/// The shift of the modes, relative to the slowest, and the share of the gain that the states have as outputs.
-const MARGINS: [(f64, f64); 4] = [(1e-2, 0.1), (1e-3, 0.1), (1e-2, 1e-2), (1e-3, 1e-2)];
+const fn margin(shift: f64, share: f64) -> Margin {
+    Margin { shift, share }
+}
 
-/// How little of a state, relative to the one that w moves most, counts as moved.
+/// Raises and margins of tight bounds: tried first.
+const TIGHTEST: [(f64, Margin); 2] = [(3e-3, margin(1e-3, 3e-3)), (2e-2, margin(1e-3, 1e-2))];
+
+const MARGINS: [Margin; 4] = [margin(1e-2, 0.1), margin(1e-3, 0.1), margin(1e-2, 1e-2), margin(1e-3, 1e-2)];
+
+/// A state's gramian entry, relative to the largest, below which the state is taken as not reached.
 const UNREACHED: f64 = 1e-20;
 
-/// How wide the bracket of the norm is, relative to it.
+/// The relative width of the bracket of the norm.
 pub(crate) const NORM_RESOLUTION: f64 = 1e-5;
 const STRIDE: f64 = 2.0;
 const MOST_STRIDES: usize = 60;

@@ -12,14 +12,13 @@
 //! positive semidefinite, and the eigenvalues of X Y are below g^2. D12 has full column rank and D21 full row rank, and
 //! neither of the paths from u to z and from w to y has a zero on the imaginary axis.
 //!
-//! Every decision is a count of eigenvalues in a half plane, by the matrix sign function: X is positive semidefinite
-//! where `A + B2 (F2 + D12^+ D11 F1)` is stable, and `X Y < g^2 I` where `X Y/g^2 - I` is. None depends on units or
-//! coordinates.
+//! Every decision counts eigenvalues in a half plane by the matrix sign function: X is positive semidefinite if
+//! `A + B2 (F2 + D12^+ D11 F1)` is stable, and `X Y < g^2 I` if `X Y/g^2 - I` is. None depends on units or coordinates.
 
 use crate::matrix::Mat;
 use crate::riccati::wide::{
-    Quad, Wide, above, beside, cholesky, four, inverse, is_stable, least_squares, narrow, scalar, sign,
-    solve, symmetric, wide,
+    Quad, Wide, cholesky, concatenated, four, inverse, is_stable, least_squares, narrow, scalar, sign, solve,
+    stacked, symmetric, wide,
 };
 use crate::system::controller::Controller;
 use crate::system::plant::GeneralisedPlant;
@@ -38,7 +37,7 @@ pub(crate) struct WidePlant {
     pub(crate) d21: Wide,
 }
 
-/// What the equations give at a gain for which a controller exists.
+/// The solution of the equations at a gain for which a controller exists.
 pub(crate) struct Solution {
     gain: Quad,
     x: Wide,
@@ -61,7 +60,7 @@ impl WidePlant {
         }
     }
 
-    /// The transposed plant, of which the second equation is the first one.
+    /// The transposed plant, whose first equation is the second one here.
     pub(crate) fn dual(&self) -> Self {
         Self {
             a: self.a.transpose(),
@@ -80,22 +79,22 @@ impl WidePlant {
         pseudo_inverse(&self.d12).is_some() && pseudo_inverse(&self.d21.transpose()).is_some()
     }
 
-    /// X and `F = [F1; F2]` of the first equation, where it has a positive semidefinite solution.
+    /// X and `F = [F1; F2]` of the first equation, if it has a positive semidefinite solution.
     fn first(&self, gain: Quad) -> Option<(Wide, Wide)> {
         let (n, w) = (self.a.nrows(), self.b1.ncols());
         let weights = pseudo_inverse(&self.d12)?;
         let rest = &self.d11 - &self.d12 * (&weights * &self.d11);
         let square = gain * gain;
         cholesky(&(scalar(w, square) - rest.transpose() * &rest))?;
-        let (b, d) = (beside(&self.b1, &self.b2), beside(&self.d11, &self.d12));
+        let (b, d) = (concatenated(&self.b1, &self.b2), concatenated(&self.d11, &self.d12));
         let mut r = d.transpose() * &d;
         (0..w).for_each(|i| r[(i, i)] -= square);
         let r = inverse(&r)?.0;
         let of_state = d.transpose() * &self.c1;
         let zeros = Wide::zeros(n, n);
-        let whole = four(&self.a, &zeros, &-(self.c1.transpose() * &self.c1), &-self.a.transpose());
-        let into = above(&b, &-of_state.transpose());
-        let h = whole - into * (&r * beside(&of_state, &b.transpose()));
+        let diagonal = four(&self.a, &zeros, &-(self.c1.transpose() * &self.c1), &-self.a.transpose());
+        let into = stacked(&b, &-of_state.transpose());
+        let h = diagonal - into * (&r * concatenated(&of_state, &b.transpose()));
         let x = stabilising(&h)?;
         let f = -(r * (of_state + b.transpose() * &x));
         let (f1, f2) = (f.rows(0, w).into_owned(), f.rows(w, self.b2.ncols()).into_owned());
@@ -103,7 +102,7 @@ impl WidePlant {
         is_stable(&loops).then_some((x, f))
     }
 
-    /// The solution at a gain; `None` where no controller has a gain below it.
+    /// The solution at a gain; `None` if no controller has a smaller gain.
     pub(crate) fn solve(&self, gain: f64) -> Option<Solution> {
         let gain = Quad::from_f64(gain);
         let dual = self.dual();
@@ -154,9 +153,9 @@ impl WideController {
 
     /// The controller with its numbers rounded to f64.
     pub(crate) fn rounded(&self) -> Option<Controller> {
-        let whole = narrow(&four(&self.a, &self.b, &self.c, &self.d));
+        let matrix = narrow(&four(&self.a, &self.b, &self.c, &self.d));
         let (n, y, u) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
-        whole.iter().all(|v| v.is_finite()).then(|| Controller::from_matrix(&whole, n, y, u, vec![]))
+        matrix.iter().all(|v| v.is_finite()).then(|| Controller::from_matrix(&matrix, n, y, u, vec![]))
     }
 
     /// The controller with the states `x~ = T x`.
@@ -166,8 +165,8 @@ impl WideController {
     }
 }
 
-/// X of the stable subspace `[I; X]` of a Hamiltonian matrix. An eigenvalue on the imaginary axis leads the iteration
-/// astray, not always to a stop: that the sign commutes with H and that `H11 + H12 X` is stable is the test.
+/// X of the stable subspace `[I; X]` of a Hamiltonian matrix. With an eigenvalue on the imaginary axis the iteration
+/// may converge to a wrong matrix: the sign must commute with H, and `H11 + H12 X` must be stable.
 pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     let n = h.nrows() / 2;
     if n == 0 {
@@ -180,16 +179,16 @@ pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     let part = |i: usize, j: usize| s.view((i * n, j * n), (n, n)).into_owned();
     let unit = scalar(n, Quad::ONE);
     let x = least_squares(
-        &above(&part(0, 1), &(part(1, 1) + &unit)),
-        &-above(&(part(0, 0) + unit), &part(1, 0)),
+        &stacked(&part(0, 1), &(part(1, 1) + &unit)),
+        &-stacked(&(part(0, 0) + unit), &part(1, 0)),
     )?;
     let x = symmetric(&x);
     let block = |j: usize| h.view((0, j * n), (n, n)).into_owned();
     is_stable(&(block(0) + block(1) * &x)).then_some(x)
 }
 
-/// Whether a matrix S commutes with H, as its sign function does: by products of mirrored entries of `S H - H S` beside
-/// the sizes of the terms on the diagonal, which no unit of the states alters.
+/// Whether a matrix S commutes with H, as its sign function does: by products of mirrored entries of `S H - H S`,
+/// relative to the terms on the diagonal; the units of the states do not matter.
 fn commutes(s: &Wide, h: &Wide) -> bool {
     let n = h.nrows();
     let rest = narrow(&(s * h - h * s));
@@ -202,27 +201,27 @@ fn commutes(s: &Wide, h: &Wide) -> bool {
     (0..n).all(|i| (0..=i).all(|j| small(i, j)))
 }
 
-/// The largest remainder, relative to its terms: of what commutes it is far smaller.
+/// The largest remainder relative to its terms; that of a commuting matrix is far smaller.
 const RESIDUAL: f64 = 1e-8;
 
-/// Whether some feedback `u = -B'X x` makes `A + B u` stable, which is then shown by that feedback: X is the solution
-/// of `A'X + XA - XBB'X + I = 0`. B in units of A.
+/// Whether a feedback `u = -B'X x` makes `A + B u` stable, checked for the X of `A'X + XA - XBB'X + I = 0`. B in units
+/// of A.
 pub(crate) fn is_stabilisable(a: &Mat, b: &Mat) -> bool {
     let (n, b) = (a.nrows(), wide(b));
     let h = four(&wide(a), &-(&b * b.transpose()), &-scalar(n, Quad::ONE), &-wide(&a.transpose()));
     stabilising(&h).is_some()
 }
 
-/// What A does to the states that B does not reach, in an orthonormal basis of the others' complement.
+/// A restricted to the states that B does not reach, in an orthonormal basis of the complement of the others.
 ///
-/// The basis is that of `B, AB, ...`, each vector orthogonal to those before it. One of which no more is left than
-/// the 32 digits round counts as none; what f64 rounds leaves far more.
+/// The basis is that of `B, AB, ...`, by orthogonalisation. A vector with a remainder at the rounding of 32 digits is
+/// dropped; a vector dependent only to f64 rounding leaves far more.
 pub(crate) fn unreached(a: &Mat, b: &Mat) -> Wide {
     let (n, a) = (a.nrows(), wide(a));
     let mut basis: Vec<Wide> = vec![];
     let independent = |basis: &[Wide], v: Wide| {
         let size = |v: &Wide| v.iter().fold(Quad::ZERO, |sum, x| sum + *x * *x).sqrt();
-        let whole = size(&v);
+        let full = size(&v);
         let mut left = v;
         for _ in 0..2 {
             for q in basis {
@@ -231,7 +230,7 @@ pub(crate) fn unreached(a: &Mat, b: &Mat) -> Wide {
             }
         }
         let rest = size(&left);
-        (rest.0 > NOTHING_LEFT * whole.0).then(|| left * rest.recip())
+        (rest.0 > NOTHING_LEFT * full.0).then(|| left * rest.recip())
     };
     let add = |basis: &mut Vec<Wide>, v: Wide| {
         if let Some(v) = independent(basis, v) {
@@ -253,11 +252,11 @@ pub(crate) fn unreached(a: &Mat, b: &Mat) -> Wide {
     rest.transpose() * a * &rest
 }
 
-/// What is left of a vector, relative to it, that others make up but for rounding.
+/// The relative remainder of a vector that is dependent on others to rounding.
 const NOTHING_LEFT: f64 = 1e-24;
 
-/// The pseudo-inverse `(D'D)^-1 D'` of a matrix with independent columns, each in a unit of its own; `None` where they
-/// are dependent but for rounding.
+/// The pseudo-inverse `(D'D)^-1 D'` of a matrix with independent columns, each in its own unit; `None` if they are
+/// dependent to rounding.
 fn pseudo_inverse(d: &Wide) -> Option<Wide> {
     let units = d.column_iter().map(|c| {
         let size = c.iter().map(|v| v.0 * v.0).sum::<f64>().sqrt();
@@ -271,5 +270,5 @@ fn pseudo_inverse(d: &Wide) -> Option<Wide> {
     Some(Wide::from_fn(d.ncols(), d.nrows(), |i, j| inverse[(i, j)] * units[i]))
 }
 
-/// What of a column is left when the others are taken out, relative to itself, where they count as independent.
+/// The least relative remainder of independent columns, after elimination of the others.
 const INDEPENDENT: f64 = 1e-14;

@@ -1,34 +1,34 @@
-//! The least gain that a controller can reach, bracketed.
+//! A bracket of the least gain that a controller achieves.
 
 use crate::matrix::{eigenvalues, kernel, largest_singular_value};
 use crate::riccati::equations::WidePlant;
-use crate::riccati::wide::{Quad, Wide, above, beside, inverse, scalar};
+use crate::riccati::wide::{Quad, Wide, concatenated, inverse, scalar, stacked};
 use crate::system::parameter_grid::coarse_grid;
 use crate::system::plant::GeneralisedPlant;
 
-/// The least gain, between two numbers.
+/// A bracket of the least gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bracket {
-    /// At this gain the equations say that a controller exists.
+    /// A gain at which a controller exists, according to the equations.
     pub(crate) upper: f64,
-    /// At this gain they say that there is none.
+    /// A gain at which none exists.
     pub(crate) lower: f64,
 }
 
-/// How wide the bracket is, relative to itself.
+/// The relative width of the bracket.
 const RESOLUTION: f64 = 5e-7;
 
-/// From one gain to the next while no bracket is known.
+/// The factor between gains until a bracket is found.
 const STRIDE: f64 = 8.0;
 
-/// So many strides to either side of the first guess.
+/// The largest number of strides from the first guess.
 const MOST_STRIDES: usize = 16;
 
-/// The least gain of a plant without parameters; `None` where no bracket is found.
+/// The least gain of a plant without parameters; `None` if no bracket is found.
 ///
-/// From above it is that of a plant with a slightly larger half plane, from below of one with a slightly smaller one,
-/// or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`. Where the two leave a gap, smaller
-/// changes are tried.
+/// The upper bound is that of a plant with a slightly larger half plane, the lower bound that of one with a slightly
+/// smaller one, or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`. If the two leave a gap,
+/// smaller shifts are tried.
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
     let mut best = Bracket { upper: f64::INFINITY, lower: half_plane.direct };
@@ -44,21 +44,21 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
             break;
         }
     }
-    // One that rounding puts above the other is worth no more than that.
+    // If rounding puts the lower bound above the upper one, it is worth no more than that.
     best.lower = best.lower.min(best.upper);
     best.upper.is_finite().then_some(best)
 }
 
-/// Whether it is shown, in floating point, that no controller has a gain below this, even for one constant value of the
-/// parameters, of few that are tried.
+/// Whether it is shown, in floating point, that no controller has a smaller gain even for one of a few constant
+/// parameter values.
 pub(crate) fn is_none_below(plant: &GeneralisedPlant, gain: f64) -> bool {
     let at =
         |theta: &Vec<f64>| plant.frozen(theta).is_ok_and(|frozen| HalfPlane::of(&frozen).is_none_below(gain));
     coarse_grid(plant.blocks.len()).iter().any(at)
 }
 
-/// Whether the 16 digits of the numbers of a plant without parameters determine its least gain to a part: whether that
-/// of plants with every number rounded otherwise is the same.
+/// Whether the 16 digits of the numbers of a plant without parameters determine its least gain to a relative `part`:
+/// that of plants with every number perturbed in the last digit is the same.
 pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> bool {
     let (below, above) = ((1.0 - part) * gain, (1.0 + part) * gain);
     (1..=ROUNDED_OTHERWISE).all(|seed| {
@@ -70,7 +70,7 @@ pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> b
     })
 }
 
-/// So many plants with numbers rounded otherwise are tried.
+/// The number of perturbed plants.
 const ROUNDED_OTHERWISE: u64 = 2;
 
 /// A number from -1 to 1. Source of the constants: D. E. Knuth, "The Art of Computer Programming" 2, MMIX.
@@ -79,21 +79,21 @@ fn random(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// A plant and the speeds, rad/s, to which shifts of the boundary of its half plane are small.
+/// A plant and the rates, rad/s, relative to which its half plane's boundary is shifted.
 struct HalfPlane {
     plant: WidePlant,
     slowest: f64,
     fastest: f64,
-    /// The larger of `|P D11|` and `|D11 N|`, below which there is none.
+    /// The larger of `|P D11|` and `|D11 N|`, a lower bound of the gain.
     direct: f64,
 }
 
 impl HalfPlane {
     fn of(plant: &GeneralisedPlant) -> Self {
-        let speeds: Vec<f64> =
+        let rates: Vec<f64> =
             eigenvalues(&plant.a()).iter().map(|v| v.norm()).filter(|v| v.is_finite() && *v > 0.0).collect();
-        let fastest = speeds.iter().copied().reduce(f64::max).unwrap_or(1.0);
-        let moving = speeds.iter().copied().filter(|v| *v > ROUNDING_RATIO * fastest);
+        let fastest = rates.iter().copied().reduce(f64::max).unwrap_or(1.0);
+        let moving = rates.iter().copied().filter(|v| *v > ROUNDING_RATIO * fastest);
         let slowest = moving.fold(fastest, f64::min);
         let past = |p: &GeneralisedPlant| {
             largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()))
@@ -110,8 +110,8 @@ impl HalfPlane {
         self.direct > gain || SHIFTS.iter().any(|shift| self.is_none_within(gain, *shift))
     }
 
-    /// Whether there is none by a shift and a smaller one, which rounding would not let agree. A plant for which the
-    /// equations have no solution at a larger gain either is one that they do not fit.
+    /// Whether a shift and a smaller one both show that none exists; rounding would not let them agree. If the
+    /// equations have no solution at a larger gain either, they do not apply.
     fn is_none_within(&self, gain: f64, shift: f64) -> bool {
         let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| p.solve(gain * STRIDE.powi(k)).is_some());
         let none = |shift: f64| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none() && fits(&p));
@@ -119,27 +119,26 @@ impl HalfPlane {
     }
 }
 
-/// Modes slower than this, relative to the fastest, count as standing still.
+/// Modes slower than this, relative to the fastest, are taken as constant.
 const ROUNDING_RATIO: f64 = 1e-14;
 
 /// The shifts of the boundary of the half plane, relative to the slowest mode, and at infinity to the fastest.
 const SHIFTS: [f64; 3] = [1e-9, 1e-12, 1e-14];
 
-/// How much smaller another is, for lower bounds.
+/// The factor of the smaller shift, for lower bounds.
 const SMALLER: f64 = 1e-2;
 
-/// A bracket as narrow as this, relative to itself, is narrow enough.
+/// The relative width at which a bracket is narrow enough.
 const NARROW: f64 = 5e-4;
 
-/// So many larger gains are tried.
+/// The number of larger gains tried.
 const LARGER_GAINS: i32 = 6;
 
-/// How near to the upper bound a lower one is looked for first, relative to it.
+/// The relative distance from the upper bound at which a lower one is tried first.
 const NEAR: f64 = 2e-4;
 
 impl WidePlant {
-    /// The bracket of the least gain, sought from a guess on; `None` where no gain within the reach of the search
-    /// changes the answer.
+    /// The bracket of the least gain, searched from a guess; `None` if the answer is the same at all gains tried.
     fn bracket(&self, guess: f64) -> Option<Bracket> {
         let reached = |gain: f64| {
             crate::stop::check();
@@ -171,18 +170,18 @@ impl WidePlant {
     /// E = I + h A,   A_p = E^-1 (A + e I),   B_p = q E^-1 B,   C_p = q C E^-1,   q^2 = 1 - e h,   D_p = D - h C E^-1 B
     /// ```
     ///
-    /// The right half plane of p is that of s and more where e and h are positive, so that a gain reached here is
-    /// reached for the plant itself; where both are negative it is a part of it, so that a gain not reached here is not
-    /// reached for the plant itself, by the maximum principle. Zeros on the imaginary axis and at infinity leave the
-    /// axis. Source: R. Y. Chiang, M. G. Safonov, "H-infinity synthesis using a bilinear pole shifting transform", J.
-    /// Guidance, Control and Dynamics 15(5), 1992.
+    /// The right half plane of p contains that of s if e and h are positive, so a gain achieved here is achieved for
+    /// the given plant; if both are negative it is contained in it, so a gain not achieved here is not achieved for the
+    /// given plant, by the maximum principle. Zeros on the imaginary axis and at infinity leave the axis. Source: R. Y.
+    /// Chiang, M. G. Safonov, "H-infinity synthesis using a bilinear pole shifting transform", J. Guidance, Control and
+    /// Dynamics 15(5), 1992.
     fn shifted(&self, e: f64, h: f64) -> Option<Self> {
         let n = self.a.nrows();
         let [e, h] = [e, h].map(Quad::from_f64);
         let unit = scalar(n, Quad::ONE);
         let root = (Quad::ONE - e * h).sqrt();
         let moved = inverse(&(&unit + &self.a * h))?.0;
-        let (b, c) = (beside(&self.b1, &self.b2), above(&self.c1, &self.c2));
+        let (b, c) = (concatenated(&self.b1, &self.b2), stacked(&self.c1, &self.c2));
         let inner = &c * &moved * &b * -h;
         let (w, z) = (self.b1.ncols(), self.c1.nrows());
         let (b, c) = (&moved * b * root, c * &moved * root);
@@ -190,7 +189,7 @@ impl WidePlant {
         let part = |i: usize, j: usize, rows: usize, columns: usize| {
             inner.view((i, j), (rows, columns)).into_owned()
         };
-        let d = |own: &Wide, more: Wide| own + more;
+        let d = |given: &Wide, more: Wide| given + more;
         Some(Self {
             a: moved * (&self.a + unit * e),
             b1: b.columns(0, w).into_owned(),

@@ -1,16 +1,16 @@
-//! Dense matrices of numbers with 32 digits, and the matrix sign function.
+//! Dense matrices of 32-digit numbers, and the matrix sign function.
 //!
-//! Modes at 1e-6 and at 1e7 rad/s in coordinates of a condition of 1e6 leave none of the 16 digits of an f64 to a
-//! Riccati equation; they leave half of 32.
+//! With modes at 1e-6 and at 1e7 rad/s in coordinates of condition number 1e6, a Riccati equation loses all 16 digits
+//! of an f64, but only half of 32.
 
 use crate::matrix::Mat;
 use nalgebra::DMatrix;
 pub(crate) use qd::Quad;
 
-/// A matrix of numbers with 32 digits.
+/// A matrix of 32-digit numbers.
 pub(crate) type Wide = DMatrix<Quad>;
 
-/// The same numbers with more digits.
+/// The same numbers in 32 digits.
 pub(crate) fn wide(m: &Mat) -> Wide {
     m.map(Quad::from_f64)
 }
@@ -37,12 +37,12 @@ pub(crate) fn four(a: &Wide, b: &Wide, c: &Wide, d: &Wide) -> Wide {
 }
 
 /// `[a b]`.
-pub(crate) fn beside(a: &Wide, b: &Wide) -> Wide {
+pub(crate) fn concatenated(a: &Wide, b: &Wide) -> Wide {
     four(a, b, &Wide::zeros(0, a.ncols()), &Wide::zeros(0, b.ncols()))
 }
 
 /// `[a; b]`.
-pub(crate) fn above(a: &Wide, b: &Wide) -> Wide {
+pub(crate) fn stacked(a: &Wide, b: &Wide) -> Wide {
     four(a, &Wide::zeros(a.nrows(), 0), b, &Wide::zeros(b.nrows(), 0))
 }
 
@@ -51,7 +51,7 @@ pub(crate) fn symmetric(a: &Wide) -> Wide {
     (a + a.transpose()) * Quad::from_f64(0.5)
 }
 
-/// The inverse, and the logarithm of the magnitude of the determinant, by elimination in place with partial pivoting;
+/// The inverse, and the logarithm of the magnitude of the determinant, by in-place elimination with partial pivoting;
 /// `None` for a singular matrix.
 pub(crate) fn inverse(a: &Wide) -> Option<(Wide, f64)> {
     let n = a.nrows();
@@ -116,11 +116,10 @@ pub(crate) fn cholesky(a: &Wide) -> Option<Wide> {
     Some(l)
 }
 
-/// The X for which `|U X - V|` is least, by Householder reflections of U, whose columns are independent; `None` where
-/// they are not.
+/// The X that minimises `|U X - V|`, by Householder reflections of U; `None` if the columns of U are dependent.
 pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
     let (rows, n) = u.shape();
-    let mut m = beside(u, v);
+    let mut m = concatenated(u, v);
     for k in 0..n {
         let mut square = Quad::ZERO;
         (k..rows).for_each(|i| square += m[(i, k)] * m[(i, k)]);
@@ -152,22 +151,23 @@ pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
     x.iter().all(|v| v.0.is_finite()).then_some(x)
 }
 
-/// The matrix sign function by Newton's iteration; `None` with an eigenvalue on the imaginary axis, as far as 32
-/// digits show.
+/// The matrix sign function by Newton's iteration; `None` if an eigenvalue is on the imaginary axis, to 32 digits.
 ///
 /// ```text
 /// S <- (c S + (c S)^-1)/2,   c = |det S|^(-1/n)
 /// ```
 ///
-/// A change is judged by products of mirrored entries, which no unit of the states alters. It does not show nilpotent
-/// parts, for which the iteration goes on by as many steps as halve their order to one. Source: R. Byers, "Solving the
-/// algebraic Riccati equation with the matrix sign function", Linear Algebra and its Applications 85, 1987.
+/// A change is measured by products of mirrored entries, which do not depend on the units of the states. It does not
+/// show nilpotent parts, for which the iteration continues by as many steps as halve their order to one. Source: R.
+/// Byers, "Solving the algebraic Riccati equation with the matrix sign function", Linear Algebra and its Applications
+/// 85, 1987.
 pub(crate) fn sign(a: &Wide) -> Option<Wide> {
     iterate(a, |_, _, _| {})
 }
 
-/// P of `A P + P A' + Q = 0` for a stable A: beside the iteration for the sign, `Q <- (c Q + S^-1 Q S'^-1/c)/2` goes to
-/// 2 P. `None` for one that is not stable. Source: J. D. Roberts, Int. J. Control 32(4), 1980.
+/// P of `A P + P A' + Q = 0` for a stable A: along with the sign iteration, `Q <- (c Q + S^-1 Q S'^-1/c)/2` converges
+/// to
+/// 2 P. `None` if A is not stable. Source: J. D. Roberts, Int. J. Control 32(4), 1980.
 pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
     let half = Quad::from_f64(0.5);
     let mut q = q.clone();
@@ -175,8 +175,8 @@ pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
     ((s.trace().0 + a.nrows() as f64).abs() < 0.5).then(|| symmetric(&q) * half)
 }
 
-/// The iteration for the sign, with what goes on beside it: it gets `S^-1`, c and 1/c of each step.
-fn iterate(a: &Wide, mut beside: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> {
+/// The sign iteration; `each` gets `S^-1`, c and 1/c of each step.
+fn iterate(a: &Wide, mut each: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> {
     let n = a.nrows();
     let half = Quad::from_f64(0.5);
     let mut s = a.clone();
@@ -184,11 +184,11 @@ fn iterate(a: &Wide, mut beside: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> 
     let mut before = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let (inverse, log_det) = inverse(&s)?;
-        // A power of two, which rounds nothing.
+        // A power of two, which causes no rounding.
         let power =
             if scaled { (-log_det / (n.max(1) as f64 * std::f64::consts::LN_2)).round() } else { 0.0 };
         let (up, down) = (Quad::from_f64(2f64.powf(power)), Quad::from_f64(2f64.powf(-power)));
-        beside(&inverse, up, down);
+        each(&inverse, up, down);
         let next = (&s * up + inverse * down) * half;
         let change = change(&s, &next);
         if !change.is_finite() {
@@ -207,7 +207,7 @@ fn iterate(a: &Wide, mut beside: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> 
     None
 }
 
-/// By how much a matrix changes, in products of mirrored entries.
+/// The change of a matrix in products of mirrored entries.
 fn change(s: &Wide, next: &Wide) -> f64 {
     let mut most: f64 = 0.0;
     for i in 0..s.nrows() {
@@ -219,13 +219,13 @@ fn change(s: &Wide, next: &Wide) -> f64 {
     most.sqrt()
 }
 
-/// From this change on the iteration converges by itself.
+/// The change from which the iteration converges without scaling.
 const NEAR: f64 = 0.3;
 
-/// A change that doubles its digits to all of them in the next step.
+/// The change at which the next step reaches full accuracy.
 const SETTLED: f64 = 1e-12;
 
-/// Steps, at most: two for each bit of the ratio of the fastest to the slowest mode would be too few for none.
+/// The largest number of steps, ample for two per bit of the ratio of the fastest to the slowest mode.
 const MOST_STEPS: usize = 150;
 
 /// Whether all eigenvalues have negative real parts.

@@ -1,27 +1,26 @@
-//! The plant whose parameters are part known, part unknown: a controller is scheduled on Theta and has to tolerate
-//! Delta.
+//! A plant with measured and unknown parameters: the controller is scheduled on Theta and must tolerate Delta.
 //!
 //! ```text
 //! (wt, wd) = blkdiag(Theta, Delta) (zt, size zd),   |theta_i(t)| <= 1 measured,   |delta_i(t)| <= 1 unknown
 //! ```
 //!
-//! In the analysis of a finished loop Delta is one more parameter: the scaled bounded-real inequality of
+//! In the analysis of a closed loop Delta is an additional parameter: the scaled bounded-real inequality of
 //! [`crate::analysis::bounded_gain()`] with S and T for both proves the gain for every trajectory of Theta and Delta.
-//! In the synthesis S and T of Delta would enter with their inverses. So they are held, as the analysis left them, and
-//! with
+//! In the synthesis S and T of Delta would enter with their inverses. So they are fixed to the values of the analysis,
+//! and with
 //!
 //! ```text
 //! zd'S zd + 2 wd'T zd - wd'S wd = |S^1/2 zd + S^-1/2 T' wd|^2 - |R^1/2 wd|^2,   R = S + T S^-1 T'
 //! ```
 //!
-//! Delta's channels become performance channels of a plant that is scheduled on Theta alone:
-//! [`UncertainPlant::weighed`]. Synthesis and analysis take turns: J. C. Doyle, "Structured uncertainty in control
-//! system design", 24th CDC, 1985, for D and K. A plant that depends on measured and on unknown parameters: J.
-//! Veenman, C. W. Scherer, "A synthesis framework for robust gain-scheduling controllers", Automatica 50(11), 2014.
+//! Delta's channels become performance channels of a plant scheduled on Theta only: [`UncertainPlant::weighted`].
+//! Synthesis and analysis alternate: J. C. Doyle, "Structured uncertainty in control system design", 24th CDC, 1985,
+//! for D and K. For measured and unknown parameters: J. Veenman, C. W. Scherer, "A synthesis framework for robust
+//! gain-scheduling controllers", Automatica 50(11), 2014.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
-use crate::robust::bound::{RobustBound, RobustLoop, WHOLE};
+use crate::robust::bound::{FULL_SIZE, RobustBound, RobustLoop};
 use crate::robust::uncertain_plant::UncertainPlant;
 use crate::synthesis::reduce::without_fast_modes;
 use crate::synthesis::{Design, Options, synthesise_once};
@@ -30,70 +29,70 @@ use crate::system::parameter_grid::parameter_grid;
 use crate::system::plant::GeneralisedPlant;
 use thiserror::Error;
 
-/// What a robust synthesis is asked for.
+/// Options of a robust synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOptions {
-    /// The gain that must not be exceeded.
+    /// The allowed gain.
     pub gamma: f64,
-    /// How far above the least gain each controller is built; see [`Options::back_off`].
+    /// The back-off of each controller; see [`Options::back_off`].
     pub back_off: f64,
-    /// Rounds of synthesis and analysis, at most.
+    /// The largest number of rounds of synthesis and analysis.
     pub rounds: usize,
-    /// A round that makes the size grow by less than this, relatively, is the last.
-    pub pays: f64,
-    /// No mode of a frozen controller may be faster than this, rad/s: those that are, are taken out where the gain
-    /// allows it; see [`without_fast_modes`].
+    /// The relative growth of the size below which a round is the last.
+    pub least_growth: f64,
+    /// The limit on the modes of a frozen controller, rad/s; faster ones are removed if the gain allows it; see
+    /// [`without_fast_modes`].
     pub fastest_mode: Option<f64>,
 }
 
-/// How close to the least the gain of a round is sought.
+/// The relative accuracy of the gain in a round.
 const ACCURACY: f64 = 1e-2;
 
-/// What came of one round.
+/// The result of one round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Round {
-    /// The largest size at which the gain with the controller of the round stays below the one asked for.
+    /// The largest size at which the gain with the controller of the round stays below the allowed one.
     pub size: f64,
-    /// The least gain of the weighed plant, 1 being what the controller before had: below 1 there is something to win.
+    /// The least gain of the weighted plant, relative to that of the previous controller: below 1 the size can grow.
     pub least_gain: f64,
 }
 
-/// Why the rounds came to an end.
+/// Why the rounds ended.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StopReason {
-    /// The last round won too little.
+    /// The last round increased the size too little.
     #[error("another round no longer pays")]
     NoLongerPays,
-    /// There is nothing left to win.
+    /// All of the uncertainty is tolerated.
     #[error("all of the declared uncertainty is tolerated")]
-    Whole,
-    /// As many rounds as allowed.
+    FullSize,
+    /// The largest number of rounds was reached.
     #[error("no further round was allowed")]
     Rounds,
     /// No controller was found.
     #[error("no better controller was found: {0}")]
     Synthesis(SynthesisError),
-    /// The controller found has no bound at the gain asked for.
+    /// The new controller has no bound at the allowed gain.
     #[error("the last controller has no bound at that gain")]
     NoBound,
 }
 
-/// A controller that tolerates more, or the one given where none does.
+/// A controller that tolerates a larger Delta, or the given one if none does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobustDesign {
     /// The controller.
     pub controller: Controller,
-    /// The largest size at which its gain stays below the one asked for, and the bound there.
+    /// The largest size at which its gain stays below the allowed one, and the bound there.
     pub largest: RobustBound,
-    /// The same of the controller given.
+    /// The same for the given controller.
     pub given_largest: RobustBound,
-    /// The rounds that were kept.
+    /// The successful rounds.
     pub rounds: Vec<Round>,
-    /// Why there are no more.
+    /// Why no more rounds followed.
     pub stop: StopReason,
 }
 
-/// The given controller has no bound at the gain asked for.
+/// The given controller has no bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "with the controller given no size of the uncertainty was found at which the gain is sure to stay below {gamma:.4}"
@@ -103,8 +102,8 @@ pub struct NoSize {
     pub gamma: f64,
 }
 
-/// Raises the size of Delta that is tolerated at a gain: synthesis and analysis in turn, beginning with a controller
-/// and a bound of its loop at Delta = 0. `on_round` is called after each round.
+/// Raises the size of Delta tolerated at a gain by alternating synthesis and analysis, starting from a controller and a
+/// bound of its loop at Delta = 0. `on_round` is called after each round.
 ///
 /// # Errors
 /// [`NoSize`].
@@ -116,7 +115,7 @@ pub fn more_robust(
     on_round: &mut dyn FnMut(&Round),
 ) -> Result<RobustDesign, NoSize> {
     let given = RobustLoop::new(uncertain, controller);
-    let first = given.begun(shown, options.gamma);
+    let first = given.at_small_size(shown, options.gamma);
     let largest = first.and_then(|first| given.largest_size(&first, options.gamma));
     let largest = largest.ok_or(NoSize { gamma: options.gamma })?;
     let mut design = RobustDesign {
@@ -127,8 +126,8 @@ pub fn more_robust(
         stop: StopReason::Rounds,
     };
     for _ in 0..options.rounds {
-        if design.largest.size >= WHOLE {
-            design.stop = StopReason::Whole;
+        if design.largest.size >= FULL_SIZE {
+            design.stop = StopReason::FullSize;
             break;
         }
         match round(uncertain, &design, options) {
@@ -139,7 +138,7 @@ pub fn more_robust(
                     design.rounds.push(round);
                     (design.controller, design.largest) = (controller, largest);
                 }
-                if won < options.pays {
+                if won < options.least_growth {
                     design.stop = StopReason::NoLongerPays;
                     break;
                 }
@@ -160,33 +159,33 @@ fn round(
 ) -> Result<(Round, Controller, RobustBound), StopReason> {
     let RobustBound { size, bound } = &before.largest;
     let (s, t) = RobustLoop::new(uncertain, &before.controller).multipliers_of_delta(bound);
-    let weighed = uncertain.weighed(*size, bound.gamma, &s, &t);
-    let asked = Options { back_off: options.back_off, accuracy: ACCURACY, ..Options::default() };
-    let found = synthesise_once(&weighed, asked);
+    let weighted = uncertain.weighted(*size, bound.gamma, &s, &t);
+    let synthesis = Options { back_off: options.back_off, accuracy: ACCURACY, ..Options::default() };
+    let found = synthesise_once(&weighted, synthesis);
     let found =
-        found.and_then(|found| slow_enough(&weighed, found, options)).map_err(StopReason::Synthesis)?;
+        found.and_then(|found| slow_enough(&weighted, found, options)).map_err(StopReason::Synthesis)?;
     let closed = RobustLoop::new(uncertain, &found.controller);
-    let shown = closed.from_weighed(&found.certified, *size, bound.gamma, (&s, &t));
+    let shown = closed.from_weighted(&found.certified, *size, bound.gamma, &s, &t);
     let largest = closed.largest_size(&shown, options.gamma).ok_or(StopReason::NoBound)?;
     let round = Round { size: largest.size, least_gain: found.gamma_optimum };
     Ok((round, found.controller, largest))
 }
 
-/// How far the gain of the weighted plant may rise without the fast modes: the next round begins from it.
+/// The allowed relative rise of the gain of the weighted plant without the fast modes; the next round starts from it.
 const RISE_WITHOUT_FAST_MODES: f64 = 0.2;
 
-/// The design, without the modes of its controller that are too fast.
+/// The design without the modes of its controller that are too fast.
 fn slow_enough(
-    weighed: &GeneralisedPlant,
+    weighted: &GeneralisedPlant,
     found: Design,
     options: RobustOptions,
 ) -> Result<Design, SynthesisError> {
     let Some(limit) = options.fastest_mode else { return Ok(found) };
-    let ratio = found.controller.fastest_mode(&parameter_grid(weighed.blocks.len())) / limit;
+    let ratio = found.controller.fastest_mode(&parameter_grid(weighted.blocks.len())) / limit;
     if ratio <= 1.0 {
         return Ok(found);
     }
-    without_fast_modes(weighed, &found, limit, RISE_WITHOUT_FAST_MODES)
+    without_fast_modes(weighted, &found, limit, RISE_WITHOUT_FAST_MODES)
         .ok_or(SynthesisError::TooFast { ratio })
 }
 
@@ -196,14 +195,14 @@ mod tests {
     use crate::robust::uncertain_plant::tests::plant;
     use crate::synthesis::synthesise;
 
-    /// The robust controller tolerates more at the same gain, and every frozen loop within the size confirms both
-    /// bounds.
+    /// The robust controller tolerates more at the same gain, and frozen loops within the size confirm both bounds.
     #[test]
     fn rounds_raise_what_is_tolerated() {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let gamma = 1.2 * nominal.certified.gamma;
-        let options = RobustOptions { gamma, back_off: 0.02, rounds: 3, pays: 0.01, fastest_mode: None };
+        let options =
+            RobustOptions { gamma, back_off: 0.02, rounds: 3, least_growth: 0.01, fastest_mode: None };
         let mut reported = 0;
         let found =
             more_robust(&uncertain, &nominal.controller, &nominal.certified, options, &mut |_| reported += 1)
@@ -224,14 +223,14 @@ mod tests {
         }
     }
 
-    /// A bound made clear for a proof holds more clearly, at hardly more gain.
+    /// A bound raised for a proof holds with a larger margin, at little more gain.
     #[test]
     fn a_bound_is_cleared() {
         let uncertain = plant();
         let nominal = synthesise(&uncertain.nominal(), Options::default()).unwrap();
         let closed = RobustLoop::new(&uncertain, &nominal.controller);
-        let bound = closed.begun(&nominal.certified, 1.2 * nominal.certified.gamma).unwrap();
-        let clear = closed.cleared(&bound).unwrap();
+        let bound = closed.at_small_size(&nominal.certified, 1.2 * nominal.certified.gamma).unwrap();
+        let clear = closed.with_raised_gamma(&bound).unwrap();
         assert!(clear.bound.gamma <= 1.0101 * bound.bound.gamma);
         assert!(clear.bound.largest_eigenvalue < -1e-6, "{}", clear.bound.largest_eigenvalue);
     }

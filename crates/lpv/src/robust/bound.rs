@@ -1,9 +1,9 @@
-//! The gain of a finished loop for every trajectory of Theta and of Delta, and how large Delta may be.
+//! The gain of a closed loop for every trajectory of Theta and Delta, and the largest size of Delta for a gain.
 //!
-//! The inequality is that of [`crate::analysis::bounded_gain()`], with a point to start from that is made here: no
-//! controller was built on it.
+//! The inequality is that of [`crate::analysis::bounded_gain()`]; a starting point is computed here, since no synthesis
+//! provides one.
 
-use crate::analysis::bounded_gain::{Base, CLEARANCE_SHARE, as_clear_as_can_be, search, worst_eigenvalue};
+use crate::analysis::bounded_gain::{Base, GAMMA_SHARE, search, with_largest_margin, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, diagonal};
 use crate::robust::uncertain_plant::UncertainPlant;
@@ -23,34 +23,34 @@ pub struct RobustBound {
     pub bound: GainBound,
 }
 
-/// A finished loop with what is unknown of its plant.
+/// A closed loop with the uncertainty of its plant.
 #[derive(Debug, Clone, Copy)]
 pub struct RobustLoop<'a> {
     uncertain: &'a UncertainPlant,
     controller: &'a Controller,
 }
 
-/// How close to the least gamma a bound is sought, relatively: on the way, and at the end.
+/// The relative tolerances of gamma: in intermediate steps, and at the end.
 const ROUGH_TOLERANCE: f64 = 0.1;
 const FINE_TOLERANCE: f64 = 0.01;
 
-/// How often a search begins again, in the better coordinates that its last point gives.
+/// The number of restarts, each in the coordinates of the last point.
 const MOST_RESTARTS: usize = 3;
 
-/// The size that is all of the declared uncertainty: more is not sought.
-pub const WHOLE: f64 = 1.0;
+/// The size of all of the declared uncertainty: larger ones are not sought.
+pub const FULL_SIZE: f64 = 1.0;
 
-/// The size of a first bound, and how often one that is too large is halved.
+/// The size of a first bound, and the largest number of halvings of one that is too large.
 const FIRST_SIZE: f64 = 0.05;
 const MOST_HALVINGS: i32 = 20;
 
-/// How many sizes are tried for a first bound, each a tenth of the one before.
+/// The number of sizes tried for a first bound, each a tenth of the previous one.
 const MOST_FIRST_SIZES: i32 = 4;
 
-/// How a first S is scaled where the search from it as it is leads nowhere.
+/// Scalings of a first S, tried if the search from it fails.
 const FIRST_SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
 
-/// By what factor gamma is raised until a size is reached, and how often.
+/// The factor by which gamma is raised until a size is reached, and the largest number of raises.
 const GAMMA_RAISE: f64 = 1.5;
 const MOST_RAISES: usize = 6;
 
@@ -60,9 +60,9 @@ impl<'a> RobustLoop<'a> {
         Self { uncertain, controller }
     }
 
-    /// A bound at a small size, with the Lyapunov matrix of some bound of the loop to begin with, as clear as `gamma`
-    /// lets it be; `None` when none was found.
-    pub fn begun(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
+    /// A bound at a small size, started from the Lyapunov matrix of a known bound of the loop, with the largest margin
+    /// at `gamma`; `None` if none was found.
+    pub fn at_small_size(&self, known: &GainBound, gamma: f64) -> Option<RobustBound> {
         let first = |size: f64| {
             let s = balanced(&self.closed(size), gamma);
             let from = |scale: &f64| {
@@ -72,24 +72,23 @@ impl<'a> RobustLoop<'a> {
             FIRST_SCALES.iter().filter_map(from).find(|b| b.bound.gamma < gamma)
         };
         let mut sizes = (0..MOST_FIRST_SIZES).map(|k| FIRST_SIZE * 0.1f64.powi(k));
-        self.clear(&sizes.find_map(first)?, gamma)
+        self.with_margin(&sizes.find_map(first)?, gamma)
     }
 
-    /// A bound at the size as it is, with the Lyapunov matrix of some bound of the loop to begin with; `None` when
-    /// none was found.
+    /// A bound at size 1, started from the Lyapunov matrix of a known bound of the loop; `None` if none was found.
     pub fn bound(&self, known: &GainBound) -> Option<RobustBound> {
         let s = balanced(&self.closed(1.0), FIRST_GAMMA_FACTOR * known.gamma);
         let first = |scale: &f64| self.searched(&self.guess(known, &s * *scale), ROUGH_TOLERANCE);
         Some(self.tightened(FIRST_SCALES.iter().find_map(first)?))
     }
 
-    /// A point to begin at: the Lyapunov matrix of a bound that is known, with an S.
+    /// A starting point: the Lyapunov matrix of a known bound, with an S.
     fn guess(&self, known: &GainBound, s: Mat) -> RobustBound {
         let (gamma, t) = (FIRST_GAMMA_FACTOR * known.gamma, Mat::zeros(s.nrows(), s.nrows()));
         RobustBound { size: 1.0, bound: GainBound { gamma, s, t, lambda: 0.0, ..known.clone() } }
     }
 
-    /// What the multipliers of a bound show of a gamma: at its size, or at a smaller one; `None` when at none.
+    /// The largest size, at most that of the bound, for which its multipliers prove gamma; `None` if there is none.
     pub fn at_gamma(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let bound = GainBound { gamma, ..known.bound.clone() };
         let at = RobustBound { size: known.size, bound };
@@ -97,7 +96,7 @@ impl<'a> RobustLoop<'a> {
         sizes.map(|size| self.resized(&at, size)).find(|b| b.bound.largest_eigenvalue < 0.0)
     }
 
-    /// The bound of another size, begun at one that is known.
+    /// The bound at another size, started from a known one.
     pub fn at_size(&self, known: &RobustBound, size: f64) -> Option<RobustBound> {
         let mut at = known.clone();
         for _ in 0..MOST_RAISES {
@@ -111,18 +110,18 @@ impl<'a> RobustLoop<'a> {
         None
     }
 
-    /// The largest size, up to about [`WHOLE`], at which the gain stays below `gamma`, within a few per cent, and the
-    /// bound there. `None` when the multipliers known show it at no size.
+    /// The largest size, up to about [`FULL_SIZE`], at which the gain stays below `gamma`, within a few per cent, and
+    /// the bound there. `None` if the known multipliers prove it at no size.
     pub fn largest_size(&self, known: &RobustBound, gamma: f64) -> Option<RobustBound> {
-        let found = self.widened(&self.at_gamma(known, gamma)?, WHOLE);
-        let whole = self.resized(&found, WHOLE);
-        let is_less = found.size > WHOLE && whole.bound.largest_eigenvalue < 0.0;
-        Some(if is_less { whole } else { found })
+        let found = self.widened(&self.at_gamma(known, gamma)?, FULL_SIZE);
+        let full = self.resized(&found, FULL_SIZE);
+        let is_larger = found.size > FULL_SIZE && full.bound.largest_eigenvalue < 0.0;
+        Some(if is_larger { full } else { found })
     }
 
     fn tightened(&self, mut at: RobustBound) -> RobustBound {
         for _ in 0..MOST_RESTARTS {
-            // A rougher search ends farther inside, where the other one loses itself in rounding.
+            // A rougher search ends farther in the interior, where a finer one may be lost in rounding.
             let found =
                 [FINE_TOLERANCE, ROUGH_TOLERANCE].into_iter().find_map(|within| self.searched(&at, within));
             match found {
@@ -146,35 +145,29 @@ impl<'a> RobustLoop<'a> {
         (bound.largest_eigenvalue < 0.0).then_some(RobustBound { size: at.size, bound })
     }
 
-    /// A bound of the same size that holds as clearly as a gamma 1 % larger lets it: for a proof.
-    pub fn cleared(&self, at: &RobustBound) -> Option<RobustBound> {
-        self.clear(at, (1.0 + CLEARANCE_SHARE) * at.bound.gamma)
+    /// A bound at the same size with the largest margin at a gamma 1 % larger, for a proof.
+    pub fn with_raised_gamma(&self, at: &RobustBound) -> Option<RobustBound> {
+        self.with_margin(at, (1.0 + GAMMA_SHARE) * at.bound.gamma)
     }
 
-    /// A bound of the same size that holds as clearly as a larger gamma lets it.
-    fn clear(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
+    /// A bound at the same size with the largest margin at a larger gamma.
+    fn with_margin(&self, at: &RobustBound, gamma: f64) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let given = GainBound { gamma, ..at.bound.clone() };
-        let bound = as_clear_as_can_be(&closed, &LoopError::none(&closed), &given)?;
+        let bound = with_largest_margin(&closed, &LoopError::none(&closed), &given)?;
         Some(RobustBound { size: at.size, bound })
     }
 
-    /// S and T of Delta. Each is square, with a row for each channel of Delta.
+    /// S and T of Delta. Each is square, with one row per channel of Delta.
     pub fn multipliers_of_delta(&self, bound: &GainBound) -> (Mat, Mat) {
         let (r, k) = (self.of_delta().start, self.of_delta().len());
         let part = |m: &Mat| m.view((r, r), (k, k)).into_owned();
         (part(&bound.s), part(&bound.t))
     }
 
-    /// The bound of the loop that was shown through [`UncertainPlant::weighed`] with the multipliers S and T of
-    /// Delta, at its `size` and `gamma`: where the gain shown is above 1, a guess alone.
-    pub fn from_weighed(
-        &self,
-        shown: &GainBound,
-        size: f64,
-        gamma: f64,
-        (s, t): (&Mat, &Mat),
-    ) -> RobustBound {
+    /// The bound of the loop proved through [`UncertainPlant::weighted`] with the multipliers S and T of Delta, at its
+    /// `size` and `gamma`; if the proved gain is above 1, only an estimate.
+    pub fn from_weighted(&self, shown: &GainBound, size: f64, gamma: f64, s: &Mat, t: &Mat) -> RobustBound {
         let (r, k) = (self.uncertain.scheduled_channels(), self.uncertain.unknown_channels());
         let joined = |theta: &Mat, delta: &Mat| {
             let m = theta.nrows() + k;
@@ -218,13 +211,13 @@ impl<'a> RobustLoop<'a> {
     }
 }
 
-/// The first guess at gamma, relative to the bound that is known.
+/// The initial gamma, relative to the known bound.
 const FIRST_GAMMA_FACTOR: f64 = 1.2;
 
-/// A diagonal S that balances what goes into a channel with what comes out, by the largest entries of the
-/// frequency response at Theta = 0; w and z count as one channel, in units in which a gain of `gamma` is 1.
+/// A diagonal S that balances the gains into and out of each channel, by the largest entries of the frequency response
+/// at Theta = 0; w and z are one channel, in units in which a gain of `gamma` is 1.
 ///
-/// E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
+/// Sources: E. E. Osborne, J. ACM 7(4), 1960; as a multiplier M. G. Safonov, IEE Proc. D 129(6), 1982.
 pub(crate) fn balanced(closed: &ClosedLoop, gamma: f64) -> Mat {
     let closed = closed.in_units_of(gamma);
     let m = closed.channels.len();
@@ -242,15 +235,15 @@ pub(crate) fn balanced(closed: &ClosedLoop, gamma: f64) -> Mat {
     diagonal(t[..m].iter().map(|t| t * t))
 }
 
-/// Sweeps of the balancing, and entries that count for nothing beside the largest.
+/// The number of sweeps of the balancing, and the relative size of negligible entries.
 const BALANCING_SWEEPS: usize = 60;
 const NEGLIGIBLE_ENTRY: f64 = 1e-9;
 
-/// Frequencies of the balancing, rad/s: the decades and the number.
+/// The frequencies of the balancing, rad/s: range in decades and number.
 const FREQUENCY_DECADES: (f64, f64) = (-3.0, 3.0);
 const FREQUENCY_COUNT: i32 = 40;
 
-/// The largest size over frequency of each entry of the response of the channels, and of w and z as a last one.
+/// The maximum over frequency of each entry of the response of the channels, with w and z as a last one.
 fn largest_entries(closed: &ClosedLoop) -> Mat {
     let Sizes { t: m, w, z, .. } = closed.parts.sizes();
     let system = closed.parts.state_space(&[Group::T, Group::Z], &[Group::T, Group::W]);

@@ -1,5 +1,4 @@
-//! The gain of a finished loop for every trajectory of some parameters, of a bounded rate or any, and every constant
-//! value of others.
+//! The gain of a closed loop with parameters of any trajectory or bounded rate, and constant parameters.
 //!
 //! ```text
 //! x' = A x + Bt wt + B1 w + E w_D,   zt = Ct x + ...,   z_D = Fx x + ...,   z = C1 x + ...
@@ -7,29 +6,22 @@
 //! ```
 //!
 //! A parameter with any trajectory has multipliers S > 0 and T, constant over frequency. A constant one has them on its
-//! channels and on these filtered by `1/(s + a)`, for one pole -a or several: with `psi = [I; I/(s + a)]`, a constant
-//! delta gives
+//! channels and on these filtered by `1/(s + a)`, for one or several poles -a: with `psi = [I; I/(s + a)]`, a constant
+//! delta satisfies the integral quadratic constraint with
 //!
 //! ```text
-//! (psi zt)'S (psi zt) - (psi wt)'S (psi wt) + 2 (psi wt)'T (psi zt),   S = S',  T = -T'
+//! (psi zt)'S (psi zt) - (psi wt)'S (psi wt) + 2 (psi wt)'T (psi zt),   S = S' > 0,  T = -T'
 //! ```
 //!
-//! an integral `(1 - delta^2) (psi zt)'S (psi zt) >= 0` for `S > 0`. That asks no more than `psi~ S psi > 0` on the
-//! imaginary axis would: with such an S and one pole, `S + [0 Y; Y -2aY] > 0` for some Y by the KYP lemma, and that
-//! matrix does the same, with `-Y` and `Y` added to X on the states of the filters; likewise with several. Then the
-//! loop is stable with a gain below gamma where one inequality with a symmetric X, which may be indefinite, holds: A.
-//! Megretski, A. Rantzer, IEEE Trans. Automatic Control 42(6), 1997, theorem 1, with the multipliers of section VI.B.
+//! (By the KYP lemma `S > 0` loses nothing compared with `psi~ S psi > 0` on the imaginary axis.) A slowly varying
+//! parameter has one more channel per filtered channel: with the filter states f of zt and g of wt, `v = theta' f`. The
+//! loop is stable with a gain below gamma if one inequality with a symmetric, possibly indefinite X holds. Theorem and
+//! proof are in the crate `certificate`, `constant/prove.rs`.
 //!
-//! A parameter that changes slowly has the same filters and one more channel for each of its own: with the states f and
-//! g of the filters of zt and wt, `g' = -a g + wt + v` and `v = theta' f` give `g = theta f` again, and v is to `rate
-//! f` as wt to zt for a parameter `theta'/rate` with any trajectory. (U. Jonsson, A. Rantzer, Int. J. Robust and
-//! Nonlinear Control 6, 1996.)
-//!
-//! X has most of the unknowns, and is left out of the search: by the KYP lemma there is one where the inequality
-//! holds at every frequency. The multipliers are sought at a few frequencies, then also where the inequality does not
-//! hold between them, and X is that of a Riccati equation in the end. What it is worth is judged by the inequality
-//! itself. (Frequencies in place of X: P. A. Parrilo, "On the numerical solution of LMIs derived from the KYP lemma",
-//! IEEE CDC 1999.)
+//! X has most of the unknowns, and is eliminated: by the KYP lemma it exists if the inequality holds at every
+//! frequency. The multipliers are computed for a few frequencies, to which those are added at which the inequality is
+//! violated; X is finally that of a Riccati equation, and the inequality itself is checked. (Frequencies in place of X:
+//! P. A. Parrilo, "On the numerical solution of LMIs derived from the KYP lemma", IEEE CDC 1999.)
 
 mod constant_loop;
 mod filtered;
@@ -53,29 +45,29 @@ use std::collections::BTreeSet;
 
 const STAGE: &str = "analysis for constant parameters";
 
-/// Frequencies below 1 rad/s at which the inequality is checked, as many as above, and within how many decades of it.
+/// The number of frequencies below 1 rad/s at which the inequality is checked, equal to that above, and their decades.
 const CANDIDATES: i32 = 60;
 const DECADES: f64 = 3.5;
 
-/// At every so many of these it is posed at first, tightened by so much in units in which gamma is about 1; and how
-/// often it is solved again, with those where it did not hold.
+/// The stride of the candidates at which it is first imposed; the margin, in units in which gamma is about 1; and the
+/// largest number of solutions with added frequencies.
 const FIRST_STEP: usize = 10;
 const CLEAR: f64 = 1e-7;
 const MOST_ROUNDS: usize = 6;
 
-/// What the trace of S costs beside gamma, in the units in which S of about 1 is usual: gamma hardly depends on the
-/// large parts of S, which X would follow until rounding hides whether the inequality holds.
+/// The cost of the trace of S relative to gamma, in units in which S is about 1: gamma hardly depends on large parts of
+/// S, but X would follow them until rounding hides whether the inequality holds.
 const SIZE_COST: f64 = 1e-4;
 
-/// How close to the least gamma the first round comes, and how far from the worst candidate its neighbours are.
+/// The tolerance of gamma in the first round, and the distance of the neighbours added to the worst candidate.
 const ROUGH_TOLERANCE: f64 = 0.1;
-const BESIDE: usize = 2;
+const NEIGHBOUR: usize = 2;
 
-/// By how much gamma is raised above that of the frequencies posed, and then until there is an X.
+/// The raise of gamma above that of the imposed frequencies, and further raises until an X exists.
 const RAISE: f64 = 1.005;
 const MORE_RAISES: [f64; 4] = [1.0, 1.005, 1.02, 1.1];
 
-/// A bound on the gain, and what shows it.
+/// A bound on the gain, with its proof.
 ///
 /// Channels are those of the loop, then the filtered ones of each parameter with filters, in the order of the
 /// parameters and of their poles, then those of the rates; states are those of the loop, then those of the filters of
@@ -99,12 +91,12 @@ pub struct ConstantBound {
 }
 
 impl ConstantLoop {
-    /// A bound within `tolerance`, relative, of the least that these multipliers show; `guess` is the order of
-    /// magnitude of gamma. The closer a bound, the less clearly its inequalities hold. The search is given up where
-    /// it shows that the bound will be above `most`.
+    /// A bound within a relative `tolerance` of the least that these multipliers prove; `guess` is the order of
+    /// magnitude of gamma. Tighter bounds hold with a smaller margin. The search is abandoned once it shows that the
+    /// bound will exceed `most`.
     ///
     /// # Errors
-    /// [`SynthesisError::Numerical`] when none was found: there may be none.
+    /// [`SynthesisError::Numerical`] if none was found: there may be none.
     pub fn bound(&self, guess: f64, tolerance: f64, most: f64) -> Result<ConstantBound, SynthesisError> {
         let failed = |why: &str| SynthesisError::numerical(STAGE, why.to_owned());
         if spectral_abscissa(&self.closed.a()) >= 0.0 {
@@ -139,9 +131,9 @@ impl ConstantLoop {
         })
     }
 
-    /// Multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is posed at
-    /// few of them, and then where it does not hold, too. A search that `continues` begins with the multipliers found
-    /// before, where these lead on: that takes half as long, and sometimes ends where rounding hides X.
+    /// Multipliers and the least gamma for which the inequality holds at all candidate frequencies: it is imposed at a
+    /// few of them, then also where it is violated. A search that `continues` starts from the previous multipliers if
+    /// possible: it takes half as long, but sometimes ends where rounding hides X.
     fn multipliers(
         &self,
         filtered: &Filtered,
@@ -176,7 +168,8 @@ impl ConstantLoop {
             if violated.is_empty() && within <= tolerance {
                 return Some(raised);
             }
-            let around = |k: usize| [k.saturating_sub(BESIDE), k, (k + BESIDE).min(responses.len() - 1)];
+            let around =
+                |k: usize| [k.saturating_sub(NEIGHBOUR), k, (k + NEIGHBOUR).min(responses.len() - 1)];
             let more = violated.into_iter().flat_map(around).filter(|k| posed.insert(*k));
             data.extend(more.map(|k| pose(&responses[k])));
             within = tolerance;
@@ -184,7 +177,7 @@ impl ConstantLoop {
         None
     }
 
-    /// In coordinates in which the loop is balanced, `A'Y + YA = -I`.
+    /// Y of `A'Y + YA = -I` in coordinates in which the loop is balanced.
     fn lyapunov(&self, filtered: &Filtered) -> Option<Mat> {
         let n = self.closed.a().nrows();
         let back = filtered.back.view((0, 0), (n, n)).into_owned();
@@ -194,7 +187,7 @@ impl ConstantLoop {
     }
 }
 
-/// Responses at the frequencies at which the inequality is checked: 0, the more the closer to 1 rad/s, and infinity.
+/// Responses at the frequencies of the check: 0, values denser near 1 rad/s, and infinity.
 fn candidates(filtered: &Filtered) -> Vec<Response> {
     let inner = (-CANDIDATES..=CANDIDATES).map(|k| {
         let t = f64::from(k) / f64::from(CANDIDATES);
@@ -204,7 +197,7 @@ fn candidates(filtered: &Filtered) -> Vec<Response> {
     all.filter_map(|omega| Response::new(filtered, omega)).collect()
 }
 
-/// Of neighbours where the inequality with this form does not hold the one where it is violated the worst.
+/// The local worst violations of the inequality with this form.
 fn worst_violated(responses: &[Response], form: &Mat) -> Vec<usize> {
     let least = |r: &Response| {
         let value = r.value(form);
@@ -230,7 +223,7 @@ mod tests {
         behind(&[1.0], size, rate)
     }
 
-    /// The same with filters of these poles.
+    /// The oscillator with filters of the given poles.
     fn behind(poles: &[f64], size: f64, rate: Option<f64>) -> ConstantLoop {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -2.0 * DAMPING]),
@@ -248,9 +241,9 @@ mod tests {
         }
     }
 
-    /// The gain from force to velocity is 1/(2 zeta) whatever the stiffness, as long as it is constant and positive.
-    /// A stiffness that may jump makes the loop unstable long before: as `zd = x` and `wd = delta size x`, the gain
-    /// from wd to zd is `1/(2 zeta sqrt(1 - zeta^2))`, about 5.
+    /// The gain from force to velocity is 1/(2 zeta) for any constant positive stiffness. A stiffness that may jump
+    /// makes the loop unstable much earlier: with `zd = x` and `wd = delta size x`, the gain from wd to zd is
+    /// `1/(2 zeta sqrt(1 - zeta^2))`, about 5.
     #[test]
     fn a_constant_stiffness_does_not_change_the_gain_from_force_to_velocity() {
         let exact = 1.0 / (2.0 * DAMPING);
@@ -260,7 +253,7 @@ mod tests {
             assert!(found.gamma > exact && found.gamma < conservatism * exact, "{size}: {}", found.gamma);
             assert!(oscillator(size, None).bound(exact, 0.01, f64::INFINITY).is_err(), "{size}");
         }
-        // Below the limit of the small-gain theorem both are bounds.
+        // Below the limit of the small-gain theorem both have bounds.
         let jumping = oscillator(0.15, None).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
         let constant = oscillator(0.15, Some(0.0)).bound(exact, 0.01, f64::INFINITY).unwrap().gamma;
         assert!(
@@ -269,7 +262,7 @@ mod tests {
         );
     }
 
-    /// The more poles, the closer to the gain.
+    /// More poles give a tighter bound.
     #[test]
     fn more_filters_show_a_lower_gain() {
         let exact = 1.0 / (2.0 * DAMPING);
@@ -282,8 +275,8 @@ mod tests {
         assert!(exact < two && two < 0.95 * one, "{one} {two}");
     }
 
-    /// A stiffness that changes slowly costs little more than a constant one, and the more the faster it may change; at
-    /// rates about the frequency of the oscillator it can make the loop unstable, as one that jumps.
+    /// A slowly varying stiffness costs little more than a constant one, and more the faster it may vary; at rates near
+    /// the frequency of the oscillator it can make the loop unstable, like one that jumps.
     #[test]
     fn a_slow_stiffness_lies_between_a_constant_one_and_one_that_jumps() {
         let exact = 1.0 / (2.0 * DAMPING);

@@ -1,16 +1,16 @@
-//! The largest size of Delta at which a gain is kept: a bound of the loop is widened step by step.
+//! The largest size of Delta for a gain: a bound of the loop is widened step by step.
 //!
-//! With the size, the rows N of Delta's channels grow: the inequality of [`crate::analysis::bounded_gain()`] becomes
+//! The rows N of Delta's channels grow with the size: the inequality of [`crate::analysis::bounded_gain()`] becomes
 //!
 //! ```text
-//! F(X, S, T) + tau N' S_d N < 0,   tau = (size / size before)^2 - 1
+//! F(X, S, T) + tau N' S_d N < 0,   tau = (size / previous size)^2 - 1
 //! ```
 //!
-//! where S_d is Delta's part of S, and Delta's part of T is divided by what the size is multiplied with. In the
-//! coordinates in which S of the point before is the identity, `S_d < growth I` and `F + tau growth N'N < 0` suffice:
-//! tau enters linearly, and tau = 0 holds at the point before, so that no step has to look for a point to start
-//! from. How far the multipliers found really reach is evaluated afterwards. The ratio is then maximised as in W.
-//! Dinkelbach, Management Science 13(7), 1967.
+//! where S_d is Delta's part of S, and Delta's part of T is divided by the growth of the size. In the coordinates in
+//! which the previous S is the identity, `S_d < growth I` and `F + tau growth N'N < 0` suffice: tau enters linearly,
+//! and tau = 0 is feasible at the previous point, which therefore is a starting point. The size that the multipliers
+//! really reach is evaluated afterwards. The ratio is thus maximised as in W. Dinkelbach, Management Science 13(7),
+//! 1967.
 
 use crate::analysis::bounded_gain::{Base, Posed};
 use crate::lmi::program::Affine;
@@ -20,18 +20,18 @@ use crate::matrix::{Mat, block, largest_eigenvalue};
 use crate::robust::bound::{RobustBound, RobustLoop};
 use crate::system::model_error::LoopError;
 
-/// How far S_d may grow in one step.
+/// The largest growth of S_d in one step.
 const LARGEST_GROWTH: f64 = 4.0;
 
-/// How close to the largest tau a step comes, relative to (1 + tau), and where no closer one comes easily.
+/// The tolerance of tau in a step, relative to (1 + tau), and the one accepted if the search gets stuck.
 const STEP_TOLERANCE: f64 = 0.05;
 const NEAR_ENOUGH: f64 = 0.3;
 
-/// What part of the way to the multipliers found a step goes, and of the way to the size that they show: the next step
-/// begins inside its inequality.
+/// The fraction of a step that is taken, to the multipliers found and to the size that they prove: the next step starts
+/// in the interior of its inequality.
 const PART_OF_WAY: f64 = 0.95;
 
-/// Steps, at most, and the growth of the size in one below which it is the last.
+/// The largest number of steps, and the growth of the size below which a step is the last.
 const MOST_STEPS: usize = 40;
 const LEAST_GROWTH: f64 = 0.02;
 
@@ -53,7 +53,7 @@ impl RobustLoop<'_> {
         at
     }
 
-    /// Multipliers that show a larger size.
+    /// Multipliers for a larger size.
     fn step(&self, at: &RobustBound) -> Option<RobustBound> {
         let closed = self.closed(at.size);
         let none = LoopError::none(&closed);

@@ -1,31 +1,31 @@
-//! A plant of which the controller measures some parameters and does not know the others.
+//! A plant with measured and unknown parameters.
 
 use crate::matrix::{Mat, symmetric_function};
 use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::partition::Sizes;
 use crate::system::plant::GeneralisedPlant;
 
-/// A plant of which the controller measures some parameters.
+/// A plant with measured and unknown parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainPlant {
     /// The plant; its parameters are those of Theta, then those of Delta.
     pub plant: GeneralisedPlant,
-    /// How many of the parameters are of Theta.
+    /// The number of parameters of Theta.
     pub scheduled: usize,
 }
 
 impl UncertainPlant {
-    /// Channels of Theta.
+    /// The number of channels of Theta.
     pub fn scheduled_channels(&self) -> usize {
         self.plant.blocks.iter().take(self.scheduled).sum()
     }
 
-    /// Channels of Delta.
+    /// The number of channels of Delta.
     pub fn unknown_channels(&self) -> usize {
         self.plant.blocks.iter().skip(self.scheduled).sum()
     }
 
-    /// The plant with `|delta_i| <= size`, normalised anew.
+    /// The plant with `|delta_i| <= size`, normalised to 1.
     pub fn sized(&self, size: f64) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let mut out = self.plant.clone();
@@ -40,9 +40,9 @@ impl UncertainPlant {
         GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 
-    /// The plant, scheduled on Theta alone, whose gain is below 1 when the multipliers S and T of Delta, channels of
-    /// Delta square, show a gain below `gamma` for every Delta up to `size`.
-    pub fn weighed(&self, size: f64, gamma: f64, s: &Mat, t: &Mat) -> GeneralisedPlant {
+    /// The plant, scheduled on Theta only, whose gain is below 1 if the multipliers S and T of Delta, channels of Delta
+    /// square, prove a gain below `gamma` for every Delta up to `size`.
+    pub fn weighted(&self, size: f64, gamma: f64, s: &Mat, t: &Mat) -> GeneralisedPlant {
         let (r, k) = (self.scheduled_channels(), self.unknown_channels());
         let sized = self.sized(size).in_units_of(gamma);
         let root = symmetric_function(s, |v| v.max(0.0).sqrt());
@@ -62,9 +62,9 @@ impl UncertainPlant {
         let mut direct = parts.block_mut(T, T);
         let mut direct = direct.view_mut((r, r), (k, k));
         direct += inverse_root * t.transpose() * &other;
-        // Delta's channels stand last: what follows them takes them in.
+        // Delta's channels come last: repartitioning moves them to w and z.
         let sizes = parts.sizes();
-        let parts = parts.divided(Sizes { t: r, w: k + sizes.w, z: k + sizes.z, ..sizes });
+        let parts = parts.repartitioned(Sizes { t: r, w: k + sizes.w, z: k + sizes.z, ..sizes });
         GeneralisedPlant { parts, blocks: self.plant.blocks[..self.scheduled].to_vec() }
     }
 }
@@ -75,7 +75,7 @@ pub(crate) mod tests {
     use crate::matrix::{block, largest_singular_value};
     use nalgebra::dmatrix;
 
-    /// An oscillator, hardly damped, whose stiffness depends on theta and on a delta that also acts on the input.
+    /// A lightly damped oscillator whose stiffness depends on theta and on a delta that also acts on the input.
     pub(crate) fn plant() -> UncertainPlant {
         let blocks = [
             (X, X, dmatrix![0.0, 1.0; -1.0, -0.02]),
@@ -94,15 +94,15 @@ pub(crate) mod tests {
         UncertainPlant { plant, scheduled: 1 }
     }
 
-    /// The form that the weighed channels take on is the one that S and T define.
+    /// The quadratic form of the weighted channels is the one that S and T define.
     #[test]
     fn weighing_completes_the_square() {
         let uncertain = plant();
         let (s, t) = (dmatrix![2.0, 0.3; 0.3, 1.0], dmatrix![0.0, 0.7; -0.7, 0.0]);
         let (size, gamma) = (0.8, 1.7);
-        let weighed = uncertain.weighed(size, gamma, &s, &t);
-        weighed.check().unwrap();
-        // A motion of the plant: state, wt, wd, w and u, and what the same is in the weighed plant.
+        let weighted = uncertain.weighted(size, gamma, &s, &t);
+        weighted.check().unwrap();
+        // A state, wt, wd, w and u of the plant, and their equivalents in the weighted plant.
         let (x, wt, wd, w, u) = (dmatrix![0.4; -0.8], -0.3, dmatrix![0.9; -1.1], dmatrix![0.2; 0.7], -0.6);
         let sized = uncertain.sized(size);
         let all = block(&[&[&dmatrix![wt]], &[&wd]]);
@@ -114,12 +114,12 @@ pub(crate) mod tests {
         let other =
             symmetric_function(&(&s + &t * s.clone().try_inverse().unwrap() * t.transpose()), f64::sqrt);
         let all = block(&[&[&(&other * &wd)], &[&(&w * gamma.sqrt())]]);
-        let z = &weighed.c1() * &x + &weighed.d1t() * wt + &weighed.d11() * &all + &weighed.d12() * u;
+        let z = &weighted.c1() * &x + &weighted.d1t() * wt + &weighted.d11() * &all + &weighted.d12() * u;
         let found = z.rows(0, 2).norm_squared() - all.rows(0, 2).norm_squared();
         assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
-        let moved = &weighed.a() * &x + &weighed.bt() * wt + &weighed.b1() * &all + &weighed.b2() * u;
-        let whole = block(&[&[&dmatrix![wt]], &[&wd]]);
-        let truth = &sized.a() * &x + &sized.bt() * whole + &sized.b1() * &w + &sized.b2() * u;
+        let moved = &weighted.a() * &x + &weighted.bt() * wt + &weighted.b1() * &all + &weighted.b2() * u;
+        let channels = block(&[&[&dmatrix![wt]], &[&wd]]);
+        let truth = &sized.a() * &x + &sized.bt() * channels + &sized.b1() * &w + &sized.b2() * u;
         assert!(largest_singular_value(&(moved - truth)) < 1e-12);
     }
 }

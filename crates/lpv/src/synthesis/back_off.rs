@@ -1,4 +1,4 @@
-//! A point well inside the synthesis inequalities, at a gamma above the least.
+//! A point in the interior of the synthesis inequalities, at a gamma above the least.
 
 use crate::error::SynthesisError;
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -6,29 +6,28 @@ use crate::lmi::solver;
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, symmetric_part};
 use crate::synthesis::design::Options;
-use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, state};
+use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, add_inequalities};
 use crate::system::plant::GeneralisedPlant;
 
-/// A solution at a given gamma, above the least, that lies well inside the inequalities.
+/// A well-centred solution of the synthesis inequalities at a given gamma above the least.
 ///
-/// At the least gamma eigenvalues of X Y reach 1, X - Y^-1 is singular and the controller gets modes that no
-/// frozen frequency response shows. So the room between X and Y^-1 is maximised first (t in
-/// `[X tI; tI Y] >= 0`), under an upper bound on all unknowns. Half of that room is then kept, and the
-/// inequalities made as clear as they can be.
+/// At the least gamma eigenvalues of X Y reach 1, X - Y^-1 is singular and the controller gets modes that no frozen
+/// frequency response shows. So the separation of X and Y^-1 (t in `[X tI; tI Y] >= 0`) is maximised first, under an
+/// upper bound on all unknowns. Half of it is then kept, and the margin of the inequalities maximised.
 pub(crate) fn centre(
     plant: &GeneralisedPlant,
     gamma: f64,
     small: &LmiSolution,
     options: Options,
 ) -> Result<LmiSolution, SynthesisError> {
-    let (roomy, room) = push(plant, gamma, small, options, Aim::Room)?;
-    let kept = 1.0 + 0.5 * (room - 1.0).max(0.0);
-    let clear = push(plant, gamma, small, options, Aim::Clearance { room: kept });
+    let (separated, separation) = maximise(plant, gamma, small, options, Aim::Separation)?;
+    let kept = 1.0 + 0.5 * (separation - 1.0).max(0.0);
+    let clear = maximise(plant, gamma, small, options, Aim::Margin { separation: kept });
     let found = match clear {
-        Ok((found, _)) if found.margin > 0.0 || roomy.margin <= 0.0 => found,
-        Err(error) if roomy.margin <= 0.0 => return Err(error),
-        // Badly conditioned, but inside.
-        _ => roomy,
+        Ok((found, _)) if found.margin > 0.0 || separated.margin <= 0.0 => found,
+        Err(error) if separated.margin <= 0.0 => return Err(error),
+        // Badly conditioned, but feasible.
+        _ => separated,
     };
     if found.margin <= 0.0 {
         return Err(SynthesisError::numerical(
@@ -44,17 +43,17 @@ pub(crate) fn centre(
 
 const STAGE: &str = "back-off";
 
-/// What [`push`] maximises.
+/// The objective of [`maximise`].
 #[derive(Clone, Copy)]
 enum Aim {
     /// t in `[X tI; tI Y] >= 0`.
-    Room,
+    Separation,
     /// c in `primal <= -c I`, `dual <= -c I`, `S >= c I`, `Sigma >= c I`, at a given t.
-    Clearance { room: f64 },
+    Margin { separation: f64 },
 }
 
 /// Maximises `aim` under the synthesis inequalities at `gamma`; returns the point and the value of the aim.
-fn push(
+fn maximise(
     plant: &GeneralisedPlant,
     gamma: f64,
     small: &LmiSolution,
@@ -64,7 +63,7 @@ fn push(
     let Options { scalings, quick, .. } = options;
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::default();
-    let unknowns = state(&mut program, plant, Some(gamma), scalings);
+    let unknowns = add_inequalities(&mut program, plant, Some(gamma), scalings);
     for (e, least) in [
         (&unknowns.x, &small.x),
         (&unknowns.y, &small.y),
@@ -74,13 +73,16 @@ fn push(
         program.positive("upper bound", Affine::constant(symmetric_part(least) * LARGEST_GROWTH) - e.clone());
     }
     let value = program.scalar();
-    let room = match aim {
-        Aim::Room => value.times_identity(n),
-        Aim::Clearance { room } => Affine::constant(Mat::identity(n, n) * room),
+    let separation = match aim {
+        Aim::Separation => value.times_identity(n),
+        Aim::Margin { separation } => Affine::constant(Mat::identity(n, n) * separation),
     };
     program.without(COUPLING);
-    program.positive("[X tI; tI Y]", symmetric(&[vec![unknowns.x.clone(), room], vec![unknowns.y.clone()]]));
-    if matches!(aim, Aim::Clearance { .. }) {
+    program.positive(
+        "[X tI; tI Y]",
+        symmetric(&[vec![unknowns.x.clone(), separation], vec![unknowns.y.clone()]]),
+    );
+    if matches!(aim, Aim::Margin { .. }) {
         program.tighten(PRIMAL, &value);
         program.tighten(DUAL, &value);
         program.positive("floor of S", unknowns.s.clone() - value.times_identity(r));
@@ -88,21 +90,21 @@ fn push(
     }
     program.minimise_trace(&value, -1.0);
     let search = match aim {
-        Aim::Room => SolverOptions { quick, ..SolverOptions::within(ROOM_TOLERANCE) },
-        // A clearance may be small, and has to be found above zero.
-        Aim::Clearance { .. } => {
-            SolverOptions { floor: 1e-9, patient: true, quick, ..SolverOptions::within(CLEARANCE_TOLERANCE) }
+        Aim::Separation => SolverOptions { quick, ..SolverOptions::within(SEPARATION_TOLERANCE) },
+        // The margin may be small, and must be found to be positive.
+        Aim::Margin { .. } => {
+            SolverOptions { floor: 1e-9, patient: true, quick, ..SolverOptions::within(MARGIN_TOLERANCE) }
         }
     };
     let solution = solver::solve(&program, STAGE, search).map_err(contradiction)?;
     let reached = value.value(&program, &solution.x)[(0, 0)];
     let mut relaxed = unknowns.lmi_solution(&program, &solution);
-    // What counts are the inequalities themselves, not those tightened and bounded here.
+    // The margin of the inequalities themselves, not of those tightened and bounded here.
     relaxed.margin = relaxed.true_margin(plant, scalings);
     Ok((relaxed, reached))
 }
 
-/// Above the least gamma there is a solution: a solver that denies it has failed.
+/// Above the least gamma a solution exists: a solver that reports none has failed.
 pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     match error {
         SynthesisError::Infeasible { stage } => SynthesisError::numerical(
@@ -114,11 +116,11 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     }
 }
 
-/// How closely the most room is sought.
-const ROOM_TOLERANCE: f64 = 1e-3;
+/// Tolerance of the largest separation.
+const SEPARATION_TOLERANCE: f64 = 1e-3;
 
-/// How closely the clearest point is sought, relative to its clearance.
-const CLEARANCE_TOLERANCE: f64 = 0.3;
+/// Relative tolerance of the largest margin.
+const MARGIN_TOLERANCE: f64 = 0.3;
 
-/// How many times their least size the unknowns may reach.
+/// The largest size of the unknowns, as a multiple of their least.
 const LARGEST_GROWTH: f64 = 10.0;

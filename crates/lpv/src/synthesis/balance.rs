@@ -1,8 +1,8 @@
 //! Coordinates in which the matrix inequalities are well conditioned.
 //!
-//! A solver can return 'solved' with gamma wrong by a tenth on an unbalanced realisation. Nothing of the
-//! problem changes with the states' basis, the unit of time, the units of y and u, or a basis of the
-//! parameter channels that commutes with Theta: so these are chosen for the solver, and undone afterwards.
+//! A solver can report success with gamma wrong by a tenth on an unbalanced realisation. The problem is invariant under
+//! the states' basis, the unit of time, the units of y and u, and a basis of the parameter channels that commutes with
+//! Theta: these are chosen for the solver and undone afterwards.
 //!
 //! Source of the diagonal balancing: E. E. Osborne, J. ACM 7(4), 1960. The balanced pair (X, Y): B. C. Moore,
 //! IEEE Trans. Automatic Control 26(1), 1981.
@@ -14,22 +14,24 @@ use crate::system::controller::Controller;
 use crate::system::partition::Group::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
 
-/// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`, `t = t~/speed`.
+/// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`,
+/// `t = t~/time_scale`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
     state: Mat,
     state_inverse: Mat,
     channel: Mat,
     channel_inverse: Mat,
-    /// What counts as 1 in each measurement, in the user's units.
+    /// The unit of each measurement, in the user's units.
     pub(crate) measurement: Vec<f64>,
-    /// What counts as 1 in each control, in the user's units.
+    /// The unit of each control, in the user's units.
     pub(crate) control: Vec<f64>,
-    speed: f64,
+    /// rad/s.
+    time_scale: f64,
 }
 
 impl Coordinates {
-    /// The coordinates as they are.
+    /// The unchanged coordinates.
     pub fn identity(plant: &GeneralisedPlant) -> Self {
         let s = plant.sizes();
         Self {
@@ -39,19 +41,19 @@ impl Coordinates {
             channel_inverse: Mat::identity(s.t, s.t),
             measurement: vec![1.0; s.y],
             control: vec![1.0; s.u],
-            speed: 1.0,
+            time_scale: 1.0,
         }
     }
 
-    /// Time scaled to the middle of the plant's modes, then states, channels, y and u scaled so that their
-    /// rows and columns are of one size.
+    /// Time scaled to the median of the plant's modes, then states, channels, y and u scaled so that their rows and
+    /// columns have equal norms.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
-        Self::at_speed(plant, middle_speed(&plant.a()))
+        Self::with_time_scale(plant, median_time_scale(&plant.a()))
     }
 
-    /// The same with time in units of a speed, rad/s.
-    pub(crate) fn at_speed(plant: &GeneralisedPlant, speed: f64) -> Self {
-        let mut coordinates = Self { speed, ..Self::identity(plant) };
+    /// As [`Coordinates::diagonal`] with a given time scale, rad/s.
+    pub(crate) fn with_time_scale(plant: &GeneralisedPlant, time_scale: f64) -> Self {
+        let mut coordinates = Self { time_scale, ..Self::identity(plant) };
         for _ in 0..20 {
             let s = plant.sizes();
             let scaled = coordinates.apply(plant);
@@ -70,8 +72,8 @@ impl Coordinates {
         coordinates
     }
 
-    /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) found in them are equal
-    /// and diagonal. `None` when one of them is not positive definite.
+    /// These coordinates followed by those in which the pairs (X, Y) and (S, Sigma) become equal and diagonal. `None`
+    /// if one of the matrices is not positive definite.
     pub fn equalising(&self, x: &Mat, y: &Mat, s: &Mat, sigma: &Mat, channels: &[usize]) -> Option<Self> {
         let mut out = self.clone();
         let (t, t_inverse) = equalise(x, y)?;
@@ -81,11 +83,12 @@ impl Coordinates {
         let (mut tau, mut tau_inverse) =
             (Mat::identity(channels.len(), channels.len()), Mat::identity(channels.len(), channels.len()));
         for parameter in 0..parameters {
-            let own: Vec<usize> = (0..channels.len()).filter(|&i| channels[i] == parameter).collect();
-            let part = |m: &Mat| Mat::from_fn(own.len(), own.len(), |i, j| m[(own[i], own[j])]);
+            let indices: Vec<usize> = (0..channels.len()).filter(|&i| channels[i] == parameter).collect();
+            let part =
+                |m: &Mat| Mat::from_fn(indices.len(), indices.len(), |i, j| m[(indices[i], indices[j])]);
             let (t, t_inverse) = equalise(&part(s), &part(sigma))?;
-            for (i, &row) in own.iter().enumerate() {
-                for (j, &col) in own.iter().enumerate() {
+            for (i, &row) in indices.iter().enumerate() {
+                for (j, &col) in indices.iter().enumerate() {
                     tau[(row, col)] = t[(i, j)];
                     tau_inverse[(row, col)] = t_inverse[(i, j)];
                 }
@@ -98,12 +101,12 @@ impl Coordinates {
 
     /// A rate (rad/s) in these coordinates' unit of time.
     pub fn scaled_rate(&self, rate: f64) -> f64 {
-        rate / self.speed
+        rate / self.time_scale
     }
 
-    /// A solution of the synthesis inequalities found in the coordinates `from`, in these.
+    /// A solution of the synthesis inequalities in the coordinates `from`, converted to these.
     pub(crate) fn carry(&self, from: &Self, found: &LmiSolution) -> LmiSolution {
-        // Both run at the same speed.
+        // Both have the same time scale.
         let (t, t_inverse) = (&from.state_inverse * &self.state, &self.state_inverse * &from.state);
         let (c, c_inverse) = (&from.channel_inverse * &self.channel, &self.channel_inverse * &from.channel);
         LmiSolution {
@@ -122,7 +125,7 @@ impl Coordinates {
         let left = [(X, &self.state_inverse), (T, &self.channel_inverse), (Y, &yi)];
         let right = [(X, &self.state), (T, &self.channel), (U, &u)];
         let mut out = p.changed(|parts| parts.transformed(&left, &right));
-        out.parts.rows_mut(X).scale_mut(1.0 / self.speed);
+        out.parts.rows_mut(X).scale_mut(1.0 / self.time_scale);
         out
     }
 
@@ -130,12 +133,12 @@ impl Coordinates {
     /// coordinates.
     pub(crate) fn undo_lyapunov(&self, x: &Mat, inverse: bool) -> Mat {
         if inverse {
-            let whole = lifted(&self.state, x.nrows());
-            &whole * x * whole.transpose() * self.speed
+            let full = lifted(&self.state, x.nrows());
+            &full * x * full.transpose() * self.time_scale
         } else {
-            // With time in other units A is larger by the speed and X smaller.
-            let whole = lifted(&self.state_inverse, x.nrows());
-            whole.transpose() * x * whole / self.speed
+            // In another unit of time A is larger by the time scale and X smaller.
+            let full = lifted(&self.state_inverse, x.nrows());
+            full.transpose() * x * full / self.time_scale
         }
     }
 
@@ -151,7 +154,7 @@ impl Coordinates {
         }
     }
 
-    /// Multipliers found in these coordinates, with w and z in units of `unit`, in the user's.
+    /// Multipliers in these coordinates, with w and z in units of `unit`, converted to the user's.
     pub(crate) fn undo_multipliers(&self, unit: f64, found: &DualMultipliers) -> DualMultipliers {
         let lift = |state: &Mat, channel: &Mat, m: &Mat| {
             let rest = m.nrows() - state.nrows() - channel.nrows();
@@ -160,16 +163,17 @@ impl Coordinates {
         let inverse = self.state_inverse.transpose();
         DualMultipliers {
             primal: lift(&self.state, &self.channel, &found.primal),
-            dual: lift(&(&inverse / self.speed), &self.channel_inverse.transpose(), &found.dual),
-            // Z11 is speed T Z11~ T', Z22 is T^-T Z22~ T^-1/speed.
+            dual: lift(&(&inverse / self.time_scale), &self.channel_inverse.transpose(), &found.dual),
+            // Z11 is time_scale T Z11~ T', Z22 is T^-T Z22~ T^-1/time_scale.
             coupling: (
-                &inverse * &found.coupling.0 / self.speed.sqrt(),
-                &self.state * &found.coupling.1 * self.speed.sqrt(),
+                &inverse * &found.coupling.0 / self.time_scale.sqrt(),
+                &self.state * &found.coupling.1 * self.time_scale.sqrt(),
             ),
         }
     }
 
-    /// Multipliers of the user's coordinates, but for their coupling, in these, with w and z in units of `unit`.
+    /// Multipliers in the user's coordinates, converted to these with w and z in units of `unit`, except their
+    /// coupling.
     pub(crate) fn redo_multipliers(&self, unit: f64, given: &DualMultipliers) -> DualMultipliers {
         let lift = |state: &Mat, channel: &Mat, m: &Mat| {
             let rest = m.nrows() - state.nrows() - channel.nrows();
@@ -177,22 +181,22 @@ impl Coordinates {
         };
         DualMultipliers {
             primal: lift(&self.state_inverse, &self.channel_inverse, &given.primal),
-            dual: lift(&(self.state.transpose() * self.speed), &self.channel.transpose(), &given.dual),
+            dual: lift(&(self.state.transpose() * self.time_scale), &self.channel.transpose(), &given.dual),
             coupling: given.coupling.clone(),
         }
     }
 
-    /// A controller found in these coordinates, in the user's. Its own states and channels keep their basis.
+    /// A controller in these coordinates, converted to the user's. Its states and channels keep their basis.
     pub fn undo(&self, k: &Controller) -> Controller {
         let (u, yi) =
             (diagonal(self.control.iter().copied()), diagonal(self.measurement.iter().map(|v| 1.0 / v)));
         let mut parts = k.parts.transformed(&[(U, &u)], &[(Y, &yi)]);
-        parts.rows_mut(X).scale_mut(self.speed);
+        parts.rows_mut(X).scale_mut(self.time_scale);
         Controller { parts, blocks: k.blocks.clone() }
     }
 }
 
-/// A change of the basis and its inverse: each vector of the basis times a factor.
+/// Scales each basis vector by a factor, and updates the inverse.
 fn scale(basis: &mut Mat, inverse: &mut Mat, factors: &[f64]) {
     for (i, f) in factors.iter().enumerate() {
         basis.column_mut(i).scale_mut(*f);
@@ -200,26 +204,26 @@ fn scale(basis: &mut Mat, inverse: &mut Mat, factors: &[f64]) {
     }
 }
 
-/// The change of the plant's part of a loop, whose other part stays: `blkdiag(own, I)`, of `size` rows.
-fn lifted(own: &Mat, size: usize) -> Mat {
-    let rest = size - own.nrows();
-    diagonal_blocks(&[own, &Mat::identity(rest, rest)])
+/// `blkdiag(part, I)` with `size` rows: the change of the plant's part of a loop.
+fn lifted(part: &Mat, size: usize) -> Mat {
+    let rest = size - part.nrows();
+    diagonal_blocks(&[part, &Mat::identity(rest, rest)])
 }
 
 fn norm_or_one(norm: f64) -> f64 {
     if norm > 0.0 && norm.is_finite() { norm } else { 1.0 }
 }
 
-/// The factor that makes row and column i of one norm, the diagonal entry left out.
+/// The factor that gives row and column i equal norms, without the diagonal entry.
 pub(crate) fn osborne(m: &Mat, i: usize) -> f64 {
     let without = |norm_squared: f64| (norm_squared - m[(i, i)].powi(2)).max(0.0).sqrt();
     let (row, column) = (without(m.row(i).norm_squared()), without(m.column(i).norm_squared()));
     if row > 0.0 && column > 0.0 { (row / column).sqrt().clamp(1e-6, 1e6) } else { 1.0 }
 }
 
-/// The median of the modes' distances from zero, in rad/s: one slow or fast weight does not set the unit of time.
-/// Modes at zero, as far as rounding shows, do not count; 1 when there is no other.
-pub(crate) fn middle_speed(a: &Mat) -> f64 {
+/// The median of |lambda| over the modes, rad/s, so that one slow or fast weight does not set the unit of time. Modes
+/// at zero, to rounding, are left out; 1 if there are no others.
+pub(crate) fn median_time_scale(a: &Mat) -> f64 {
     let sizes: Vec<f64> = eigenvalues(a).iter().map(|v| v.norm()).filter(|v| v.is_finite()).collect();
     let fastest = sizes.iter().copied().fold(0.0, f64::max);
     let mut moving: Vec<f64> = sizes.into_iter().filter(|v| *v > 1e-12 * fastest).collect();

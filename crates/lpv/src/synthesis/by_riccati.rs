@@ -1,9 +1,9 @@
-//! The design of a controller for a plant without parameters, by Riccati equations alone.
+//! Controller design for a plant without parameters, by Riccati equations only.
 //!
-//! Where a path has a zero on the imaginary axis or at infinity, the equations have no solution at any gain. The least
+//! If a path has a zero on the imaginary axis or at infinity, the equations have no solution at any gain. The least
 //! gain is then bracketed by those of two shifted plants, and the controller is that of the plant with a little noise
-//! at its controls and a little weight on its measurements, besides what [`Regularisation`] adds. A loop with
-//! inputs and outputs left out has no larger gain: the bound is that of the loop of the plant as it is.
+//! at its controls and a little weight on its measurements, in addition to [`Regularisation`]. Removing inputs and
+//! outputs does not raise a loop's gain: the bound is that of the loop with the given plant.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
@@ -11,18 +11,18 @@ use crate::matrix::Mat;
 use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
 use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
-use crate::riccati::wide::{Quad, Wide, beside};
+use crate::riccati::wide::{Quad, Wide, concatenated};
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
 use crate::system::parameter_grid::parameter_grid;
 use crate::system::plant::GeneralisedPlant;
 
-/// The design for a plant without parameters, as far as the equations lead.
+/// The design for a plant without parameters, if the Riccati equations give one.
 ///
 /// # Errors
-/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] where the limit lies within the bracket of the least
-/// gain, or no controller near it can be computed. `None` where no bracket is found.
+/// [`SynthesisError::AboveLimit`]; [`SynthesisError::Numerical`] if the limit lies within the bracket of the least
+/// gain, or no controller near it can be computed. `None` if no bracket is found.
 pub(crate) fn synthesise(
     plant: &GeneralisedPlant,
     options: Options,
@@ -52,7 +52,7 @@ pub(crate) fn synthesise(
     Some((least, outcome))
 }
 
-/// A design within the back-off of the least gain, or the best that was found; `None` where none was.
+/// A design within the back-off of the least gain, or the best found; `None` if there is none.
 fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<Design> {
     let most = (1.0 + options.back_off) * least.upper;
     let mut best: Option<Design> = None;
@@ -103,14 +103,14 @@ pub(crate) fn gain_alone(plant: &GeneralisedPlant, options: Options) -> Option<D
     })
 }
 
-/// A plant with more of w and z.
+/// A plant with additional inputs w and outputs z.
 struct Changed {
     plant: WidePlant,
     added: Option<Regularisation>,
 }
 
 impl Changed {
-    /// The central controller at a gain, and the bound of the loop that it closes round the plant as given.
+    /// The central controller at a gain, and the bound of the loop that it closes with the given plant.
     fn controller(
         &self,
         plant: &GeneralisedPlant,
@@ -122,10 +122,10 @@ impl Changed {
         let bounded = |k: &WideController| {
             let rounded = k.rounded()?;
             let closed = WideLoop::new(plant, &WideController::new(&rounded))?;
-            let (guess, room) = (closed.guess(), options.back_off.min(MOST_ROOM));
-            let certified = closed.bound(guess, most, room).or_else(|| {
+            let (guess, slack) = (closed.guess(), options.back_off.min(LARGEST_SLACK));
+            let certified = closed.bound(guess, most, slack).or_else(|| {
                 let norm = closed.norm().filter(|norm| *norm <= MOST_LOST * built_at)?;
-                closed.bound(norm, f64::INFINITY, MOST_ROOM)
+                closed.bound(norm, f64::INFINITY, LARGEST_SLACK)
             })?;
             Some((rounded, certified))
         };
@@ -134,17 +134,17 @@ impl Changed {
             return None;
         }
         let near = |found: &(Controller, GainBound)| found.1.gamma <= most;
-        // Where rounding in the plant's coordinates spoils it, in those of the loop.
-        let own = || {
+        // If rounding in the plant's coordinates spoils it, in balanced coordinates of the loop.
+        let rebalanced = || {
             let closed = WideLoop::new(plant, &central)?;
-            bounded(&central.in_coordinates(&closed.own_coordinates(built_at, plant.sizes().x)?)?)
+            bounded(&central.in_coordinates(&closed.balanced_coordinates(built_at, plant.sizes().x)?)?)
         };
         let found = bounded(&central);
-        if found.as_ref().is_some_and(near) { found } else { own().or(found) }
+        if found.as_ref().is_some_and(near) { found } else { rebalanced().or(found) }
     }
 }
 
-/// The plant as it is, then with less and less noise and weight that costs only a part of the back-off.
+/// The given plant, then with decreasing noise and weight that cost only a fraction of the back-off.
 fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator<Item = Changed> {
     let affordable = (1.0 + NOISE_SHARE * back_off) * gamma;
     let given = WidePlant::new(plant);
@@ -163,7 +163,7 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
 }
 
 impl WidePlant {
-    /// The plant with one more w for each control, which enters where the control does, its size in units of the
+    /// The plant with one more disturbance per control, entering where the control does, of a size relative to the
     /// control's weight.
     fn with_noise(&self, size: f64) -> Self {
         let (z, y, u) = (self.c1.nrows(), self.c2.nrows(), self.b2.ncols());
@@ -171,35 +171,34 @@ impl WidePlant {
         let noise =
             Wide::from_fn(self.a.nrows(), u, |i, j| self.b2[(i, j)] * Quad::from_f64(size / weight(j)));
         Self {
-            b1: beside(&self.b1, &noise),
-            d11: beside(&self.d11, &Wide::zeros(z, u)),
-            d21: beside(&self.d21, &Wide::zeros(y, u)),
+            b1: concatenated(&self.b1, &noise),
+            d11: concatenated(&self.d11, &Wide::zeros(z, u)),
+            d21: concatenated(&self.d21, &Wide::zeros(y, u)),
             ..self.clone()
         }
     }
 }
 
-/// How far above the least gain a controller is built, relative to the back-off.
+/// The relative distance above the least gain at which a controller is built, as fractions of the back-off.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
-/// A loop whose norm is above the gain that its controller was built for by more than this factor has been spoilt by
-/// rounding.
+/// A loop whose norm exceeds the gain of its controller's design by more than this factor was spoilt by rounding.
 const MOST_LOST: f64 = 10.0;
 
-/// How far above the norm of a loop its bound may be, relative to it.
-const MOST_ROOM: f64 = 0.1;
+/// The largest relative excess of a loop's bound over its norm.
+const LARGEST_SLACK: f64 = 0.1;
 
-/// What part of the back-off noise and weight may cost.
+/// The fraction of the back-off that noise and weight may cost.
 const NOISE_SHARE: f64 = 0.4;
 
-/// Noises and weights, relative to what the controls weigh and to the noise of the measurements. Where there is none,
-/// they are relative to what balanced coordinates make of the plant, which may be anything.
+/// Noises and weights, relative to the controls' weights and the measurements' noise. If there are none, they are
+/// relative to balanced coordinates of the plant, whose size is arbitrary.
 const SIZES: [f64; 17] = [
     1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14,
 ];
 
-/// So many of them are for plants that have weights and noise.
+/// The number of them used for plants with weights and noise.
 const SIZES_OF_REGULAR: usize = 9;
 
-/// So many changed plants are tried: where rounding spoils the controllers of all, it spoils those of more.
+/// The largest number of modified plants: if rounding spoils the controllers of all these, more do not help.
 const MOST_CHANGES: usize = 6;

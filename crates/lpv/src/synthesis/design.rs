@@ -1,4 +1,4 @@
-//! What a synthesis is asked for, and what comes of it.
+//! Options and result of a synthesis.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::bounded_rate::intervals::SlowBound;
@@ -6,22 +6,22 @@ use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::controller::Controller;
 
-/// How a controller is sought.
+/// Options of a synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The scalings.
     pub scalings: ScalingClass,
-    /// The controller is built at `(1 + back_off)` times the least gamma, where X Y keeps off I. Where no controller
-    /// can be built so close to it, the back-off is doubled, twice at most.
+    /// The controller is built at `(1 + back_off)` times the least gamma, where X Y is away from I. If no controller
+    /// can be built so close, the back-off is doubled, at most twice.
     pub back_off: f64,
-    /// A least gamma above this counts as infeasible.
+    /// A least gamma above this is treated as infeasible.
     pub gamma_limit: Option<f64>,
-    /// A gamma that is known to be within this of the least, relative to itself, is near enough to it.
+    /// The relative accuracy of the least gamma.
     pub accuracy: f64,
-    /// No mode of the frozen controller may be faster than this, rad/s.
+    /// The limit on the modes of the frozen controller, rad/s.
     pub fastest_mode: Option<f64>,
-    /// Whether to give up where the search gets stuck: for one of many controllers, of which few are kept. The general
-    /// solver, other back-offs and changes of the plant, which take ten times as long, are left out.
+    /// Whether to give up if the search gets stuck, for one of many trial controllers. The general solver, other
+    /// back-offs and modified plants, which take ten times as long, are left out.
     pub quick: bool,
 }
 
@@ -38,25 +38,25 @@ impl Default for Options {
     }
 }
 
-/// A controller with what is known of it.
+/// A controller with its bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Design {
     /// The controller, in the plant's coordinates.
     pub controller: Controller,
     /// The least gamma that the synthesis inequalities allow.
     pub gamma_optimum: f64,
-    /// No gamma below this is possible, as floating point shows; 0 when nothing is known. Without parameters it is of
-    /// every controller, with them of those that the synthesis inequalities give.
+    /// A lower bound of gamma in floating point; 0 if unknown. Without parameters it holds for every controller, with
+    /// them for those of the synthesis inequalities.
     pub lower: f64,
     /// Multipliers that may prove a lower bound of the least gamma, the most promising first.
     pub multipliers: Vec<DualMultipliers>,
     /// The gamma at which the controller was built.
     pub gamma_design: f64,
-    /// The gain bound of the closed loop, with the matrices that show it.
+    /// The gain bound of the closed loop, with the matrices that prove it.
     pub certified: GainBound,
-    /// What was added to the plant for the design of the controller, where none could be built without; gamma_design
-    /// is then of the plant with it, and all else of the plant as given.
+    /// What was added to the plant for the design, if no controller could be built without; gamma_design is then that
+    /// of the modified plant, and everything else that of the given plant.
     pub regularisation: Option<Regularisation>,
-    /// The gain of the closed loop where the parameter moves at a bounded rate, if the controller was built for that.
+    /// The gain of the closed loop for a bounded parameter rate, if the controller was designed for one.
     pub slow: Option<SlowBound>,
 }

@@ -1,4 +1,4 @@
-//! The design of a controller in one go: the least gamma, the back-off, the controller and the bound of its loop.
+//! One pass of the design: least gamma, back-off, controller, bound of the closed loop.
 
 use crate::analysis::bounded_gain::bounded_gain;
 use crate::analysis::gain_bound::GainBound;
@@ -17,7 +17,7 @@ use crate::system::plant::GeneralisedPlant;
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
 pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;
 
-/// The design in one go, above the least gamma of the plant.
+/// One pass of the design, above the least gamma of the plant.
 pub(crate) fn directly(
     plant: &GeneralisedPlant,
     least: &Least,
@@ -34,7 +34,7 @@ pub(crate) fn directly(
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
-/// The bound of a loop, shown with skew scalings, shows that the least gamma with them is no larger.
+/// A closed loop's bound, proved with skew scalings, is an upper bound of the least gamma with them.
 fn consistent(design: Design, scalings: ScalingClass) -> Design {
     if scalings == ScalingClass::Symmetric {
         return design;
@@ -42,7 +42,7 @@ fn consistent(design: Design, scalings: ScalingClass) -> Design {
     Design { gamma_optimum: design.gamma_optimum.min(design.certified.gamma), ..design }
 }
 
-/// A failure may be that no gamma exists at all: then the solver only saw gamma grow.
+/// A failure may mean that no gamma exists: the solver then only saw gamma grow.
 fn explained(
     plant: &GeneralisedPlant,
     outcome: Result<Design, SynthesisError>,
@@ -72,7 +72,7 @@ fn explained(
     }
 }
 
-/// Builds the controller a little above the least gamma, or farther where none can be built so close.
+/// Builds the controller a little above the least gamma, or farther away if none can be built so close.
 fn build(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,
@@ -139,7 +139,7 @@ fn build_at(
     })
 }
 
-/// Says by how much the limit is missed, and which channel dominates in the loop of the best controller.
+/// The error for a missed limit, with the dominant channel of the best controller's loop.
 fn above_limit(
     plant: &GeneralisedPlant,
     coordinates: &Coordinates,

@@ -1,18 +1,17 @@
-//! A direct path D22 from u to y: taken out of the plant for the synthesis, and put around the controller again.
+//! A direct path D22 from u to y: removed from the plant for the synthesis and restored around the controller.
 //!
 //! ```text
 //! y = y~ + D22 u,   u = K~ y~ = K~ (y - D22 u) = K y
 //! ```
 //!
-//! K~ is designed for the plant without D22, whose output is y~. The loop of K~ with that plant and the loop of K
-//! with the plant as given are one and the same, and so are their bounds. Source: M. G. Safonov, D. J. N. Limebeer,
-//! R. Y. Chiang, "Simplifying the H-infinity theory via loop-shifting, matrix-pencil and descriptor concepts", Int.
-//! J. Control 50(6), 1989, section 4.
+//! K~ is designed for the plant without D22, whose output is y~. The loop of K~ with that plant and the loop of K with
+//! the given plant are the same, and so are their bounds. Source: M. G. Safonov, D. J. N. Limebeer, R. Y. Chiang,
+//! "Simplifying the H-infinity theory via loop-shifting, matrix-pencil and descriptor concepts", Int. J. Control 50(6),
+//! 1989, section 4.
 //!
-//! K exists where `I + Duy~ D22` is regular, for every value of the parameters. A K~ for which it is not is changed
-//! a little, for inequalities that hold strictly hold beside it, too. Where the parameters carry it through a
-//! singular value, no small change helps: then a controller is designed that sees y~ through lags, and has no direct
-//! path of its own.
+//! K exists if `I + Duy~ D22` is regular for every parameter value. If it is not, K~ is changed a little: strict
+//! inequalities survive a small change. If the parameters take it through a singular value, no small change helps: then
+//! a controller is designed that measures y~ through lags and has no direct path.
 
 use crate::analysis::bounded_gain::{bounded_gain, worst_eigenvalue};
 use crate::analysis::gain_bound::GainBound;
@@ -29,13 +28,13 @@ use crate::system::partition::Sizes;
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::Complex;
 
-/// The controller `u = K (y - D22 u)` as one from y to u; put around that again, `-D22` gives K back.
+/// The controller `u = K (y - D22 u)` from y to u; applied again with `-D22` this gives K back.
 ///
 /// ```text
 /// u = M (Cu xk + Duy y + Dut wk),   M = (I + Duy D22)^-1,   y - D22 u in place of y in the rows xk' and zk
 /// ```
 ///
-/// Shapes: D22 is y x u. `None` where `I + Duy D22` is singular, but for rounding.
+/// Shapes: D22 is y x u. `None` if `I + Duy D22` is singular, to rounding.
 pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
     let Sizes { x: n, y, .. } = k.parts.sizes();
     let looped = k.duy() * d22;
@@ -48,19 +47,19 @@ pub fn around(k: &Controller, d22: &Mat) -> Option<Controller> {
     let fed_back = d22 * &u;
     let rows = |row| k.parts.join(&[row], &[X, Y, T]) - k.parts.block(row, Y) * &fed_back;
     let (state, channel) = (rows(X), rows(T));
-    let whole = block(&[&[&state], &[&u], &[&channel]]);
-    Some(Controller::from_matrix(&whole, n, y, looped.nrows(), k.blocks.clone()))
+    let matrix = block(&[&[&state], &[&u], &[&channel]]);
+    Some(Controller::from_matrix(&matrix, n, y, looped.nrows(), k.blocks.clone()))
 }
 
-/// Designs a controller for a plant with a direct path from u to y, and bounds the gain of the loop that it closes:
+/// Designs a controller for a plant with a direct path from u to y, and bounds the gain of the closed loop:
 /// [`synthesis::synthesise`] for `y = C2 x + D2t wt + D21 w + D22 u`.
 ///
-/// `plant` is without D22 (y x u). The bound is of the loop that is the same with D22 and the controller returned as
-/// without it and the one that [`around`] makes of that controller and `-D22`.
+/// `plant` is without D22 (y x u). The loop of D22 and the returned controller is the same as the loop without D22 and
+/// with [`around`] of that controller and `-D22`; the bound is that of this loop.
 ///
 /// # Errors
-/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 that does not fit;
-/// [`SynthesisError::NotWellPosed`] where no controller was found that D22 leaves well posed.
+/// As [`synthesis::synthesise`]; [`SynthesisError::Shape`] for a D22 of the wrong size;
+/// [`SynthesisError::NotWellPosed`] if no controller was found whose loop with D22 is well posed.
 pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Result<Design, SynthesisError> {
     if is_none(d22) {
         return synthesis::synthesise(plant, options);
@@ -71,7 +70,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Resu
     }
     let limit = options.fastest_mode;
     let mut too_fast = None;
-    // As without D22, where the limit on the modes of the controller is kept nearer to the inequalities.
+    // As without D22, where the limit on the controller's modes is enforced with the inequalities.
     for factor in [1.0, 2.0, 4.0] {
         let options = Options { back_off: factor * options.back_off, fastest_mode: None, ..options };
         let found =
@@ -89,7 +88,7 @@ pub fn synthesise(plant: &GeneralisedPlant, d22: &Mat, options: Options) -> Resu
     Err(SynthesisError::TooFast { ratio: too_fast.unwrap_or(f64::INFINITY) })
 }
 
-/// Removes states as [`crate::synthesis::reduce::reduce`] does, of a design for a plant with a direct path from u to y.
+/// Removes states as [`crate::synthesis::reduce::reduce`] does, for a plant with a direct path from u to y.
 pub fn reduce(plant: &GeneralisedPlant, d22: &Mat, design: &Design, fastest_mode: Option<f64>) -> Design {
     if is_none(d22) {
         return crate::synthesis::reduce::reduce(plant, design, fastest_mode);
@@ -107,13 +106,13 @@ fn is_none(d22: &Mat) -> bool {
     d22.iter().all(|entry| *entry == 0.0)
 }
 
-/// How far the fastest mode is beyond a limit.
+/// The fastest mode as a multiple of the limit, if it exceeds it.
 fn excess(k: &Controller, limit: Option<f64>) -> Option<f64> {
     let ratio = k.fastest_mode(&parameter_grid(k.blocks.len())) / limit?;
     (ratio > 1.0).then_some(ratio)
 }
 
-/// A design for the plant without D22, made one for the plant with it: the first that costs next to nothing, or the
+/// A design for the plant without D22, converted to one for the plant with it: the first at negligible cost, or the
 /// best.
 fn put_back(
     plant: &GeneralisedPlant,
@@ -152,8 +151,8 @@ fn put_back(
     best.ok_or(SynthesisError::NotWellPosed)
 }
 
-/// The controller put around D22, and the bound of its loop, shown for the controller that D22 makes of it: rounding
-/// is seen.
+/// The controller with D22 around it, and the bound of its loop, proved for the controller with D22 removed again, so
+/// that rounding is included.
 fn closed(
     plant: &GeneralisedPlant,
     d22: &Mat,
@@ -184,8 +183,8 @@ fn nudged(k: &Controller, factor: f64) -> Controller {
     out
 }
 
-/// A design that sees y through lags of this rate (rad/s), which are made part of its controller: its own states
-/// come after those of the lags.
+/// A design that measures y through lags of this rate (rad/s), which become part of its controller: their states come
+/// first.
 fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<Design> {
     let s = plant.sizes();
     let unit = Mat::identity(s.y, s.y);
@@ -202,29 +201,29 @@ fn behind_lags(plant: &GeneralisedPlant, rate: f64, options: Options) -> Option<
     Some(Design { controller, ..design })
 }
 
-/// The controller of `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first
+/// The controller with `yl' = rate (y - yl)` in place of y: `[A By Bt; Cu Duy Dut; Ct Dty Dtt]` with yl as the first
 /// states.
 fn behind(k: &Controller, rate: f64) -> Controller {
     let Sizes { x, t, u, y, .. } = k.parts.sizes();
     let (z, lag) = (Mat::zeros, Mat::identity(y, y) * rate);
-    let whole = block(&[
+    let matrix = block(&[
         &[&-&lag, &z(y, x), &lag, &z(y, t)],
         &[&k.by(), &k.a(), &z(x, y), &k.bt()],
         &[&k.duy(), &k.cu(), &z(u, y), &k.dut()],
         &[&k.dty(), &k.ct(), &z(t, y), &k.dtt()],
     ]);
-    Controller::from_matrix(&whole, y + x, y, u, k.blocks.clone())
+    Controller::from_matrix(&matrix, y + x, y, u, k.blocks.clone())
 }
 
-/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, counts as zero: the
-/// controller's numbers grow with its inverse.
+/// An eigenvalue of `I + Duy D22` below this fraction of the largest of `Duy D22`, or of 1, is taken as zero: the
+/// controller's gains grow with its inverse.
 const SINGULAR_RATIO: f64 = 1e-6;
 
-/// By how much the direct paths of a controller are changed, relatively, until D22 leaves it well posed.
+/// Relative changes of a controller's direct paths, tried until it is well posed with D22.
 const DIRECT_PATH_CHANGES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2];
 
-/// How many times slower than the fastest mode of the loop without lags the lags are: fast ones cost little.
+/// The lags' time constants as multiples of that of the fastest mode of the loop without lags.
 const LAG_RATIOS: [f64; 3] = [0.01, 0.1, 1.0];
 
-/// What a bound may rise, relatively, for the search to end.
+/// The accepted relative rise of the bound, which ends the search.
 const ACCEPTED_RISE: f64 = 0.01;

@@ -1,12 +1,13 @@
-//! Multipliers of the synthesis inequalities that can be proved: brought clearly inside their own inequalities.
+//! Multipliers of the synthesis inequalities, moved into the interior of their own inequalities so that they can be
+//! proved.
 //!
-//! With W and W2 the multipliers of the primal and the dual inequality, that of `[X I; I Y]` has the diagonal blocks
-//! `Z11 = sum xd x' + x xd'` and Z22 (see the crate `certificate`, which proves the bound), and its best upper right
+//! With W and W2 the multipliers of the primal and the dual inequality, the multiplier of `[X I; I Y]` has the diagonal
+//! blocks `Z11 = sum xd x' + x xd'` and Z22 (see the crate `certificate`, which proves the bound). Its best upper right
 //! block is known in closed form: for `Z11 = L1 L1'`, `Z22 = L2 L2'` the trace of `L1 K L2'` is least over `|K| <= 1`
-//! where `-K` is the orthogonal factor of the polar decomposition `U V'` of `L1'L2 = U s V'`. That is `-Z11 E F' Z22`
-//! with `E = L1^-T U`, `F = L2^-T V`, and the columns of the largest singular values are nearly all of it. At the
-//! optimum Z11 and Z22 are singular but for rounding, so W is mixed with a little of one whose Z11 is clearly
-//! positive: for the gramian P of `(A_k - alpha I, B_k)`, `A_k P + P A_k' + 2 B_k B_k' = B_k B_k' + 2 alpha P`.
+//! if `-K` is the orthogonal factor of the polar decomposition `U V'` of `L1'L2 = U s V'`. That is `-Z11 E F' Z22` with
+//! `E = L1^-T U`, `F = L2^-T V`, and the columns of the largest singular values dominate. At the optimum Z11 and Z22
+//! are singular to rounding, so W is mixed with a little of one whose Z11 is clearly positive: for the gramian P of
+//! `(A_k - alpha I, B_k)`, `A_k P + P A_k' + 2 B_k B_k' = B_k B_k' + 2 alpha P`.
 
 use crate::matrix::{
     Mat, block, kernel, pseudo_inverse, scaled_least_eigenvalue, spectral_abscissa, svd, symmetric_part,
@@ -17,7 +18,7 @@ use crate::system::lyapunov::lyapunov;
 use crate::system::partition::Group::{T, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 
-/// The most promising ways to repair multipliers, best first.
+/// The most promising repaired multipliers, best first.
 pub(crate) fn repaired(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -33,8 +34,8 @@ pub(crate) fn repaired(
         for exponent in MIXED_EXPONENTS {
             let share = 10f64.powi(exponent);
             let mixed = DualMultipliers {
-                primal: mixed(&one.brought(&m.primal), &clear_primal, share),
-                dual: mixed(&two.brought(&m.dual), &clear_dual, share),
+                primal: mixed(&one.projected(&m.primal), &clear_primal, share),
+                dual: mixed(&two.projected(&m.dual), &clear_dual, share),
                 coupling: m.coupling.clone(),
             };
             out.extend(completed(&primal, &dual, mixed));
@@ -44,23 +45,23 @@ pub(crate) fn repaired(
     out.into_iter().take(MOST_REPAIRED).map(|(_, m)| coordinates.undo_multipliers(gamma, &m)).collect()
 }
 
-/// The shares of what is mixed in, as powers of ten.
+/// The shares mixed in, as powers of ten.
 const MIXED_EXPONENTS: std::ops::RangeInclusive<i32> = -13..=-2;
 
-/// So many ways are worth proving.
+/// The largest number of repaired multipliers.
 const MOST_REPAIRED: usize = 12;
 
-/// So many units of the last place are the rounding to expect in a sum that makes up Z11.
+/// The rounding to expect in a sum of Z11, in units of the last place.
 const ROUNDING_PLACES: f64 = 4.0;
 
-/// P with `P P'` near `W W' + share V V'`, in units of their sizes, and with as many columns as rows.
+/// P with `P P'` close to `W W' + share V V'`, in units of their sizes, with as many columns as rows.
 fn mixed(w: &Mat, v: &Mat, share: f64) -> Mat {
     let ratio = (share * w.norm_squared() / v.norm_squared()).sqrt();
     let factor = if ratio.is_finite() { ratio } else { 0.0 };
     block(&[&[w, &(v * factor)]]).transpose().qr().r().transpose()
 }
 
-/// The multipliers with their coupling and the bound that they give, in units of gamma; `None` when Z11 or Z22 is not
+/// The multipliers with their coupling and the bound that they give, in units of gamma; `None` if Z11 or Z22 is not
 /// clearly positive.
 fn completed(
     primal: &GeneralisedPlant,
@@ -82,10 +83,10 @@ fn completed(
     bound.is_finite().then_some((bound, DualMultipliers { coupling, ..m }))
 }
 
-/// What is kept of `|K| <= 1`, so that rounding does not lead outside.
+/// The bound used for `|K|`, below 1 so that rounding does not violate it.
 const COUPLING_FACTOR: f64 = 1.0 - 1e-7;
 
-/// A singular value below this part of the largest is not worth its rounding.
+/// Singular values below this fraction of the largest are dropped: rounding outweighs them.
 const SMALL_SINGULAR_VALUE: f64 = 1e-4;
 
 /// Sums over the columns of P, as in the crate `certificate`.
@@ -114,12 +115,12 @@ impl Moments {
         }
     }
 
-    /// The states that occur.
+    /// The states with a nonzero entry.
     fn occurring(&self) -> Vec<usize> {
         (0..self.lyapunov.nrows()).filter(|i| self.lyapunov[(*i, *i)] != 0.0).collect()
     }
 
-    /// L with `Z11 = L L'` of the states that occur; `None` where Z11 is not positive in spite of the rounding.
+    /// L with `Z11 = L L'` on the states that occur; `None` if Z11 is not positive beyond rounding.
     fn factor(&self) -> Option<Mat> {
         let all = self.occurring();
         let part = self.lyapunov.select_rows(&all).select_columns(&all);
@@ -133,7 +134,7 @@ impl Moments {
         Some(part.cholesky().filter(|_| least > rounding)?.l())
     }
 
-    /// Rows for all states from those for the states that occur.
+    /// Rows for all states from those of the states that occur.
     fn spread(&self, m: &Mat) -> Mat {
         let mut out = Mat::zeros(self.lyapunov.nrows(), m.ncols());
         self.occurring().iter().enumerate().for_each(|(k, &i)| out.set_row(i, &m.row(k)));
@@ -141,7 +142,7 @@ impl Moments {
     }
 }
 
-/// What y = 0 leaves of a plant: `(wt, w) = H x + D eta`, `x' = A_k x + B_k eta`.
+/// The plant with y = 0: `(wt, w) = H x + D eta`, `x' = A_k x + B_k eta`.
 struct Kernel<'a> {
     plant: &'a GeneralisedPlant,
     noise: Mat,
@@ -155,7 +156,7 @@ struct Kernel<'a> {
 }
 
 impl<'a> Kernel<'a> {
-    /// `None` where the noise does not reach all measurements.
+    /// `None` if the noise does not reach all measurements.
     fn new(p: &'a GeneralisedPlant) -> Option<Self> {
         let (noise, b) = (p.parts.join(&[Y], &[T, W]), p.parts.join(&[X], &[T, W]));
         let noise_inverse = pseudo_inverse(&noise, 1e-10);
@@ -163,11 +164,11 @@ impl<'a> Kernel<'a> {
         if (&p.c2() + &noise * &h).norm() > 1e-9 * p.c2().norm() {
             return None;
         }
-        let nothing = |sum: &Mat, terms: Mat| {
+        let rounded = |sum: &Mat, terms: Mat| {
             sum.zip_map(&terms, |v, size| if v.abs() <= 1e-14 * size { 0.0 } else { v })
         };
-        let a = nothing(&(&p.a() + &b * &h), p.a().abs() + b.abs() * h.abs());
-        let b = nothing(&(&b * &d), b.abs() * d.abs());
+        let a = rounded(&(&p.a() + &b * &h), p.a().abs() + b.abs() * h.abs());
+        let b = rounded(&(&b * &d), b.abs() * d.abs());
         let n = p.a().nrows();
         let mut reached: Vec<bool> = (0..n).map(|i| b.row(i).iter().any(|v| *v != 0.0)).collect();
         for _ in 0..n {
@@ -179,8 +180,8 @@ impl<'a> Kernel<'a> {
         Some(Self { plant: p, noise, noise_inverse, h, d, a, b, reached })
     }
 
-    /// Vectors without the states that are not reached, and with y = 0.
-    fn brought(&self, p: &Mat) -> Mat {
+    /// Vectors projected on y = 0, with zeros for the states that are not reached.
+    fn projected(&self, p: &Mat) -> Mat {
         let s = self.plant.sizes();
         let mut out = p.clone();
         for i in (0..s.x).filter(|i| !self.reached.contains(i)) {
@@ -192,7 +193,7 @@ impl<'a> Kernel<'a> {
         out
     }
 
-    /// Vectors with a clearly positive Z11, if there are any.
+    /// Vectors with a clearly positive Z11, if any.
     fn clear(&self) -> Mat {
         let rows = self.h.nrows() + self.plant.a().nrows() + self.plant.c1().nrows();
         self.gramian_root().unwrap_or_else(|| Mat::zeros(rows, 0))
@@ -219,5 +220,5 @@ impl<'a> Kernel<'a> {
     }
 }
 
-/// alpha above the fastest growth, in the unit of time of the balanced plant.
+/// The excess of alpha over the fastest growth, in the unit of time of the balanced plant.
 const GRAMIAN_SHIFT: f64 = 0.3;

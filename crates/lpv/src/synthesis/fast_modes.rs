@@ -1,13 +1,13 @@
-//! Modes so fast that they spoil the arithmetic, slowed down for the search and put back for the proof.
+//! Modes so fast that they spoil the arithmetic: slowed down for the search, restored for the proof.
 //!
 //! ```text
 //! x' = (P r + I - P) (A x + Bt wt + B1 w + B2 u)
 //! ```
 //!
-//! P projects on the plant's fast modes and r < 1 slows them; what they do at the other modes' frequencies stays,
-//! their gain at rest exactly. A controller for the slowed plant is one for the plant itself up to terms of the ratio
-//! of the two time scales, and so is its bound, with the Lyapunov matrix of the fast modes r times as large. Nothing
-//! is taken for granted: the loop of the plant itself is analysed, from that bound on.
+//! P projects on the plant's fast modes and r < 1 slows them; their response at the other modes' frequencies stays
+//! nearly the same, their static gain exactly. A controller for the slowed plant is one for the given plant up to terms
+//! of the ratio of the two time scales, and so is its bound, with the Lyapunov matrix of the fast modes scaled by r.
+//! The result is not relied on: the loop of the given plant is analysed, starting from that bound.
 //!
 //! Two time scales: P. V. Kokotovic, H. K. Khalil, J. O'Reilly, "Singular Perturbation Methods in Control", 1986,
 //! chapter 7, for the Lyapunov function. The projector: J. D. Roberts, Int. J. Control 32(4), 1980, by the matrix
@@ -27,14 +27,14 @@ pub(crate) struct Slowed {
     ratio: f64,
 }
 
-/// Fast modes are at least this much faster than all others, before they are slowed and after.
+/// The ratio between the fast modes and all others, before and after they are slowed.
 const MODE_GAP: f64 = 1e3;
 
-/// The ratios of one try to the next.
+/// The ratio between successive trials.
 const SLOWING_STEP: f64 = 1e-3;
 
-/// The plant with its fast modes slowed by more and more, as long as they stay apart from the others. Empty where no
-/// stable modes are apart and above the median.
+/// The plant with its fast modes slowed more and more, as long as they stay separate from the others. Empty if no
+/// stable modes above the median are separate.
 pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
     let Some((slow, fast)) = gap(&plant.a()) else { return Vec::new() };
     let Some(projector) = projector(&plant.a(), (slow * fast).sqrt()) else { return Vec::new() };
@@ -51,10 +51,10 @@ pub(crate) fn slowed(plant: &GeneralisedPlant) -> Vec<Slowed> {
 }
 
 impl Slowed {
-    /// What a bound of the slowed plant's loop suggests for the plant's own.
-    pub(crate) fn at_speed(&self, bound: &GainBound) -> GainBound {
-        let (n, whole) = (self.projector.nrows(), bound.x.nrows());
-        let mut rest = Mat::identity(whole, whole);
+    /// An estimate of the given plant's bound from that of the slowed plant's loop.
+    pub(crate) fn restored(&self, bound: &GainBound) -> GainBound {
+        let (n, size) = (self.projector.nrows(), bound.x.nrows());
+        let mut rest = Mat::identity(size, size);
         rest.view_mut((0, 0), (n, n)).zip_apply(&self.projector, |v, p| *v -= p);
         let slow = rest.transpose() * &bound.x * &rest;
         let x = symmetric_part(&(&slow + (&bound.x - &slow) * self.ratio));
@@ -62,7 +62,7 @@ impl Slowed {
     }
 }
 
-/// The fastest of the other modes and the slowest of the fast ones, rad/s, which all decay as fast as they turn.
+/// The fastest of the other modes and the slowest of the fast ones, rad/s; the fast ones must be well damped.
 fn gap(a: &Mat) -> Option<(f64, f64)> {
     let mut modes = eigenvalues(a);
     modes.sort_by(|one, other| one.norm().total_cmp(&other.norm()));
@@ -74,7 +74,7 @@ fn gap(a: &Mat) -> Option<(f64, f64)> {
     (decay && fast.is_finite()).then_some((slow, fast))
 }
 
-/// The projector on the modes to the left of `-rate`, along the others.
+/// The projector on the modes left of `-rate`, along the others.
 pub(crate) fn projector(a: &Mat, rate: f64) -> Option<Mat> {
     let unit = Mat::identity(a.nrows(), a.nrows());
     let mut sign = a / rate + &unit;
@@ -94,7 +94,7 @@ pub(crate) fn projector(a: &Mat, rate: f64) -> Option<Mat> {
 /// Newton's iteration takes about as many steps as the ratio of the modes has bits, far fewer with scaling.
 const MOST_ITERATIONS: usize = 100;
 
-/// A change, relative to the sign function, at which it is found.
+/// The relative change of the sign function at convergence.
 const SIGN_TOLERANCE: f64 = 1e-10;
 
 #[cfg(test)]
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn a_gap_is_looked_for_above_the_middle() {
         assert_eq!(gap(&dmatrix![-1.0, 0.0; 0.0, -1e8]), Some((1.0, 1e8)));
-        // Neither a fast oscillation, nor one that grows, nor a slow mode beside others.
+        // Neither a fast oscillation, nor an unstable mode, nor one slow mode.
         assert_eq!(gap(&dmatrix![-1.0, 0.0; 0.0, 1e8]), None);
         assert_eq!(gap(&dmatrix![-1.0, 0.0, 0.0; 0.0, -1.0, 1e8; 0.0, -1e8, -1.0]), None);
         assert_eq!(gap(&dmatrix![-1e-8, 0.0, 0.0; 0.0, -1.0, 0.0; 0.0, 0.0, -2.0]), None);

@@ -13,12 +13,12 @@ use crate::system::model_error::LoopError;
 use crate::system::partition::Group::{T, W, X, Y};
 use crate::system::plant::{GeneralisedPlant, channels};
 
-/// Which scalings of the parameter channels are sought.
+/// The class of scalings of the parameter channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ScalingClass {
-    /// Symmetric S and Sigma alone (T = Gamma = 0), coupled by [S I; I Sigma] >= 0.
+    /// Symmetric S and Sigma only (T = Gamma = 0), coupled by [S I; I Sigma] >= 0.
     Symmetric,
-    /// Symmetric and skew-symmetric ones: the paper's.
+    /// Symmetric and skew-symmetric scalings, as in the paper.
     #[default]
     SymmetricAndSkew,
 }
@@ -38,24 +38,23 @@ pub struct LmiSolution {
     pub dual_scaling: Mat,
     /// The least eigenvalue over all inequalities, each scaled to a unit diagonal; positive if they hold strictly.
     pub margin: f64,
-    /// An estimate of how far gamma may be above the least, relative to itself; infinite when nothing is known or
-    /// gamma was given.
+    /// An estimate of the relative excess of gamma over the least; infinite if unknown or gamma was given.
     pub gap: f64,
-    /// No gamma below this is possible, as multipliers in floating point show; 0 when nothing is known.
+    /// A lower bound of gamma by multipliers in floating point; 0 if unknown.
     pub lower: f64,
-    /// Multipliers that may prove how low gamma can be, the most promising first; empty when gamma was given.
+    /// Multipliers that may prove a lower bound of gamma, the most promising first; empty if gamma was given.
     pub multipliers: Vec<DualMultipliers>,
 }
 
-/// Multipliers of the synthesis inequalities, in floating point: what they are worth is for exact arithmetic to say.
+/// Multipliers of the synthesis inequalities in floating point; exact arithmetic decides what they prove.
 ///
-/// Those of the primal and of the dual inequality are `P P'`, with the control taken out: `[C2 D2t D21 0] P = 0` up
-/// to rounding.
+/// Those of the primal and of the dual inequality are `P P'`, with the control eliminated: `[C2 D2t D21 0] P = 0` to
+/// rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DualMultipliers {
     /// P of the primal inequality, rows x, wt, w, z.
     pub primal: Mat,
-    /// P of the dual inequality, rows as those of the primal one of [`GeneralisedPlant::dual`].
+    /// P of the dual inequality, with the rows of the primal one of [`GeneralisedPlant::dual`].
     pub dual: Mat,
     /// E and F of the upper right block `-Z11 E F' Z22` of the multiplier of `[X I; I Y]`, whose other blocks follow
     /// from the first two.
@@ -114,8 +113,8 @@ impl Unknowns {
     }
 }
 
-/// States the inequalities of a plant; gamma is an unknown unless it is given.
-pub(crate) fn state(
+/// Adds the inequalities of a plant to a program; gamma is an unknown unless it is given.
+pub(crate) fn add_inequalities(
     program: &mut Program,
     plant: &GeneralisedPlant,
     gamma: Option<f64>,
@@ -141,7 +140,7 @@ pub(crate) fn state(
     unknowns
 }
 
-/// The inequalities, each to be positive.
+/// The inequalities, each required to be positive.
 fn inequalities(
     plant: &GeneralisedPlant,
     unknowns: &Unknowns,
@@ -172,17 +171,17 @@ pub(crate) fn coupling(p: &Affine, q: &Affine, c: f64) -> Affine {
     symmetric(&[vec![p.clone(), Affine::constant(Mat::identity(n, n) * c)], vec![q.clone()]])
 }
 
-/// The scaled bounded-real inequality of an open plant with its control taken out by projection on the
-/// kernel of `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
+/// The scaled bounded-real inequality of an open plant with its control eliminated by projection on the kernel of
+/// `[C2 D2t D21]` (Apkarian and Gahinet 1995, eq. 20, with the skew scaling T).
 fn projected(p: &GeneralisedPlant, gamma: &Affine, x: &Affine, s: &Affine, t: &Affine) -> Affine {
     let open = p.open();
     let lambda = Affine::zeros(1, 1);
     let m = Multipliers { gamma: gamma.clone(), x: x.clone(), s: s.clone(), t: t.clone(), lambda };
-    let whole = bounded_real_compact(&open, &LoopError::none(&open), &m);
-    whole.congruence(&unmeasured(p))
+    let full = bounded_real_compact(&open, &LoopError::none(&open), &m);
+    full.congruence(&unmeasured(p))
 }
 
-/// What y does not show of (x, wt, w, z): a basis of the kernel of `[C2 D2t D21 0]`.
+/// A basis of the directions of (x, wt, w, z) that y does not show: the kernel of `[C2 D2t D21 0]`.
 pub(crate) fn unmeasured(p: &GeneralisedPlant) -> Mat {
     let z = p.sizes().z;
     diagonal_blocks(&[&kernel(&p.parts.join(&[Y], &[X, T, W])), &Mat::identity(z, z)])

@@ -1,57 +1,57 @@
-//! The least gamma, and coordinates in which the inequalities are well conditioned.
+//! The least gamma, and well-conditioned coordinates for the inequalities.
 
 use crate::error::SynthesisError;
 use crate::lmi::program::Program;
-use crate::lmi::solver;
+use crate::lmi::solver::{self, Candidate};
 use crate::lmi::solver_options::SolverOptions;
 use crate::matrix::{Mat, eigenvalues, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::synthesis::back_off::contradiction;
-use crate::synthesis::balance::{Coordinates, middle_speed};
+use crate::synthesis::balance::{Coordinates, median_time_scale};
 use crate::synthesis::by_riccati;
 use crate::synthesis::design::Options;
 use crate::synthesis::dual::repaired;
 use crate::synthesis::inequalities::{
-    DualMultipliers, LmiSolution, ScalingClass, coupling, state, unmeasured,
+    DualMultipliers, LmiSolution, ScalingClass, add_inequalities, coupling, unmeasured,
 };
 use crate::system::plant::{GeneralisedPlant, channels};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///
-/// The problem is solved in diagonally balanced coordinates, w and z in units in which gamma is about 1. Where the
-/// solver gets stuck before it is sure of the optimum, the point of least trace is sought a little above the gamma
-/// found: its X and Y are as small as they may be, and in the coordinates that make them equal and diagonal the
-/// problem is solved again.
+/// The problem is solved in diagonally balanced coordinates, with w and z in units in which gamma is about 1. If the
+/// solver gets stuck before the optimum is certain, the point of least trace a little above the gamma found is
+/// computed: its X and Y are as small as possible, and the problem is solved again in the coordinates that make them
+/// equal and diagonal.
 ///
-/// What comes back satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and
-/// its `gap` says how far it may be above.
+/// The result satisfies the inequalities strictly, by their eigenvalues: gamma is never below the infimum, and its
+/// `gap` bounds the excess.
 ///
 /// # Errors
-/// [`SynthesisError::Infeasible`] when the solver holds a certificate that no gamma will do;
+/// [`SynthesisError::Infeasible`] if the solver has a certificate that no gamma is feasible;
 /// [`SynthesisError::Numerical`].
 pub fn least_gamma(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    at_best_speed(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
+    at_best_time_scale(plant, Options { scalings, accuracy: SETTLED_GAP, ..Options::default() })
 }
 
-/// The same, by scalings, accuracy and patience of `options`.
+/// [`least_gamma`] with the scalings, accuracy and patience of `options`.
 ///
-/// Where multipliers do not show that the gamma found is nearly the least, it is sought with time in the units of the
-/// closed loop, too: far slower weights and modes of the plant make its own unit a bad one.
-pub(crate) fn at_best_speed(
+/// If multipliers do not show that the gamma found is nearly the least, it is also sought with time in units of the
+/// closed loop: slow weights and modes make the plant's own unit a bad one.
+pub(crate) fn at_best_time_scale(
     plant: &GeneralisedPlant,
     options: Options,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
     let mut best = least_gamma_within(plant, options);
     let is_sure =
         |found: &(Coordinates, LmiSolution)| found.1.lower >= (1.0 - DOUBTFUL_SHARE) * found.1.gamma;
-    // Where a rough value is enough, nothing shows that it is near the least.
+    // If a rough value is enough, there is no lower bound to show that it is near the least.
     if options.quick || options.accuracy > DOUBTFUL_GAP || best.as_ref().is_ok_and(is_sure) {
         return best;
     }
-    for speed in loop_speeds(plant) {
-        let Ok(mut found) = sought(plant, options, Some(speed)) else { continue };
+    for time_scale in loop_time_scales(plant) {
+        let Ok(mut found) = least_gamma_at(plant, options, Some(time_scale)) else { continue };
         if let Ok(known) = &mut best {
             let lower = known.1.lower.max(found.1.lower);
             (known.1.lower, found.1.lower) = (lower, lower);
@@ -66,54 +66,59 @@ pub(crate) fn at_best_speed(
     best
 }
 
-/// The same with time in units of the plant's own modes.
+/// [`at_best_time_scale`] with time in units of the plant's modes only.
 pub(crate) fn least_gamma_within(
     plant: &GeneralisedPlant,
     options: Options,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
-    sought(plant, options, None)
+    least_gamma_at(plant, options, None)
 }
 
-/// The speeds, rad/s, of the loop that an H-infinity controller closes round the plant at Theta = 0: the median of its
-/// modes, the fastest one, and the fastest of the plant; those near the middle of the plant's own modes are left out.
-/// Empty where there is no such controller.
-pub(crate) fn loop_speeds(plant: &GeneralisedPlant) -> Vec<f64> {
+/// The time scales, rad/s, of the loop that an H-infinity controller closes at Theta = 0: the median of its modes, the
+/// fastest one, and the plant's fastest; those near the median of the plant's modes are left out. Empty if there is no
+/// such controller.
+pub(crate) fn loop_time_scales(plant: &GeneralisedPlant) -> Vec<f64> {
     let none = vec![0.0; plant.blocks.len()];
     let closed = plant.frozen(&none).ok().and_then(|nominal| {
         let (_, Ok(design)) = by_riccati::synthesise(&nominal, Options::default())? else { return None };
         Some(nominal.close(&design.controller).a())
     });
     let fastest = |a: &Mat| eigenvalues(a).iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let speeds = closed.map_or_else(Vec::new, |a| vec![middle_speed(&a), fastest(&a), fastest(&plant.a())]);
-    let own = middle_speed(&plant.a());
-    let is_other = |speed: &f64| !(own / OTHER_SPEED..own * OTHER_SPEED).contains(speed);
-    speeds.into_iter().filter(|speed| *speed > 0.0 && speed.is_finite() && is_other(speed)).collect()
+    let time_scales =
+        closed.map_or_else(Vec::new, |a| vec![median_time_scale(&a), fastest(&a), fastest(&plant.a())]);
+    let plants = median_time_scale(&plant.a());
+    let is_other =
+        |time_scale: &f64| !(plants / OTHER_TIME_SCALE..plants * OTHER_TIME_SCALE).contains(time_scale);
+    time_scales
+        .into_iter()
+        .filter(|time_scale| *time_scale > 0.0 && time_scale.is_finite() && is_other(time_scale))
+        .collect()
 }
 
-/// A unit of time that is another makes a difference from this ratio on.
-const OTHER_SPEED: f64 = 10.0;
+/// The ratio from which another unit of time makes a difference.
+const OTHER_TIME_SCALE: f64 = 10.0;
 
-/// A lower bound as near as this to gamma, relative to it, settles the unit of time.
+/// A relative gap to the lower bound that settles the unit of time.
 const DOUBTFUL_SHARE: f64 = 0.01;
 
-/// A gamma counts as lower in another unit of time by more than this part of it.
+/// The relative decrease of gamma from which another unit of time is preferred.
 const CLEARLY_LOWER: f64 = 1e-4;
 
-/// The least gamma with time in units of a speed, or of the plant's own.
-pub(crate) fn sought(
+/// The least gamma with a given time scale, or that of the plant.
+pub(crate) fn least_gamma_at(
     plant: &GeneralisedPlant,
     options: Options,
-    speed: Option<f64>,
+    time_scale: Option<f64>,
 ) -> Result<(Coordinates, LmiSolution), SynthesisError> {
     let Options { scalings, accuracy, quick, .. } = options;
     let tolerance = (SEARCHED * accuracy).max(SolverOptions::fine().tolerance);
-    // Where a rough value is enough, one that has settled is: its proof may be lost in rounding.
+    // If a rough value is enough, a converged one is accepted: rounding may hide its proof.
     let settles = accuracy > DOUBTFUL_GAP;
     let search = SolverOptions { quick, settles, ..SolverOptions::within(tolerance) };
     let doubtful = accuracy.max(DOUBTFUL_GAP);
-    let (mut place, mut best) = first(plant, scalings, search, speed)?;
+    let (mut place, mut best) = first(plant, scalings, search, time_scale)?;
     let mut tried = (place.clone(), best.clone());
-    // What no gamma goes below is the same in all coordinates.
+    // A lower bound of gamma is the same in all coordinates.
     let estimate = |found: &LmiSolution| (found.gamma * (1.0 - found.gap)).max(0.0);
     let (mut estimated, mut lower) = (estimate(&best), best.lower);
     let mut multipliers = std::mem::take(&mut best.multipliers);
@@ -150,7 +155,7 @@ pub(crate) fn sought(
         best = LmiSolution { gap: gap(other.gamma, estimated), ..other };
     }
     if best.margin > 0.0 {
-        // With parameters few can be repaired, and each try of a proof takes a tenth of the search's time.
+        // With parameters few can be repaired, and each trial proof takes a tenth of the search's time.
         let plain = plant.blocks.is_empty();
         let multipliers = if plain { repaired(plant, best.gamma, &multipliers) } else { vec![] };
         return Ok((place.coordinates, LmiSolution { multipliers, lower, ..best }));
@@ -160,36 +165,36 @@ pub(crate) fn sought(
     Err(SynthesisError::numerical(STAGE, diagnosis))
 }
 
-/// How far gamma may be above the least, relative to itself; infinite when there is no lower bound.
+/// The relative excess of gamma over the least; infinite without a lower bound.
 fn gap(gamma: f64, lower: f64) -> f64 {
     if lower > 0.0 { (1.0 - lower / gamma).max(0.0) } else { f64::INFINITY }
 }
 
-/// How close each search comes to its optimum, relative to the accuracy asked for.
+/// The tolerance of each search, relative to the required accuracy.
 const SEARCHED: f64 = 0.1;
 
-/// How far above gamma the coordinates are sought.
+/// The gamma at which the coordinates are computed, as a factor.
 const COORDINATES_GAMMA_FACTOR: f64 = 1.1;
 
-/// How often other coordinates are tried.
+/// The largest number of other coordinates.
 const MOST_COORDINATES: usize = 3;
 
-/// A gap between gamma and its lower bound, relative to gamma, that settles the matter.
+/// A relative gap between gamma and its lower bound at which the search ends.
 const SETTLED_GAP: f64 = 1e-5;
 
-/// Searches in two sets of coordinates that agree so well, relative to gamma, have found the same.
+/// The relative agreement of gamma in two sets of coordinates at which the search ends.
 const AGREEMENT_TOLERANCE: f64 = 1e-6;
 
-/// A gap that is worth asking the general solver.
+/// A relative gap above which the general solver is tried.
 const DOUBTFUL_GAP: f64 = 1e-3;
 
-/// How far from 1 gamma may be in units that need no change.
+/// The ratio of gamma to its unit up to which the unit is kept.
 const NEAR_UNIT: f64 = 10.0;
 
-/// How often the units are changed.
+/// The largest number of changes of units.
 const MOST_UNITS: usize = 5;
 
-/// Coordinates in which a plant is well conditioned, and the gain that counts as 1.
+/// Coordinates in which a plant is well conditioned, and the unit of gain.
 #[derive(Clone)]
 pub(crate) struct Place {
     pub(crate) coordinates: Coordinates,
@@ -197,10 +202,10 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    fn balanced(plant: &GeneralisedPlant, unit: f64, speed: Option<f64>) -> Self {
+    fn balanced(plant: &GeneralisedPlant, unit: f64, time_scale: Option<f64>) -> Self {
         let scaled = plant.in_units_of(unit);
-        let speed = speed.unwrap_or_else(|| middle_speed(&plant.a()));
-        Self { coordinates: Coordinates::at_speed(&scaled, speed), unit }
+        let time_scale = time_scale.unwrap_or_else(|| median_time_scale(&plant.a()));
+        Self { coordinates: Coordinates::with_time_scale(&scaled, time_scale), unit }
     }
 
     pub(crate) fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
@@ -213,23 +218,23 @@ fn first(
     plant: &GeneralisedPlant,
     scalings: ScalingClass,
     search: SolverOptions<'_>,
-    speed: Option<f64>,
+    time_scale: Option<f64>,
 ) -> Result<(Place, LmiSolution), SynthesisError> {
-    let mut place = Place::balanced(plant, first_unit(plant), speed);
+    let mut place = Place::balanced(plant, first_unit(plant), time_scale);
     let mut best = minimise(plant, &place, scalings, search)?;
     for _ in 0..MOST_UNITS {
         let ratio = best.gamma / place.unit;
         if (1.0 / NEAR_UNIT..NEAR_UNIT).contains(&ratio) || ratio.is_nan() || ratio <= 0.0 {
             break;
         }
-        let next = Place::balanced(plant, best.gamma, speed);
+        let next = Place::balanced(plant, best.gamma, time_scale);
         let Ok(again) = minimise(plant, &next, scalings, search) else { break };
         (place, best) = (next, again);
     }
     Ok((place, best))
 }
 
-/// A guess at gamma, from sizes alone.
+/// An estimate of gamma from norms only.
 fn first_unit(plant: &GeneralisedPlant) -> f64 {
     let scaled = Coordinates::diagonal(plant).apply(plant);
     let guess = scaled.d11().norm() + scaled.b1().norm() * scaled.c1().norm();
@@ -237,16 +242,17 @@ fn first_unit(plant: &GeneralisedPlant) -> f64 {
 }
 
 fn better(one: &LmiSolution, other: &LmiSolution) -> bool {
-    solver::is_better((one.margin, one.gamma), (other.margin, other.gamma))
+    let candidate = |found: &LmiSolution| Candidate { margin: found.margin, cost: found.gamma };
+    solver::is_better(candidate(one), candidate(other))
 }
 
 const STAGE: &str = "least gamma";
 
-/// How closely the smallest matrices are sought: they only set a scale.
+/// Tolerance of the smallest matrices: they only set a scale.
 const SCALE_TOLERANCE: f64 = 1e-3;
 
-/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or
-/// a lower one.
+/// The point of least trace at a given gamma: the smallest X, Y, S and Sigma. `known` is a solution at this gamma or a
+/// lower one.
 pub(crate) fn smallest(
     plant: &GeneralisedPlant,
     gamma: f64,
@@ -255,10 +261,10 @@ pub(crate) fn smallest(
 ) -> Result<LmiSolution, SynthesisError> {
     let Options { scalings, quick, .. } = options;
     let mut program = Program::default();
-    let unknowns = state(&mut program, plant, Some(gamma), scalings);
+    let unknowns = add_inequalities(&mut program, plant, Some(gamma), scalings);
     if scalings == ScalingClass::SymmetricAndSkew {
-        // Nothing else keeps S and Sigma from shrinking to nothing. The inequalities do not ask for this, so it asks
-        // for no more than the known solution has.
+        // Nothing else keeps S and Sigma away from zero. The inequalities do not require this, so the known solution
+        // must satisfy it.
         let size = least_product(&known.primal_scaling, &known.dual_scaling).min(1.0);
         program.positive("[S cI; cI Sigma]", coupling(&unknowns.s, &unknowns.sigma, 0.9 * size));
     }
@@ -288,7 +294,7 @@ pub(crate) fn equalised(
     at.equalising(&found.x, &found.y, &s, &sigma, &channels(&plant.blocks))
 }
 
-/// The least gamma, sought at a place; gamma comes back in the plant's units.
+/// The least gamma in the coordinates of a place; gamma is returned in the plant's units.
 fn minimise(
     plant: &GeneralisedPlant,
     place: &Place,
@@ -297,7 +303,7 @@ fn minimise(
 ) -> Result<LmiSolution, SynthesisError> {
     let mut program = Program::default();
     let scaled = place.plant(plant);
-    let unknowns = state(&mut program, &scaled, None, scalings);
+    let unknowns = add_inequalities(&mut program, &scaled, None, scalings);
     program.minimise_trace(&unknowns.gamma, 1.0);
     let solution = solver::solve(&program, STAGE, search)?;
     let found = unknowns.lmi_solution(&program, &solution);
@@ -307,14 +313,14 @@ fn minimise(
     Ok(LmiSolution { gamma: place.unit * found.gamma, gap, lower, multipliers, ..found })
 }
 
-/// The multipliers of the last steps, the latest first, in the plant's own coordinates.
+/// The multipliers of the last steps, the latest first, in the plant's coordinates.
 fn dual_multipliers(
     place: &Place,
     scaled: &GeneralisedPlant,
     steps: &[Vec<Mat>],
     scalings: ScalingClass,
 ) -> Vec<DualMultipliers> {
-    // With symmetric scalings alone they are those of another problem.
+    // With symmetric scalings only, they belong to another problem.
     if scalings == ScalingClass::Symmetric {
         return vec![];
     }

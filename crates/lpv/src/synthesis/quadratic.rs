@@ -1,14 +1,13 @@
 //! Whether any controller stabilises the plant for every trajectory of the parameters, whatever the gain.
 //!
-//! Without w and z the synthesis inequalities are homogeneous, so that the unknowns may be bounded by the identity,
-//! and the largest clearance t that they then allow is positive exactly when a gamma exists. In other coordinates t
-//! is another number, and on a stiff plant it may be as small as rounding in most. So a point that satisfies the
-//! inequalities strictly always counts; that there is none only after the coordinates have been changed successfully
-//! several times to those in which the best X and S are the identity, which raises t towards 1 where it can be
-//! raised.
+//! Without w and z the synthesis inequalities are homogeneous, so the unknowns may be bounded by the identity; the
+//! largest margin t is then positive exactly if a gamma exists. The value of t depends on the coordinates, and for a
+//! stiff plant it is as small as rounding in most. So a point that satisfies the inequalities strictly is conclusive;
+//! that there is none is concluded only after several successful changes to the coordinates in which the best X and S
+//! are the identity, which raise t towards 1 if it can be raised.
 //!
-//! B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an uncertain system", J.
-//! Optimization Theory and Applications 46(4), 1985, for the notion.
+//! Source of the notion: B. R. Barmish, "Necessary and sufficient conditions for quadratic stabilizability of an
+//! uncertain system", J. Optimization Theory and Applications 46(4), 1985.
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
@@ -22,31 +21,31 @@ use crate::system::model_error::LoopError;
 use crate::system::partition::Group::{T, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
 
-/// A clearance below this counts as none, if it is no more in other coordinates.
-const NO_CLEARANCE: f64 = 1e-7;
+/// A margin below this is taken as zero, if it is no larger in other coordinates.
+const NO_MARGIN: f64 = 1e-7;
 
-/// How often the coordinates are changed.
+/// The largest number of changes of coordinates.
 const MOST_COORDINATES: usize = 10;
 
-/// In so many coordinates there has to be no clearance before none counts as existing.
+/// The number of coordinates without a margin from which none is concluded to exist.
 const DENIALS_NEEDED: usize = 5;
 
-/// How much smaller than the largest an eigenvalue of X or S may count in a change of coordinates, at first.
+/// The initial floor of the eigenvalues of X or S in a change of coordinates, relative to the largest.
 const EIGENVALUE_FLOOR: f64 = 1e-4;
 
 const STAGE: &str = "stabilisation for every parameter";
 
 /// Whether a controller stabilises the plant for every trajectory of the parameters.
 pub(crate) enum Stabilisation {
-    /// None does; the error says which side is to blame.
+    /// No controller does; the error names the side.
     Impossible(SynthesisError),
-    /// One does: both sides' inequalities hold strictly at a point that was found.
+    /// One does: the inequalities of both sides hold strictly at a point found.
     Possible,
-    /// The solver could not tell.
+    /// The solver could not decide.
     Unknown,
 }
 
-/// Judges both sides, that of the control first. Without parameters the modes decide, which were checked before.
+/// Judges both sides, the control first. Without parameters the modes decide, which were checked before.
 pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) -> Stabilisation {
     if plant.blocks.is_empty() {
         return Stabilisation::Possible;
@@ -63,22 +62,22 @@ pub(crate) fn stabilisation(plant: &GeneralisedPlant, scalings: ScalingClass) ->
     }
 }
 
-/// `None` when the solver could not tell.
+/// `None` if the solver could not decide.
 fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> {
     let (mut here, mut best) = (plant.clone(), None);
     let (mut next, mut floor, mut denied) = (plant, EIGENVALUE_FLOOR, 0);
     for _ in 0..MOST_COORDINATES {
-        match clearest(&next, scalings) {
+        match largest_margin(&next, scalings) {
             Some(found) if found.holds => return Some(true),
-            Some(found) if found.clearance > NO_CLEARANCE => return None,
+            Some(found) if found.margin > NO_MARGIN => return None,
             Some(found) => {
                 denied += 1;
                 (here, best) = (next, Some(found));
             }
-            // These coordinates are too bad: others are sought nearer to the last that were not.
+            // These coordinates are too badly conditioned: the next are closer to the last good ones.
             None => floor *= 10.0,
         }
-        let Clearest { x, s, .. } = best.as_ref()?;
+        let LargestMargin { x, s, .. } = best.as_ref()?;
         let ((state, state_inverse), (channel, channel_inverse)) = (root(x, floor), root(s, floor));
         next = here
             .changed(|parts| parts.in_coordinates((&state, &state_inverse), (&channel, &channel_inverse)));
@@ -86,18 +85,18 @@ fn is_possible(plant: GeneralisedPlant, scalings: ScalingClass) -> Option<bool> 
     (denied >= DENIALS_NEEDED).then_some(false)
 }
 
-/// The point of the largest clearance.
-struct Clearest {
-    clearance: f64,
+/// The point of the largest margin.
+struct LargestMargin {
+    margin: f64,
     x: Mat,
     s: Mat,
     /// Whether the inequalities hold strictly at the point.
     holds: bool,
 }
 
-/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` when the solver does not
-/// reach an optimum.
-fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest> {
+/// The largest t with `N' L(X, S, T) N <= -t I`, `t I <= X <= I`, `t I <= S <= I`; `None` if the solver does not reach
+/// an optimum.
+fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<LargestMargin> {
     let (n, r) = (plant.sizes().x, plant.sizes().t);
     let mut program = Program::default();
     let theta = channels(&plant.blocks);
@@ -114,8 +113,8 @@ fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest
     };
     let t = program.scalar();
     let bare = without_performance(plant);
-    let whole = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
-    let projected = whole.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
+    let full = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
+    let projected = full.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
     let size = projected.shape().0;
     program.negative("stability", projected.clone() + t.times_identity(size));
     for (e, size) in [(&m.x, n), (&m.s, r)] {
@@ -123,20 +122,20 @@ fn clearest(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<Clearest
         program.positive("upper bound", Affine::constant(Mat::identity(size, size)) - e.clone());
     }
     program.minimise_trace(&t, -1.0);
-    let search = SolverOptions { patient: true, ..SolverOptions::within(0.1 * NO_CLEARANCE) };
+    let search = SolverOptions { patient: true, ..SolverOptions::within(0.1 * NO_MARGIN) };
     let solution = solver::solve(&program, STAGE, search).ok()?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let (x, s) = (value(&m.x), value(&m.s));
     let inequalities = [value(&projected), -&x, -&s];
     let holds = inequalities.iter().all(|m| scaled_largest_eigenvalue(m) < -ROUNDING_EIGENVALUE);
-    let clearance = value(&t)[(0, 0)];
-    (holds || solution.gap <= NO_CLEARANCE).then_some(Clearest { clearance, x, s, holds })
+    let margin = value(&t)[(0, 0)];
+    (holds || solution.gap <= NO_MARGIN).then_some(LargestMargin { margin, x, s, holds })
 }
 
-/// An inequality scaled to a unit diagonal holds strictly when no eigenvalue is nearer to zero.
+/// An inequality scaled to a unit diagonal holds strictly if all its eigenvalues exceed this.
 const ROUNDING_EIGENVALUE: f64 = 1e-12;
 
-/// `M^-1/2` and its inverse, small eigenvalues raised.
+/// `M^-1/2` and its inverse, with small eigenvalues raised.
 fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     if m.is_empty() {
         return (m.clone(), m.clone());

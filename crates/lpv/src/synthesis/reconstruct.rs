@@ -1,17 +1,16 @@
 //! From a solution of the synthesis inequalities to the controller's matrices.
 //!
-//! The multiplier of the closed loop is in closed form: with `W = S + T` and `U = Sigma + Gamma`,
+//! The multiplier of the closed loop has a closed form: with `W = S + T` and `U = Sigma + Gamma`,
 //!
 //! ```text
 //! W_e = [ W          W - U^-1 ]      (W_e^-1)_11 = U,   W_e + W_e' > 0
 //!       [ W + U^-T   W + U^-T ]
 //! ```
 //!
-//! is a multiplier for `blkdiag(Theta, Theta)` (plant's copy, controller's copy) of which W and U are the
-//! primal and dual parts; the Lyapunov matrix is `X_c = [X Z; Z Z]`, `Z = X - Y^-1`. With these and gamma fixed
-//! the bounded-real inequality is affine in the controller, `Psi + U K V + (U K V)' < 0`, and has a solution
-//! in closed form: R. E. Skelton, T. Iwasaki, K. Grigoriadis, A Unified Algebraic Approach to Linear Control
-//! Design, 1998, theorem 2.3.12.
+//! is a multiplier for `blkdiag(Theta, Theta)` (plant's copy, controller's copy) with the primal part W and the dual
+//! part U; the Lyapunov matrix is `X_c = [X Z; Z Z]`, `Z = X - Y^-1`. With these and gamma fixed the bounded-real
+//! inequality is affine in the controller, `Psi + U K V + (U K V)' < 0`, and has a solution in closed form: R. E.
+//! Skelton, T. Iwasaki, K. Grigoriadis, A Unified Algebraic Approach to Linear Control Design, 1998, theorem 2.3.12.
 
 use crate::analysis::bounded_real::bounded_real_value;
 use crate::analysis::gain_bound::GainBound;
@@ -29,18 +28,17 @@ use crate::system::plant::GeneralisedPlant;
 
 const STAGE: &str = "reconstruction";
 
-/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the bound
-/// of the closed loop's gain that comes with it.
+/// The controller for a solution `found` of the synthesis inequalities of `plant`, with the bound of the closed loop's
+/// gain that follows.
 ///
-/// Of the family of controllers that the closed form gives, the one with the slowest fastest mode is taken
-/// among those that keep the inequality: it is the easiest to sample.
+/// The closed form gives a family of controllers; of those that satisfy the inequality the one with the slowest fastest
+/// mode is taken: it is the easiest to sample.
 ///
-/// A `limit` on the fastest mode is in units of the plant's time. It is checked on the grid of [`parameter_grid`], no
-/// more.
+/// A `limit` on the fastest mode is in the plant's unit of time. It is checked only on the grid of [`parameter_grid`].
 ///
 /// # Errors
-/// [`SynthesisError::TooFast`] when the controller taken is not slow enough; [`SynthesisError::Numerical`] when X -
-/// Y^-1 or the multiplier is singular, or no controller of the family satisfies the inequality.
+/// [`SynthesisError::TooFast`] if the controller exceeds the limit; [`SynthesisError::Numerical`] if X - Y^-1 or the
+/// multiplier is singular, or no controller of the family satisfies the inequality.
 pub fn reconstruct(
     plant: &GeneralisedPlant,
     found: &LmiSolution,
@@ -87,10 +85,10 @@ pub fn reconstruct(
     })
 }
 
-/// A mode counts as slower below this fraction of another; rounding does not choose.
+/// A mode below this fraction of another is taken as slower, so that rounding does not choose.
 const SLOWER_RATIO: f64 = 0.999;
 
-/// The bound that the completed Lyapunov matrix and multiplier stand for.
+/// The bound given by the completed Lyapunov matrix and multiplier.
 fn bound(found: &LmiSolution) -> Result<GainBound, SynthesisError> {
     let (x, multiplier) = (lyapunov_matrix(found)?, multiplier(found)?);
     let (s, t) = (symmetric_part(&multiplier), skew_part(&multiplier));
@@ -104,7 +102,7 @@ fn lyapunov_matrix(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     Ok(block(&[&[&found.x, &z], &[&z, &z]]))
 }
 
-/// `W_e`, of which the symmetric part is S_e and the skew part T_e.
+/// `W_e`, with the symmetric part S_e and the skew part T_e.
 fn multiplier(found: &LmiSolution) -> Result<Mat, SynthesisError> {
     let w = &found.primal_scaling;
     let u_inverse = inverse(&found.dual_scaling, "Sigma + Gamma")?;
@@ -116,8 +114,8 @@ fn inverse(m: &Mat, name: &str) -> Result<Mat, SynthesisError> {
     m.clone().try_inverse().ok_or_else(|| SynthesisError::numerical(STAGE, format!("{name} is singular")))
 }
 
-/// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the
-/// Lyapunov matrix and the scaling are the identity.
+/// The bounded-real inequality of the closed loop as `Psi + U K V + (U K V)'`, in coordinates in which the Lyapunov
+/// matrix and the scaling are the identity.
 struct AffineLoop {
     psi: Mat,
     left: Mat,
@@ -136,7 +134,7 @@ impl AffineLoop {
         let psi = bounded_real_value(&open, &LoopError::none(&open), bound);
         let (z, eye) = (Mat::zeros, Mat::identity);
         let (n, r, m, p) = (size.x, size.t, size.u, size.y);
-        // What the controller's outputs [xk', u, zk] do to [x'; xk'], to [zt; zk] and to z.
+        // The map from the controller's outputs [xk', u, zk] to [x'; xk'], to [zt; zk] and to z.
         let into_x = block(&[&[&z(n, n), &plant.b2(), &z(n, r)], &[&eye(n, n), &z(n, m), &z(n, r)]]);
         let into_t = block(&[&[&z(r, n), &plant.dt2(), &z(r, r)], &[&z(r, n), &z(r, m), &eye(r, r)]]);
         let into_z = block(&[&[&z(size.z, n), &plant.d12(), &z(size.z, r)]]);
@@ -147,7 +145,7 @@ impl AffineLoop {
             &[&(s * &into_t)],
             &[&into_z],
         ]);
-        // What [x, xk, wt, wk, w] do to the controller's inputs [xk; y; wk].
+        // The map from [x, xk, wt, wk, w] to the controller's inputs [xk; y; wk].
         let rest = |rows: usize| z(rows, 2 * r + size.z);
         let right = block(&[
             &[&z(n, n), &eye(n, n), &z(n, r), &z(n, r), &z(n, size.w), &rest(n)],
@@ -161,7 +159,7 @@ impl AffineLoop {
         Ok(Self { psi, left, right: right_t.transpose(), left_inner, right_inner: right_inner_t.transpose() })
     }
 
-    /// The family of solutions; `None` when `Psi_22` is not negative definite, so that there is none.
+    /// The family of solutions; `None` if `Psi_22` is not negative definite, so that there are none.
     fn family(&self) -> Option<ControllerFamily> {
         let complement = kernel(&self.left.transpose());
         let part = |a: &Mat, b: &Mat| a.transpose() * &self.psi * b;
@@ -185,7 +183,7 @@ impl AffineLoop {
 }
 
 /// The closed form `K = -w U' Phi V' (V Phi V')^-1` with `Phi = (w U U' - Psi)^-1`, in the basis of U and its
-/// complement, where the weight w, which may be large, meets nothing that it could drown:
+/// complement, so that a large weight w does not swamp other terms:
 ///
 /// ```text
 /// Q = Psi_11 - Psi_12 Psi_22^-1 Psi_21,   v = V_1' - Psi_12 Psi_22^-1 V_2',   rest = -V_2 Psi_22^-1 V_2'
@@ -205,7 +203,7 @@ impl ControllerFamily {
         largest_eigenvalue(&self.q).max(1e-6)
     }
 
-    /// The controller matrix of the family member `weight`; `None` when the weight is too small.
+    /// The controller matrix of the family member `weight`; `None` if the weight is too small.
     fn solution(&self, weight: f64) -> Option<Mat> {
         let n = self.q.nrows();
         // w (w I - Q)^-1 v

@@ -1,10 +1,10 @@
-//! Removing controller states that hardly matter, with the bound shown anew.
+//! Removal of controller states of little effect, with a new proof of the bound.
 //!
-//! Where eigenvalues of X Y lie close to 1 the controller carries modes that nearly cancel. The controller's constant
-//! part, with y and wk as inputs and u and zk as outputs, is brought to balanced coordinates and its least states are
-//! taken out, one more at a time, as long as the loop keeps the gain bound that was asked for. Source of the
-//! balancing: B. C. Moore, IEEE Trans. Automatic Control 26(1), 1981; the states are replaced by their steady values
-//! (residualised): K. V. Fernando, H. Nicholson, IEEE Trans. Automatic Control 27(2), 1982.
+//! If eigenvalues of X Y are close to 1, the controller has modes that nearly cancel. The controller's constant part,
+//! with y and wk as inputs and u and zk as outputs, is balanced and its smallest states are removed, one more at a
+//! time, as long as the loop keeps the allowed gain bound. Source of the balancing: B. C. Moore, IEEE Trans. Automatic
+//! Control 26(1), 1981; the states are replaced by their steady values (residualised): K. V. Fernando, H. Nicholson,
+//! IEEE Trans. Automatic Control 27(2), 1982.
 
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
@@ -21,14 +21,14 @@ use crate::system::parameter_grid::parameter_grid;
 use crate::system::partition::Group::{T, U, X, Y};
 use crate::system::plant::GeneralisedPlant;
 
-/// How far above the bound of the full controller the reduced one may lie.
+/// The allowed relative rise of the bound over that of the full controller.
 const ALLOWED_RISE: f64 = 0.02;
 
-/// The design with as many controller states removed as leave the certified bound within 2 %; the design itself when
-/// none can go, or when its controller is unstable at Theta = 0.
+/// The design with as many controller states removed as keep the certified bound within 2 %; the design itself if none
+/// can be removed, or if its controller is unstable at Theta = 0.
 ///
-/// With a `fastest_mode` (rad/s) only such controllers are taken as keep it on the grid of [`parameter_grid`]: with
-/// states at their steady values the others may become faster.
+/// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid`] are taken:
+/// residualising states may make the others faster.
 pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
     let thetas = parameter_grid(plant.blocks.len());
     let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);
@@ -50,7 +50,7 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     best
 }
 
-/// The bound of the loop of a plant without parameters by a Riccati equation, where it is at most `most`.
+/// The bound of the loop of a plant without parameters by a Riccati equation, if it is at most `most`.
 fn without_parameters(plant: &GeneralisedPlant, controller: &Controller, most: f64) -> Option<GainBound> {
     if !plant.blocks.is_empty() {
         return None;
@@ -59,12 +59,11 @@ fn without_parameters(plant: &GeneralisedPlant, controller: &Controller, most: f
     closed.bound(closed.guess(), most, ALLOWED_RISE)
 }
 
-/// The design with modes of its controller at their steady values, so that none on the grid of [`parameter_grid`] is
-/// faster than `limit` (rad/s), and the bound shown anew. `None` when no such controller is found, or no bound within
-/// `1 + rise` times the design's is shown.
+/// The design with controller modes residualised so that none on the grid of [`parameter_grid`] is faster than `limit`
+/// (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times the design's.
 ///
-/// At rest are those that decay faster, at Theta = 0, than some part of the limit: elsewhere they may be faster. In
-/// coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` takes x_fast out.
+/// Modes are residualised that decay faster, at Theta = 0, than a fraction of the limit: elsewhere they may be faster.
+/// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` eliminates x_fast.
 pub fn without_fast_modes(
     plant: &GeneralisedPlant,
     design: &Design,
@@ -87,14 +86,14 @@ pub fn without_fast_modes(
     (certified.gamma <= most).then(|| Design { controller, certified, ..design.clone() })
 }
 
-/// Where the search for a bound begins, relative to the design's and no higher than what is allowed: one that begins
-/// below the least gamma may find nothing.
+/// Starting values of the search for a bound, relative to the design's and at most the allowed one: a search that
+/// starts below the least gamma may find nothing.
 const STARTS: [f64; 2] = [1.0, 2.0];
 
-/// Where modes at Theta = 0 count as too fast, relative to the limit, tried in turn.
+/// The rate beyond which modes at Theta = 0 are removed, relative to the limit, tried in turn.
 const PARTS_OF_LIMIT: [f64; 3] = [1.0, 0.6, 0.3];
 
-/// The controller with the modes faster than `rate` at rest; `None` when there are none.
+/// The controller with the modes faster than `rate` residualised; `None` if there are none.
 fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
     let n = k.a().nrows();
     let fast = projector(&k.a(), rate)?;
@@ -110,7 +109,7 @@ fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
     residualised(&Controller { parts, blocks: k.blocks.clone() }, n - gone)
 }
 
-/// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` when it is unstable.
+/// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` if it is unstable.
 fn balance(k: &Controller) -> Option<(Controller, Mat)> {
     if spectral_abscissa(&k.a()) >= 0.0 {
         return None;
@@ -125,35 +124,35 @@ fn balance(k: &Controller) -> Option<(Controller, Mat)> {
     out.matrix().iter().all(|v| v.is_finite()).then_some((out, transform))
 }
 
-/// A gramian with the directions that it does not reach filled up by rounding's size, so that it has a factor.
+/// A gramian regularised at rounding level, so that it has a Cholesky factor.
 fn filled(gramian: Mat) -> Mat {
     let n = gramian.nrows();
     let size = 1e-12 * gramian.trace().max(f64::MIN_POSITIVE);
     gramian + Mat::identity(n, n) * size
 }
 
-/// The controller with its states after the first `kept` at their steady values.
+/// The controller with the states after the first `kept` residualised.
 fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
     let sizes = k.parts.sizes();
     let n = sizes.x;
     let gone = n - kept;
-    let whole = k.matrix();
-    let a22 = whole.view((kept, kept), (gone, gone)).into_owned();
-    let other: Vec<usize> = (0..kept).chain(n..whole.ncols()).collect();
-    let rest = whole.rows(kept, gone).select_columns(&other);
+    let full = k.matrix();
+    let a22 = full.view((kept, kept), (gone, gone)).into_owned();
+    let other: Vec<usize> = (0..kept).chain(n..full.ncols()).collect();
+    let rest = full.rows(kept, gone).select_columns(&other);
     // 0 = A22 x2 + rest, so x2 = -A22^-1 rest.
     let steady = -solve(&a22, &rest)?;
-    let rows: Vec<usize> = (0..kept).chain(n..whole.nrows()).collect();
+    let rows: Vec<usize> = (0..kept).chain(n..full.nrows()).collect();
     let from_gone: Vec<usize> = (kept..n).collect();
-    let pick = |rows: &[usize], columns: &[usize]| whole.select_rows(rows).select_columns(columns);
+    let pick = |rows: &[usize], columns: &[usize]| full.select_rows(rows).select_columns(columns);
     let reduced = pick(&rows, &other) + pick(&rows, &from_gone) * steady;
     Some(Controller::from_matrix(&reduced, kept, sizes.y, sizes.u, k.blocks.clone()))
 }
 
-/// The bound's matrices on the states that are left: a start for the search, no claim.
+/// The bound's matrices on the remaining states: a start for the search, not a bound.
 fn restricted(bound: &GainBound, plant_states: usize, transform: &Mat, kept: usize) -> GainBound {
-    let whole = crate::matrix::diagonal_blocks(&[&Mat::identity(plant_states, plant_states), transform]);
-    let x = whole.transpose() * &bound.x * &whole;
+    let lift = crate::matrix::diagonal_blocks(&[&Mat::identity(plant_states, plant_states), transform]);
+    let x = lift.transpose() * &bound.x * &lift;
     let kept = x.view((0, 0), (plant_states + kept, plant_states + kept)).into_owned();
     GainBound { x: kept, factor: None, ..bound.clone() }
 }

@@ -1,20 +1,20 @@
-//! Controllers for singular problems: a small weight on what no output weighs, a small noise on what no disturbance
-//! enters.
+//! Controllers for singular problems: a small weight on each unweighted control, a small noise on each noiseless
+//! measurement.
 //!
-//! Without them the least gamma is an infimum that gains without limit approach, and the arithmetic may fail on the
-//! way (see [`crate::synthesis::regularity`]). With them the plant has one more output for each such direction of the
-//! controls, and one more disturbance for each such combination of measurements:
+//! Without them the least gamma is an infimum that is approached with unbounded gains, and the arithmetic may fail (see
+//! [`crate::synthesis::regularity`]). The modified plant has one more output per such direction of the controls, and
+//! one more disturbance per such combination of measurements:
 //!
 //! ```text
 //! z+ = e v' u~,   y~ + e c w+
 //! ```
 //!
-//! A loop with outputs and disturbances left out has no larger gain, and the matrices that bound the gain with them,
-//! rows and columns left out, bound it without: the bound of the plant as given comes with that of the plant so
-//! changed, and is then tightened. Source of the idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal
-//! Control", 1996, section 17.1.
+//! Removing outputs and disturbances does not raise a loop's gain, and the matrices that bound the gain with them, with
+//! rows and columns removed, bound it without: the bound of the modified plant gives one of the given plant, which is
+//! then tightened. Source of the idea: K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, section
+//! 17.1.
 
-use crate::analysis::bounded_gain::{Base, bounded_gain, clearest};
+use crate::analysis::bounded_gain::{Base, bounded_gain, largest_margin};
 use crate::analysis::gain_bound::GainBound;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::direct::directly;
@@ -24,11 +24,11 @@ pub use crate::synthesis::regularity::Regularisation;
 use crate::system::model_error::LoopError;
 use crate::system::plant::GeneralisedPlant;
 
-/// A design for a plant of which the least gamma may be known, but no controller: that of the plant with weights and
-/// noises added.
+/// A design for the plant with weights and noises added, if the least gamma of the given plant may be known but no
+/// controller.
 ///
-/// How small the arithmetic lets these be is tried out. The first bound near the least gamma is taken, or
-/// the best of all; of a least gamma that is zero but for rounding the first, for none is near it.
+/// Several sizes are tried. The first bound near the least gamma is taken, or else the best; if the least gamma is zero
+/// to rounding, the first, since none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
     least: Option<&LmiSolution>,
@@ -43,7 +43,7 @@ pub(crate) fn design(
         }
         let (Some(least), Some(best)) = (least, &best) else { continue };
         let bound = best.certified.gamma;
-        if bound <= (1.0 + NEAR_SHARE * options.back_off) * least.gamma || is_nothing(least.gamma, bound) {
+        if bound <= (1.0 + NEAR_SHARE * options.back_off) * least.gamma || is_zero(least.gamma, bound) {
             break;
         }
     }
@@ -57,14 +57,13 @@ pub(crate) fn design(
     })
 }
 
-/// Whether a least gamma is zero but for rounding: there is then none that is attained, and no controller is
-/// near it.
-pub fn is_nothing(least: f64, bound: f64) -> bool {
+/// Whether a least gamma is zero to rounding: it is then not attained, and no controller is near it.
+pub fn is_zero(least: f64, bound: f64) -> bool {
     least < ZERO_GAMMA_RATIO * bound
 }
 
-/// The controller of the plant with weights and noises of a size, and a clear bound of the loop that it closes round
-/// the plant as given.
+/// The controller of the plant with weights and noises of a size, and a bound, valid with a margin, of the loop that it
+/// closes with the given plant.
 fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Design> {
     let added = Regularisation::new(plant, size);
     if added.is_empty() {
@@ -78,18 +77,18 @@ fn attempt(plant: &GeneralisedPlant, size: f64, options: Options) -> Option<Desi
     if let Some(certified) = known.clone().filter(|bound| bound.largest_eigenvalue < -ROUNDING_EIGENVALUE) {
         return Some(Design { certified, regularisation: Some(added), ..design });
     }
-    // What holds by so little may be rounding, and may not hold for the same reason.
+    // A bound with so small a margin may be rounding.
     let base = known.clone().unwrap_or(design.certified.clone());
-    let room = GainBound { gamma: GAMMA_RAISE * base.gamma, ..base };
-    let clearer = clearest(Base { closed: &closed, error: &error, bound: &room }).ok();
+    let raised = GainBound { gamma: GAMMA_RAISE * base.gamma, ..base };
+    let clearer = largest_margin(Base { closed: &closed, error: &error, bound: &raised }).ok();
     let eigenvalue = known.as_ref().map_or(0.0, |known| known.largest_eigenvalue);
     let certified = clearer.filter(|design| design.largest_eigenvalue < eigenvalue).or(known)?;
     Some(Design { certified, regularisation: Some(added), ..design })
 }
 
-/// Sizes of weights and noises, relative to what else reaches z and enters y, each with the part of the back-off
-/// asked for that the design keeps from the least gamma of the plant with them: they keep X Y off I, too. The first
-/// costs a few per cent of most gammas, and leaves gains that double precision can hold.
+/// Sizes of weights and noises, relative to the other terms in z and y, each with the fraction of the back-off used for
+/// the modified plant: the weights also keep X Y away from I. The first costs a few per cent of most gammas, with gains
+/// that double precision can represent.
 const SIZES_AND_SHARES: [(f64, f64); 12] = [
     (1e-3, 0.2),
     (3e-3, 0.1),
@@ -105,14 +104,14 @@ const SIZES_AND_SHARES: [(f64, f64); 12] = [
     (1e-1, 1.0),
 ];
 
-/// A bound is near the least gamma within this part of the back-off that was asked for.
+/// The distance from the least gamma, as a fraction of the back-off, at which the search ends.
 const NEAR_SHARE: f64 = 0.5;
 
-/// A least gamma below this fraction of a bound counts as zero.
+/// A least gamma below this fraction of a bound is taken as zero.
 const ZERO_GAMMA_RATIO: f64 = 1e-6;
 
-/// An eigenvalue of the inequalities, scaled to a unit diagonal, nearer to zero than this may be rounding.
+/// An eigenvalue of the inequalities, scaled to a unit diagonal, closer to zero than this may be rounding.
 const ROUNDING_EIGENVALUE: f64 = 1e-11;
 
-/// How far the bound is raised, as a factor, in order to hold more clearly.
+/// The factor by which the bound is raised to gain margin.
 const GAMMA_RAISE: f64 = 1.01;

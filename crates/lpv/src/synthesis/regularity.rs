@@ -1,14 +1,13 @@
 //! Controls without a weight and measurements without noise.
 //!
-//! Where D12 lacks full column rank a direction of the control costs nothing, and where D21 lacks full row rank a
-//! combination of measurements can be differentiated at no price. Neither makes the inequalities of the synthesis
-//! infeasible: their least gamma is then an infimum that gains without limit approach, at which the numerics fail.
-//! Source of the conditions: J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control
-//! 34(8), 1989, section III.A; that LMIs do without them: P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear
-//! Control 4, 1994.
+//! If D12 lacks full column rank, a direction of the control costs nothing; if D21 lacks full row rank, a combination
+//! of measurements can be differentiated at no cost. The synthesis inequalities remain feasible, but their least gamma
+//! is an infimum approached with unbounded gains, at which the numerics fail. Source of the conditions: J. C. Doyle,
+//! K. Glover, P. P. Khargonekar, B. A. Francis, IEEE Trans. Automatic Control 34(8), 1989, section III.A; of LMIs
+//! without them: P. Gahinet, P. Apkarian, Int. J. Robust and Nonlinear Control 4, 1994.
 //!
-//! A parameter channel counts as well: through Dt2 the gain between the channels, which must stay below 1, bounds a
-//! control, and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are what is judged.
+//! A parameter channel also helps: through Dt2 the gain between the channels, which must stay below 1, bounds a
+//! control, and through D2t the parameter disturbs a measurement. So `[D12; Dt2]` and `[D21 D2t]` are judged.
 
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
@@ -16,35 +15,35 @@ use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::GeneralisedPlant;
 use std::fmt;
 
-/// A singular value up to this counts as zero, where each column of weights (row of noises) has norm 1: its square is
-/// what stands in the inequalities, and 1e-12 is lost beside the 1e-8 to which they are solved. A column below the
-/// square of it, beside what its control does through the states, is one of rounding.
+/// A singular value up to this is taken as zero, with each column of weights (row of noises) scaled to norm 1: the
+/// inequalities contain its square, and 1e-12 is lost at their accuracy of 1e-8. A column below the square of it,
+/// relative to the control's effect through the states, is rounding.
 pub const RANK_TOLERANCE: f64 = 1e-6;
 
-/// A control or measurement for which the problem sets no price.
+/// A control or measurement without a cost.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
     /// A direction of the control that no performance output and no parameter channel sees directly.
     UnweightedControl {
         /// The direction, in the units of u, its largest component 1.
         direction: Vec<f64>,
-        /// What of it reaches z and zt directly, each control in its own unit; at most [`RANK_TOLERANCE`].
+        /// The size of its direct effect on z and zt, each control in its own unit; at most [`RANK_TOLERANCE`].
         weight: f64,
     },
     /// A combination `c'y` of the measurements that no disturbance and no parameter channel enters directly.
     NoiselessMeasurement {
         /// The coefficients c, in units of 1/y, the largest 1.
         combination: Vec<f64>,
-        /// What of w and wt enters it directly, each measurement in its own unit; at most [`RANK_TOLERANCE`].
+        /// The size of the direct effect of w and wt on it, each measurement in its own unit; at most
+        /// [`RANK_TOLERANCE`].
         noise: f64,
     },
 }
 
-/// All findings about a plant, controls first; none when `[D12; Dt2]` has full column rank and `[D21 D2t]` full row
-/// rank.
+/// All findings about a plant, controls first; none if `[D12; Dt2]` has full column rank and `[D21 D2t]` full row rank.
 ///
-/// The rank is judged on the plant as it is given, each control and each measurement in units of what it weighs
-/// itself: neither units nor modes far slower than the others matter.
+/// The rank is judged on the given plant, each control and measurement in units of its own weight or noise: neither
+/// units nor modes far slower than the others matter.
 pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     let (weighted, units) = in_own_units(plant);
     let controls = free_directions(&weighted, RANK_TOLERANCE).into_iter().map(|(direction, weight)| {
@@ -57,13 +56,13 @@ pub fn findings(plant: &GeneralisedPlant) -> Vec<Finding> {
     controls.chain(measurements).collect()
 }
 
-/// The plant in diagonally balanced coordinates and with z and w scaled until what reaches z, and what w reaches, has
-/// norm 1; the coordinates, and what then counts as 1 in z and in 1/w, in the user's units.
+/// The plant in diagonally balanced coordinates with z and w scaled so that the rows of z and the columns of w have
+/// norm 1; the coordinates, and the units of z and 1/w, in the user's units.
 pub(crate) fn normalised(plant: &GeneralisedPlant) -> (GeneralisedPlant, Coordinates, (f64, f64)) {
     let mut plant = plant.clone();
     let mut coordinates = Coordinates::diagonal(&plant);
     let mut units = (1.0, 1.0);
-    // Each round halves the exponent that is left, as the balancing shares a factor between both sides of the states.
+    // Each round halves the remaining exponent, as the balancing splits a factor between both sides of the states.
     for _ in 0..8 {
         let scaled = coordinates.apply(&plant);
         let z = size(&scaled.parts.join(&[Z], &[X, T, U]));
@@ -81,8 +80,8 @@ fn size(m: &Mat) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
-/// `[D12; Dt2]` with each column divided by its norm, and these norms. One that is lost in rounding beside what its
-/// control does through the states is divided by something larger.
+/// `[D12; Dt2]` with each column divided by its norm, and these norms. A column at rounding level, relative to its
+/// control's effect through the states, is divided by something larger.
 fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     let (weights, channels) = (plant.d12(), plant.dt2());
     // A parameter channel has a unit of its own.
@@ -99,8 +98,8 @@ fn in_own_units(plant: &GeneralisedPlant) -> (Mat, Vec<f64>) {
     (scaled, units)
 }
 
-/// For each control `|C1 b|/rate`, with the rate of the fastest mode: what z sees of it through the states within the
-/// time of that mode. 0 where no mode moves.
+/// `|C1 b|/rate` for each control, with the rate of the fastest mode: its effect on z through the states within the
+/// time of that mode. 0 if no mode moves.
 fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     let rate = eigenvalues(&plant.a()).iter().map(|v| v.norm()).fold(0.0, f64::max);
     let seen = plant.c1() * plant.b2();
@@ -108,7 +107,7 @@ fn through_states(plant: &GeneralisedPlant) -> Vec<f64> {
     seen.column_iter().map(|column| if usable { column.norm() / rate } else { 0.0 }).collect()
 }
 
-/// Directions v of norm 1 with `|M v|` up to the tolerance, each with that norm: coordinate axes first, then
+/// Directions v of norm 1 with `|M v|` within the tolerance, each with that norm: coordinate axes first, then
 /// combinations of the others.
 pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     let count = m.ncols();
@@ -129,8 +128,8 @@ pub(crate) fn free_directions(m: &Mat, tolerance: f64) -> Vec<(Vec<f64>, f64)> {
     out
 }
 
-/// In the user's units, the largest component 1; components that are rounding beside the others in their own units
-/// are 0.
+/// A direction in the user's units, the largest component 1; components at rounding level, in their own units, are set
+/// to 0.
 fn in_users_units(direction: &[f64], units: &[f64]) -> Vec<f64> {
     let kept = direction.iter().map(|v| if v.abs() > RANK_TOLERANCE { *v } else { 0.0 });
     let converted: Vec<f64> = kept.zip(units).map(|(v, unit)| v / unit).collect();
@@ -174,7 +173,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The one component that is not zero, from 1.
+/// The only nonzero component, from 1.
 fn only(direction: &[f64]) -> Option<usize> {
     let mut parts = parts(direction);
     match (parts.next(), parts.next()) {
@@ -213,25 +212,24 @@ pub(crate) fn sum_words(combination: &[f64], letter: &str) -> String {
     out
 }
 
-/// Four digits, without the zeros that say nothing.
+/// Four digits without trailing zeros.
 pub(crate) fn number(v: f64) -> String {
     let text = format!("{v:.3e}");
     text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
 }
 
-/// What was added to a plant for the design of its controller; the bound is of the plant without it.
+/// What was added to a plant for the design of its controller; the bound is that of the plant without it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regularisation {
-    /// Rows of coefficients of u, in units of z/u: an output each.
+    /// Rows of coefficients of u, in units of z/u: one output each.
     pub weights: Vec<Vec<f64>>,
-    /// Columns of coefficients in y, in units of y/w: a disturbance each.
+    /// Columns of coefficients in y, in units of y/w: one disturbance each.
     pub noises: Vec<Vec<f64>>,
 }
 
 impl Regularisation {
-    /// What a plant needs in order that every direction of the controls has at least the weight `size`, and every
-    /// combination of the measurements the noise, in balanced coordinates in which all that reaches z, and all that
-    /// w reaches, is about 1.
+    /// The outputs and disturbances that give every direction of the controls at least the weight `size`, and every
+    /// combination of measurements that noise, in balanced coordinates in which z and w are scaled to about 1.
     pub(crate) fn new(plant: &GeneralisedPlant, size: f64) -> Self {
         let (scaled, coordinates, units) = normalised(plant);
         let weighted = scaled.parts.join(&[Z, T], &[U]);
@@ -249,7 +247,7 @@ impl Regularisation {
         }
     }
 
-    /// Whether the plant needs nothing.
+    /// Whether the plant needs no addition.
     pub(crate) fn is_empty(&self) -> bool {
         self.weights.is_empty() && self.noises.is_empty()
     }
@@ -289,7 +287,7 @@ mod tests {
     use crate::system::partition::NamedBlock;
     use nalgebra::dmatrix;
 
-    /// Two states, two controls, two measurements, all weighted and all noisy, with some blocks in place of its own.
+    /// Two states, two controls, two measurements, all weighted and noisy, with some blocks replaced.
     fn regular_but(others: &[NamedBlock]) -> GeneralisedPlant {
         let mut blocks = [
             (X, X, dmatrix![-1.0, 0.3; 0.2, -2.0]),
@@ -303,8 +301,8 @@ mod tests {
             (Y, W, dmatrix![0.0, 0.1, 0.0; 0.0, 0.0, 0.2]),
         ];
         for (row, column, m) in others {
-            let own = blocks.iter_mut().find(|(r, c, _)| (r, c) == (row, column)).unwrap();
-            own.2.clone_from(m);
+            let block = blocks.iter_mut().find(|(r, c, _)| (r, c) == (row, column)).unwrap();
+            block.2.clone_from(m);
         }
         GeneralisedPlant::new(vec![1], &blocks).unwrap()
     }
@@ -318,7 +316,7 @@ mod tests {
         assert_eq!(findings(&regular()), vec![]);
     }
 
-    /// Beside a mode as slow as this, balancing makes a state's column so large that a weight of 1 looks like nothing.
+    /// With a mode this slow, balancing makes a state's column so large that a weight of 1 looks negligible.
     #[test]
     fn slow_modes_do_not_hide_a_weight() {
         for slow in [1e-5, 1e-6, 1e-7, 0.0] {
@@ -331,7 +329,7 @@ mod tests {
                 (Y, W, dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0]),
             ];
             assert_eq!(findings(&regular_but(&changed)), vec![], "{slow}");
-            // The same with the weights of a fast, strong and slow path: a chain of integrators.
+            // A fast, strong path and a slow one: a chain of integrators.
             changed[0].2 = dmatrix![-slow, 1.0; 0.0, -10.0 * slow];
             let chain = regular_but(&changed);
             assert_eq!(findings(&chain), vec![], "{slow}");
@@ -356,7 +354,7 @@ mod tests {
         assert!(found[0].to_string().contains("add noise to y1 (row 1 of D21)"));
     }
 
-    /// z sees `2 u1 + u2` alone, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of it.
+    /// z sees only `2 u1 + u2`, so (1, -2) costs nothing; w3 enters y1 and y2 as 3 to 1, so y1 - 3 y2 is free of it.
     #[test]
     fn directions_that_are_no_axes_come_in_the_users_units() {
         let mut plant = regular();
@@ -389,8 +387,8 @@ mod tests {
         assert_eq!(findings(&plant), vec![]);
     }
 
-    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, and a
-    /// singular one singular.
+    /// Units of u, y, z, w, time and states by many orders of magnitude: a regular plant stays regular, a singular one
+    /// singular.
     #[test]
     fn units_do_not_matter() {
         for (weight, expected) in [(0.2, 0), (0.0, 1)] {

@@ -1,14 +1,14 @@
-//! A plant that is being put together, of signals: linear functions of its states and inputs.
+//! Assembly of a plant from signals: linear functions of its states and inputs.
 
 use crate::matrix::Mat;
 use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 
-/// A linear function of `[x; wt; w; u]`, a row each.
+/// A linear function of `[x; wt; w; u]`, one row per component.
 pub(super) type Signal = Mat;
 
-/// The states of a plant that is being put together: `[x; wt; w; u]` as signals, and x' as it becomes known.
+/// A plant under assembly: `[x; wt; w; u]` as signals, and x', filled in as it becomes known.
 pub(super) struct Assembly {
-    /// The identity, by whose rows a signal is made.
+    /// The identity; its rows are the signals x, wt, w and u.
     identity: Mat,
     pub derivatives: Mat,
     states: usize,
@@ -20,7 +20,7 @@ impl Assembly {
         Self { identity: Mat::identity(total, total), derivatives: Mat::zeros(states, total), states: 0 }
     }
 
-    /// The next `count` states.
+    /// Adds `count` states: the index of the first, and their signal.
     pub fn state(&mut self, count: usize) -> (usize, Signal) {
         let first = self.states;
         self.states += count;
@@ -35,14 +35,14 @@ impl Assembly {
         self.derivatives.rows_mut(first, rate.nrows()).copy_from(rate);
     }
 
-    /// `W(s)` of a signal of one row, for weights with one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
+    /// `W(s)` of a scalar signal, for a weight with one state: `x' = pole x + gain s, W s = sign gain x + direct s`.
     fn filtered(&mut self, [pole, gain, direct]: [f64; 3], sign: f64, input: &Signal) -> Signal {
         let (at, x) = self.state(1);
         self.derivative(at, &(&x * pole + input * gain));
         x * (sign * gain) + input * direct
     }
 
-    /// T_ref of a reference.
+    /// The output of a reference model T_ref.
     pub fn follow(&mut self, model: &ReferenceModel, reference: &Signal) -> Signal {
         let w = model.frequency;
         let (at, value) = self.state(1);
@@ -58,24 +58,20 @@ impl Assembly {
     }
 
     /// `R(s)` of a signal.
-    pub fn slow_more(&mut self, weight: &ReferenceWeight, input: &Signal) -> Signal {
-        match weight.follow > 1.0 {
-            false => input.clone(),
-            true => {
-                let gain = ((weight.follow - 1.0) * weight.corner).sqrt();
-                self.filtered([-weight.corner, gain, 1.0], 1.0, input)
-            }
+    pub fn slow_emphasis(&mut self, weight: &ReferenceWeight, input: &Signal) -> Signal {
+        if weight.follow <= 1.0 {
+            return input.clone();
         }
+        let gain = ((weight.follow - 1.0) * weight.corner).sqrt();
+        self.filtered([-weight.corner, gain, 1.0], 1.0, input)
     }
 
     /// `W(s)` of a signal.
     pub fn weighted(&mut self, weight: &RisingWeight, input: &Signal) -> Signal {
-        match weight.rises() {
-            false => input * weight.low,
-            true => {
-                let gain = ((weight.high - weight.low) * weight.corner).sqrt();
-                self.filtered([-weight.corner, gain, weight.high], -1.0, input)
-            }
+        if !weight.rises() {
+            return input * weight.low;
         }
+        let gain = ((weight.high - weight.low) * weight.corner).sqrt();
+        self.filtered([-weight.corner, gain, weight.high], -1.0, input)
     }
 }

@@ -6,41 +6,41 @@
 //! A = 2/T (F - I) (F + I)^-1,   B = r (F + I)^-1 G,   C = r H (F + I)^-1,   D = J - H (F + I)^-1 G,   r = 2/sqrt(T)
 //! ```
 //!
-//! It maps the unit disc to the left half plane, so that stability and gains stay what they are, and with these B and
-//! C so do the Lyapunov matrices: with `m = (x + x+)/r` for the state, `x+'X x+ - x'X x = 2 m'X m'`. Channels of
-//! parameters and the controls are among v and e, and a loop may be closed before or after it. Where F has an
-//! eigenvalue at or near -1, z is replaced by -z: each signal changes its sign at every other tick.
+//! It maps the unit disc to the left half plane, so it keeps stability and gains, and with these B and C also the
+//! Lyapunov matrices: with the state `m = (x + x+)/r`, `x+'X x+ - x'X x = 2 m'X m'`. The signals v and e include the
+//! parameter channels and the controls, and a loop may be closed before or after the transform. If F has an eigenvalue
+//! at or near -1, z is replaced by -z: each signal changes its sign at every other tick.
 //!
 //! Source: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, section 21.5.
 
 use crate::matrix::{Mat, solve, svd};
 use crate::system::state_space::StateSpace;
 
-/// A least singular value up to this share of the largest counts as none.
+/// A matrix is taken as singular if its least singular value is at most this fraction of the largest.
 const SINGULAR: f64 = 1e-10;
 
-/// A bilinear transform that a system has.
+/// The bilinear transform for a given system matrix and sample time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bilinear {
     sample_time: f64,
-    /// -1 where z is replaced by -z.
+    /// -1 if z is replaced by -z.
     sign: f64,
 }
 
 impl Bilinear {
-    /// The transform for systems with this F, n x n, at the sample time T (s), above 0; `None` where F has eigenvalues
-    /// at 1 and at -1, but for rounding.
+    /// The transform for systems with this F, n x n, at the sample time T > 0 (s); `None` if F has eigenvalues at both
+    /// 1 and -1, to rounding.
     pub fn of(f: &Mat, sample_time: f64) -> Option<Self> {
         let one = Mat::identity(f.nrows(), f.nrows());
-        let room = |sign: f64| least_share(&(f * sign + &one), 1.0);
-        let (plain, turned) = (room(1.0), room(-1.0));
+        let conditioning = |sign: f64| least_ratio(&(f * sign + &one), 1.0);
+        let (plain, turned) = (conditioning(1.0), conditioning(-1.0));
         let sign = if plain >= turned { 1.0 } else { -1.0 };
         (plain.max(turned) > SINGULAR).then_some(Self { sample_time, sign })
     }
 
-    /// A system in discrete time, `(F, G, H, J)` for (A, B, C, D), as one in continuous time.
+    /// A discrete-time system, `(F, G, H, J)` for (A, B, C, D), in continuous time.
     ///
-    /// `None` where F has an eigenvalue that the transform takes to infinity.
+    /// `None` if F has an eigenvalue that the transform maps to infinity.
     pub fn continuous(&self, system: &StateSpace) -> Option<StateSpace> {
         let StateSpace { a: f, b: g, c: h, d: j } = system;
         let one = Mat::identity(f.nrows(), f.nrows());
@@ -50,15 +50,15 @@ impl Bilinear {
         Some(StateSpace { a: (one - &back * 2.0) * rate, b: &g * root, c: h * &back * root, d: j - h * g })
     }
 
-    /// A system in continuous time as one in discrete time, `(F, G, H, J)` for (A, B, C, D).
+    /// A continuous-time system in discrete time, `(F, G, H, J)` for (A, B, C, D).
     ///
-    /// `None` where A has an eigenvalue at 2/T, but for rounding.
+    /// `None` if A has an eigenvalue at 2/T, to rounding.
     pub fn discrete(&self, system: &StateSpace) -> Option<StateSpace> {
         let StateSpace { a, b, c, d } = system;
         let one = Mat::identity(a.nrows(), a.nrows());
         let (rate, root) = (2.0 / self.sample_time, 2.0 / self.sample_time.sqrt());
         let ahead = &one * rate - a;
-        let back = (least_share(&ahead, rate) > SINGULAR).then(|| solve(&ahead, &one))??;
+        let back = (least_ratio(&ahead, rate) > SINGULAR).then(|| solve(&ahead, &one))??;
         let b = &back * b;
         Some(StateSpace {
             a: (&back * (2.0 * rate) - one) * self.sign,
@@ -68,15 +68,15 @@ impl Bilinear {
         })
     }
 
-    /// The frequency (rad/s) in discrete time of one in continuous time.
+    /// The discrete-time frequency (rad/s) of a continuous-time one.
     pub fn frequency(&self, continuous: f64) -> f64 {
         let angle = 2.0 * (0.5 * continuous * self.sample_time).atan();
         (if self.sign > 0.0 { angle } else { std::f64::consts::PI - angle }) / self.sample_time
     }
 }
 
-/// The least singular value over the largest, or over `unit` where that is larger; 1 for an empty matrix.
-fn least_share(m: &Mat, unit: f64) -> f64 {
+/// The least singular value over the larger of `unit` and the largest; 1 for an empty matrix.
+fn least_ratio(m: &Mat, unit: f64) -> f64 {
     let values = svd(m).s;
     values.first().zip(values.last()).map_or(1.0, |(largest, least)| least / largest.max(unit))
 }
@@ -95,7 +95,7 @@ mod tests {
     }
 
     proptest! {
-        /// On the unit circle it is the system given, in whichever sign, and the way back is the way there.
+        /// On the unit circle the responses agree, with either sign, and the inverse restores the system.
         #[test]
         fn it_has_the_same_response(entries in prop::collection::vec(-1.5..1.5, 4), angle in 0.01..3.1_f64) {
             let given = system(Mat::from_vec(2, 2, entries));

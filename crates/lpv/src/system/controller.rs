@@ -24,10 +24,10 @@ pub struct Controller {
 named_blocks!(Controller: a X X, by X Y, bt X T, cu U X, duy U Y, dut U T, ct T X, dty T Y, dtt T T);
 
 impl Controller {
-    /// The controller of some blocks with their rows and columns; what is left out is zero.
+    /// A controller from blocks with their rows and columns; blocks left out are zero.
     ///
     /// # Errors
-    /// The first block whose shape does not fit, or the sum of the repetitions.
+    /// The first block whose shape does not fit, or a wrong sum of the repetitions.
     pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
         Ok(Self { parts: Partitioned::new(CONTROLLER, parts)?.with_channels(&blocks)?, blocks })
     }
@@ -38,7 +38,7 @@ impl Controller {
     /// A + Bt D Ct,   By + Bt D Dty,   Cu + Dut D Ct,   Duy + Dut D Dty   with   D = Theta (I - Dtt Theta)^-1
     /// ```
     ///
-    /// Shapes: as many parameters in `theta` as there are repetitions.
+    /// Shapes: `theta` has one value per entry of `blocks`.
     ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
@@ -47,10 +47,10 @@ impl Controller {
         Ok(frozen.state_space(&[Group::U], &[Group::Y]))
     }
 
-    /// The fastest mode of the frozen controller over some parameter values, the largest |lambda| of its A, rad/s.
+    /// The fastest mode of the frozen controller over some parameter values: the largest |lambda| of its A, rad/s.
     ///
-    /// Infinity where the controller is not well posed, or its eigenvalues cannot be found. Between the values
-    /// nothing is known.
+    /// Infinite if the controller is not well posed at one of them, or its eigenvalues cannot be computed. Nothing is
+    /// known between the values.
     pub fn fastest_mode(&self, thetas: &[Vec<f64>]) -> f64 {
         let fastest_at = |theta: &Vec<f64>| match self.frozen(theta) {
             Ok(frozen) => frozen.poles().iter().map(|pole| pole.norm()).fold(0.0, worse),
@@ -59,14 +59,14 @@ impl Controller {
         thetas.iter().map(fastest_at).fold(0.0, worse)
     }
 
-    /// The whole matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
+    /// The matrix `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
     pub fn matrix(&self) -> &Mat {
         self.parts.matrix()
     }
 
-    /// The controller whose whole matrix is `m`, with `states` states, `y` measurements and `u` controls.
+    /// The controller with the matrix `m`, `states` states, `y` measurements and `u` controls.
     ///
-    /// Shapes: m is (states + u + r) x (states + y + r) for repetitions whose sum is r.
+    /// Shapes: m is (states + u + r) x (states + y + r), where r is the sum of the repetitions.
     pub fn from_matrix(m: &Mat, states: usize, y: usize, u: usize, blocks: Vec<usize>) -> Self {
         let sizes = Sizes { x: states, y, u, t: blocks.iter().sum(), ..Sizes::default() };
         Self { parts: Partitioned::of(m.clone(), CONTROLLER, sizes), blocks }
@@ -74,10 +74,10 @@ impl Controller {
 }
 
 impl GeneralisedPlant {
-    /// The closed loop with a controller, its channels ordered plant's, then controller's.
+    /// The closed loop with a controller; the plant's channels come first, then the controller's.
     ///
-    /// The direct path from u to y is zero, so the loop is always well posed at Theta = 0. Shapes: y and u of both
-    /// are of one size.
+    /// The direct path from u to y is zero, so the loop is well posed at Theta = 0. Shapes: plant and controller have
+    /// the same number of measurements y and of controls u.
     ///
     /// Source: the star product of K. Zhou, J. C. Doyle, K. Glover, "Robust and Optimal Control", 1996, ch. 10.
     pub fn close(&self, k: &Controller) -> ClosedLoop {
@@ -86,7 +86,7 @@ impl GeneralisedPlant {
     }
 }
 
-/// The larger of two; what is not a number counts as infinite.
+/// The larger of two; NaN is taken as infinite.
 fn worse(most: f64, v: f64) -> f64 {
     if v.is_nan() { f64::INFINITY } else { most.max(v) }
 }
@@ -98,8 +98,8 @@ mod tests {
 
     /// One state with the pole `-1 - 3 theta/(1 - d theta)`.
     fn controller(d: f64) -> Controller {
-        let whole = dmatrix![-1.0, 1.0, -3.0; 1.0, 0.0, 0.0; 1.0, 0.0, d];
-        Controller::from_matrix(&whole, 1, 1, 1, vec![1])
+        let matrix = dmatrix![-1.0, 1.0, -3.0; 1.0, 0.0, 0.0; 1.0, 0.0, d];
+        Controller::from_matrix(&matrix, 1, 1, 1, vec![1])
     }
 
     #[test]

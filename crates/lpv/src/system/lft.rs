@@ -1,8 +1,7 @@
 //! Linear fractional transformations: a matrix that depends on normalised parameters.
 //!
-//! `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`, `Theta = diag(theta_c)` with the parameter `c` of each
-//! channel. Sums and products of LFTs are LFTs; a polynomial or rational function of one parameter has one of
-//! minimal size.
+//! `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`, `Theta = diag(theta_c)` with the parameter `c` of each channel. Sums
+//! and products of LFTs are LFTs; a polynomial or rational function of one parameter has an LFT of minimal size.
 //!
 //! Sources: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10 (the algebra);
 //! B. L. Ho, R. E. Kalman, Regelungstechnik 14, 1966 (minimal realisation from a Hankel matrix).
@@ -95,7 +94,7 @@ impl Lft {
     }
 
     /// `[M_1 M_2]`. Shapes: p x m and p x k.
-    pub fn beside(&self, other: &Self) -> Self {
+    pub fn concatenated(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant, &other.constant]]),
             left: block(&[&[&self.left, &other.left]]),
@@ -106,7 +105,7 @@ impl Lft {
     }
 
     /// `[M_1; M_2]`. Shapes: p x m and k x m.
-    pub fn above(&self, other: &Self) -> Self {
+    pub fn stacked(&self, other: &Self) -> Self {
         Self {
             constant: block(&[&[&self.constant], &[&other.constant]]),
             left: diagonal_blocks(&[&self.left, &other.left]),
@@ -116,7 +115,7 @@ impl Lft {
         }
     }
 
-    /// The same with its channels in the order of their parameters.
+    /// The LFT with its channels sorted by parameter.
     #[must_use]
     pub fn in_order(&self) -> Self {
         let mut order: Vec<usize> = (0..self.size()).collect();
@@ -130,10 +129,10 @@ impl Lft {
         }
     }
 
-    /// `M_0 + L T Theta (I - F D T Theta)^-1 F R` with the Theta of other channels: the same matrix where `T Theta F`
-    /// is the Theta of these ones.
+    /// `M_0 + L T Theta (I - F D T Theta)^-1 F R` with the Theta of other channels: the same matrix if `T Theta F` is
+    /// the Theta of the present ones.
     ///
-    /// Shapes, for s other channels: `from` F is s x r, `to` T is r x s.
+    /// Shapes, for s new channels: `from` F is s x r, `to` T is r x s.
     #[must_use]
     pub fn transformed(&self, from: &Mat, to: &Mat, channels: Vec<usize>) -> Self {
         Self {
@@ -145,23 +144,23 @@ impl Lft {
         }
     }
 
-    /// The LFT of least size of a polynomial in one parameter; see [`Lft::from_rational`].
+    /// The LFT of minimal size of a polynomial in one parameter; see [`Lft::from_rational`].
     pub fn from_polynomial(polynomial: &MatrixPolynomial, tolerance: f64) -> Self {
         Self::from_series(&polynomial.coefficients, polynomial.order(), tolerance)
     }
 
-    /// The LFT of least size of a rational function of one parameter.
+    /// The LFT of minimal size of a rational function of one parameter.
     ///
     /// With the coefficients `M_1, M_2, ...` of its series the size is the rank of the Hankel matrix `[M_(i+j-1)]`, at
-    /// most the order times the lesser side of M; its factors give a realisation, balanced for a polynomial (Ho and
-    /// Kalman, 1966). Singular values up to `tolerance` times the largest are dropped: the error made is the caller's
-    /// to measure with [`Lft::evaluate`].
+    /// most the order times the smaller dimension of M; its factors give a realisation, balanced for a polynomial (Ho
+    /// and Kalman, 1966). Singular values up to `tolerance` times the largest are dropped: measure the error with
+    /// [`Lft::evaluate`].
     pub fn from_rational(rational: &MatrixRational, tolerance: f64) -> Self {
         let order = rational.numerator.order().max(rational.denominator.len());
         Self::from_series(&rational.series(2 * order + 1), order, tolerance)
     }
 
-    /// The LFT of a series whose Hankel matrix of `order` blocks has full rank; what is not in the list is zero.
+    /// The LFT of a series whose Hankel matrix of `order` blocks has full rank; coefficients not listed are zero.
     fn from_series(series: &[Mat], order: usize, tolerance: f64) -> Self {
         let (p, m) = series[0].shape();
         let hankel = |shift: usize| {
@@ -175,9 +174,9 @@ impl Lft {
             }
             h
         };
-        let whole = hankel(0);
-        let cut = tolerance * crate::matrix::largest_singular_value(&whole);
-        let (observability, reachability) = rank_factors(&whole, cut);
+        let full = hankel(0);
+        let threshold = tolerance * crate::matrix::largest_singular_value(&full);
+        let (observability, reachability) = rank_factors(&full, threshold);
         let r = observability.ncols();
         if r == 0 {
             return Self::constant(series[0].clone());

@@ -1,4 +1,4 @@
-//! Lyapunov equations, and the middle between the gramians.
+//! Lyapunov equations, and the geometric mean of the gramians.
 //!
 //! J. D. Roberts, "Linear model reduction and solution of the algebraic Riccati equation by use of the sign function",
 //! Int. J. Control 32(4), 1980 (a report of 1971); the balanced pair of gramians: B. C. Moore, IEEE Trans. Automatic
@@ -7,14 +7,14 @@
 use crate::matrix::{Mat, diagonal, largest_eigenvalue, solve, symmetric_function, symmetric_part};
 use crate::system::state_space::StateSpace;
 
-/// How small, relative to the largest, an eigenvalue of a gramian may be; smaller ones are filled up.
+/// The smallest eigenvalue that a gramian may have, relative to the largest; smaller ones are raised.
 const EIGENVALUE_FLOOR: f64 = 1e-6;
 
-/// The matrix X midway between the largest and the smallest storage function of a mean system, and the size of its
-/// gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so
-/// `X = P^-1 # Q`, the geometric mean, which is the identity in balanced coordinates, lies in the middle.
+/// A matrix X midway between the largest and the smallest storage function of a mean system, and an estimate of its
+/// gain: `Q/g < X < g P^-1` holds for the storage functions of a system with gramians P, Q and gain g, so `X = P^-1 #
+/// Q`, the geometric mean, which is the identity in balanced coordinates, lies in the middle.
 ///
-/// P and Q are the means of the gramians of all systems, which must be stable. `None` when a step fails.
+/// P and Q are the means of the gramians of all systems, which must be stable. `None` if a step fails.
 pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> {
     let n = systems.first()?.a.nrows();
     let (mut p, mut q) = (Mat::zeros(n, n), Mat::zeros(n, n));
@@ -32,15 +32,15 @@ pub(crate) fn middle_of_gramians(systems: &[&StateSpace]) -> Option<(Mat, f64)> 
     (gain > 0.0 && x.iter().all(|v| v.is_finite())).then_some((x, gain))
 }
 
-/// How much of itself a gramian may be filled up with: the first that makes it positive definite is taken, because
-/// rounding makes it indefinite in coordinates that are badly conditioned.
+/// Relative regularisations of a gramian; the first that makes it positive definite is used, because rounding makes
+/// gramians indefinite in badly conditioned coordinates.
 const FLOORS: [f64; 4] = [EIGENVALUE_FLOOR, 1e-4, 1e-2, 1.0];
 
-/// How near to its limit the sign iteration for the factors of gramians ends: their size is what matters.
+/// Tolerance of the sign iteration for the factors of gramians: only their size matters.
 const NEAR: f64 = 1e-3;
 
-/// The factors p and q of the gramians `p p'` of what the inputs reach and `q q'` of what the outputs show, directions
-/// that they do not reach filled up; `None` when a step fails.
+/// The factors p and q of the gramians: `p p'` of reachability and `q q'` of observability, regularised in directions
+/// that are not reached; `None` if a step fails.
 pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
     let p = lyapunov_to(&s.a.transpose(), &(&s.b * s.b.transpose()), NEAR)?;
     let q = lyapunov_to(&s.a, &(s.c.transpose() * &s.c), NEAR)?;
@@ -49,7 +49,7 @@ pub(crate) fn gramian_factors(s: &StateSpace) -> Option<(Mat, Mat)> {
     Some((factor(&p)?, factor(&q)?))
 }
 
-/// A gramian with the directions that it does not reach filled up; the identity for zero.
+/// A gramian regularised in the directions that it does not reach; the identity for zero.
 fn filled(gramian: &Mat, least: f64) -> Mat {
     let n = gramian.nrows();
     let variances: Vec<f64> = gramian.diagonal().iter().map(|d| d.max(0.0)).collect();
@@ -57,17 +57,17 @@ fn filled(gramian: &Mat, least: f64) -> Mat {
     if most <= 0.0 {
         return Mat::identity(n, n);
     }
-    // In proportion to each state's own size, so that the states' units do not matter much.
+    // In proportion to each state's size, so that the states' units matter little.
     let floor = |d: f64| least * d.max(least * most);
     gramian + diagonal(variances.into_iter().map(floor))
 }
 
-/// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` when it does not converge.
+/// X of `A'X + XA + Q = 0` for a stable A, by the matrix sign iteration; `None` if it does not converge.
 pub(crate) fn lyapunov(a: &Mat, q: &Mat) -> Option<Mat> {
     lyapunov_to(a, q, 1e-7)
 }
 
-/// The same, about to the square of `near`: in coordinates that are badly conditioned no more may be reached.
+/// The solution of [`lyapunov`] to about the square of `near`: badly conditioned coordinates may allow no more.
 fn lyapunov_to(a: &Mat, q: &Mat, near: f64) -> Option<Mat> {
     let n = a.nrows();
     let (mut a, mut q, one) = (a.clone(), q.clone(), Mat::identity(n, n));

@@ -1,4 +1,4 @@
-//! Model error: a norm-bounded difference between the plant and what it stands for.
+//! Model error: a norm-bounded difference between the plant and the system that it models.
 //!
 //! The plant's `[A B1 B2]` is replaced by `[A B1 B2] + E Delta(t) [F Fw Fu]` with any measurable Delta(t) whose largest
 //! singular value is at most 1: S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in
@@ -21,7 +21,7 @@ pub struct ModelError {
     pub fu: Mat,
 }
 
-/// The same in a closed loop: `w_D = Delta z_D`, `z_D = Fx x + Ft wt + Fw w`, and `E w_D` enters x'.
+/// The model error in a closed loop: `w_D = Delta z_D`, `z_D = Fx x + Ft wt + Fw w`, and `E w_D` enters x'.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // The names are the equations above.
 pub struct LoopError {
@@ -32,7 +32,7 @@ pub struct LoopError {
 }
 
 impl ModelError {
-    /// What the error is in the loop that a controller closes.
+    /// The error in the loop that a controller closes.
     ///
     /// ```text
     /// Fx = [F + Fu Duy C2, Fu Cu],   Ft = [Fu Duy D2t, Fu Dut],   Fw = Fw + Fu Duy D21
@@ -52,23 +52,23 @@ impl ModelError {
 }
 
 impl LoopError {
-    /// No error at all: no rows, no columns.
+    /// No model error: no rows, no columns.
     pub fn none(closed: &ClosedLoop) -> Self {
         let (n, r, w) = (closed.a().nrows(), closed.channels.len(), closed.b1().ncols());
         Self { e: Mat::zeros(n, 0), fx: Mat::zeros(0, n), ft: Mat::zeros(0, r), fw: Mat::zeros(0, w) }
     }
 
-    /// Whether there is an error.
+    /// Whether there is no model error.
     pub fn is_none(&self) -> bool {
         self.e.ncols() == 0
     }
 
-    /// With w and z in units in which a gain of `gamma` is 1.
+    /// The error with w and z in units in which a gain of `gamma` is 1.
     pub(crate) fn in_units_of(&self, gamma: f64) -> Self {
         Self { fw: &self.fw / gamma.sqrt(), ..self.clone() }
     }
 
-    /// In the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
+    /// The error in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), tau: &Mat) -> Self {
         Self { e: t_inverse * &self.e, fx: &self.fx * t, ft: &self.ft * tau, fw: self.fw.clone() }
     }

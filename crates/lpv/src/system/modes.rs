@@ -1,4 +1,4 @@
-//! Modes that no control reaches or no measurement shows.
+//! Uncontrollable and unobservable modes.
 //!
 //! The reachable subspace: R. E. Kalman, "Mathematical description of linear dynamical systems", SIAM J. Control 1,
 //! 1963.
@@ -11,10 +11,10 @@ use crate::synthesis::balance::Coordinates;
 use crate::system::plant::GeneralisedPlant;
 use nalgebra::Complex;
 
-/// A mode with `Re >= 0` that B does not reach, the fastest growing. A is n x n, B n x m; rad/s.
+/// An unreachable mode with `Re >= 0`, the fastest growing. A is n x n, B n x m; rad/s.
 ///
-/// That all are reached is shown by a feedback that makes all stable. That one is not is said only where it holds for
-/// the numbers as they are, to 32 digits: what is out of reach but for the rounding of 16 digits is within it.
+/// A stabilising feedback proves that there is none. A mode is reported only if it is unreachable for the given numbers
+/// to 32 digits: a mode that is unreachable only to the rounding of 16 digits is taken as reachable.
 pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
     let size = |m: &Mat| if m.norm() > 0.0 { m.norm() } else { 1.0 };
     let b = b * (size(a) / size(b));
@@ -28,7 +28,7 @@ pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
     eigenvalues(&narrow(&rest)).into_iter().max_by(|p, q| p.re.total_cmp(&q.re))
 }
 
-/// Checks that u reaches every mode of the plant at Theta = 0 that does not decay.
+/// Checks that u reaches every mode of the plant at Theta = 0 that is not stable.
 ///
 /// # Errors
 /// [`SynthesisError::NotStabilisable`] with the mode.
@@ -39,7 +39,7 @@ pub fn check_stabilisable(plant: &GeneralisedPlant) -> Result<(), SynthesisError
     }
 }
 
-/// Checks that y shows every mode of the plant at Theta = 0 that does not decay.
+/// Checks that y shows every mode of the plant at Theta = 0 that is not stable.
 ///
 /// # Errors
 /// [`SynthesisError::NotDetectable`] with the mode.
@@ -50,7 +50,7 @@ pub fn check_detectable(plant: &GeneralisedPlant) -> Result<(), SynthesisError> 
     }
 }
 
-/// Numbers that overflow prove nothing.
+/// Refuses numbers that overflow: they prove nothing.
 fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     if eigenvalues(&plant.a()).iter().all(|v| v.re.is_finite() && v.im.is_finite()) {
         return Ok(());
@@ -61,8 +61,8 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     ))
 }
 
-/// The mode, in the user's unit of time, that does not decay and that the input matrix of a pair does not reach. (Rank
-/// is judged in balanced coordinates: in badly scaled ones everything looks unreachable.)
+/// A mode, in the user's unit of time, that is not stable and that the input matrix of a pair does not reach. (Rank is
+/// judged in balanced coordinates: in badly scaled ones everything looks unreachable.)
 fn lost_mode(
     plant: &GeneralisedPlant,
     pair: impl Fn(&GeneralisedPlant) -> (Mat, Mat),
@@ -84,7 +84,7 @@ mod tests {
         let a = dmatrix![-1.0, 0.0; 0.0, 0.5];
         assert_eq!(unreachable_mode(&a, &dmatrix![1.0; 0.0]), Some(Complex::new(0.5, 0.0)));
         assert_eq!(unreachable_mode(&a, &dmatrix![0.0; 1.0]), None);
-        // Neither a fast mode nor a slow stable one that is out of reach makes a mode at zero look so.
+        // Neither a fast mode nor a slow stable unreachable one makes a mode at zero look unreachable.
         let a = dmatrix![0.0, 0.0, 0.0; 0.0, -1e-8, 0.0; 0.0, 0.0, -1e12];
         assert_eq!(unreachable_mode(&a, &dmatrix![1.0; 0.0; 0.0]), None);
         assert_eq!(unreachable_mode(&a, &dmatrix![0.0; 1.0; 1.0]), Some(Complex::new(0.0, 0.0)));

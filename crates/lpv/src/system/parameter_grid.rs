@@ -1,6 +1,6 @@
-//! Grids of the parameter box `|theta_i| <= 1`, for what is checked point by point and not proved.
+//! Grids of the parameter box `|theta_i| <= 1`, for checks at points, which prove nothing between them.
 //!
-//! | parameters | points a parameter | points in all |
+//! | parameters | points per parameter | points in total |
 //! |---|---|---|
 //! | 0 | | 1 |
 //! | 1, 2 | 11 | 11, 121 |
@@ -10,22 +10,22 @@
 //! | 7 to 10 | 2, the vertices | 128 to 1024 |
 //! | more | 2 | 1024 vertices, spread as a fractional factorial design |
 //!
-//! Source of the last: G. E. P. Box, J. S. Hunter, Technometrics 3(3), 1961.
+//! Source of the last row: G. E. P. Box, J. S. Hunter, Technometrics 3(3), 1961.
 
-/// The largest number of parameters of which all vertices are taken.
+/// The largest number of parameters for which all vertices are taken.
 const ALL_VERTICES: usize = 10;
 
-/// The points of the table above, the same each time; all grids hold vertices.
+/// The points of the table above, the same at each call; every grid contains vertices.
 pub fn parameter_grid(parameters: usize) -> Vec<Vec<f64>> {
     evenly(parameters, [1, 11, 11, 7, 5, 3, 3].get(parameters).copied().unwrap_or(2))
 }
 
-/// At most three points a parameter, for what is done many times over.
+/// A grid of at most three points per parameter, for checks that are repeated often.
 pub(crate) fn coarse_grid(parameters: usize) -> Vec<Vec<f64>> {
     evenly(parameters, if parameters <= 4 { 3 } else { 2 })
 }
 
-/// So many values of one parameter, evenly spread over [-1, 1]; at least two.
+/// `count` values of one parameter, evenly spaced over [-1, 1]; at least two.
 pub(crate) fn evenly_spread(count: usize) -> impl Iterator<Item = f64> {
     let last = count.max(2) - 1;
     (0..=last).map(move |i| 2.0 * i as f64 / last as f64 - 1.0)
@@ -42,7 +42,7 @@ fn evenly(parameters: usize, each: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// 1024 vertices: the first ten parameters take all of theirs, each further one the sign of a product of some of those.
+/// 1024 vertices: the first ten parameters take all signs, each further one the product of some of theirs.
 fn some_vertices(parameters: usize) -> Vec<Vec<f64>> {
     let products = (1..1usize << ALL_VERTICES).filter(|mask| !mask.is_power_of_two());
     let masks: Vec<usize> =
@@ -76,7 +76,7 @@ mod tests {
         }
     }
 
-    /// Any two parameters take all four pairs of signs, equally often.
+    /// Any two parameters take all four pairs of signs equally often.
     #[test]
     fn vertices_of_many_parameters_are_spread() {
         let grid = parameter_grid(13);

@@ -1,11 +1,11 @@
-//! A matrix whose rows and columns belong to named groups: what plant, controller and closed loop are made of.
+//! Matrices whose rows and columns belong to named groups: the data of plant, controller and closed loop.
 //!
 //! ```text
 //! [x'; zt; z; y] = M [x; wt; w; u],   wt = Theta zt,   Theta = diag(theta_c) over the channels
 //! ```
 //!
-//! A group stands for rows and for columns: `X` for x' and x, `T` for zt and wt. So it has one size. Source of the
-//! idea: `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system and index vectors.
+//! A group names rows and columns: `X` is x' and x, `T` is zt and wt. So it has one size. Source of the idea:
+//! `ExtendedStateSpace` of RobustAndOptimalControl.jl, a system and index vectors.
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::{Mat, block, diagonal, solve};
@@ -31,7 +31,7 @@ pub enum Group {
 
 use Group::{T, U, W, X, Y, Z};
 
-/// The groups of the rows and of the columns, in their order.
+/// The groups of the rows and of the columns, in order.
 pub type Names = (&'static [Group], &'static [Group]);
 
 /// Rows and columns of a generalised plant.
@@ -41,7 +41,7 @@ pub const LOOP: Names = (&[X, T, Z], &[X, T, W]);
 /// Rows and columns of a controller.
 pub const CONTROLLER: Names = (&[X, U, T], &[X, Y, T]);
 
-/// The name of a block, as equations and files have it.
+/// The name of a block in equations and files.
 fn name(row: Group, column: Group) -> &'static str {
     match (row, column) {
         (X, X) => "A",
@@ -65,7 +65,7 @@ fn name(row: Group, column: Group) -> &'static str {
         (U, X) => "Cu",
         (U, T) => "Dut",
         (U, Y) => "Duy",
-        _ => "a block that no equation has",
+        _ => "an undefined block",
     }
 }
 
@@ -74,7 +74,7 @@ pub fn names((rows, columns): Names) -> impl Iterator<Item = (&'static str, Grou
     rows.iter().flat_map(move |row| columns.iter().map(move |column| (name(*row, *column), *row, *column)))
 }
 
-/// `Theta (I - Dtt Theta)^-1` with the parameter of each channel: what closing the channels puts between zt and wt.
+/// `Theta (I - Dtt Theta)^-1` with the parameter of each channel: the map from zt to wt once the channels are closed.
 ///
 /// Shapes: Dtt is r x r for r channels.
 ///
@@ -130,23 +130,23 @@ impl Sizes {
 pub type NamedBlock = (Group, Group, Mat);
 
 impl Partitioned {
-    /// Zeros.
+    /// The zero matrix.
     pub fn zeros((rows, columns): Names, sizes: Sizes) -> Self {
         let total = |all: &[Group]| all.iter().map(|s| sizes.of(*s)).sum();
         Self { matrix: Mat::zeros(total(rows), total(columns)), rows, columns, sizes }
     }
 
-    /// A matrix that is divided: its rows and columns are as many as the groups have.
+    /// A matrix partitioned by `sizes`; its shape must be the sums of the sizes.
     pub fn of(m: Mat, (rows, columns): Names, sizes: Sizes) -> Self {
         let zeros = Self::zeros((rows, columns), sizes);
-        assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the groups that divide it");
+        assert_eq!(m.shape(), zeros.matrix.shape(), "a matrix and the sizes of its groups");
         Self { matrix: m, ..zeros }
     }
 
-    /// The matrix of some blocks, and zero where there is none. The first block that shows a group gives its size.
+    /// The matrix with the given blocks and zeros elsewhere. The first block with a group gives its size.
     ///
     /// # Errors
-    /// The first block that has another shape, with the one expected.
+    /// The first block of another shape, with the one expected.
     pub fn new((rows, columns): Names, blocks: &[NamedBlock]) -> Result<Self, ShapeError> {
         let shown = |group: Group| {
             let sizes = |(row, column, m): &NamedBlock| match (*row == group, *column == group) {
@@ -168,13 +168,13 @@ impl Partitioned {
         Ok(out)
     }
 
-    /// The same with as many channels as the repetitions of the parameters have, if it shows none itself.
+    /// The matrix with the number of channels that the repetitions of the parameters give, if no block has any.
     pub(crate) fn with_channels(self, blocks: &[usize]) -> Result<Self, ShapeError> {
         let out = if self.sizes.t == 0 { self.resized(T, blocks.iter().sum()) } else { self };
         out.check_channels(blocks).map(|()| out)
     }
 
-    /// Checks that the repetitions of the parameters make up the channels.
+    /// Checks that the repetitions of the parameters add up to the channels.
     pub(crate) fn check_channels(&self, blocks: &[usize]) -> Result<(), ShapeError> {
         let (total, t) = (blocks.iter().sum(), self.sizes.t);
         let wrong =
@@ -182,17 +182,17 @@ impl Partitioned {
         if total == t { Ok(()) } else { Err(wrong) }
     }
 
-    /// The matrix with a function of each entry.
+    /// The matrix with a function applied to each entry.
     pub(crate) fn map(&self, f: impl FnMut(f64) -> f64) -> Self {
         Self { matrix: self.matrix.map(f), ..self.clone() }
     }
 
-    /// The sizes of all groups; 0 for those that do not occur.
+    /// The sizes of all groups; 0 for absent ones.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }
 
-    /// The whole matrix.
+    /// The unpartitioned matrix.
     pub fn matrix(&self) -> &Mat {
         &self.matrix
     }
@@ -201,7 +201,7 @@ impl Partitioned {
         names((self.rows, self.columns))
     }
 
-    /// A copy of the block of a name, as equations and files have it; `None` where there is none.
+    /// A copy of the block with a name of equations and files; `None` if there is none.
     pub fn named(&self, name: &str) -> Option<Mat> {
         self.names().find(|(of, _, _)| *of == name).map(|(_, row, column)| self.block(row, column))
     }
@@ -210,13 +210,13 @@ impl Partitioned {
         self.sizes.of(group)
     }
 
-    /// Where a group begins; 0 for one that does not occur.
+    /// The first index of a group; 0 for an absent one.
     fn start(&self, all: &[Group], group: Group) -> usize {
         let place = all.iter().position(|s| *s == group).unwrap_or(0);
         all[..place].iter().map(|s| self.size(*s)).sum()
     }
 
-    /// A copy of a block, size of the row x size of the column; zero for one that does not occur.
+    /// A copy of a block, size of the row x size of the column; zero for an absent one.
     pub fn block(&self, row: Group, column: Group) -> Mat {
         let shape = (self.size(row), self.size(column));
         if !self.rows.contains(&row) || !self.columns.contains(&column) {
@@ -225,20 +225,20 @@ impl Partitioned {
         self.matrix.view((self.start(self.rows, row), self.start(self.columns, column)), shape).into_owned()
     }
 
-    /// A block, to be changed. It must occur.
+    /// A mutable view of a block, which must exist.
     pub fn block_mut(&mut self, row: Group, column: Group) -> DMatrixViewMut<'_, f64> {
         assert!(self.rows.contains(&row) && self.columns.contains(&column), "{}", name(row, column));
         let start = (self.start(self.rows, row), self.start(self.columns, column));
         self.matrix.view_mut(start, (self.size(row), self.size(column)))
     }
 
-    /// The rows of a group, to be changed.
+    /// A mutable view of the rows of a group.
     pub fn rows_mut(&mut self, row: Group) -> DMatrixViewMut<'_, f64> {
         let (start, columns) = (self.start(self.rows, row), self.matrix.ncols());
         self.matrix.view_mut((start, 0), (self.size(row), columns))
     }
 
-    /// The columns of a group, to be changed.
+    /// A mutable view of the columns of a group.
     pub fn columns_mut(&mut self, column: Group) -> DMatrixViewMut<'_, f64> {
         let (start, rows) = (self.start(self.columns, column), self.matrix.nrows());
         self.matrix.view_mut((0, start), (rows, self.size(column)))
@@ -248,7 +248,7 @@ impl Partitioned {
         self.block_mut(row, column).copy_from(m);
     }
 
-    /// Several rows and columns of blocks as one matrix.
+    /// Several block rows and columns as one matrix.
     pub fn join(&self, rows: &[Group], columns: &[Group]) -> Mat {
         let all: Vec<Vec<Mat>> =
             rows.iter().map(|row| columns.iter().map(|column| self.block(*row, *column)).collect()).collect();
@@ -256,7 +256,7 @@ impl Partitioned {
         block(&lines.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 
-    /// The blocks of some rows and columns alone.
+    /// The submatrix of some block rows and columns.
     pub fn cut(&self, (rows, columns): Names) -> Self {
         let mut sizes = self.sizes;
         for gone in [X, T, W, U, Z, Y].into_iter().filter(|s| !rows.contains(s) && !columns.contains(s)) {
@@ -265,7 +265,7 @@ impl Partitioned {
         Self::of(self.join(rows, columns), (rows, columns), sizes)
     }
 
-    /// The same with more or fewer rows and columns of a group: the first stay, those that are new are zero.
+    /// The matrix with another size of a group: the first rows and columns stay, new ones are zero.
     pub fn resized(&self, group: Group, size: usize) -> Self {
         let mut sizes = self.sizes;
         *sizes.of_mut(group) = size;
@@ -279,12 +279,12 @@ impl Partitioned {
         out
     }
 
-    /// The same matrix, divided at other places.
-    pub fn divided(&self, sizes: Sizes) -> Self {
+    /// The same matrix, partitioned by other sizes.
+    pub fn repartitioned(&self, sizes: Sizes) -> Self {
         Self::of(self.matrix.clone(), (self.rows, self.columns), sizes)
     }
 
-    /// The blocks transposed, w and z and u and y in each other's place: the dual of a plant or a loop.
+    /// The transposed matrix with w and z, and u and y, exchanged: the dual of a plant or a loop.
     pub fn dual(&self) -> Self {
         let other = |group| match group {
             W => Z,
@@ -321,12 +321,12 @@ impl Partitioned {
         out
     }
 
-    /// The same in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
+    /// The matrix in the coordinates `x = T x~`, `zt = tau zt~`, `wt = tau wt~`, each given with its inverse.
     pub fn in_coordinates(&self, (t, t_inverse): (&Mat, &Mat), (tau, tau_inverse): (&Mat, &Mat)) -> Self {
         self.transformed(&[(X, t_inverse), (T, tau_inverse)], &[(X, t), (T, tau)])
     }
 
-    /// The same with w and z in units in which a gain of `gamma` is 1.
+    /// The matrix with w and z in units in which a gain of `gamma` is 1.
     pub fn in_units_of(&self, gamma: f64) -> Self {
         let root = gamma.sqrt();
         let mut out = self.clone();
@@ -340,8 +340,8 @@ impl Partitioned {
         out
     }
 
-    /// The matrix with the parameter channels closed at a value of the parameters, `M + M_t Theta (I - Dtt Theta)^-1
-    /// M^t` for each block: rows and columns T are empty.
+    /// The matrix with the parameter channels closed at a parameter value, `M + M_t Theta (I - Dtt Theta)^-1 M^t` for
+    /// each block: rows and columns T are empty.
     ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
@@ -355,9 +355,8 @@ impl Partitioned {
         Ok(out)
     }
 
-    /// The star product: a plant with rows x, t, z, y and columns x, t, w, u, its y led to the columns y of a
-    /// controller and u to the controller's rows u. Of states and channels the plant's come first. The direct path
-    /// from u to y is taken to be zero.
+    /// The star product of a plant (rows x, t, z, y; columns x, t, w, u) and a controller with inputs y and outputs u.
+    /// The plant's states and channels come first. The direct path from u to y is taken as zero.
     ///
     /// ```text
     /// u = [Duy C2, Cu | Duy D2t, Dut | Duy D21] (x, xk | wt, wk | w)
@@ -366,23 +365,23 @@ impl Partitioned {
         let (p, s, sk) = (self, self.sizes, k.sizes);
         let sizes = Sizes { x: s.x + sk.x, t: s.t + sk.t, w: s.w, z: s.z, u: 0, y: 0 };
         let mut out = Self::zeros(LOOP, sizes);
-        let beside = |one: &Mat, other: &Mat| block(&[&[one, other]]);
+        let concatenated = |one: &Mat, other: &Mat| block(&[&[one, other]]);
         for column in [X, T, W] {
-            let own = |m: &Mat| beside(m, &Mat::zeros(m.nrows(), sk.of(column)));
-            let its = |m: &Mat| beside(&Mat::zeros(m.nrows(), s.of(column)), m);
+            let to_plant = |m: &Mat| concatenated(m, &Mat::zeros(m.nrows(), sk.of(column)));
+            let to_controller = |m: &Mat| concatenated(&Mat::zeros(m.nrows(), s.of(column)), m);
             let y = p.block(Y, column);
-            let u = beside(&(k.block(U, Y) * &y), &k.block(U, column));
-            let y = own(&y);
+            let u = concatenated(&(k.block(U, Y) * &y), &k.block(U, column));
+            let y = to_plant(&y);
             for row in [X, T, Z] {
-                let of_plant = own(&p.block(row, column)) + p.block(row, U) * &u;
-                let of_controller = k.block(row, Y) * &y + its(&k.block(row, column));
+                let of_plant = to_plant(&p.block(row, column)) + p.block(row, U) * &u;
+                let of_controller = k.block(row, Y) * &y + to_controller(&k.block(row, column));
                 out.set(row, column, &block(&[&[&of_plant], &[&of_controller]]));
             }
         }
         out
     }
 
-    /// The system from some inputs to some outputs, the parameter channels left open unless they are among them.
+    /// The system from some inputs to some outputs; the parameter channels stay open unless they are among them.
     pub fn state_space(&self, outputs: &[Group], inputs: &[Group]) -> StateSpace {
         StateSpace {
             a: self.block(X, X),
@@ -393,7 +392,7 @@ impl Partitioned {
     }
 }
 
-/// Gives a type with the field `parts` a method for each block: its name, row and column.
+/// Gives a type with the field `parts` a method for each block: name, row, column.
 macro_rules! named_blocks {
     ($of:ty: $($block:ident $row:ident $column:ident),* $(,)?) => {
         impl $of {
@@ -452,7 +451,7 @@ mod tests {
         let wide = p.resized(T, 3);
         assert_eq!(wide.block(T, X), dmatrix![21.0; 31.0; 0.0]);
         assert_eq!(wide.resized(T, 2), p);
-        let other = p.divided(Sizes { t: 1, w: 2, z: 2, ..SIZES });
+        let other = p.repartitioned(Sizes { t: 1, w: 2, z: 2, ..SIZES });
         assert_eq!((other.block(Z, W), other.matrix()), (dmatrix![33.0, 34.0; 43.0, 44.0], p.matrix()));
     }
 

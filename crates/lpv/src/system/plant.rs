@@ -1,4 +1,4 @@
-//! The generalised plant with its parameter channels, and what a parameter value or a controller makes of it.
+//! The generalised plant with its parameter channels, frozen or closed by a controller.
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
@@ -11,7 +11,7 @@ pub fn channels(blocks: &[usize]) -> Vec<usize> {
     blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r)).collect()
 }
 
-/// What of a matrix, channels square, commutes with Theta: its entries between channels of one parameter.
+/// The part of a matrix over channels that commutes with Theta: its entries between channels of one parameter.
 pub(crate) fn commuting_part(m: &Mat, channels: &[usize]) -> Mat {
     m.map_with_location(|i, j, v| if channels[i] == channels[j] { v } else { 0.0 })
 }
@@ -25,7 +25,7 @@ pub(crate) fn commuting_part(m: &Mat, channels: &[usize]) -> Mat {
 /// y  = C2 x + D2t wt + D21 w
 /// ```
 ///
-/// A direct path D22 from u to y is passed over: see [`crate::synthesis::direct_path`].
+/// A direct path D22 from u to y is ignored: see [`crate::synthesis::direct_path`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeneralisedPlant {
     /// The matrix, rows x', zt, z, y and columns x, wt, w, u.
@@ -38,10 +38,10 @@ named_blocks!(GeneralisedPlant: a X X, bt X T, b1 X W, b2 X U, ct T X, dtt T T, 
     c1 Z X, d1t Z T, d11 Z W, d12 Z U, c2 Y X, d2t Y T, d21 Y W);
 
 impl GeneralisedPlant {
-    /// The plant of some blocks with their rows and columns; what is left out is zero.
+    /// A plant from blocks with their rows and columns; blocks left out are zero.
     ///
     /// # Errors
-    /// The first block whose shape does not fit, or the sum of the repetitions.
+    /// The first block whose shape does not fit, or a wrong sum of the repetitions.
     pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
@@ -51,16 +51,16 @@ impl GeneralisedPlant {
         self.parts.sizes()
     }
 
-    /// Checks that the repetitions are those of the channels.
+    /// Checks that the repetitions add up to the channels.
     ///
     /// # Errors
-    /// [`ShapeError`] when their sum is another.
+    /// [`ShapeError`] if they do not.
     pub fn check(&self) -> Result<(), ShapeError> {
         self.parts.check_channels(&self.blocks)
     }
 
-    /// The plant at a frozen parameter value: the same partition with no parameter channel. A direct path from u to y
-    /// that the channels make is left out.
+    /// The plant at a frozen parameter value: the same partition without parameter channels. A direct path from u to y
+    /// through the channels is left out.
     ///
     /// # Errors
     /// [`LftError::NotWellPosed`] when `I - Dtt Theta` is singular.
@@ -70,7 +70,7 @@ impl GeneralisedPlant {
         Ok(Self { parts, blocks: vec![] })
     }
 
-    /// The transposed plant, of which the dual inequality is the primal one. w and z, u and y change places: `A',
+    /// The transposed plant; its primal inequality is the dual one of this plant. w and z, u and y are exchanged: `A',
     /// Ct', C1', C2'` for `A, Bt, B1, B2`.
     pub fn dual(&self) -> Self {
         self.changed(Partitioned::dual)
@@ -87,7 +87,7 @@ impl GeneralisedPlant {
         Self { parts: change(&self.parts), blocks: self.blocks.clone() }
     }
 
-    /// The plant without its control, as a loop: what is left when u = 0.
+    /// The plant as a loop without control, u = 0.
     pub fn open(&self) -> ClosedLoop {
         ClosedLoop { parts: self.parts.cut(LOOP), channels: channels(&self.blocks) }
     }
@@ -123,7 +123,7 @@ impl ClosedLoop {
         Ok(self.parts.frozen(&self.channels, theta)?.state_space(&[Group::Z], &[Group::W]))
     }
 
-    /// The loop of one parameter at so many values of it, evenly spread over [-1, 1], at least two.
+    /// The loop of one parameter at `count` values, evenly spaced over [-1, 1], at least two.
     pub fn sampled(&self, count: usize) -> Result<Vec<(f64, StateSpace)>, LftError> {
         evenly_spread(count).map(|theta| Ok((theta, self.frozen(&[theta])?))).collect()
     }

@@ -10,25 +10,25 @@ pub struct MatrixPolynomial {
     pub coefficients: Vec<Mat>,
 }
 
-/// How well a fit meets its samples.
+/// The error of a fit at samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResidual {
-    /// Per entry, the largest absolute difference over the samples.
+    /// The largest absolute difference of each entry over the samples.
     pub largest: Mat,
     /// `sqrt(sum |M(rho_i) - M_i|^2 / sum |M_i|^2)` over all entries and samples.
     pub relative_rms: f64,
-    /// Per sample, the largest singular value of `M(rho_i) - M_i`.
+    /// The largest singular value of `M(rho_i) - M_i` at each sample.
     pub norms: Vec<f64>,
 }
 
 impl MatrixPolynomial {
     /// Least squares over the samples `(rho_i, M_i)`, entry by entry.
     ///
-    /// The normal equations are avoided: the Vandermonde matrix is solved by its SVD, on parameters that the
-    /// caller has normalised to [-1, 1].
+    /// The Vandermonde matrix is solved by its SVD, not by the normal equations; the caller has normalised the
+    /// parameter to [-1, 1].
     ///
     /// # Errors
-    /// Fewer distinct samples than coefficients, or samples of unlike shape.
+    /// Fewer distinct samples than coefficients, or samples of different shapes.
     pub fn fit(samples: &[(f64, Mat)], order: usize) -> Result<Self, FitError> {
         let shape = Self::determined(samples, order)?;
         let vandermonde = Mat::from_fn(samples.len(), order + 1, |i, k| samples[i].0.powi(k as i32));
@@ -41,7 +41,7 @@ impl MatrixPolynomial {
         Ok(Self { coefficients })
     }
 
-    /// The shape of samples, of which there are enough for `order + 1` coefficients.
+    /// The shape of the samples, if there are enough for `order + 1` coefficients.
     pub(crate) fn determined(samples: &[(f64, Mat)], order: usize) -> Result<(usize, usize), FitError> {
         let shape = samples.first().map(|(_, m)| m.shape()).ok_or(FitError::NoSamples)?;
         if let Some((rho, other)) = samples.iter().find(|(_, m)| m.shape() != shape) {
@@ -72,16 +72,16 @@ impl MatrixPolynomial {
     pub fn residual(&self, samples: &[(f64, Mat)]) -> FitResidual {
         let (rows, cols) = self.coefficients[0].shape();
         let mut largest = Mat::zeros(rows, cols);
-        let (mut wrong, mut whole) = (0.0, 0.0);
+        let (mut wrong, mut total) = (0.0, 0.0);
         let mut norms = Vec::with_capacity(samples.len());
         for (rho, sample) in samples {
             let difference = self.evaluate(*rho) - sample;
             wrong += difference.norm_squared();
-            whole += sample.norm_squared();
+            total += sample.norm_squared();
             norms.push(crate::matrix::largest_singular_value(&difference));
             largest.zip_apply(&difference, |most, d| *most = f64::max(*most, d.abs()));
         }
-        let relative_rms = if whole > 0.0 { (wrong / whole).sqrt() } else { 0.0 };
+        let relative_rms = if total > 0.0 { (wrong / total).sqrt() } else { 0.0 };
         FitResidual { largest, relative_rms, norms }
     }
 }

@@ -1,8 +1,8 @@
 //! Matrices that are rational functions of one parameter, with one denominator for all entries, fitted to samples.
 //!
 //! Sources: E. C. Levy, IRE Trans. Automatic Control 4(1), 1959 (the equation multiplied by the denominator is linear
-//! in all coefficients); C. K. Sanathanan, J. Koerner, IEEE Trans. Automatic Control 8(1), 1963 (weights that undo the
-//! multiplication, from the denominator before).
+//! in all coefficients); C. K. Sanathanan, J. Koerner, IEEE Trans. Automatic Control 8(1), 1963 (weights by the
+//! previous denominator undo the multiplication).
 
 use crate::error::FitError;
 use crate::matrix::{Mat, pseudo_inverse};
@@ -17,26 +17,26 @@ pub struct MatrixRational {
     pub denominator: Vec<f64>,
 }
 
-/// How often the weights are taken from the denominator before: far more often than they still change.
+/// Number of reweightings: far more than needed for convergence.
 const ITERATIONS: usize = 20;
 
-/// Singular values of the equations below this part of the largest count as zero.
+/// Singular values of the equations below this fraction of the largest are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
 impl MatrixRational {
     /// Least squares over the samples `(rho_i, M_i)` with a numerator of degree `order` and a denominator of degree
-    /// `poles`, at most `order`: those coefficients that make
+    /// `poles`, at most `order`: the coefficients that minimise
     ///
     /// ```text
     /// sum_i |N(rho_i) - d(rho_i) M_i|^2 / e(rho_i)^2
     /// ```
     ///
-    /// least, where e is the denominator of the iteration before, 1 at first. The parameter is to be normalised to
-    /// \[-1, 1\], and entries to units in which they count alike. Of all iterations the one comes back that meets
-    /// the samples best; where its poles are is the caller's to check.
+    /// where e is the denominator of the previous iteration, at first 1. The parameter should be normalised to \[-1,
+    /// 1\], and entries scaled to comparable size. The result is the iterate with the least error at the samples; the
+    /// caller checks where its poles are.
     ///
     /// # Errors
-    /// Fewer distinct samples than coefficients of an entry and the denominator, or samples of unlike shape.
+    /// Fewer distinct samples than coefficients of an entry and the denominator, or samples of different shapes.
     pub fn fit(samples: &[(f64, Mat)], order: usize, poles: usize) -> Result<Self, FitError> {
         debug_assert!(poles <= order);
         let polynomial = MatrixPolynomial::fit(samples, order)?;
@@ -61,7 +61,7 @@ impl MatrixRational {
         Ok(best.1)
     }
 
-    /// The linear least squares of one iteration: unknown are the entries of N, power by power, and then d.
+    /// The linear least squares of one iteration; the unknowns are the entries of N, power by power, then d.
     fn weighted(
         samples: &[(f64, Mat)],
         weights: &[f64],
@@ -104,9 +104,10 @@ impl MatrixRational {
         let (rows, columns) = self.numerator.coefficients[0].shape();
         let mut all: Vec<Mat> = Vec::with_capacity(count);
         for k in 0..count {
-            let own = self.numerator.coefficients.get(k).cloned();
-            let own = own.unwrap_or_else(|| Mat::zeros(rows, columns));
-            let next = self.denominator.iter().zip(all.iter().rev()).fold(own, |sum, (d, m)| sum - m * *d);
+            let constant = self.numerator.coefficients.get(k).cloned();
+            let constant = constant.unwrap_or_else(|| Mat::zeros(rows, columns));
+            let next =
+                self.denominator.iter().zip(all.iter().rev()).fold(constant, |sum, (d, m)| sum - m * *d);
             all.push(next);
         }
         all
@@ -147,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Of what no function of the order has, the weights of Sanathanan and Koerner bring a fit nearer than Levy's step.
+    /// On a function outside the class, the weights of Sanathanan and Koerner improve on Levy's step.
     #[test]
     fn weights_bring_the_fit_nearer() {
         let far = |m: &MatrixRational, samples: &[(f64, Mat)]| -> f64 {

@@ -25,7 +25,7 @@ pub struct StateSpace {
     pub d: Mat,
 }
 
-/// The H-infinity norm and where it is reached.
+/// The H-infinity norm and its frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HinfNorm {
     /// The largest singular value of the frequency response, over all frequencies.
@@ -40,8 +40,8 @@ impl StateSpace {
         eigenvalues(&self.a)
     }
 
-    /// The same transfer function without the states that no input reaches, or that reach no output, along entries that
-    /// are not exactly 0.
+    /// The same transfer function without states that are structurally unreachable or unobservable: no path of nonzero
+    /// entries from an input, or to an output.
     #[must_use]
     pub fn without_idle_states(&self) -> Self {
         let n = self.a.nrows();
@@ -74,8 +74,8 @@ impl StateSpace {
         spectral_abscissa(&self.a) < 0.0
     }
 
-    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the circle becomes the axis and every value
-    /// on it stays, so that norms do. `None` with a mode at -1.
+    /// This sampled system in continuous time, by `z = (1 + s)/(1 - s)`: the unit circle becomes the imaginary axis and
+    /// norms are kept. `None` with a mode at -1.
     pub fn from_circle_to_axis(&self) -> Option<Self> {
         let Self { a, b, c, d } = self;
         let one = Mat::identity(a.nrows(), a.nrows());
@@ -83,9 +83,9 @@ impl StateSpace {
         Some(Self { a: &p * (a - one), d: d - c * &p * b, b: &p * b * SQRT_2, c: c * p * SQRT_2 })
     }
 
-    /// This sampled system with its outputs `ticks` ticks late; what waits is in states behind those that it has.
+    /// This sampled system with its outputs delayed by `ticks` ticks; the states of the delay come last.
     #[must_use]
-    pub fn late(self, ticks: usize) -> Self {
+    pub fn delayed(self, ticks: usize) -> Self {
         let (p, m) = self.d.shape();
         (0..ticks).fold(self, |Self { a, b, c, d }, _| Self {
             a: block(&[&[&a, &Mat::zeros(a.nrows(), p)], &[&c, &Mat::zeros(p, p)]]),
@@ -95,19 +95,19 @@ impl StateSpace {
         })
     }
 
-    /// From one input to one output.
+    /// The subsystem from one input to one output.
     ///
     /// # Panics
-    /// If there is no such input or output.
+    /// If an index is out of range.
     #[must_use]
     pub fn part(&self, output: usize, input: usize) -> Self {
         self.parts(output..output + 1, input..input + 1)
     }
 
-    /// From some inputs to some outputs.
+    /// The subsystem from some inputs to some outputs.
     ///
     /// # Panics
-    /// If there are no such inputs or outputs.
+    /// If an index is out of range.
     #[must_use]
     pub fn parts(&self, outputs: Range<usize>, inputs: Range<usize>) -> Self {
         Self {
@@ -135,19 +135,19 @@ impl StateSpace {
         self.response(Complex::new(0.0, omega)).map_or(f64::INFINITY, |g| largest_complex_singular_value(&g))
     }
 
-    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. Source: at the top of
+    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. For the source see the top of
     /// this file.
     pub fn hinf_norm(&self) -> HinfNorm {
         // One of two conjugate poles.
         self.peak_from(|poles| poles.iter().filter(|pole| pole.im >= 0.0).map(|pole| pole.norm()).collect())
     }
 
-    /// The same, looked for at one frequency (rad/s) first: that of the peak of a system much like this one.
+    /// The H-infinity norm, searched from the peak frequency (rad/s) of a similar system.
     pub(crate) fn hinf_norm_near(&self, frequency: f64) -> HinfNorm {
         self.peak_from(|_| vec![frequency])
     }
 
-    /// From the frequencies (rad/s) that a function makes of the poles.
+    /// The H-infinity norm, searched from the frequencies (rad/s) that `start` makes of the poles.
     fn peak_from(&self, start: impl Fn(&[Complex<f64>]) -> Vec<f64>) -> HinfNorm {
         let poles = self.poles();
         if !poles.iter().all(|pole| pole.re < 0.0) {
@@ -158,7 +158,7 @@ impl StateSpace {
         for omega in start(&poles) {
             self.raise(&mut best, omega);
         }
-        // Each round either proves the level an upper bound or finds higher points between its crossings.
+        // Each round either proves the level an upper bound or finds higher points between crossings.
         for _ in 0..60 {
             stop::check();
             if best.value == 0.0 {
@@ -177,8 +177,8 @@ impl StateSpace {
         best
     }
 
-    /// The output and the input (counted from 1) that take the largest part in the peak of the response, and the
-    /// frequency of the peak (rad/s). `None` when there is no finite peak.
+    /// The output and the input (from 1) that dominate the peak of the response, and its frequency (rad/s). `None` if
+    /// there is no finite peak.
     pub fn dominant_channel(&self) -> Option<(usize, usize, f64)> {
         let omega = self.hinf_norm().frequency;
         let response = if omega.is_finite() {
@@ -197,8 +197,8 @@ impl StateSpace {
         }
     }
 
-    /// Frequencies at which a singular value of the response equals `level`: the imaginary eigenvalues of
-    /// the Hamiltonian matrix. The level must exceed the largest singular value of D.
+    /// Frequencies at which a singular value of the response equals `level`: the imaginary eigenvalues of the
+    /// Hamiltonian matrix. The level must exceed the largest singular value of D.
     fn crossings(&self, level: f64) -> Vec<f64> {
         let (a, b, c, d) = (&self.a, &self.b, &self.c, &self.d);
         let m = b.ncols();
@@ -270,13 +270,13 @@ mod tests {
         assert!(StateSpace { a: dmatrix![-1.0], ..g }.from_circle_to_axis().is_none());
     }
 
-    /// Late by two ticks a response is `z^-2` of what it was.
+    /// A delay of two ticks multiplies the response by `z^-2`.
     #[test]
-    fn a_late_output_is_a_power_of_z() {
+    fn a_delayed_output_is_a_power_of_z() {
         let g = StateSpace { a: dmatrix![0.9], b: dmatrix![1.0], c: dmatrix![0.1], d: dmatrix![0.3] };
         let z = Complex::from_polar(1.0, 0.7);
-        let (soon, late) = (g.response(z).unwrap()[0], g.late(2).response(z).unwrap()[0]);
-        assert!((late - soon / (z * z)).norm() < 1e-14);
+        let (now, delayed) = (g.response(z).unwrap()[0], g.delayed(2).response(z).unwrap()[0]);
+        assert!((delayed - now / (z * z)).norm() < 1e-14);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The generalised plant of a tracking problem: model, actuators, references, weights and noise.
+//! The generalised plant of a tracking problem: model, actuators, references, weights, noise.
 //!
 //! ```text
 //! r --[R]--+-->[T_ref]--(+)--> e --[W_e]--> z_e    W_e = (s/M_s + w_b) / (s + w_b eps)
@@ -14,9 +14,9 @@
 //!         z_u
 //! ```
 //!
-//! Source of the errors as the only measurements: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011,
-//! section 3B and Fig. 2; of references apart from measurements and a model to follow: S. Skogestad, I. Postlethwaite,
-//! Multivariable Feedback Control, 2005, section 9.4.1 and eq. 9.88. The weights are in [`super::weights`].
+//! Sources: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the tracking errors as
+//! the only measurements); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 9.4.1 and
+//! eq. 9.88 (two degrees of freedom and a reference model). The weights are in [`super::weights`].
 
 use crate::error::{AugmentError, ShapeError};
 use crate::matrix::{Mat, block, diagonal};
@@ -28,8 +28,8 @@ use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight, Trac
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///
-/// Its level is `v' = w (r - v)`; the reference model of that output, if it has one, is the same filter. States, inputs
-/// and references are deviations from the trim at v, and `slope` says how that moves:
+/// Its level follows `v' = w (r - v)`; the reference model of that output, if any, is the same filter. States, inputs and
+/// references are deviations from the trim at v, and `slope` is the derivative of the trim:
 ///
 /// ```text
 /// x~ = x - x0(v),   u~ = u - u0(v),   x~' = A x~ + B u~ - x0'(v) v'
@@ -40,14 +40,14 @@ pub struct MovingTrim {
     pub output: usize,
     /// w, rad/s.
     pub frequency: f64,
-    /// `[x0'; u0']` over the parameter, (n + m) x 1, in units of the model for a change of 1 in the output.
+    /// `[x0'; u0']` as a function of the parameter, (n + m) x 1, in units of the model per unit of the output.
     pub slope: Lft,
 }
 
-/// References and measurements apart: a controller with two degrees of freedom.
+/// Two degrees of freedom: the controller measures references and outputs separately.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoDegrees {
-    /// C of the measurements in units of their scales, q x n.
+    /// C of the measurements, in units of their scales, q x n.
     pub measured: Mat,
     /// N of each measurement, in units of its scale.
     pub noise: Vec<RisingWeight>,
@@ -57,7 +57,7 @@ pub struct TwoDegrees {
     pub trim: Option<MovingTrim>,
 }
 
-/// States of the filter of the waves, and its inputs.
+/// The numbers of states and of inputs of the wave filter.
 const WAVES: (usize, usize) = (2, 1);
 
 /// A tracking problem for a model `x' = A(theta) x + B(theta) v`.
@@ -67,62 +67,62 @@ pub struct TrackingProblem {
     pub model: Lft,
     /// The rows of C of the tracked outputs, p x n.
     pub outputs: Mat,
-    /// What counts as 1 in each tracked output and its error.
+    /// The unit of each tracked output and its error.
     pub output_scale: Vec<f64>,
     /// R of each reference.
     pub references: Vec<ReferenceWeight>,
-    /// What counts as 1 in each input: its limit.
+    /// The unit of each input: its limit.
     pub input_scale: Vec<f64>,
     /// Time constant of the lag of each input, s; 0 for none.
     pub lags: Vec<f64>,
-    /// The time by which the commands come late, before the lags, s; 0 for none. In the plant it is the all-pass
-    /// `(2/T - s)/(2/T + s)`, its Pade approximation of first order, with which a phase is off by `(omega T)^3/12`.
+    /// The delay T of the commands, before the lags, s; 0 for none. The plant has its first-order Pade approximation, the
+    /// all-pass `(2/T - s)/(2/T + s)`, whose phase error is `(omega T)^3/12`.
     pub delay: f64,
     /// W_e of each tracked output.
     pub tracking: Vec<TrackingWeight>,
     /// W_u of each input, in units of its scale.
     pub control: Vec<RisingWeight>,
-    /// Size of the disturbance at each input, behind its lag, in units of its scale.
+    /// Size of the disturbance at each input, after its lag, in units of its scale.
     pub disturbance: f64,
-    /// Waves, as white noise through a filter of two states: the LFT of `[G 0; A_w B_w]`, (n + 2) x 3, with
+    /// Waves, as white noise through a filter with two states: the LFT of `[G 0; A_w B_w]`, (n + 2) x 3, with
     /// `x_w' = A_w x_w + B_w w` and G x_w added to x'. `None` for none.
     pub waves: Option<Lft>,
-    /// `None` for a controller that measures the tracking errors, and nothing else.
+    /// `None` for a controller that measures the tracking errors only.
     pub two_degrees: Option<TwoDegrees>,
 }
 
-/// Where the model is in the generalised plant: `[A B1 B2]` of the plant is
+/// The place of the model in the generalised plant: `[A B1 B2]` of the plant is
 ///
 /// ```text
-/// left [A B G x0'; 0 0 0 u0'] right + what does not depend on the model
+/// left [A B G x0'; 0 0 0 u0'] right + terms that do not depend on the model
 /// ```
 ///
-/// at every theta, without G where there are no waves, and with `[A B G]` alone where no trim moves.
+/// at every theta, without G if there are no waves, and with `[A B G]` alone if no trim moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelPlace {
-    /// Into x': the model's rates; and what moves the inputs' trim, into the states of lags and delays. states x
-    /// (n + m), or states x n where no trim moves.
+    /// Into x': the model's rates, and the motion of the inputs' trim into the states of lags and delays. states x
+    /// (n + m), or states x n if no trim moves.
     pub left: Mat,
-    /// From `[x; w; u]`: the model's states, its inputs, the states of the waves, and the rate of the trim with its
-    /// sign, a last row only where it moves. In units of the model.
+    /// From `[x; w; u]`: the model's states, its inputs, the states of the waves, and as a last row, if the trim moves,
+    /// minus its rate. In units of the model.
     pub right: Mat,
 }
 
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one of each delay; one of each W_e; two of the waves; R, the trim, the reference
-    /// models, the noise and W_u, as far as they have any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e
+    /// States: the model's; the lags; one per delay; one per W_e; two for the waves; those of R, the trim, the reference
+    /// models, the noise and W_u, if any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e
     /// or `[R r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are
     /// deviations from it.
     ///
     /// # Errors
-    /// The first part whose size does not fit, or the first number that makes a weight improper, unstable or infinite.
+    /// The first part of a wrong size, or the first number that makes a weight improper, unstable or infinite.
     pub fn augment(&self) -> Result<GeneralisedPlant, AugmentError> {
         Ok(self.assembled()?.0)
     }
 
-    /// Where the model is in that plant.
+    /// The place of the model in the plant of [`TrackingProblem::augment`].
     ///
     /// # Errors
     /// As [`TrackingProblem::augment`].
@@ -135,66 +135,35 @@ impl TrackingProblem {
         let (m, p) = (self.input_scale.len(), self.outputs.nrows());
         self.check(n, m, p)?;
         self.check_numbers()?;
-        let two = self.two_degrees.as_ref();
-        let noises = two.map_or(0, |two| two.noise.len());
-        let model = self.whole_model(n, m);
+        let noises = self.two_degrees.as_ref().map_or(0, |two| two.noise.len());
+        let model = self.augmented_model(n, m);
         let (wave_states, wave_inputs) = self.waves.as_ref().map_or((0, 0), |_| WAVES);
         let others = p + m + noises;
         let sizes =
             Sizes { x: self.states(n), t: model.size(), w: others + wave_inputs, u: m, ..Sizes::default() };
         let mut all = Assembly::new(sizes.x, sizes.t + sizes.w + sizes.u);
         let (_, x) = all.state(n);
-        let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
-        let (first_lag, lags) = all.state(lagged.len());
-        let (first_late, late) = all.state(self.late(m));
-        let errors_from = all.state(p).0;
+        let actuators = self.actuators(&mut all);
+        let (first_weight, weight_states) = all.state(p);
         let (first_wave, waves) = all.state(wave_states);
         let wt = all.signal(sizes.x, sizes.t);
         let [unit, d, noise, excitation, u] =
             [(0, p), (p, m), (p + m, noises), (others, wave_inputs), (sizes.w, m)]
                 .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
-        let row = |s: &Signal, i: usize| s.rows(i, 1).into_owned();
-        let mut r = unit.clone();
-        for (i, weight) in self.references.iter().enumerate() {
-            r.rows_mut(i, 1).copy_from(&all.slow_more(weight, &row(&unit, i)));
-        }
-
-        // The trim moves with v; its rate, in the unit of the output.
-        let trim = two.and_then(|two| two.trim.as_ref());
-        let mut references = r.clone();
-        let mut rate = Mat::zeros(trim.map_or(0, |_| 1), x.ncols());
-        if let Some(MovingTrim { output, frequency, .. }) = trim {
-            let (at, v) = all.state(1);
-            let ahead = row(&r, *output) - &v;
-            all.derivative(at, &(&ahead * *frequency));
-            rate.copy_from(&(&ahead * (*frequency * self.output_scale[*output])));
-            references.rows_mut(*output, 1).copy_from(&ahead);
-        }
-
-        // What the inputs of the model are: the commands, late and through their lags, and the disturbance.
-        let mut forces = u.clone();
-        if self.delay > 0.0 {
-            all.derivative(first_late, &((&u - &late) * (2.0 / self.delay)));
-            forces = &late * 2.0 - &u;
-        }
-        for (i, j) in lagged.iter().enumerate() {
-            let lag = row(&lags, i);
-            all.derivative(first_lag + i, &((row(&forces, *j) - &lag) / self.lags[*j]));
-            forces.rows_mut(*j, 1).copy_from(&lag);
-        }
-        let forces = forces + d * self.disturbance;
+        let r = self.weighted_references(&mut all, &unit);
+        let (references, trim_rate) = self.trim_motion(&mut all, &r);
+        let forces = self.actuated(&mut all, &actuators, &u) + d * self.disturbance;
         let inputs = block(&[
             &[&x],
             &[&(diagonal(self.input_scale.iter().copied()) * &forces)],
             &[&waves],
             &[&excitation],
-            &[&-rate],
+            &[&-trim_rate],
         ]);
         let mut left = Mat::zeros(sizes.x, model.constant.nrows());
         left.view_mut((0, 0), (n, n)).fill_with_identity();
-        if trim.is_some() {
-            let lags = lagged.iter().enumerate().map(|(i, j)| (first_lag + i, *j));
-            for (state, j) in lags.chain((0..self.late(m)).map(|j| (first_late + j, j))) {
+        if self.trim().is_some() {
+            for (state, j) in actuators.states() {
                 left[(state, n + j)] = 1.0 / self.input_scale[j];
             }
         }
@@ -203,32 +172,12 @@ impl TrackingProblem {
         let moved = &model.constant * &inputs + &model.left * &wt;
         let zt = &model.right * &inputs + &model.inner * &wt;
 
-        // What the outputs must follow, and the errors.
         let outputs = diagonal(self.output_scale.iter().map(|s| 1.0 / s)) * &self.outputs * &x;
-        let mut z: Vec<Signal> = Vec::new();
-        for i in 0..p {
-            let target = match two.and_then(|two| two.models[i]) {
-                Some(_) if trim.is_some_and(|trim| trim.output == i) => row(&r, i) * 0.0,
-                Some(model) => all.follow(&model, &row(&r, i)),
-                None => row(&references, i),
-            };
-            let error = target - row(&outputs, i);
-            let [pole, gain, direct] = self.tracking[i].realise();
-            let weight = all.signal(errors_from + i, 1);
-            all.derivative(errors_from + i, &(&weight * pole + &error * gain));
-            z.push(weight * gain + error * direct);
-        }
-        let y = match two {
+        let errors = self.errors(&mut all, &r, &references, &outputs);
+        let mut z = self.weighted_errors(&mut all, first_weight, &weight_states, &errors);
+        let y = match &self.two_degrees {
             None => r - outputs,
-            Some(two) => {
-                let mut measured = &two.measured * &x;
-                for (i, weight) in two.noise.iter().enumerate() {
-                    let noise = all.weighted(weight, &row(&noise, i));
-                    let noisy = row(&measured, i) + noise;
-                    measured.rows_mut(i, 1).copy_from(&noisy);
-                }
-                block(&[&[&references], &[&measured]])
-            }
+            Some(two) => block(&[&[&references], &[&noisy_measurements(&mut all, two, &x, &noise)]]),
         };
         z.extend((0..m).map(|j| all.weighted(&self.control[j], &row(&u, j))));
         let z = Mat::from_fn(z.len(), x.ncols(), |i, j| z[i][(0, j)]);
@@ -241,8 +190,88 @@ impl TrackingProblem {
         Ok((plant, ModelPlace { left: left.columns(0, filters).into_owned(), right }))
     }
 
+    fn trim(&self) -> Option<&MovingTrim> {
+        self.two_degrees.as_ref().and_then(|two| two.trim.as_ref())
+    }
+
+    /// The states of lags and delays.
+    fn actuators(&self, all: &mut Assembly) -> Actuators {
+        let m = self.input_scale.len();
+        let lagged: Vec<usize> = (0..m).filter(|j| self.lags[*j] > 0.0).collect();
+        let (first_lag, lags) = all.state(lagged.len());
+        let (first_delay, delays) = all.state(self.delay_states(m));
+        Actuators { lagged, first_lag, lags, first_delay, delays }
+    }
+
+    /// R r.
+    fn weighted_references(&self, all: &mut Assembly, unit: &Signal) -> Signal {
+        let mut r = unit.clone();
+        for (i, weight) in self.references.iter().enumerate() {
+            r.rows_mut(i, 1).copy_from(&all.slow_emphasis(weight, &row(unit, i)));
+        }
+        r
+    }
+
+    /// The references as deviations from the trim, and the rate of the trim in the unit of its output, one row if it
+    /// moves.
+    fn trim_motion(&self, all: &mut Assembly, r: &Signal) -> (Signal, Signal) {
+        let mut references = r.clone();
+        let Some(MovingTrim { output, frequency, .. }) = self.trim() else {
+            return (references, Mat::zeros(0, r.ncols()));
+        };
+        let (at, v) = all.state(1);
+        let ahead = row(r, *output) - &v;
+        all.derivative(at, &(&ahead * *frequency));
+        references.rows_mut(*output, 1).copy_from(&ahead);
+        (references, &ahead * (*frequency * self.output_scale[*output]))
+    }
+
+    /// The commands after delay and lags.
+    fn actuated(&self, all: &mut Assembly, actuators: &Actuators, u: &Signal) -> Signal {
+        let mut forces = u.clone();
+        if self.delay > 0.0 {
+            all.derivative(actuators.first_delay, &((u - &actuators.delays) * (2.0 / self.delay)));
+            forces = &actuators.delays * 2.0 - u;
+        }
+        for (i, j) in actuators.lagged.iter().enumerate() {
+            let lag = row(&actuators.lags, i);
+            all.derivative(actuators.first_lag + i, &((row(&forces, *j) - &lag) / self.lags[*j]));
+            forces.rows_mut(*j, 1).copy_from(&lag);
+        }
+        forces
+    }
+
+    /// The tracking errors, against the reference models where there are any.
+    fn errors(&self, all: &mut Assembly, r: &Signal, references: &Signal, outputs: &Signal) -> Vec<Signal> {
+        let two = self.two_degrees.as_ref();
+        let target = |i: usize| match two.and_then(|two| two.models[i]) {
+            Some(_) if self.trim().is_some_and(|trim| trim.output == i) => row(r, i) * 0.0,
+            Some(model) => all.follow(&model, &row(r, i)),
+            None => row(references, i),
+        };
+        (0..outputs.nrows()).map(target).enumerate().map(|(i, target)| target - row(outputs, i)).collect()
+    }
+
+    /// W_e e, with the states of W_e from `first`.
+    fn weighted_errors(
+        &self,
+        all: &mut Assembly,
+        first: usize,
+        states: &Signal,
+        errors: &[Signal],
+    ) -> Vec<Signal> {
+        let mut weighted = Vec::with_capacity(errors.len());
+        for (i, error) in errors.iter().enumerate() {
+            let [pole, gain, direct] = self.tracking[i].realise();
+            let state = row(states, i);
+            all.derivative(first + i, &(&state * pole + error * gain));
+            weighted.push(state * gain + error * direct);
+        }
+        weighted
+    }
+
     /// The number of states of the delays of m inputs.
-    fn late(&self, m: usize) -> usize {
+    fn delay_states(&self, m: usize) -> usize {
         if self.delay > 0.0 { m } else { 0 }
     }
 
@@ -264,39 +293,40 @@ impl TrackingProblem {
         n + self.outputs.nrows()
             + references
             + lags
-            + self.late(self.input_scale.len())
+            + self.delay_states(self.input_scale.len())
             + waves
             + two
             + weights
     }
 
-    /// The model, beside it the waves, and the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w B_w
-    /// 0]`.
-    fn whole_model(&self, n: usize, m: usize) -> Lft {
-        let trim = self.two_degrees.as_ref().and_then(|two| two.trim.as_ref());
+    /// The model augmented by the waves, and by the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w
+    /// B_w 0]`.
+    fn augmented_model(&self, n: usize, m: usize) -> Lft {
+        let trim = self.trim();
         let moved = trim.map_or(0, |_| m);
         let padded =
-            |lft: &Lft, rows: usize| lft.above(&Lft::constant(Mat::zeros(rows, lft.constant.ncols())));
+            |lft: &Lft, rows: usize| lft.stacked(&Lft::constant(Mat::zeros(rows, lft.constant.ncols())));
         let mut model = self.model.clone();
         if let Some(waves) = &self.waves {
             let (states, _) = WAVES;
             let mut below = Mat::zeros(n + moved + states, n + states);
             below.view_mut((0, 0), (n, n)).fill_with_identity();
             below.view_mut((n + moved, n), (states, states)).fill_with_identity();
-            model = padded(&model, moved + states).beside(&Lft::constant(below).multiply(waves)).in_order();
+            model =
+                padded(&model, moved + states).concatenated(&Lft::constant(below).multiply(waves)).in_order();
         } else if moved > 0 {
             model = padded(&model, moved);
         }
         match trim {
             Some(trim) => {
                 let rows = model.constant.nrows() - trim.slope.constant.nrows();
-                model.beside(&padded(&trim.slope, rows)).in_order()
+                model.concatenated(&padded(&trim.slope, rows)).in_order()
             }
             None => model,
         }
     }
 
-    /// The first number that is not allowed, of all in the order of the fields.
+    /// Refuses the first number, in the order of the fields, that is not allowed.
     fn check_numbers(&self) -> Result<(), AugmentError> {
         let positive = |name, v: f64| (name, v, invertible(v), "above 0 and finite");
         let not_negative = |name, v: f64| (name, v, v == 0.0 || invertible(v), "0 or more, and finite");
@@ -378,6 +408,39 @@ impl TrackingProblem {
     }
 }
 
+/// The states of the actuators of a plant under assembly.
+struct Actuators {
+    /// The inputs with a lag.
+    lagged: Vec<usize>,
+    first_lag: usize,
+    lags: Signal,
+    first_delay: usize,
+    delays: Signal,
+}
+
+impl Actuators {
+    /// Each state with its input.
+    fn states(&self) -> impl Iterator<Item = (usize, usize)> {
+        let lags = self.lagged.iter().enumerate().map(|(i, j)| (self.first_lag + i, *j));
+        lags.chain((0..self.delays.nrows()).map(|j| (self.first_delay + j, j)))
+    }
+}
+
+fn row(s: &Signal, i: usize) -> Signal {
+    s.rows(i, 1).into_owned()
+}
+
+/// C x + N n.
+fn noisy_measurements(all: &mut Assembly, two: &TwoDegrees, x: &Signal, noise: &Signal) -> Signal {
+    let mut measured = &two.measured * x;
+    for (i, weight) in two.noise.iter().enumerate() {
+        let noise = all.weighted(weight, &row(noise, i));
+        let noisy = row(&measured, i) + noise;
+        measured.rows_mut(i, 1).copy_from(&noisy);
+    }
+    measured
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -443,10 +506,10 @@ mod tests {
         }
     }
 
-    /// x' = -x + force with a lag of 0.5 s and a delay of 0.2 s, followed by a model, with noise that rises: the open
-    /// plant against its transfer functions.
+    /// x' = -x + force with a lag of 0.5 s, a delay of 0.2 s, a reference model and rising noise: the open plant against
+    /// its transfer functions.
     #[test]
-    fn references_apart_have_their_transfer_functions() {
+    fn two_degrees_of_freedom_have_their_transfer_functions() {
         let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };
         let model = ReferenceModel { frequency: 1.3, damping: Some(0.7) };
         let problem = TrackingProblem {
@@ -494,7 +557,7 @@ mod tests {
         }
     }
 
-    /// Waves are noise through their filter, which moves with a parameter as the slope of the trim does.
+    /// Waves are filtered noise; their filter and the slope of the trim depend on the parameter.
     #[test]
     fn waves_have_their_transfer_functions() {
         let at = |theta: f64| {
@@ -503,7 +566,7 @@ mod tests {
             1.1 + 0.3 * theta, 0.0, 0.0]
         };
         let affine = MatrixPolynomial { coefficients: vec![at(0.0), at(1.0) - at(0.0)] };
-        let slope = Lft::parameter(0, 1.0, 0.5).above(&Lft::constant(dmatrix![0.5]));
+        let slope = Lft::parameter(0, 1.0, 0.5).stacked(&Lft::constant(dmatrix![0.5]));
         let with = |waves| TrackingProblem {
             lags: vec![0.5],
             waves: Some(waves),

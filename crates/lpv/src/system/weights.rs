@@ -1,4 +1,4 @@
-//! The weights of a tracking problem, and the model that an output must follow.
+//! The weights of a tracking problem, and reference models.
 //!
 //! Source of W_e: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B (the paper prints 1/W_e);
 //! S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, eq. 2.105.
@@ -7,19 +7,19 @@ use nalgebra::Complex;
 
 /// `W_e(s) = (s/M_s + w_b)/(s + w_b eps)`, a bound on the inverse of the sensitivity.
 ///
-/// It is proper for every M_s that is not 0: 1/M_s is its gain at high frequency.
+/// It is proper for every nonzero M_s: 1/M_s is its gain at high frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingWeight {
-    /// M_s: the peak that the sensitivity may have.
+    /// M_s: the largest allowed peak of the sensitivity.
     pub peak: f64,
-    /// eps: the steady tracking error that is allowed, relative.
+    /// eps: the allowed steady tracking error, relative.
     pub steady_error: f64,
-    /// w_b: the bandwidth asked for, rad/s.
+    /// w_b: the required bandwidth, rad/s.
     pub bandwidth: f64,
 }
 
 impl TrackingWeight {
-    /// Name, value, whether it is allowed, and what is.
+    /// The checks of the numbers: name, value, whether it is allowed, allowed values.
     pub(super) fn checks(&self) -> [(&'static str, f64, bool, &'static str); 3] {
         let within = (0.0..=self.peak).contains(&self.steady_error);
         [
@@ -49,12 +49,12 @@ pub struct RisingWeight {
     pub low: f64,
     /// Its gain at high frequency, at least `low`.
     pub high: f64,
-    /// rad/s.
+    /// Corner frequency, rad/s.
     pub corner: f64,
 }
 
 impl RisingWeight {
-    /// The same at every frequency.
+    /// A weight that is the same at every frequency.
     pub fn constant(value: f64) -> Self {
         Self { low: value, high: value, corner: 1.0 }
     }
@@ -76,15 +76,15 @@ impl RisingWeight {
     }
 }
 
-/// How much more slow references count than fast ones: `R(s) = (s + follow corner)/(s + corner)`.
+/// Emphasis on slow references: `R(s) = (s + follow corner)/(s + corner)`.
 ///
-/// A controller with one gamma for references, disturbances and noise follows its model only as well as gamma asks.
-/// A reference that counts more is followed better, at no cost to the loop through the measurements.
+/// A controller with one gamma for references, disturbances and noise follows its model only as closely as gamma
+/// requires. A larger weight on a reference improves tracking at no cost to the feedback from the measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceWeight {
     /// R(0), at least 1.
     pub follow: f64,
-    /// rad/s.
+    /// Corner frequency, rad/s.
     pub corner: f64,
 }
 

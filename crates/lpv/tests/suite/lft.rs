@@ -27,8 +27,8 @@ fn rational_matrix_equals_its_formula() {
     let whole = number(3.0)
         .add(&del)
         .add(&eta)
-        .beside(&del.multiply(&reciprocal))
-        .above(&number(7.0).add(&rho).beside(&rho.add(&del.multiply(&eta))));
+        .concatenated(&del.multiply(&reciprocal))
+        .stacked(&number(7.0).add(&rho).concatenated(&rho.add(&del.multiply(&eta))));
     let atol = case["expected"]["eval_atol"].as_f64().unwrap();
     for theta in [[0.0, 0.0, 0.0], [1.0, -1.0, 0.3], [-0.7, 0.9, -1.0]] {
         let (d, e, r) = (2.0 + theta[0], 6.0 + theta[1], -1.0 + theta[2]);
@@ -106,10 +106,10 @@ proptest! {
             prop_assert!((p.add(&q).evaluate(&theta).unwrap() - (&x + &y)).amax() < 1e-9);
         }
         if x.nrows() == y.nrows() {
-            prop_assert!((p.beside(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x, &y]])).amax() < 1e-9);
+            prop_assert!((p.concatenated(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x, &y]])).amax() < 1e-9);
         }
         if x.ncols() == y.ncols() {
-            prop_assert!((p.above(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x], &[&y]])).amax() < 1e-9);
+            prop_assert!((p.stacked(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x], &[&y]])).amax() < 1e-9);
         }
     }
 }

@@ -133,7 +133,8 @@ mod tests {
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let whole = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
         let (_, uncertain) = thinned(&inputs, &whole, &model, TRUNCATION).unwrap();
-        let found = RobustLoop::new(&uncertain, &design.controller).begun(&design.certified, 1.0).unwrap();
+        let found =
+            RobustLoop::new(&uncertain, &design.controller).at_small_size(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
         let k = &design.controller;
         let controller = lft_matrices(k);

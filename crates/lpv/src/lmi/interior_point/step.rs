@@ -1,10 +1,10 @@
-//! One step: a predictor, a corrector, and how far to go. Inequalities are independent: on all processors.
+//! One step: predictor, corrector and step length. Inequalities are treated in parallel.
 
 use super::{Cone, State};
 use crate::matrix::{Definite, Mat, quick_least_eigenvalue, symmetric_part};
 use rayon::prelude::*;
 
-/// A cone's matrices that do not change within a step.
+/// The matrices of a cone that are constant within a step.
 struct Factors {
     x_root: Mat,
     z_root: Mat,
@@ -13,14 +13,14 @@ struct Factors {
     residual: Mat,
 }
 
-/// A direction in one cone.
+/// A search direction in one cone.
 struct Direction {
     x: Mat,
     z: Mat,
 }
 
 impl State<'_> {
-    /// One predictor and corrector step; returns the shorter of the two lengths, `None` when a factorisation fails.
+    /// One predictor-corrector step; returns the shorter of the two step lengths, `None` if a factorisation fails.
     pub(super) fn advance(&mut self) -> Option<f64> {
         let factors: Vec<Factors> = self.cones.par_iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
         let m = self.objective.len();
@@ -76,7 +76,7 @@ impl State<'_> {
         })
     }
 
-    /// The direction towards `X Z = mu I`, with the product of the steps of `predicted` taken into account.
+    /// The direction towards `X Z = mu I`, corrected by the product of the steps of `predicted`.
     fn direction(
         &self,
         factors: &[Factors],
@@ -106,7 +106,7 @@ impl State<'_> {
         (dx, directions)
     }
 
-    /// How far X and Z stay positive along a direction.
+    /// The step lengths up to which X and Z stay positive along a direction.
     fn reach(&self, factors: &[Factors], direction: &[Direction]) -> (f64, f64) {
         let along = |root: &Mat, d: &Mat| -> f64 {
             let Some(half) = root.solve_lower_triangular(d) else { return 0.0 };
@@ -133,8 +133,8 @@ impl State<'_> {
             cone.x += &d.x * step_x;
             cone.z += &d.z * step_z;
         }
-        // Once the inequalities hold at x, and clearly beside what is missing of the slacks, their own values are the
-        // slacks, free of what rounding has gathered.
+        // Once the inequalities hold at x, with a margin over the residual of the slacks, their values replace the
+        // slacks: this removes accumulated rounding.
         let values: Vec<Mat> =
             self.cones.par_iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
         let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };

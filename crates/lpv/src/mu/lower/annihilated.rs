@@ -1,25 +1,24 @@
-//! What a singular matrix annihilates.
+//! Null vectors of a singular matrix.
 
 use crate::matrix::ComplexVector;
 use crate::mu::CMat;
 use nalgebra::Complex;
 
-/// Rounds of inverse iteration: the second one mends a start that was nearly at right angles.
+/// The number of inverse iterations: the second corrects a start that was nearly orthogonal.
 const INVERSE_ITERATIONS: usize = 2;
 
 /// The least pivot, relative to the matrix: far below rounding.
 const LEAST_PIVOT: f64 = 1e-30;
 
-/// The left and right vectors of unit length that a square matrix nearly annihilates, by inverse iteration with `A*
-/// A`; `None` when the numbers get out of hand. They are those of the least singular value where it is zero but for
-/// rounding.
+/// The left and right unit vectors that a square matrix nearly annihilates, by inverse iteration with `A* A`; `None` if
+/// the numbers overflow. They belong to the least singular value if it is zero to rounding.
 pub(super) fn annihilated(a: CMat) -> Option<(ComplexVector, ComplexVector)> {
     let n = a.nrows();
     let size = a.norm();
     let lu = if size > 0.0 { a.unscale(size) } else { a }.lu();
     let (lower, mut upper) = (lu.l(), lu.u());
     for k in 0..n {
-        // A pivot must not be zero altogether.
+        // A pivot must not be exactly zero.
         if upper[(k, k)].norm() < LEAST_PIVOT {
             upper[(k, k)] = Complex::new(LEAST_PIVOT, 0.0);
         }
@@ -47,7 +46,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Of a matrix less an eigenvalue, from both sides.
+        /// Both vectors of a matrix minus an eigenvalue.
         #[test]
         fn nothing_is_left((_, m) in problem()) {
             let n = m.nrows().min(m.ncols());

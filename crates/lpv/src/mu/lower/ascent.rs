@@ -1,10 +1,10 @@
-//! From a unit perturbation Q to one near by for which a real eigenvalue of `M Q` is as large as it gets.
+//! The ascent from a unit perturbation Q to a nearby one with the largest real eigenvalue of `M Q`.
 //!
-//! To first order the eigenvalue lambda moves by `(M* u)* dQ v`. For every angle theta the blocks are put where `Re
-//! (e^-j theta lambda)` grows most; `Im lambda` grows with theta, and the angle taken is that at which lambda is real.
-//! Where a real scalar changes its sign there it is set in between. These are the conditions of P. M. Young, J. C.
-//! Doyle, "Computation of mu with real and complex uncertainties", 29th CDC, 1990, and a step goes towards them as
-//! far as the eigenvalue grows.
+//! To first order the eigenvalue lambda changes by `(M* u)* dQ v`. For every angle theta the blocks are set where `Re
+//! (e^-j theta lambda)` grows most; `Im lambda` grows with theta, and the angle is chosen at which lambda is real. If a
+//! real scalar changes its sign there, it is set in between. These are the conditions of P. M. Young, J. C. Doyle,
+//! "Computation of mu with real and complex uncertainties", 29th CDC, 1990; a step is taken towards them as long as the
+//! eigenvalue grows.
 
 use super::bound::{LowerBound, checked};
 use super::modes::{Mode, Modes};
@@ -14,23 +14,23 @@ use crate::stop;
 use nalgebra::Complex;
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps, and halvings of one.
+/// The largest number of steps, and of halvings of one.
 const ASCENT_STEPS: usize = 60;
 const HALVINGS: i32 = 8;
 
-/// An eigenvalue that grows less than this, relatively, no longer grows.
+/// The relative growth of the eigenvalue below which the ascent ends.
 const LEAST_GROWTH: f64 = 1e-9;
 
-/// Halvings of the range of angles.
+/// The number of bisections of the angle.
 const ANGLE_STEPS: usize = 40;
 
-/// Newton steps that make an eigenvalue real.
+/// The largest number of Newton steps that make an eigenvalue real.
 const MOST_CORRECTIONS: usize = 12;
 
-/// An imaginary part of this size, relative to the eigenvalue, is zero but for rounding.
+/// The relative imaginary part below which an eigenvalue is taken as real.
 const REAL: f64 = 1e-13;
 
-/// Follows a mode of `M Q` to where it is real and as large as it gets. `None` when it does not become real.
+/// Follows a mode of `M Q` to a maximum where it is real. `None` if it does not become real.
 pub(super) fn ascend(modes: &Modes, mut q: CMat, mut mode: Mode) -> Option<LowerBound> {
     for _ in 0..ASCENT_STEPS {
         stop::check();
@@ -52,7 +52,7 @@ pub(super) fn ascend(modes: &Modes, mut q: CMat, mut mode: Mode) -> Option<Lower
     exact(modes, &q, &mode)
 }
 
-/// Where the blocks go, and the angle at which that is best.
+/// The target of the blocks, and the best angle.
 fn aim(modes: &Modes, q: &CMat, mode: &Mode) -> (CMat, f64) {
     let at = |theta: f64| {
         let aimed = modes.aimed(q, mode, Complex::from_polar(1.0, theta));
@@ -95,7 +95,7 @@ fn exact(modes: &Modes, q: &CMat, mode: &Mode) -> Option<LowerBound> {
     found.max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
-/// Turns all complex blocks, or moves one real scalar, until the eigenvalue followed is real.
+/// Rotates all complex blocks, or moves one real scalar, until the eigenvalue is real.
 fn made_real(modes: &Modes, q: &CMat, mode: &Mode, knob: Option<usize>) -> Option<LowerBound> {
     let (mut q, mut mode) = (q.clone(), mode.clone());
     for _ in 0..MOST_CORRECTIONS {
@@ -115,7 +115,7 @@ fn made_real(modes: &Modes, q: &CMat, mode: &Mode, knob: Option<usize>) -> Optio
     (size > 0.0).then(|| checked(modes.m, modes.structure, q / Complex::new(size, 0.0)))?
 }
 
-/// How Q changes with the angle of all complex blocks, or with a real scalar.
+/// The derivative of Q with respect to the angle of all complex blocks, or to a real scalar.
 fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
     let mut out = CMat::zeros(q.nrows(), q.ncols());
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
@@ -132,7 +132,7 @@ fn direction(modes: &Modes, q: &CMat, knob: Option<usize>) -> CMat {
     out
 }
 
-/// Turns all complex blocks by an angle, or moves a real scalar; `None` where that leaves the range.
+/// Rotates all complex blocks by an angle, or moves a real scalar; `None` if that leaves the range.
 fn turn(modes: &Modes, q: &mut CMat, knob: Option<usize>, step: f64) -> Option<()> {
     for (k, (block, rows, cols)) in modes.places.iter().enumerate() {
         let mut part = q.view_mut((rows.start, cols.start), (rows.len(), cols.len()));

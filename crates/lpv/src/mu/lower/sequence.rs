@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same in every run.
+//! Pseudo-random numbers that are the same in every run.
 
 /// G. Marsaglia, "Xorshift RNGs", J. Statistical Software 8(14), 2003.
 pub(in crate::mu) struct Sequence(pub(in crate::mu) u64);
@@ -11,7 +11,7 @@ impl Sequence {
         self.0
     }
 
-    /// In [-1, 1].
+    /// A number in [-1, 1].
     pub(super) fn next(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }

@@ -1,14 +1,13 @@
-//! Matrices in units of their blocks in which no block is much larger than those that it meets: from there the search
-//! for scalings begins.
+//! Matrices scaled by blocks so that connected blocks are of similar size: the start of the search for scalings.
 
 use crate::mu::CMat;
 use crate::mu::structure::Structure;
 use nalgebra::DMatrix;
 
-/// The square of an entry below this part of the largest counts as so much.
+/// The floor of the squared entries, relative to the largest.
 const LEAST_SQUARE: f64 = 1e-24;
 
-/// `T_z M T_w^-1` with a scalar for each block, so that blocks that meet are of one size.
+/// `T_z M T_w^-1` with a scalar for each block that equalises connected blocks.
 ///
 /// E. E. Osborne, J. ACM 7(4), 1960; as a bound on mu M. G. Safonov, IEE Proc. D 129(6), 1982.
 pub(in crate::mu) struct Balance {
@@ -27,7 +26,7 @@ impl Balance {
         };
         let n = places.len();
         let squares = DMatrix::from_fn(n, n, size);
-        let nothing = LEAST_SQUARE * squares.max();
+        let floor = LEAST_SQUARE * squares.max();
         let mut t = vec![1.0f64; n];
         for _ in 0..10 {
             for k in 0..n {
@@ -35,8 +34,8 @@ impl Balance {
                 let row: f64 = others().map(|j| squares[(k, j)] / (t[j] * t[j])).sum();
                 let column: f64 = others().map(|i| squares[(i, k)] * t[i] * t[i]).sum();
                 if row > 0.0 || column > 0.0 {
-                    // A block that only sends or only receives makes what it sends or receives small, to an end.
-                    t[k] = (column.max(nothing) / row.max(nothing)).powf(0.25).clamp(1e-8, 1e8);
+                    // A block with no path in or no path out makes its paths small, up to a limit.
+                    t[k] = (column.max(floor) / row.max(floor)).powf(0.25).clamp(1e-8, 1e8);
                 }
             }
         }
@@ -46,7 +45,7 @@ impl Balance {
             tw[w.clone()].fill(*t);
             tz[z.clone()].fill(*t);
         }
-        let own = |m: &CMat| CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (tz[i] / tw[j]));
-        Self { matrices: all.iter().map(own).collect(), tw, tz }
+        let scaled = |m: &CMat| CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (tz[i] / tw[j]));
+        Self { matrices: all.iter().map(scaled).collect(), tw, tz }
     }
 }

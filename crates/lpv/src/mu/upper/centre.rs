@@ -1,7 +1,7 @@
 //! The least lambda for which scalings exist, by the method of centres.
 //!
-//! S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
-//! Applications 188, 1993, with lambda = beta^2 moving along.
+//! Source: S. Boyd, L. El Ghaoui, "Method of centers for minimizing generalized eigenvalues", Linear Algebra and its
+//! Applications 188, 1993, with a moving lambda = beta^2.
 
 use super::product::product;
 use super::scaling::{AtLambda, DgScalings, Family};
@@ -11,57 +11,54 @@ use crate::mu::structure::Structure;
 use crate::stop;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 
-/// A point, and lambda for which `Phi(lambda) > 0` there.
+/// A point with a lambda for which `Phi(lambda) > 0`.
 pub(in crate::mu) struct Centre {
-    /// The matrices for all of which the scalings are to hold.
+    /// The matrices for which the scalings must hold.
     all: Vec<CMat>,
     pub(in crate::mu) family: Family,
     pub(in crate::mu) p: Vec<f64>,
     lambda: f64,
-    /// The shift u of `Phi(lambda) + u D_0`, whose least value says how much smaller lambda may be.
+    /// The shift u of `Phi(lambda) + u D_0`; its least value is the possible decrease of lambda.
     shift: f64,
-    /// D_0: D as it was when lambda was set.
+    /// D_0: the value of D when lambda was set.
     base: CMat,
-    /// About how far, relatively, a lambda may be above the least: the first one, and each that is come by.
+    /// An estimate of the relative excess of lambda over the least, at the start and at each new lambda.
     near: f64,
-    /// The border at the first point, where it was asked for.
+    /// The least lambda at the first point, if computed.
     known: Option<f64>,
-    /// A point on the way that is a start for matrices much like this one: at the end of the way too little is
-    /// positive clearly.
+    /// An intermediate point, for the start of a search for a similar matrix: at the end the margins are too small.
     pub(in crate::mu) start: Vec<f64>,
 }
 
-/// A bound below this fraction of the largest singular value counts as zero: real blocks often have a mu of zero.
+/// A bound below this fraction of the largest singular value is taken as zero: real blocks often have a mu of zero.
 pub(in crate::mu) const ZERO_MU: f64 = 1e-7;
 
-/// How far the first lambda may be above the least, relatively: anywhere, and from scalings of a matrix that is much
-/// the same.
+/// The relative excess of the first lambda over the least: in general, and for scalings of a similar matrix.
 const COLD_START: f64 = 0.5;
 const WARM_START: f64 = 0.3;
 
-/// The Newton decrement below which a point counts as a centre.
+/// The Newton decrement below which a point is taken as a centre.
 const CENTRED_DECREMENT: f64 = 0.7;
 
-/// Centres, at most: a lambda of zero takes many.
+/// The largest number of centres: a lambda of zero takes many.
 const MOST_CENTRES: usize = 100;
 
-/// Newton steps towards one centre, at most.
+/// The largest number of Newton steps per centre.
 const MOST_STEPS: usize = 100;
 
-/// By how much the diagonal of the Hessian is raised, relatively: always, and at most, where a step leads nowhere
-/// because there are directions that matter little.
+/// The relative raise of the diagonal of the Hessian: always, and the largest, if a step fails because of directions of
+/// little effect.
 const HESSIAN_RAISE: (f64, f64) = (1e-13, 1e-4);
 
-/// How exactly a step is solved for, relatively: what it leads to is checked.
+/// The relative accuracy of a step: its result is checked.
 const STEP_TOLERANCE: f64 = 1e-9;
 
-/// By how much the weight of lambda grows from one centre to the next, where the last one explains how lambda moved.
+/// The growth of the weight of lambda from one centre to the next, if the last weight explains the change of lambda.
 const WEIGHT_GROWTH: f64 = 5.0;
 
-/// The least lambda with `Phi(lambda) >= 0` for all of some matrices, and above it by what rounding may have done.
+/// The least lambda with `Phi(lambda) >= 0` for all of the matrices, plus an allowance for rounding.
 ///
-/// D that is nearly singular, or G that is large, makes the numbers that cancel large: then lambda is known less
-/// well than its digits say.
+/// If D is nearly singular or G is large, large numbers cancel: lambda is then less accurate than its digits suggest.
 pub(in crate::mu) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
     let root = cholesky(s.dw.clone())?.unpack();
     let n = root.nrows();
@@ -72,14 +69,14 @@ pub(in crate::mu) fn least_lambda(all: &[CMat], s: &DgScalings) -> Option<f64> {
 
 type Factor = Cholesky<Complex<f64>, Dyn>;
 
-/// `Phi(lambda) + u D_0` of each matrix and D's blocks, factorised.
+/// `Phi(lambda) + u D_0` of each matrix and the blocks of D, factorised.
 struct Factors {
     phis: Vec<Factor>,
     blocks: Vec<Factor>,
 }
 
 impl Centre {
-    /// From matrices whose largest singular value is one, and scalings that may be good for them.
+    /// Starts from matrices whose largest singular value is one, and from scalings that may be good for them.
     pub(in crate::mu) fn new(all: Vec<CMat>, structure: &Structure, from: Option<&DgScalings>) -> Self {
         let family = Family::new(structure);
         let nw = structure.rows();
@@ -90,7 +87,7 @@ impl Centre {
         let Some(from) = from else { return cold };
         let identity = std::mem::replace(&mut cold.p, cold.family.point(from));
         cold.known = cold.border();
-        // Where the known scalings show no more than none do, they are no start.
+        // If the known scalings give no better bound than none, they are not used.
         if cold.known.is_some_and(|lambda| lambda < 1.0) {
             cold.near = WARM_START;
             cold.base = cold.family.values(&cold.p).dw;
@@ -100,8 +97,8 @@ impl Centre {
         cold
     }
 
-    /// The least lambda, and about how far it may be above it, relatively at most twice `tight`: or `target`, where
-    /// that is above, at the centre there.
+    /// The least lambda, and an estimate of its excess, relatively at most twice `tight`; or, if `target` is above it,
+    /// `target` at its centre.
     pub(in crate::mu) fn least(&mut self, target: f64, tight: f64) -> (f64, f64) {
         let first = self.known.or_else(|| self.border());
         let mut best = (first.unwrap_or(f64::INFINITY), f64::INFINITY);
@@ -128,13 +125,13 @@ impl Centre {
             if self.start.is_empty() || size / weight >= WARM_START * border {
                 self.start.clone_from(&self.p);
             }
-            // Where the shift is gone lambda is smaller by about as much.
+            // Once the shift is gone, lambda is smaller by about as much.
             let before = self.lambda;
             self.lambda = (self.lambda + self.shift).max(border + 1e-2 * (self.lambda - border).abs());
             self.shift = 0.0;
             self.base = self.family.values(&self.p).dw;
-            // Where lambda moves by more than the weight explains D has moved on from D_0, and the least is farther: a
-            // weight for what is nearer leads along the border, where no step gets far.
+            // If lambda moves by more than the weight explains, D has moved away from D_0, and the least is farther
+            // away: a weight for a nearer one leads along the boundary, where no step gets far.
             best.1 = (before - self.lambda).max(size / weight);
             weight = size / (best.1 / WEIGHT_GROWTH).min(self.near * self.lambda);
             if best.0 <= ZERO_MU * ZERO_MU || best.1 <= 2.0 * tight * best.0 || !arrived {
@@ -150,17 +147,18 @@ impl Centre {
         least_lambda(&self.all, &self.family.values(&self.p))
     }
 
-    /// `Phi(lambda) + shift D_0` of each matrix and D's blocks, factorised; `None` unless all are positive definite.
+    /// `Phi(lambda) + shift D_0` of each matrix and the blocks of D, factorised; `None` unless all are positive
+    /// definite.
     fn factors(&self, p: &[f64], shift: f64) -> Option<Factors> {
         let s = self.family.values(p);
         let blocks = self.family.d_blocks(&s).into_iter().map(cholesky).collect::<Option<_>>()?;
-        let own = &s.dw * Complex::new(self.lambda, 0.0) + &self.base * Complex::new(shift, 0.0);
-        let phis = self.all.iter().map(|m| cholesky(&own - s.left(m))).collect::<Option<_>>()?;
+        let scaled = &s.dw * Complex::new(self.lambda, 0.0) + &self.base * Complex::new(shift, 0.0);
+        let phis = self.all.iter().map(|m| cholesky(&scaled - s.left(m))).collect::<Option<_>>()?;
         Some(Factors { phis, blocks })
     }
 
-    /// Newton's method for the least of `weight u - sum log det (Phi(lambda) + u D_0) - log det D`, with u = 0 when
-    /// there is no weight; whether it arrives.
+    /// Newton's method for the minimum of `weight u - sum log det (Phi(lambda) + u D_0) - log det D`, with u = 0 if
+    /// there is no weight; whether it converges.
     fn centre(&mut self, weight: Option<f64>) -> bool {
         self.newton(weight).is_some()
     }
@@ -189,7 +187,7 @@ impl Centre {
             let step = step(&hessian, &gradient, &trace);
             match step.and_then(|step| self.advance(&step, &gradient, weight, &mut factors)) {
                 Some(decrement) if decrement < CENTRED_DECREMENT => return Some(()),
-                // There is no least value: lambda is zero, or nearly.
+                // There is no minimum: lambda is zero, or nearly.
                 Some(_) if free == 1 && self.lambda + self.shift < 0.0 => return Some(()),
                 Some(_) => {}
                 None if ridge < HESSIAN_RAISE.1 => ridge *= 100.0,
@@ -199,8 +197,8 @@ impl Centre {
         None
     }
 
-    /// Goes along a step as far as it leads down, and returns the Newton decrement; `None`, and no move, where it
-    /// does not.
+    /// Takes a step as far as it descends, and returns the Newton decrement; `None`, without a move, if it does not
+    /// descend.
     fn advance(
         &mut self,
         step: &DVector<f64>,
@@ -228,7 +226,7 @@ impl Centre {
         None
     }
 
-    /// The derivatives by the shift, whose matrix is D_0.
+    /// The derivatives with respect to the shift, whose matrix is D_0.
     fn add_shift(
         &self,
         at: &AtLambda,
@@ -241,14 +239,15 @@ impl Centre {
         gradient[n] = weight;
         (0..=n).for_each(|i| hessian[(i, n)] = 0.0);
         for inner in inners {
-            // N = Phi^-1 D Phi^-1, seen by W*: of W* N W the entries that the products ask for.
+            // N = Phi^-1 D Phi^-1: the entries of W* N W that the products need.
             let rows = self.base.nrows();
             let inverse = inner.rows(0, rows).into_owned();
             let right = product(&self.base, &inverse);
             let product_at = |y: usize, x: usize| right.column(y).dotc(&inverse.column(x));
-            let own = right.columns(0, rows);
-            gradient[n] -= own.trace().re;
-            hessian[(n, n)] += own.iter().zip(own.transpose().iter()).map(|(a, b)| (a * b).re).sum::<f64>();
+            let square = right.columns(0, rows);
+            gradient[n] -= square.trace().re;
+            hessian[(n, n)] +=
+                square.iter().zip(square.transpose().iter()).map(|(a, b)| (a * b).re).sum::<f64>();
             at.along(product_at).enumerate().for_each(|(i, value)| hessian[(i, n)] += value);
         }
         (0..n).for_each(|i| hessian[(n, i)] = hessian[(i, n)]);
@@ -266,8 +265,8 @@ fn inner(phi: &Factor, adjoint: &CMat) -> Option<CMat> {
     Some(product(&half.adjoint(), &half))
 }
 
-/// The least lambda with `Phi(lambda) >= 0` for a matrix, with the Cholesky factor of D and the sizes of the inverse
-/// of that; and above it by what rounding may have done.
+/// The least lambda with `Phi(lambda) >= 0` for a matrix, from the Cholesky factor of D and the magnitudes of its
+/// inverse, plus an allowance for rounding.
 fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Option<f64> {
     let half = root.solve_lower_triangular(&s.left(m))?;
     let whitened = root.solve_lower_triangular(&half.adjoint())?;
@@ -277,15 +276,15 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     let gm = &g * &m;
     let added = m.transpose() * sizes(&s.dz) * &m + &gm + gm.transpose();
     let rounded = added + &root * root.transpose() * lambda.abs();
-    // A symmetric matrix is at most the diagonal matrix of the sums of its rows, without signs.
+    // A symmetric matrix is at most the diagonal matrix of its absolute row sums.
     let spread = inverse * rounded * inverse.transpose();
     let terms = (m.nrows() + m.ncols()) as f64;
     let mut raised = whitened;
     for (k, row) in spread.row_iter().enumerate() {
         raised[(k, k)] += Complex::new(terms * f64::EPSILON * row.sum(), 0.0);
     }
-    // An eigenvalue is known to the rounding of the largest, which may be negative and far larger; a Cholesky factor
-    // says whether it is above all.
+    // An eigenvalue has the rounding of the largest, which may be negative and far larger; a Cholesky factorisation
+    // verifies that it is an upper bound.
     let largest = hermitian_eigenvalues(&raised).last().copied().filter(|lambda| lambda.is_finite())?;
     let n = raised.nrows();
     let is_above =
@@ -295,10 +294,10 @@ fn border(m: &CMat, s: &DgScalings, root: &CMat, inverse: &DMatrix<f64>) -> Opti
     Some(above.unwrap_or(largest + terms * f64::EPSILON * raised.norm()))
 }
 
-/// By how much an eigenvalue is raised until it is above all, relatively.
+/// Relative raises of an eigenvalue until it is verified.
 const RAISES: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4];
 
-/// Newton's step, with the trace of D as it is.
+/// Newton's step at constant trace of D.
 fn step(hessian: &DMatrix<f64>, gradient: &[f64], trace: &DVector<f64>) -> Option<DVector<f64>> {
     let system = Definite::new(hessian.clone())?;
     let towards = DVector::from_vec(system.solve_to(gradient, STEP_TOLERANCE));

@@ -1,4 +1,4 @@
-//! Products of complex matrices: nalgebra multiplies them entry by entry, faer with the processor's vectors.
+//! Products of complex matrices by faer, which uses vector instructions; nalgebra multiplies them entry by entry.
 
 use crate::mu::CMat;
 use faer::linalg::matmul::matmul;

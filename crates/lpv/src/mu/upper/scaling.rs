@@ -1,12 +1,12 @@
-//! D-G scalings as real unknowns, and the matrix that shows a bound, as a sum of matrices of low rank.
+//! D-G scalings as real unknowns, and the matrix that proves a bound, as a sum of low-rank matrices.
 //!
 //! ```text
 //! Phi(lambda) = lambda D_w - M* D_z M - j (G M - M* G)
 //! ```
 //!
-//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, which differ in
-//! size where a full block is not square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0`
-//! shows that mu < beta.
+//! D commutes with the structure and is positive definite (D_w on the side of w, D_z on that of z, of different size
+//! for a full block that is not square); G is Hermitian on the real blocks and zero elsewhere. `Phi(beta^2) > 0` proves
+//! that mu < beta.
 
 use super::product::product;
 use crate::mu::CMat;
@@ -14,17 +14,17 @@ use crate::mu::structure::{Block, Structure};
 use nalgebra::Complex;
 use std::ops::Range;
 
-/// `coefficient w_x w_y*`, by the numbers of columns of `W = [I, M*]`.
+/// `coefficient w_x w_y*`, by the indices of columns of `W = [I, M*]`.
 #[derive(Debug, Clone, Copy)]
 struct Product {
     x: usize,
     y: usize,
     coefficient: Complex<f64>,
-    /// Whether lambda multiplies it.
+    /// Whether it is multiplied by lambda.
     scaled: bool,
 }
 
-/// What one unknown adds.
+/// The contributions of one unknown.
 #[derive(Debug, Clone)]
 struct Unknown {
     /// To Phi.
@@ -58,7 +58,7 @@ pub struct DgScalings {
 const J: Complex<f64> = Complex::new(0.0, 1.0);
 const ONE: Complex<f64> = Complex::new(1.0, 0.0);
 
-/// A basis of the Hermitian r x r matrices over the reals, each by its entries.
+/// A basis of the Hermitian r x r matrices over the reals, each as a list of entries.
 fn hermitian_basis(r: usize) -> Vec<Vec<(usize, usize, Complex<f64>)>> {
     let mut out = vec![];
     for k in 0..r {
@@ -73,7 +73,7 @@ fn hermitian_basis(r: usize) -> Vec<Vec<(usize, usize, Complex<f64>)>> {
 
 /// A product with its weight at one lambda.
 #[derive(Debug, Clone, Copy)]
-struct Weighed {
+struct Weighted {
     x: usize,
     y: usize,
     weight: Complex<f64>,
@@ -81,20 +81,20 @@ struct Weighed {
 
 /// All products of all unknowns at one lambda.
 pub(in crate::mu) struct AtLambda {
-    /// Of unknown i: `products[starts[i]..starts[i + 1]]`.
-    products: Vec<Weighed>,
+    /// The products of unknown i are `products[starts[i]..starts[i + 1]]`.
+    products: Vec<Weighted>,
     starts: Vec<usize>,
-    /// The same without those that are the adjoint of another one, which counts twice.
-    halves: Vec<Weighed>,
+    /// The products without those that are the adjoint of another one, which is doubled instead.
+    halves: Vec<Weighted>,
     half_starts: Vec<usize>,
 }
 
 impl AtLambda {
-    fn products(&self, i: usize) -> &[Weighed] {
+    fn products(&self, i: usize) -> &[Weighted] {
         &self.products[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// `tr(F_i N)` for every unknown, `product(y, x)` being the entries of `W* N W`.
+    /// `tr(F_i N)` for every unknown, where `product(y, x)` gives the entries of `W* N W`.
     pub(in crate::mu) fn along(
         &self,
         product: impl Fn(usize, usize) -> Complex<f64>,
@@ -103,29 +103,29 @@ impl AtLambda {
             .map(move |i| self.products(i - 1).iter().map(|p| (p.weight * product(p.y, p.x)).re).sum())
     }
 
-    /// Adds `tr(F_i K F_j K)` for every j from i on, K Hermitian and given by its columns of n entries; `sums` is room
-    /// for as many as there are products.
+    /// Adds `tr(F_i K F_j K)` for every j from i on, for a Hermitian K given by its columns of n entries; `sums` is
+    /// work space with one entry per product.
     fn curvatures(&self, i: usize, k: &[Complex<f64>], n: usize, sums: &mut [Complex<f64>], out: &mut [f64]) {
         let first = self.starts[i];
         let others = &self.products[first..];
         let sums = &mut sums[first..];
         sums.fill(Complex::new(0.0, 0.0));
-        let mut weighed = vec![Complex::new(0.0, 0.0); n];
+        let mut column_weighted = vec![Complex::new(0.0, 0.0); n];
         for p in &self.halves[self.half_starts[i]..self.half_starts[i + 1]] {
             let (column, row) = (&k[p.x * n..(p.x + 1) * n], &k[p.y * n..(p.y + 1) * n]);
-            weighed.iter_mut().zip(column).for_each(|(w, v)| *w = p.weight * v);
+            column_weighted.iter_mut().zip(column).for_each(|(w, v)| *w = p.weight * v);
             for (sum, q) in sums.iter_mut().zip(others) {
-                *sum += weighed[q.y] * row[q.x].conj();
+                *sum += column_weighted[q.y] * row[q.x].conj();
             }
         }
         for (j, out) in out.iter_mut().enumerate().skip(i) {
-            let own = self.starts[j] - first..self.starts[j + 1] - first;
-            *out +=
-                others[own.clone()].iter().zip(&sums[own]).map(|(q, sum)| (q.weight * sum).re).sum::<f64>();
+            let range = self.starts[j] - first..self.starts[j + 1] - first;
+            let terms = others[range.clone()].iter().zip(&sums[range]);
+            *out += terms.map(|(q, sum)| (q.weight * sum).re).sum::<f64>();
         }
     }
 
-    /// A bound of the sum of the sizes of what the curvature along an unknown is a sum of.
+    /// A bound of the sum of the absolute terms of the curvature along an unknown.
     fn curvature_terms(&self, i: usize, inner: &CMat) -> f64 {
         let pairs = self.products(i).iter().flat_map(|p| self.products(i).iter().map(move |q| (p, q)));
         pairs.map(|(p, q)| (p.weight * q.weight * inner[(q.y, p.x)] * inner[(p.y, q.x)]).l1_norm()).sum()
@@ -175,7 +175,7 @@ impl Family {
         self.unknowns.len()
     }
 
-    /// D = I and G = 0; also the gradient of the trace of D, a full block counted once.
+    /// D = I and G = 0; also the gradient of the trace of D, in which a full block has weight one.
     pub(in crate::mu) fn identity(&self) -> Vec<f64> {
         let on_diagonal = |u: &Unknown| !u.is_g && u.entries.len() == 1;
         self.unknowns.iter().map(|u| if on_diagonal(u) { 1.0 } else { 0.0 }).collect()
@@ -204,7 +204,7 @@ impl Family {
         DgScalings { dw, dz, g }
     }
 
-    /// Each block of D, a full one as 1 x 1.
+    /// The blocks of D, a full one as 1 x 1.
     pub(in crate::mu) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
         let part = |(kind, w, _): &(Block, Range<usize>, Range<usize>)| {
             let n = order(*kind, w);
@@ -213,17 +213,17 @@ impl Family {
         self.places.iter().map(part).collect()
     }
 
-    /// The products at a lambda.
+    /// The products at one lambda.
     pub(in crate::mu) fn at(&self, lambda: f64) -> AtLambda {
         let mut at = AtLambda { products: vec![], starts: vec![0], halves: vec![], half_starts: vec![0] };
         for unknown in &self.unknowns {
             for p in &unknown.products {
                 let weight = if p.scaled { p.coefficient * lambda } else { p.coefficient };
-                at.products.push(Weighed { x: p.x, y: p.y, weight });
+                at.products.push(Weighted { x: p.x, y: p.y, weight });
                 // F_i is Hermitian: the product of y and x is the adjoint of that of x and y.
                 if p.x <= p.y {
                     let weight = if p.x < p.y { weight * 2.0 } else { weight };
-                    at.halves.push(Weighed { x: p.x, y: p.y, weight });
+                    at.halves.push(Weighted { x: p.x, y: p.y, weight });
                 }
             }
             at.starts.push(at.products.len());
@@ -235,7 +235,8 @@ impl Family {
     /// Gradient and Hessian of `-sum log det Phi(lambda) - log det D`, with `W* Phi^-1 W` of each matrix and the
     /// inverses of D's blocks.
     ///
-    /// Unknowns of G that change nothing, because they meet zeros of M, are held: one on the diagonal, zero beside it.
+    /// Unknowns of G without effect, because they meet zeros of M, are fixed: one on the diagonal, zero in the rest of
+    /// the row.
     pub(in crate::mu) fn derivatives(
         &self,
         at: &AtLambda,
@@ -261,8 +262,8 @@ impl Family {
             if !one.is_g {
                 let d = &d_inverses[one.block];
                 slope -= one.entries.iter().map(|&(a, b, v)| (v * d[(b, a)]).re).sum::<f64>();
-                let own = self.unknowns.iter().enumerate().skip(i);
-                for (j, other) in own.take_while(|(_, o)| o.block == one.block).filter(|(_, o)| !o.is_g) {
+                let others = self.unknowns.iter().enumerate().skip(i);
+                for (j, other) in others.take_while(|(_, o)| o.block == one.block).filter(|(_, o)| !o.is_g) {
                     for &(a, b, v) in &one.entries {
                         let each = other.entries.iter().map(|&(k, l, u)| (v * u * d[(l, a)] * d[(b, k)]).re);
                         row[j] += each.sum::<f64>();
@@ -283,7 +284,7 @@ impl Family {
         }
     }
 
-    /// The point of scalings; its trace of D is that of the identity. The inverse of [`Self::values`] but for a factor.
+    /// The point of scalings, scaled to the trace of D of the identity. The inverse of [`Self::values`] up to a factor.
     pub(in crate::mu) fn point(&self, s: &DgScalings) -> Vec<f64> {
         let value = |u: &Unknown| {
             let (_, w, z) = &self.places[u.block];
@@ -299,7 +300,7 @@ impl Family {
     }
 }
 
-/// A sum this small, relative to its terms, is zero but for rounding.
+/// The relative size below which a sum is taken as zero.
 const CANCELLED: f64 = 1e-12;
 
 fn order(block: Block, w: &Range<usize>) -> usize {
@@ -307,7 +308,7 @@ fn order(block: Block, w: &Range<usize>) -> usize {
 }
 
 impl DgScalings {
-    /// `M* D_z M + j (G M - M* G)`, of which `lambda D_w` must be larger.
+    /// `M* D_z M + j (G M - M* G)`, which must be below `lambda D_w`.
     pub fn left(&self, m: &CMat) -> CMat {
         // (M* D_z/2 + j G) M and its adjoint.
         let half = product(&(product(&m.adjoint(), &self.dz) * Complex::new(0.5, 0.0) + &self.g * J), m);
@@ -321,7 +322,7 @@ impl DgScalings {
     }
 
     /// Sets the scalings of some entries of z and of w, times a weight.
-    pub(in crate::mu) fn set(&mut self, z: &[usize], w: &[usize], own: &Self, weight: f64) {
+    pub(in crate::mu) fn set(&mut self, z: &[usize], w: &[usize], given: &Self, weight: f64) {
         let put = |to: &mut CMat, rows: &[usize], cols: &[usize], from: &CMat| {
             for (i, row) in rows.iter().enumerate() {
                 for (j, col) in cols.iter().enumerate() {
@@ -329,13 +330,13 @@ impl DgScalings {
                 }
             }
         };
-        put(&mut self.dw, w, w, &own.dw);
-        put(&mut self.dz, z, z, &own.dz);
-        put(&mut self.g, w, z, &own.g);
+        put(&mut self.dw, w, w, &given.dw);
+        put(&mut self.dz, z, z, &given.dz);
+        put(&mut self.g, w, z, &given.g);
     }
 
-    /// The scalings in the coordinates `w = T_w w~`, `z = T_z z~` undone, for a matrix divided by `size`:
-    /// those of `M` from those of `T_z M T_w^-1 / size`, T diagonal.
+    /// The scalings of `M` from those of `T_z M T_w^-1 / size` with diagonal T, the coordinates `w = T_w w~`, `z = T_z
+    /// z~`.
     pub(in crate::mu) fn undone(&self, tw: &[f64], tz: &[f64], size: f64) -> Self {
         let scaled = |m: &CMat, left: &[f64], right: &[f64], by: f64| {
             CMat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (left[i] * right[j] * by))

@@ -1,21 +1,21 @@
-//! A finished loop some of whose parameters are constant, or change slowly.
+//! A closed loop with some constant or slowly varying parameters.
 
 use crate::system::model_error::LoopError;
 use crate::system::plant::ClosedLoop;
 
-/// A finished loop, and what is known of the trajectories of its parameters.
+/// A closed loop, and the classes of trajectories of its parameters.
 #[derive(Debug, Clone)]
 pub struct ConstantLoop {
     /// The loop.
     pub closed: ClosedLoop,
-    /// For each parameter its filters, if it is constant or changes slowly; `None` for one with any trajectory.
+    /// The filters of each parameter that is constant or varies slowly; `None` for one with any trajectory.
     pub filters: Vec<Option<Filters>>,
-    /// Model errors, each with a Delta(t) of its own.
+    /// Model errors, each with its own Delta(t).
     pub errors: Vec<LoopError>,
 }
 
-/// The filters `1/(s + pole)` on the channels of a parameter that changes no faster than `rate`: the more poles, the
-/// more the multipliers may change with frequency.
+/// The filters `1/(s + pole)` on the channels of a parameter with a rate of at most `rate`: more poles let the
+/// multipliers vary more with frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filters {
     /// rad/s, above 0.
@@ -24,7 +24,7 @@ pub struct Filters {
     pub rate: f64,
 }
 
-/// A channel behind one of its filters.
+/// A channel with one of its filters.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FilteredChannel {
     pub(super) channel: usize,
@@ -35,14 +35,15 @@ pub(super) struct FilteredChannel {
 impl ConstantLoop {
     /// The channels with filters: parameter by parameter, pole by pole.
     pub(super) fn filtered(&self) -> impl Iterator<Item = FilteredChannel> + '_ {
-        let own = |parameter: usize| {
+        let channels_of = |parameter: usize| {
             let channels = self.closed.channels.iter().enumerate();
             channels.filter(move |(_, of)| **of == parameter).map(|(channel, _)| channel)
         };
         let filters = self.filters.iter().enumerate().filter_map(|(p, of)| Some((p, of.as_ref()?)));
         filters.flat_map(move |(parameter, &Filters { ref poles, rate })| {
-            let behind =
-                move |&pole| own(parameter).map(move |channel| FilteredChannel { channel, pole, rate });
+            let behind = move |&pole| {
+                channels_of(parameter).map(move |channel| FilteredChannel { channel, pole, rate })
+            };
             poles.iter().flat_map(behind)
         })
     }

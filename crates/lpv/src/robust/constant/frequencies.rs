@@ -1,4 +1,4 @@
-//! The inequality for constant parameters at frequencies: without X, which has most of the unknowns.
+//! The inequality for constant parameters at single frequencies: without X, which has most of the unknowns.
 //!
 //! With the response `xi = [(x, f); u]` at `s = j omega` of the states to `u = (wt, v, w_D, w)`, the terms of X vanish,
 //! and the inequality is that of a Hermitian matrix, `xi* M xi < 0` with the symmetric M of [`Multipliers::form`]. As
@@ -36,10 +36,10 @@ pub(super) struct Multipliers {
 }
 
 impl Response {
-    /// At omega, rad/s; at infinity only the inputs are left. `None` at a pole.
+    /// The response at omega, rad/s; at infinity only the inputs remain. `None` at a pole.
     pub(super) fn new(filtered: &Filtered, omega: f64) -> Option<Self> {
         let (n, all) = (filtered.states, filtered.dynamics.ncols());
-        let (m, own) = (all - n, filtered.own);
+        let (m, k) = (all - n, filtered.loop_states);
         let inputs = Mat::identity(m, m);
         if omega.is_infinite() {
             return Some(Self { halves: vec![block(&[&[&Mat::zeros(n, m)], &[&inputs]])] });
@@ -49,16 +49,16 @@ impl Response {
             filtered.dynamics.view((i, j), (rows, cols)).into_owned()
         };
         let system = StateSpace {
-            a: view(0, 0, own, own),
-            b: view(0, n, own, m),
-            c: Mat::identity(own, own),
-            d: Mat::zeros(own, m),
+            a: view(0, 0, k, k),
+            b: view(0, n, k, m),
+            c: Mat::identity(k, k),
+            d: Mat::zeros(k, m),
         };
         let x = system.response(s)?;
         let complex = |m: Mat| m.map(|v| Complex::new(v, 0.0));
-        let mut filters = complex(view(own, 0, n - own, own)) * &x + complex(view(own, n, n - own, m));
+        let mut filters = complex(view(k, 0, n - k, k)) * &x + complex(view(k, n, n - k, m));
         for (i, mut row) in filters.row_iter_mut().enumerate() {
-            row /= s - filtered.dynamics[(own + i, own + i)];
+            row /= s - filtered.dynamics[(k + i, k + i)];
         }
         let part = |of: fn(&Complex<f64>) -> f64, u: &Mat| {
             block(&[&[&x.map(|v| of(&v))], &[&filters.map(|v| of(&v))], &[u]])
@@ -86,7 +86,7 @@ impl Unknowns {
         }
     }
 
-    /// A point to begin at: identities.
+    /// A starting point: identities.
     pub(super) fn first(&self, program: &Program, filtered: &Filtered) -> Vec<f64> {
         let mut point = vec![0.0; program.unknowns()];
         let one = Mat::identity(1, 1);
@@ -96,17 +96,18 @@ impl Unknowns {
         point
     }
 
-    /// What must be positive but for the main inequality: S for each parameter and each rate, and every lambda.
+    /// The matrices that must be positive: S of each parameter and each rate, and every lambda.
     pub(super) fn signs(&self, of: &ConstantLoop, filtered: &Filtered) -> Vec<Affine> {
         let unit = Mat::identity(filtered.channels.len(), filtered.channels.len());
-        let own = |parameter: usize| -> Vec<usize> {
+        let channels_of = |parameter: usize| -> Vec<usize> {
             (0..filtered.channels.len()).filter(|c| filtered.channels[*c] == parameter).collect()
         };
-        let each = (0..2 * of.filters.len()).map(|p| self.s.congruence(&unit.select_columns(&own(p))));
+        let each =
+            (0..2 * of.filters.len()).map(|p| self.s.congruence(&unit.select_columns(&channels_of(p))));
         each.chain(self.lambdas.iter().cloned()).filter(|e| e.shape().0 > 0).collect()
     }
 
-    /// The inequality at a frequency, tightened by `clear (|x|^2 + |f|^2 + |u|^2)`, rows (u | z): positive.
+    /// The inequality at a frequency, with the margin `clear (|x|^2 + |f|^2 + |u|^2)`, rows (u | z), required positive.
     pub(super) fn at(&self, program: &Program, response: &Response, f: &Filtered, clear: f64) -> LowRank {
         let (all, z) = (f.dynamics.ncols(), f.output.nrows());
         let last = Mat::identity(all, all).rows(all - f.inputs, f.inputs).into_owned();
@@ -120,8 +121,8 @@ impl Unknowns {
             upper = upper - lambda.times_identity(into.nrows()).congruence(&(into * u))
                 + lambda.times_identity(from.nrows()).congruence(&(from * u));
         }
-        let own = Mat::from_fn(z, count * z, |i, j| f64::from(i == j));
-        let lower = self.gamma.times_identity(z).congruence(&own);
+        let z_part = Mat::from_fn(z, count * z, |i, j| f64::from(i == j));
+        let lower = self.gamma.times_identity(z).congruence(&z_part);
         let half =
             LowRank::new(program, &symmetric(&[vec![upper, Affine::zeros(m, count * z)], vec![lower]]));
         let outputs = response

@@ -1,19 +1,19 @@
-//! The X of an inequality that holds at every frequency.
+//! The storage matrix X of an inequality that holds at every frequency.
 
 use crate::matrix::{Mat, block, growing_basis, scaled_largest_eigenvalue, solve, symmetric_part};
 use crate::system::lyapunov::lyapunov;
 
-/// By how much the inequality is tightened so that it holds clearly, tried in turn.
-const CLEARANCES: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10];
+/// Margins by which the inequality is tightened, tried in turn.
+const MARGINS: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10];
 
-/// Steps of Newton's method that an X is given, while rounding hides that the inequality holds with it.
+/// The number of Newton steps for X while rounding hides that the inequality holds.
 const REFINEMENTS: usize = 3;
 
-/// X with `[A'X + XA, XB; B'X, 0] + M < 0`, and the largest eigenvalue there, scaled; `None` where none was found.
+/// X with `[A'X + XA, XB; B'X, 0] + M < 0`, and the largest eigenvalue there, scaled; `None` if none was found.
 ///
 /// A is n x n, B n x m, M symmetric, (n + m) x (n + m).
 pub(super) fn storage(dynamics: &Mat, form: &Mat) -> Option<(Mat, f64)> {
-    CLEARANCES.into_iter().find_map(|clear| {
+    MARGINS.into_iter().find_map(|clear| {
         let riccati = Riccati::new(dynamics, form, clear);
         let mut x = riccati.stabilising()?;
         for step in 0..=REFINEMENTS {
@@ -62,8 +62,8 @@ impl Riccati {
         Self { a, b, q: part(0, 0, n, n), s: part(0, n, n, m), r: part(n, n, m, m) }
     }
 
-    /// The solution whose `A + B K` is stable, `K = -R^-1 (B'X + S')`; `None` where the inequality does not hold at
-    /// every frequency. (The other extreme X does not exist where a filter sees the same signal as another.)
+    /// The solution with a stable `A + B K`, `K = -R^-1 (B'X + S')`; `None` if the inequality does not hold at every
+    /// frequency. (The other extremal X does not exist if two filters have the same input.)
     ///
     /// J. C. Willems, IEEE Trans. Automatic Control 16(6), 1971.
     fn stabilising(&self) -> Option<Mat> {
@@ -80,8 +80,8 @@ impl Riccati {
         Some(symmetric_part(&solve(&upper.transpose(), &lower.transpose())?))
     }
 
-    /// An X with about twice as many digits: that of `(A + BK)'X + X(A + BK) + [I; K]'[Q S; S' R][I; K] = 0` with the
-    /// K of the former one. D. L. Kleinman, IEEE Trans. Automatic Control 13(1), 1968.
+    /// An X with about twice as many digits: that of `(A + BK)'X + X(A + BK) + [I; K]'[Q S; S' R][I; K] = 0` with the K
+    /// of the previous one. D. L. Kleinman, IEEE Trans. Automatic Control 13(1), 1968.
     fn refined(&self, x: &Mat) -> Option<Mat> {
         let Self { a, b, q, s, r } = self;
         let k = -solve(r, &(s.transpose() + b.transpose() * x))?;
@@ -96,8 +96,8 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// `x' = -x + u` with the form `x^2/2 - u^2`: `-2X + 1/2 + X^2 = 0`, of which `1 - 1/sqrt(2)` is stabilising.
-    /// Newton's error is at most the square of the one before over `2 (1 - X)`.
+    /// `x' = -x + u` with the form `x^2/2 - u^2`: `-2X + 1/2 + X^2 = 0`, with the stabilising solution `1 - 1/sqrt(2)`.
+    /// Newton's error is at most the square of the previous one over `2 (1 - X)`.
     #[test]
     fn a_refined_solution_has_twice_the_digits() {
         let riccati = Riccati::new(&dmatrix![-1.0, 1.0], &dmatrix![0.5, 0.0; 0.0, -1.0], 0.0);

@@ -1,4 +1,4 @@
-//! The gain of a finished loop at a bounded rate, by Lyapunov matrices that are sought for it alone.
+//! The gain of a closed loop at a bounded rate, by Lyapunov matrices computed for that loop.
 
 use crate::analysis::gain_bound::GainBound;
 use crate::analysis::rate::rate_bounded_gain;
@@ -9,12 +9,12 @@ use crate::system::model_error::LoopError;
 use crate::system::partition::Group::{T, W, X, Z};
 use crate::system::plant::ClosedLoop;
 
-/// Values of the parameter at which loops are frozen.
+/// The number of parameter values at which loops are frozen.
 pub(crate) const SAMPLES: usize = 21;
 
-/// The least gain of a loop at values of the parameter, with its Lyapunov matrix. `None` where none was found, and for
-/// loops of more than [`MOST_STATES`] states.
-fn own_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
+/// The least gain of a loop at values of the parameter, with its Lyapunov matrix. `None` if none was found, and for
+/// loops with more than [`MOST_STATES`] states.
+fn loop_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
     let order = match closed.a().nrows() {
         0..=FEW_STATES => 2,
         states if states <= MOST_STATES => 1,
@@ -25,16 +25,17 @@ fn own_bound(closed: &ClosedLoop, rate: f64) -> Option<(f64, Vec<Mat>)> {
     Some((found.gamma, found.proof.lyapunov.coefficients))
 }
 
-/// A bound of a loop below `most`: by a Lyapunov matrix of its own, since that of the synthesis is made for other aims,
-/// or by that for a parameter that moves however fast.
+/// A bound of a loop below `most`: by a Lyapunov matrix computed for the loop, since that of the synthesis has other
+/// objectives, or by that for any rate of the parameter.
 pub(crate) fn tightened(
     closed: &ClosedLoop,
-    (rate, most): (f64, f64),
+    rate: f64,
+    most: f64,
     fast: Option<&GainBound>,
 ) -> Option<SlowBound> {
-    let own = own_bound(closed, rate).map(|(gamma, lyapunov)| ((1.0 + TIGHTENED) * gamma, lyapunov));
+    let varying = loop_bound(closed, rate).map(|(gamma, lyapunov)| ((1.0 + TIGHTENED) * gamma, lyapunov));
     let constant = fast.map(|bound| (bound.gamma, vec![bound.x.clone()]));
-    let mut tries: Vec<(f64, Vec<Mat>)> = own.into_iter().chain(constant).collect();
+    let mut tries: Vec<(f64, Vec<Mat>)> = varying.into_iter().chain(constant).collect();
     tries.sort_by(|one, other| one.0.total_cmp(&other.0));
     let error = &LoopError::none(closed);
     tries.iter().filter(|(gamma, _)| *gamma < most).find_map(|(gamma, lyapunov)| {
@@ -42,39 +43,40 @@ pub(crate) fn tightened(
     })
 }
 
-/// The search for a loop's own Lyapunov matrix takes a second at 12 states and a minute at 30: with more states it is
-/// affine in the parameter, and with still more it is left out.
+/// The search for a loop's Lyapunov matrix takes a second at 12 states and a minute at 30: with more than a few states
+/// it is affine in the parameter, and with still more it is left out.
 const FEW_STATES: usize = 20;
 const MOST_STATES: usize = 40;
 
-/// How near to the least gain of a finished loop the one sought is, relative to itself, and how far above the one
-/// found the one claimed, so that the inequality holds clearly.
+/// The relative accuracy of the least gain, and the relative raise of the claimed gain over it, so that the inequality
+/// holds with a margin.
 const TIGHTENED: f64 = 0.01;
 
-/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is a guess at the
-/// multiplier of the error. `None` where none was found.
+/// A bound of a loop with model error, somewhat above a gamma that it has without; `lambda` is an estimate of the
+/// error's multiplier. `None` if none was found.
 ///
-/// The error is made part of w and z: the loop from `[w; sqrt(lambda/gamma) w_D]` to `[z; sqrt(lambda gamma) z_D]` has
-/// the gain g. Where g is at most gamma, g is one of the loop with model error, with `lambda g/gamma`.
+/// The error is made part of w and z: let g be the gain of the loop from `[w; sqrt(lambda/gamma) w_D]` to
+/// `[z; sqrt(lambda gamma) z_D]`. If g is at most gamma, g bounds the loop with model error, with `lambda g/gamma`.
 pub fn covering(
     closed: &ClosedLoop,
     error: &LoopError,
-    (rate, gamma): (f64, f64),
+    rate: f64,
+    gamma: f64,
     lambda: f64,
 ) -> Option<SlowBound> {
     let tries =
         RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise * gamma, factor * lambda)));
     tries.into_iter().find_map(|(gamma, lambda)| {
-        let (own, lyapunov) = own_bound(&with_error(closed, error, gamma, lambda), rate)?;
+        let (gain, lyapunov) = loop_bound(&with_error(closed, error, gamma, lambda), rate)?;
         let lyapunov = &lyapunov;
-        let reached = (1.0 + TIGHTENED) * own;
+        let reached = (1.0 + TIGHTENED) * gain;
         let lambda = lambda * reached / gamma;
         let claim = Claim { closed, error, inverse: false, lyapunov, rate, gamma: reached, lambda };
         if reached <= gamma { intervals(claim) } else { None }
     })
 }
 
-/// What gamma and lambda are tried.
+/// Trial factors of gamma and lambda.
 const RAISES: [f64; 3] = [1.1, 1.3, 2.0];
 const FACTORS: [f64; 3] = [1.0, 0.2, 5.0];
 

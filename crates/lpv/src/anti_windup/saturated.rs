@@ -1,13 +1,13 @@
-//! What the inequalities of loops with limits have in common: the loop in units, transposed, and its unknowns.
+//! The common part of the inequalities of loops with saturation: the scaled, transposed loop and its unknowns.
 //!
 //! ```text
 //! (x', zt, u, outputs) = M (x, wt, phi, inputs),   wt = Theta zt,   phi = u - sat(u)
 //! ```
 //!
-//! That `2 x'X x' + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)` and the terms of inputs and outputs are
-//! negative is asked of the inverse matrices on the transposed loop: linear in `Q = X^-1`, `Y = HQ`, `U^-1`, `(G
-//! U^-1)'` and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in control", 2015,
-//! lemma 4.9).
+//! The condition that `2 x'X x' + zt'S zt - wt'S wt + 2 wt'T zt + 2 phi'U (u - phi - H x)` plus the terms of inputs and
+//! outputs is negative is imposed on the inverse matrices and the transposed loop: it is linear in `Q = X^-1`, `Y =
+//! HQ`, `U^-1`, `(G U^-1)'` and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in
+//! control", 2015, lemma 4.9).
 
 use crate::error::ShapeError;
 use crate::lmi::program::{Affine, Program, symmetric};
@@ -17,79 +17,87 @@ use crate::system::partition::Group::{T, U, W, X, Y, Z};
 use crate::system::plant::{ClosedLoop, GeneralisedPlant};
 use nalgebra::DVector;
 
-/// The loop of a plant and a controller with phi below w, which the gain feeds back into the controller's states, and u
-/// below z.
+/// The loop of a plant and a controller with phi appended to w, fed back into the controller's states by the gain, and
+/// u appended to z.
 ///
 /// Shapes: the gain is nk x m.
 ///
 /// # Errors
-/// [`ShapeError`] where matrices do not fit.
+/// [`ShapeError`] if matrices do not fit.
 pub(super) fn with_phi(p: &GeneralisedPlant, k: &Controller, gain: &Mat) -> Result<ClosedLoop, ShapeError> {
     let (y, w) = (p.c2().nrows(), p.b1().ncols());
     let m = gain.ncols();
     let zero = Mat::zeros;
     let one = Mat::identity(m, m);
-    let cut = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
+    let saturated = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
     let below = |top: Mat, bottom: Mat| block(&[&[&top], &[&bottom]]);
     let (n, r) = (p.a().nrows(), p.dtt().nrows());
     let parts = [
         (X, X, p.a()),
         (X, T, p.bt()),
-        (X, W, cut(p.b1(), p.b2())),
+        (X, W, saturated(p.b1(), p.b2())),
         (X, U, p.b2()),
         (T, X, p.ct()),
         (T, T, p.dtt()),
-        (T, W, cut(p.dt1(), p.dt2())),
+        (T, W, saturated(p.dt1(), p.dt2())),
         (T, U, p.dt2()),
         (Z, X, below(p.c1(), zero(m, n))),
         (Z, T, below(p.d1t(), zero(m, r))),
-        (Z, W, below(cut(p.d11(), p.d12()), zero(m, w + m))),
+        (Z, W, below(saturated(p.d11(), p.d12()), zero(m, w + m))),
         (Z, U, below(p.d12(), one.clone())),
         (Y, X, below(p.c2(), zero(m, n))),
         (Y, T, below(p.d2t(), zero(m, r))),
-        (Y, W, below(cut(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
+        (Y, W, below(saturated(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
     ];
     let plant = GeneralisedPlant::new(p.blocks.clone(), &parts)?;
-    let beside = |left: Mat, right: Mat| block(&[&[&left, &right]]);
+    let concatenated = |left: Mat, right: Mat| block(&[&[&left, &right]]);
     let parts = [
         (X, X, k.a()),
-        (X, Y, beside(k.by(), gain.clone())),
+        (X, Y, concatenated(k.by(), gain.clone())),
         (X, T, k.bt()),
         (U, X, k.cu()),
-        (U, Y, beside(k.duy(), zero(m, m))),
+        (U, Y, concatenated(k.duy(), zero(m, m))),
         (U, T, k.dut()),
         (T, X, k.ct()),
-        (T, Y, beside(k.dty(), zero(k.dtt().nrows(), m))),
+        (T, Y, concatenated(k.dty(), zero(k.dtt().nrows(), m))),
         (T, T, k.dtt()),
     ];
     Ok(plant.close(&Controller::new(k.blocks.clone(), &parts)?))
 }
 
-/// A loop in units in which a search is well conditioned, transposed.
+/// A scaled loop, well conditioned for the search, transposed.
 pub(super) struct Transposed {
     /// The columns x, wt, phi and inputs of M, as rows.
     pub(super) back: [Mat; 4],
-    /// What selects x', zt, u and outputs.
-    pub(super) own: [Mat; 4],
-    /// The unit of an entry of G for each state of the controller; none for a given gain.
+    /// The selection of x', zt, u and outputs.
+    pub(super) select: [Mat; 4],
+    /// The unit of an entry of G for each state of the controller; empty for a given gain.
     reach: DVector<f64>,
     state_inverse: Mat,
-    /// The root of the units of the channels.
+    /// The square root of the units of the channels.
     root: Mat,
     /// The units of the commands.
     commands: Vec<f64>,
 }
 
+/// The units of a loop.
+pub(super) struct Units<'a> {
+    /// The coordinates T of x, with their inverse.
+    pub(super) state: (Mat, Mat),
+    /// The squares of the channels' units.
+    pub(super) channels: &'a Mat,
+    /// The units of u and phi.
+    pub(super) commands: &'a [f64],
+    pub(super) input: f64,
+    pub(super) output: f64,
+    /// See [`Transposed`].
+    pub(super) reach: DVector<f64>,
+}
+
 impl Transposed {
-    /// The loop of M with its sizes: x in coordinates T, given with its inverse; channels by the square of their units;
-    /// phi and u, inputs and outputs in theirs.
-    pub(super) fn of(
-        (m, rows, columns): (&Mat, [usize; 4], [usize; 4]),
-        (state, state_inverse): (Mat, Mat),
-        channels: &Mat,
-        (commands, input, output): (&[f64], f64, f64),
-        reach: DVector<f64>,
-    ) -> Self {
+    /// The loop of M, whose rows x', zt, u, outputs and columns x, wt, phi, inputs have the given sizes.
+    pub(super) fn of(m: &Mat, rows: [usize; 4], columns: [usize; 4], units: Units<'_>) -> Self {
+        let Units { state: (state, state_inverse), channels, commands, input, output, reach } = units;
         let (root, unroot) = roots(channels);
         let outputs = Mat::identity(rows[3], rows[3]) / output;
         let inputs = Mat::identity(columns[3], columns[3]) * input;
@@ -99,10 +107,10 @@ impl Transposed {
         let transposed = (left * m * right).transpose();
         let placed = |[a, b, c, d]: [usize; 4]| [(0, a), (a, b), (a + b, c), (a + b + c, d)];
         let back = placed(columns).map(|(at, size)| transposed.rows(at, size).into_owned());
-        let own = placed(rows).map(|(at, size)| {
+        let select = placed(rows).map(|(at, size)| {
             Mat::from_fn(size, transposed.ncols(), |i, j| f64::from(u8::from(j == at + i)))
         });
-        Self { back, own, reach, state_inverse, root, commands: commands.to_vec() }
+        Self { back, select, reach, state_inverse, root, commands: commands.to_vec() }
     }
 }
 
@@ -119,7 +127,7 @@ pub(super) struct Unknowns {
     everywhere: bool,
 }
 
-/// What a solution shows, in the loop's own units.
+/// The matrices of a solution, in the loop's original units.
 #[allow(missing_docs, reason = "the names are those of the equations above")]
 pub(super) struct Shown {
     pub(super) x: Mat,
@@ -133,15 +141,16 @@ pub(super) struct Shown {
 }
 
 impl Unknowns {
-    /// Adds the unknowns to a program, with `S > 0` and the bounds of G, which feeds back the first `fed` of phi;
-    /// `everywhere` with H = 0.
+    /// Adds the unknowns to a program, with `S > 0` and the bounds of G, which feeds back the first `fed` components of
+    /// phi; with `everywhere`, H = 0.
     pub(super) fn of(
         program: &mut Program,
         loop_: &Transposed,
         channels: &[usize],
-        (fed, everywhere): (usize, bool),
+        fed: usize,
+        everywhere: bool,
     ) -> Self {
-        let (n, m, nk) = (loop_.own[0].nrows(), loop_.own[2].nrows(), loop_.reach.len());
+        let (n, m, nk) = (loop_.select[0].nrows(), loop_.select[2].nrows(), loop_.reach.len());
         let unknowns = Self {
             q: program.symmetric(n),
             s: program.symmetric_commuting(channels),
@@ -163,18 +172,18 @@ impl Unknowns {
 
     /// The form without the terms of inputs and outputs.
     pub(super) fn form(&self, loop_: &Transposed) -> Affine {
-        let ([x, t, phi, _], [own_x, own_t, own_phi, _]) = (&loop_.back, &loop_.own);
-        let (n, nk) = (own_x.nrows(), loop_.reach.len());
-        let own_fed = own_phi.rows(0, self.moved.shape().0).transpose();
+        let ([x, t, phi, _], [x_dot, zt, u, _]) = (&loop_.back, &loop_.select);
+        let (n, nk) = (x_dot.nrows(), loop_.reach.len());
+        let fed = u.rows(0, self.moved.shape().0).transpose();
         let into = Mat::from_fn(nk, n, |i, j| if j == n - nk + i { loop_.reach[i] } else { 0.0 });
-        let half = self.q.between(&own_x.transpose(), x) - self.y.t().between(&own_x.transpose(), own_phi)
-            + self.skew.between(&t.transpose(), own_t)
-            + self.u.between(&own_phi.transpose(), &(phi - own_phi))
-            + self.moved.between(&own_fed, &(into * loop_.state_inverse.transpose() * own_x));
-        half.clone() + half.t() + self.s.congruence(t) - self.s.congruence(own_t)
+        let half = self.q.between(&x_dot.transpose(), x) - self.y.t().between(&x_dot.transpose(), u)
+            + self.skew.between(&t.transpose(), zt)
+            + self.u.between(&u.transpose(), &(phi - u))
+            + self.moved.between(&fed, &(into * loop_.state_inverse.transpose() * x_dot));
+        half.clone() + half.t() + self.s.congruence(t) - self.s.congruence(zt)
     }
 
-    /// `|H x|` is below the unit of each command where `x'Xx <= 1/level`.
+    /// Imposes that `|H x|` is below the unit of each command if `x'Xx <= 1/level`.
     pub(super) fn out_of_reach(&self, program: &mut Program, level: &Affine) {
         let m = self.u.shape().0;
         for j in 0..if self.everywhere { 0 } else { m } {
@@ -183,7 +192,7 @@ impl Unknowns {
         }
     }
 
-    /// The matrices at a point, X, S, T and U times `share`; `None` where one has no inverse.
+    /// The matrices at a point, with X, S, T and U times `share`; `None` if one has no inverse.
     pub(super) fn shown(
         &self,
         loop_: &Transposed,
