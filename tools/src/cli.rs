@@ -161,7 +161,8 @@ pub enum Verb {
     Report {
         #[command(flatten)]
         which: Which,
-        /// Add what the paper claims, and whether this vehicle confirms it; always there for the paper's vehicle
+        /// Add the sections of the paper that squid began with (Sutarto and Budiyono, 2011), and its claims: by what
+        /// criterion each is judged, and whether this vehicle confirms it
         #[arg(long)]
         paper: bool,
         /// Add flights in the waves and the current of this file, with its sensors; see vehicles/sea.toml

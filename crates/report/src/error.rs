@@ -20,7 +20,7 @@ pub enum Error {
     /// The verdict could not be reached.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },
-    /// A section of the paper is of pitch.
+    /// A section is of pitch.
     #[error("it is about steps of pitch, and the design does not track the pitch")]
     PitchNotTracked,
     /// A report's figures are of pitch or depth.

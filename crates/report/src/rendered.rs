@@ -3,13 +3,14 @@
 
 use crate::error::Error;
 use crate::page::html;
-use crate::report::{Asked, Report, report};
+use crate::report::Report;
 use base::files::Files;
 use base::progress::Progress;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
 /// Its file.
@@ -22,7 +23,7 @@ pub struct Rendered {
     key: Option<String>,
     /// The warning for a design whose proof fails.
     pub unproved: Option<String>,
-    /// The claims for a terminal.
+    /// The verdict for a terminal.
     pub words: String,
     /// The program and the files that it was made from.
     origin: String,
@@ -43,7 +44,7 @@ impl Rendered {
         let (head, body) = html::page(report);
         let figures = report.figures().map(|f| (f.name.clone(), f.file(&f.caption))).collect();
         let (unproved, origin) = (report.unproved.clone(), report.origin.clone());
-        Self { key, unproved, words: report.words(), origin, head, body, figures }
+        Self { key, unproved, words: report.words.clone(), origin, head, body, figures }
     }
 
     /// The page; `about` is put below its heading.
@@ -76,16 +77,17 @@ impl Rendered {
     }
 }
 
-/// The whole report of a stored design: read from `directory` if its inputs are unchanged, or else computed and
-/// stored there.
+/// The whole report of a stored design: read from `directory` if its inputs and what else is `asked` for are unchanged,
+/// or else computed by `make` and stored there.
 ///
 /// # Errors
-/// As [`report`]; [`files::Error`](base::files::Error).
+/// Those of `make`; [`files::Error`](base::files::Error).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
     directory: &Path,
-    asked: &Asked,
+    asked: &impl Debug,
+    make: impl FnOnce() -> Result<Report, Error>,
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
@@ -97,8 +99,7 @@ pub fn rendered(
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
     }
-    let compute = || report(inputs, stored, asked, progress);
-    let fresh = Rendered::new(&progress.timed("report", "computing the figures", compute).0?, key);
+    let fresh = Rendered::new(&progress.timed("report", "computing the figures", make).0?, key);
     let mut files = Files::default();
     files.add_json(path, &fresh)?;
     files.save(directory)?;
@@ -121,7 +122,7 @@ fn kept(path: &Path) -> Option<Rendered> {
 
 /// SHA-256 of all that a report is made from: vehicle and design file, the stored design, what else was asked for, and
 /// the program that computes it.
-fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &Asked) -> String {
+fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &impl Debug) -> String {
     sha256(&format!("{:?}", (Sha256::digest(program), &inputs.hashes, &inputs.design.name, stored, asked)))
 }
 
@@ -155,7 +156,7 @@ mod tests {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
         let inputs = Inputs::read(vehicle, "design").unwrap();
         let stored = load(&vehicle.join("frozen"), &inputs).unwrap();
-        let asked = Asked { paper: true, sea: None };
+        let asked = (true, None::<(Sea, String)>);
         let of = |inputs: &Inputs, stored: &Stored| key(b"squid", inputs, stored, &asked);
         let mut keys = vec![of(&inputs, &stored)];
         assert_eq!(keys[0], of(&inputs, &stored));
@@ -180,7 +181,7 @@ mod tests {
         keys.push(of(&other, &stored));
         let text = "seed = 1\n";
         let sea = Some((Sea::parse(text, "sea.toml").unwrap(), text.to_owned()));
-        for other in [Asked::default(), Asked { sea, ..asked.clone() }] {
+        for other in [(false, None), (true, sea)] {
             keys.push(key(b"squid", &inputs, &stored, &other));
         }
         keys.push(key(b"squid of another version", &inputs, &stored, &asked));

@@ -1,14 +1,12 @@
 //! The report on one design: its sections, computed side by side.
 
-use crate::claims::Claim;
 use crate::error::Error;
 use crate::page::figure::Figure;
 use crate::page::section::{Part, Section};
 use crate::peers::peers;
-use crate::sections::paper::{difficulty, open_loop, switching, tuning};
 use crate::sections::{
-    disturbances, fit, flown, gammas, loops, manoeuvre, mu, paper as papers, robust, sensitivity, steps,
-    structure, theorem, verdict,
+    disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,
+    verdict,
 };
 use crate::subject::{Subject, name};
 use crate::threads::side_by_side;
@@ -18,7 +16,6 @@ use certificate::Theorem;
 use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
-use squid_flight::sea::Sea;
 use std::time::Instant;
 
 /// Anchor and title of a section, and what computes it.
@@ -46,24 +43,11 @@ const SECTIONS: [Maker; 18] = [
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
-/// Those that belong to the paper alone, before its claims.
-const OF_THE_PAPER: [Maker; 4] = [
-    ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
-    ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
-    ("difficulty", "Where control is hardest", difficulty::difficulty),
-    ("switching", "Scheduled against switched controllers", switching::switching),
-];
-
-/// The name of the paper's vehicle.
-const VEHICLE_OF_THE_PAPER: &str = "squid";
-
-/// Whether vehicle and what is tracked are the paper's, so that its report has the paper's claims without being asked.
-pub fn is_of_the_paper(inputs: &Inputs) -> bool {
-    inputs.vehicle.name == VEHICLE_OF_THE_PAPER && inputs.design.stepped() == PITCH
-}
+/// The name of the shipped vehicle that is a surrogate.
+const SURROGATE: &str = "squid";
 
 /// The sections that take long, the longest first.
-const LONGEST: [&str; 4] = ["gammas", "peers", "tuning", "mu"];
+const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
 
 /// The sections of the page inside the FMUs: what `squid design` found, and steps that are flown again in a second.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
@@ -84,47 +68,19 @@ pub struct Report {
     /// The vehicle in words.
     pub subject: String,
     /// The verdict for a terminal, if there is one.
-    pub verdict: Option<String>,
+    pub words: String,
     /// The sections.
     pub sections: Vec<Section>,
 }
 
-/// What a report has besides what every report has.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Asked {
-    /// What became of the paper's claims.
-    pub paper: bool,
-    /// A sea in which the design is flown, and the text of its file.
-    pub sea: Option<(Sea, String)>,
-}
-
 /// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason,
 /// and one that has nothing to say is left out.
-///
-/// # Errors
-/// As [`Subject::new`].
-pub fn report(inputs: &Inputs, stored: &Stored, asked: &Asked, progress: &Progress) -> Result<Report, Error> {
-    let mut subject = Subject::new(inputs, stored, progress)?;
-    subject.sea.clone_from(&asked.sea);
-    let makers = SECTIONS.iter().chain(OF_THE_PAPER.iter().filter(|_| asked.paper));
-    let mut report = with_sections(&subject, &makers.collect::<Vec<_>>());
-    let claims = report.sections.iter_mut().flat_map(Section::take_claims).collect();
-    if let Some((_, text)) = &asked.sea {
+pub fn report(subject: &Subject) -> Report {
+    let mut report = with_sections(subject, &SECTIONS.iter().collect::<Vec<_>>());
+    if let Some((_, text)) = &subject.sea {
         report.origin += &format!("; the file of the sea with {}", sha256(text));
     }
-    if !asked.paper {
-        return Ok(report);
-    }
-    report.sections.push(papers::claims(claims, &report.subject));
-    if !inputs.design.measured.is_empty() {
-        report.introduction.push(
-            "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this one \
-                references and measurements apart, and each tracked output has a model to follow. Errors are those \
-                to that model."
-                .into(),
-        );
-    }
-    Ok(report)
+    report
 }
 
 /// The report of what `squid design` found of a design, whose proof was repeated with this outcome; `whole` is the
@@ -150,13 +106,7 @@ pub fn brief(
 /// A report with some of the sections. Those that have nothing to say are left out.
 fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let progress = subject.progress;
-    let make = |&(id, title, of): &Maker| {
-        let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
-        let started = Instant::now();
-        let parts = of(subject).unwrap_or_else(failed);
-        progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
-        Section { id, title, parts }
-    };
+    let make = |&(id, title, of): &Maker| section(progress, (id, title), || of(subject));
     // First, so that it is read before any figure.
     let unproved = subject.stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
@@ -167,8 +117,22 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let mut sections = side_by_side(order.into_iter(), make);
     sections.retain(|section| !section.parts.is_empty());
     sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
-    let verdict = subject.verdict().ok().map(ToString::to_string);
-    Report { sections, verdict, ..Report::without_sections(subject.inputs, unproved) }
+    let verdict =
+        subject.verdict().map_or_else(|_| String::new(), |v| format!("Of {}: {v}\n", subject.name()));
+    Report { sections, words: verdict, ..Report::without_sections(subject.inputs, unproved) }
+}
+
+/// A section with this anchor and title, and the progress reported; where it fails it contains the reason.
+pub fn section(
+    progress: &Progress,
+    (id, title): (&'static str, &'static str),
+    make: impl FnOnce() -> Result<Vec<Part>, Error>,
+) -> Section {
+    let failed = |reason| vec![Part::Words(format!("This section could not be computed: {reason}"))];
+    let started = Instant::now();
+    let parts = make().unwrap_or_else(failed);
+    progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
+    Section { id, title, parts }
 }
 
 /// Version, files and their hashes.
@@ -184,10 +148,10 @@ fn origin(inputs: &Inputs) -> String {
     )
 }
 
-/// That the vehicle is a surrogate: of the paper's vehicle it is known what its numbers come from.
+/// That the vehicle is a surrogate: of the one that is shipped it is known what its numbers come from.
 fn surrogate(inputs: &Inputs) -> String {
     let name = &inputs.vehicle.name;
-    if is_of_the_paper(inputs) {
+    if name == SURROGATE && inputs.design.stepped() == PITCH {
         return format!(
             "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a \
              surrogate of {name} with coefficients derived from geometry; where they differ from the paper's, the \
@@ -223,31 +187,14 @@ impl Report {
             origin: origin(inputs),
             introduction,
             subject,
-            verdict: None,
+            words: String::new(),
             sections: Vec::new(),
         }
-    }
-
-    /// All claims.
-    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
-        self.sections.iter().flat_map(Section::claims)
     }
 
     /// All figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         self.sections.iter().flat_map(Section::figures)
-    }
-
-    /// The verdict and the claims for a terminal.
-    pub fn words(&self) -> String {
-        let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.words(), c.claim);
-        let lines: String = self.claims().map(line).collect();
-        let verdict =
-            self.verdict.as_ref().map_or_else(String::new, |words| format!("Of {}: {words}\n", self.subject));
-        match lines.as_str() {
-            "" => verdict,
-            _ => format!("{verdict}\nWhat the paper claims, of {}:\n{lines}", self.subject),
-        }
     }
 }
 
@@ -256,9 +203,9 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Of numbers that somebody else wrote nothing is known: neither geometry nor a paper.
+    /// Of numbers that somebody else wrote nothing is known.
     #[test]
-    fn only_the_vehicle_of_the_paper_is_compared_with_it() {
+    fn only_of_the_shipped_surrogate_is_it_said_where_it_is_from() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
         let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning.unwrap();

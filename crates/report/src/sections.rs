@@ -1,17 +1,16 @@
 //! The sections of the report, a file each, and what several of them compute.
 
-pub mod disturbances;
-pub mod fit;
-pub mod flown;
-mod frozen_loop;
-pub mod gammas;
-pub mod loops;
-pub mod manoeuvre;
-pub mod mu;
-pub mod paper;
-pub mod robust;
+pub(crate) mod disturbances;
+pub(crate) mod fit;
+pub(crate) mod flown;
+pub mod frozen_loop;
+pub(crate) mod gammas;
+pub(crate) mod loops;
+pub(crate) mod manoeuvre;
+pub(crate) mod mu;
+pub(crate) mod robust;
 pub mod sensitivity;
-pub mod steps;
-pub mod structure;
-pub mod theorem;
-pub mod verdict;
+pub(crate) mod steps;
+pub(crate) mod structure;
+pub(crate) mod theorem;
+pub(crate) mod verdict;

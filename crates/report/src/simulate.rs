@@ -17,7 +17,7 @@ use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
 use std::path::Path;
 
-/// Speeds at which steps are flown, as many as in the paper's Fig. 5.
+/// Speeds at which steps are flown.
 const STEP_SPEEDS: usize = 6;
 
 /// What was flown.
@@ -145,8 +145,7 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
     )
 }
 
-/// The vehicle alone after a small step of its first actuator, at three speeds (the paper's Fig. 6): the plot's
-/// title, and the plot.
+/// The vehicle alone after a small step of its first actuator, at three speeds: the plot's title, and the plot.
 fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
     let step = 0.02 * actuator.reach();

@@ -31,7 +31,7 @@ use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 use std::sync::OnceLock;
 
-/// As many speeds as in the paper's Fig. 5.
+/// Over the range of the design.
 const SPEEDS: usize = 6;
 
 /// When a step comes (s), and how long is flown after it.
@@ -44,6 +44,18 @@ pub const SHOWN: f64 = 30.0;
 /// How much of steps is drawn (s), of which the slowest has settled so long after it began (s).
 pub fn shown(slowest: f64) -> f64 {
     if slowest < 0.6 * SHOWN { SHOWN } else { FLOWN }
+}
+
+/// Bounds on mu over all frequencies at a speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MuBounds {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// Above mu of the model's loop in continuous time.
+    pub guaranteed: f64,
+    /// One over the size at which a vehicle that is trimmed again is not stable as it flies; not-a-number when none
+    /// was found.
+    pub vehicle: f64,
 }
 
 /// The vehicle, its model and its controller.
@@ -69,6 +81,8 @@ pub struct Subject<'a> {
     pub sea: Option<(Sea, String)>,
     /// Whether the verdict takes what takes long from the stored design, if that has it.
     pub brief: bool,
+    /// What the section on mu found, once it is made, if it found it at every speed.
+    pub mu: OnceLock<Vec<MuBounds>>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
@@ -142,7 +156,7 @@ impl<'a> Subject<'a> {
             .iter()
             .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
             .collect::<Result<_, ModelError>>()?;
-        let (alone, proof, verdict) = Default::default();
+        let (mu, alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,
             stored,
@@ -154,6 +168,7 @@ impl<'a> Subject<'a> {
             progress,
             sea: None,
             brief: false,
+            mu,
             alone,
             proof,
             verdict,

@@ -62,7 +62,8 @@ NEVER = {
         "squid-design",
     },
     "squid-flight": {"squid-lpv", "clap", "zip", "squid-design"},
-    "squid-report": {"clap", "zip", "squid-fmi2", "squid-package"},
+    "squid-report": {"clap", "zip", "squid-fmi2", "squid-package", "squid-paper"},
+    "squid-paper": {"clap", "indicatif", "zip", "squid-fmi2", "squid-package"},
     "squid-campaign": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-python": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
     "squid-problem": {"clap", "indicatif", "zip", "squid-auv", "squid-scheduled", "squid-design"},
@@ -77,7 +78,7 @@ NEVER = {
     },
     "squid-base": {"squid-auv", "squid-lpv", "squid-certificate", "squid-scheduled", "squid-fmi2"},
     "squid-tune": {"clap", "indicatif", "zip", "squid-fmi2", "squid-report", "squid-package"},
-    "squid-package": {"clap", "indicatif"},
+    "squid-package": {"clap", "indicatif", "squid-paper"},
     "squid-sea": {
         "squid-auv",
         "squid-lpv",

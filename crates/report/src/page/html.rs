@@ -2,9 +2,8 @@
 //!
 //! It is well-formed XML as well, so that any XML reader checks it.
 
-use crate::claims::Claim;
 use crate::page::figure::{FONT, STYLE as CHARTS};
-use crate::page::section::{Part, Section, Table};
+use crate::page::section::{Boxed, Part, Section, Table};
 use crate::page::words::escaped;
 use crate::report::Report;
 use std::fmt::Write;
@@ -27,7 +26,7 @@ pub fn page(report: &Report) -> (String, String) {
     }
     let mut out: String = report.introduction.iter().map(|words| paragraph(words)).collect();
     out += &overview(report);
-    report.sections.iter().for_each(|section| out += &self::section(section, report));
+    report.sections.iter().for_each(|section| out += &self::section(section));
     (head, format!("{out}</main>\n<script>/*<![CDATA[*/\n{SCRIPT}/*]]>*/</script>\n</body>\n</html>\n"))
 }
 
@@ -72,7 +71,7 @@ fn overview(report: &Report) -> String {
     out + "</ul></nav>\n<main>\n"
 }
 
-fn section(section: &Section, report: &Report) -> String {
+fn section(section: &Section) -> String {
     let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(section.title));
     for part in &section.parts {
         out += &match part {
@@ -80,7 +79,7 @@ fn section(section: &Section, report: &Report) -> String {
             Part::Figure(figure) => figure.html(),
             Part::Table(found) => table(found),
             Part::Diagram(diagram) => diagram.html(),
-            Part::Claim(found) => claim(found, &report.subject),
+            Part::Boxed(found) => boxed(found),
         };
     }
     out + "</section>\n"
@@ -111,17 +110,13 @@ fn table(table: &Table) -> String {
     )
 }
 
-fn claim(claim: &Claim, subject: &str) -> String {
-    format!(
-        "<div class=\"claim {}\">\n<p>The paper: {}</p>\n<p><strong>Of {}: {}.</strong> {}</p>\n<p>Judged by: \
-            {}</p>\n</div>\n",
-        claim.finding.class(),
-        prose(claim.claim),
-        escaped(subject),
-        claim.finding.words(),
-        prose(&claim.because),
-        prose(&claim.criterion)
-    )
+fn boxed(boxed: &Boxed) -> String {
+    let paragraph = |(bold, rest): &(String, String)| match bold.as_str() {
+        "" => self::paragraph(rest),
+        _ => format!("<p><strong>{}</strong> {}</p>\n", prose(bold), prose(rest)),
+    };
+    let paragraphs: String = boxed.paragraphs.iter().map(paragraph).collect();
+    format!("<div class=\"boxed {}\">\n{paragraphs}</div>\n", boxed.mark)
 }
 
 /// Where the page comes from: below its heading, and on each page in print.
@@ -146,6 +141,17 @@ mod tests {
         assert_eq!(prose("run `a <b>`"), "run <code>a &lt;b&gt;</code>");
         assert_eq!(prose("< 10 %"), "&lt;\u{a0}10\u{a0}%");
         assert_eq!(prose("w_b = 0.23"), "w_b\u{a0}=\u{a0}0.23");
+    }
+
+    #[test]
+    fn a_box_has_its_mark_and_bold_words() {
+        let paragraphs =
+            vec![("Of it: yes.".into(), "5 of 6 < 7.".into()), (String::new(), "By `rule`.".into())];
+        assert_eq!(
+            boxed(&Boxed { mark: "yes", paragraphs }),
+            "<div class=\"boxed yes\">\n<p><strong>Of it: yes.</strong> 5 of 6 &lt;\u{a0}7.</p>\n\
+             <p>By <code>rule</code>.</p>\n</div>\n"
+        );
     }
 
     #[test]

@@ -1,6 +1,5 @@
-//! A section of the report: words, figures, diagrams, tables and claims, in the order in which they are read.
+//! A section of the report: words, figures, diagrams, tables and boxes, in the order in which they are read.
 
-use crate::claims::Claim;
 use crate::page::diagram::Diagram;
 use crate::page::figure::Figure;
 
@@ -20,6 +19,15 @@ impl Table {
     }
 }
 
+/// Paragraphs in a box, whose colour says how something stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boxed {
+    /// The CSS class of its colour: yes, partly, no; any other is grey.
+    pub mark: &'static str,
+    /// Of each the words in bold type with which it begins, if any, and the rest.
+    pub paragraphs: Vec<(String, String)>,
+}
+
 /// A part of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
@@ -31,8 +39,8 @@ pub enum Part {
     Diagram(Diagram),
     /// A table.
     Table(Table),
-    /// A claim of the paper and what became of it.
-    Claim(Claim),
+    /// A box.
+    Boxed(Boxed),
 }
 
 /// A section.
@@ -47,17 +55,6 @@ pub struct Section {
 }
 
 impl Section {
-    /// The claims.
-    pub fn claims(&self) -> impl Iterator<Item = &Claim> {
-        self.parts.iter().filter_map(|part| if let Part::Claim(v) = part { Some(v) } else { None })
-    }
-
-    /// Takes the claims out of it.
-    pub fn take_claims(&mut self) -> Vec<Claim> {
-        let claims = self.parts.extract_if(.., |part| matches!(part, Part::Claim(_)));
-        claims.filter_map(|part| if let Part::Claim(claim) = part { Some(claim) } else { None }).collect()
-    }
-
     /// The figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         self.parts.iter().filter_map(|part| if let Part::Figure(f) = part { Some(f) } else { None })

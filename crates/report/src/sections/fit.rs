@@ -1,23 +1,21 @@
-//! The paper's Fig. 3 and 4: the polynomials in speed against the true linearisations.
+//! The polynomials in speed against the true linearisations.
 
-use crate::claims::{Claim, MUCH, compared, much_smaller};
 use crate::error::Error;
 use crate::page::axis::{Axis, extent};
 use crate::page::chart::{Chart, Curve};
 use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
-use crate::sections::paper::open_loop::published;
 use crate::subject::Subject;
-use lpv::matrix::Mat;
+use lpv::matrix::{Mat, eigenvalues};
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
 use signals::{SIGNALS, STATES, States};
 use squid_design::fit::frequency;
-use squid_design::linearise::stacked;
+use squid_design::linearise::{linearise_at, stacked};
 use squid_design::numbers::readable;
 
-/// The orders that the paper compares.
+/// The orders that are compared.
 const ORDERS: [usize; 2] = [1, 2];
 /// Units of the derivatives of [`STATES`] over those of the columns.
 const UNITS: [[&str; STATES.len()]; STATES.len()] = [
@@ -30,7 +28,7 @@ const UNITS: [[&str; STATES.len()]; STATES.len()] = [
 /// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
 const VARIES: f64 = 1e-4;
 
-/// The orders that are drawn: those of the paper, and that of the design.
+/// The orders that are drawn: [`ORDERS`], and that of the design.
 fn orders(subject: &Subject) -> Vec<usize> {
     let own = subject.inputs.design.order;
     ORDERS.into_iter().chain((!ORDERS.contains(&own)).then_some(own)).collect()
@@ -52,7 +50,7 @@ fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
     Ok(orders(subject).into_iter().map(fit).collect::<Result<_, _>>()?)
 }
 
-/// The section on Fig. 3: the entries of A over speed, linearised and fitted.
+/// The section on the entries of A over speed, linearised and fitted.
 ///
 /// # Errors
 /// [`ModelError::Fit`](squid_design::error::ModelError::Fit) when there are too few speeds.
@@ -67,20 +65,6 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
             charts.push(entry(subject, &fits, i, j));
         }
     }
-    let residual = |order: usize| {
-        let residual = subject.model.residuals.iter().find(|r| r.order == order);
-        residual.map_or(f64::NAN, |r| 100.0 * r.relative_to_variation)
-    };
-    let (first, second) = (residual(1), residual(2));
-    let claim = Claim {
-        claim: "a second-order polynomial approximates the entries of A much better than a first-order one (Fig. 3).",
-        criterion: format!(
-            "the rms residual of A over the grid of speeds, relative to how much A varies; 'much' means at \
-                least {MUCH} times smaller."
-        ),
-        finding: much_smaller(first, second),
-        because: format!("The residual is {}.", compared(first, second)),
-    };
     let caption = format!(
         "The {} entries of A that vary with speed, by more than {} % of the largest of all, of {}: exact at {} \
             speeds, and as polynomials. x = [{}].",
@@ -91,7 +75,7 @@ pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
         states.iter().map(|state| state.symbol).collect::<Vec<_>>().join(" ")
     );
     let figure = Figure { name: "fig3-entries-of-A".into(), caption, keys: keys(subject), charts };
-    Ok(vec![Part::Figure(figure), Part::Claim(claim)])
+    Ok(vec![Part::Figure(figure)])
 }
 
 fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Chart {
@@ -109,7 +93,7 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
     Chart::over_speed(format!("{rate}' per {state} ({})", UNITS[first + i][first + j]), curves)
 }
 
-/// The section on Fig. 4: frequency responses from an actuator to pitch, linearised and fitted.
+/// The section on frequency responses from an actuator to pitch, linearised and fitted.
 ///
 /// # Errors
 /// As [`entries`].
@@ -140,24 +124,6 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     };
     let shown = |e: &frequency::Errors| e.channels[(1, input)];
     let scaled = |e: &frequency::Errors| e.scaled;
-    let (first, second) = (error(1, &shown), error(2, &shown));
-    let claim = Claim {
-        claim: "the frequency response of the second-order model is a better approximation than that of the \
-            first-order one (Fig. 4).",
-        criterion: format!(
-            "the largest relative error |G_fit - G|/|G| from {} to pitch, which the figure shows, over all \
-                speeds of the grid and 0.01 to 10 rad/s; at least {MUCH} times \
-             smaller confirms it, smaller at all does so partly.",
-            actuator.name
-        ),
-        finding: much_smaller(first, second),
-        because: format!(
-            "The largest error is {}. From all actuators to what is tracked, in the scales of the design and \
-                the largest singular value, it is {}.",
-            compared(first, second),
-            compared(error(1, &scaled), error(2, &scaled))
-        ),
-    };
     let figure = Figure {
         name: "fig4-frequency-responses".into(),
         caption: format!(
@@ -182,8 +148,43 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     let mut parts = vec![Part::Figure(figure), Part::Table(table), Part::Table(channels(subject, &errors))];
     parts.extend(published(subject)?);
-    parts.push(Part::Claim(claim));
     Ok(parts)
+}
+
+/// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
+///
+/// # Errors
+/// Those of trim and linearisation.
+fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
+    let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
+    let heave = computed.pitching()[0];
+    let size = computed.a.nrows() - heave;
+    let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
+    let mut table = Table::new(["linear model", "poles (rad/s)"]);
+    for (model, found) in [
+        (format!("printed: {}", printed.source), &printed.poles),
+        ("computed here from the coefficients, about the trim".into(), &computed.eigenvalues()),
+        ("the same without surge".into(), &eigenvalues(&without_surge)),
+    ] {
+        table.rows.push(vec![model, poles(found)]);
+    }
+    let words = format!(
+        "The linear model that the source of the coefficients prints, at {} m/s. {}",
+        printed.speed, printed.note
+    );
+    Ok(vec![Part::Words(words), Part::Table(table)])
+}
+
+/// Poles in words, a pair as one.
+fn poles(all: &[Complex<f64>]) -> String {
+    let one = |p: &Complex<f64>| match p.im {
+        0.0 => format!("{:.3}", p.re),
+        im => format!("{:.3} +- {im:.3}j", p.re),
+    };
+    let mut upper: Vec<&Complex<f64>> = all.iter().filter(|p| p.im >= 0.0).collect();
+    upper.sort_by(|p, q| p.re.total_cmp(&q.re));
+    upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The errors of each channel.
@@ -231,5 +232,18 @@ pub fn unwrap(points: &mut [(f64, f64)]) {
     for i in 1..points.len() {
         let turns = ((points[i].1 - points[i - 1].1) / 360.0).round();
         points[i].1 -= 360.0 * turns;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
+    /// such a note has no such part.
+    #[test]
+    fn poles_are_listed_in_pairs() {
+        let c = Complex::new;
+        assert_eq!(poles(&[c(0.174, 0.509), c(0.174, -0.509), c(-2.44, 0.0)]), "-2.440, 0.174 +- 0.509j");
     }
 }

@@ -1,9 +1,8 @@
-//! The paper's Fig. 7: mu bounds for robust stability over frequency, at six speeds.
+//! Bounds on mu for robust stability over frequency, at six speeds.
 
 mod at_speed;
 mod worst_gain;
 
-use crate::claims::{Claim, hardest_below, stays_stable};
 use crate::error::Error;
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -11,17 +10,17 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::robust::{between, vehicle};
-use crate::subject::Subject;
+use crate::subject::{MuBounds, Subject};
 use crate::threads::side_by_side;
 use at_speed::{Change, DECADES, SpeedMu};
 use squid_design::error::{Error as DesignError, UncertainError};
 use worst_gain::PARTS;
 
-/// Speeds in a panel, as in the paper.
+/// Speeds in a panel.
 const IN_A_PANEL: usize = 3;
 /// A parameter with a smaller share in the instability is not named.
 const NAMED: f64 = 0.1;
-/// The section on Fig. 7: bounds on mu for robust stability over frequency, and worst-case gains, at six speeds.
+/// The section on mu: bounds for robust stability over frequency, and worst-case gains, at six speeds.
 ///
 /// # Errors
 /// As [`SpeedMu::new`].
@@ -56,10 +55,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Words(about_gain()),
         Part::Table(gain_table(&found)),
     ]);
-    // They are about all six speeds.
     if without.is_empty() {
-        parts.push(Part::Claim(stability_claim(&bounds(&found))));
-        parts.push(Part::Claim(speed_claim(subject.inputs.design.scheduling().0, &bounds(&found))));
+        subject.mu.get_or_init(|| bounds(&found));
     }
     Ok(parts)
 }
@@ -73,19 +70,8 @@ fn at_all_speeds(subject: &Subject) -> Vec<Result<SpeedMu, Error>> {
     })
 }
 
-/// Bounds on mu over all frequencies at a speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Bounds {
-    speed: f64,
-    /// Above mu of the model's loop in continuous time.
-    guaranteed: f64,
-    /// One over the size at which a vehicle that is trimmed again is not stable as it flies; not-a-number when none
-    /// was found.
-    vehicle: f64,
-}
-
-fn bounds(found: &[SpeedMu]) -> Vec<Bounds> {
-    let of = |f: &SpeedMu| Bounds {
+fn bounds(found: &[SpeedMu]) -> Vec<MuBounds> {
+    let of = |f: &SpeedMu| MuBounds {
         speed: f.speed,
         guaranteed: f.guaranteed(),
         vehicle: f.vehicle[0].map_or(f64::NAN, f64::recip),
@@ -240,94 +226,9 @@ fn causes(worst: &[Change]) -> String {
     named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")
 }
 
-fn stability_claim(bounds: &[Bounds]) -> Claim {
-    // A vehicle that is unstable as it flies counts, whatever is guaranteed in continuous time.
-    let upper = |b: &Bounds| if b.vehicle >= 1.0 { f64::NAN } else { b.guaranteed };
-    let pairs: Vec<(f64, f64)> = bounds.iter().map(|b| (upper(b), b.vehicle)).collect();
-    let at = |of: &dyn Fn(&Bounds) -> bool| -> String {
-        let speeds: Vec<String> =
-            bounds.iter().filter(|b| of(b)).map(|b| format!("{:.2}", b.speed)).collect();
-        if speeds.is_empty() { "no speed".into() } else { format!("{} m/s", speeds.join(", ")) }
-    };
-    let most = bounds.iter().map(|b| b.guaranteed).fold(0.0, f64::max);
-    Claim {
-        claim: "mu peaks at 0.268, so that 373 % of the modelled uncertainty is tolerated (section 4, Fig. 7).",
-        criterion: "robust stability: a vehicle within the declared uncertainty, trimmed again, whose loop is \
-            not stable as it flies refutes it at its speed; where none was found, mu of \
-                    the model, guaranteed to be below 1 at every frequency, in continuous time, \
-                    confirms it; anything between leaves it open. There is no guarantee for \
-                    the loop as it flies. The paper's 0.268 itself cannot be compared, because its uncertainty \
-                    is not printed."
-            .into(),
-        finding: stays_stable(&pairs),
-        because: format!(
-            "A vehicle within the declared uncertainty found unstable as it flies: {}; the model shown to be \
-                stable for all of it in continuous time: {}. The \
-             guaranteed bound is {most:.3} at most there, a margin of {:.0} %.",
-            at(&|b| b.vehicle >= 1.0),
-            at(&|b| b.guaranteed < 1.0),
-            100.0 / most
-        ),
-    }
-}
-
-fn speed_claim(centre: f64, bounds: &[Bounds]) -> Claim {
-    let of = |value: &dyn Fn(&Bounds) -> f64| -> Vec<(f64, f64)> {
-        bounds.iter().map(|b| (b.speed, value(b))).collect()
-    };
-    // Where no vehicle was found it takes more than anywhere else.
-    let measures = [of(&|b| b.guaranteed), of(&|b| if b.vehicle.is_nan() { 0.0 } else { b.vehicle })];
-    let words = |measure: &[(f64, f64)]| match crate::claims::worst(measure) {
-        Some(at) => format!("at {at:.2} m/s"),
-        None => "at no single speed".into(),
-    };
-    Claim {
-        claim: "mu is largest at low speed, 1 m/s: it is more difficult to control the vehicle at low speed \
-            than at high speed (section 4, Fig. 7).",
-        criterion: format!(
-            "at which of the six speeds the guaranteed bound of the model is largest (in continuous \
-                time), and at which a vehicle was found unstable, as it flies, with the \
-             smallest errors: both below the middle of the range, {centre:.2} m/s, confirms it, one of them partly."
-        ),
-        finding: hardest_below(centre, &measures),
-        because: format!(
-            "The bound is largest {}; the vehicle is unstable with the smallest errors {}.",
-            words(&measures[0]),
-            words(&measures[1])
-        ),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::claims::Finding;
-
-    fn at(speed: f64, guaranteed: f64, vehicle: f64) -> Bounds {
-        Bounds { speed, guaranteed, vehicle }
-    }
-
-    #[test]
-    fn stability_follows_the_vehicles_that_fly() {
-        let good = stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 0.5, f64::NAN)]);
-        assert_eq!(good.finding, Finding::Confirmed);
-        assert!(good.because.contains("unstable as it flies: no speed;"), "{}", good.because);
-        assert!(good.because.contains("continuous time: 0.50, 1.00 m/s."), "{}", good.because);
-        assert!(good.because.contains("0.500 at most there, a margin of 200 %"), "{}", good.because);
-        assert_eq!(stability_claim(&[at(0.5, 0.3, 0.2), at(1.0, 1.5, 1.4)]).finding, Finding::Partly);
-        // What is guaranteed in continuous time does not outweigh a vehicle that is unstable as it flies; what the
-        // model alone does refutes nothing.
-        assert_eq!(stability_claim(&[at(1.0, 0.9, 1.1)]).finding, Finding::NotConfirmed);
-        assert_eq!(stability_claim(&[at(1.0, 1.5, f64::NAN)]).finding, Finding::Unknown);
-    }
-
-    #[test]
-    fn the_speed_follows_the_bounds() {
-        let (low, high) = ([at(1.0, 2.0, 1.9), at(2.0, 1.0, 0.9)], [at(1.0, 1.0, 0.9), at(2.0, 2.0, 1.9)]);
-        assert_eq!(speed_claim(1.5, &low).finding, Finding::Confirmed);
-        assert_eq!(speed_claim(1.5, &high).finding, Finding::NotConfirmed);
-        assert_eq!(speed_claim(1.5, &[at(1.0, 2.0, 0.5), at(2.0, 1.0, 0.9)]).finding, Finding::Partly);
-    }
 
     #[test]
     fn only_what_matters_is_named() {

@@ -44,8 +44,7 @@ fn percent(part: f64) -> String {
 fn about(figures: &RobustFigures) -> String {
     let (parameters, channels, rho) = figures.sizes;
     format!(
-        "The controller of this report is the robust one (Fig. 5, where W_e is varied, and the switched \
-            controllers are of the nominal synthesis). Coefficients that change arbitrarily fast: at a gain of \
+        "The controller of this report is the robust one. Coefficients that change arbitrarily fast: at a gain of \
             {:.4}, which is {}, the robust controller tolerates {} of {} and the nominal one {}. \
          Both are judged by the same inequality, in \
          which {parameters} coefficients ({channels} channels) and the speed ({rho} channels) may change at any \

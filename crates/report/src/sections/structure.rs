@@ -1,4 +1,4 @@
-//! The paper's Fig. 1 and 2 with the sizes of this design: how plant, controller and speed are wired, and what is
+//! Block diagrams with the sizes of this design: how plant, controller and speed are wired, and what is
 //! weighted.
 
 use crate::error::Error;
@@ -31,10 +31,9 @@ fn text<const N: usize>(lines: [&str; N]) -> Vec<String> {
     lines.map(str::to_owned).into()
 }
 
-/// Fig. 1 a: plant and controller, each with its copies of the parameter.
+/// Plant and controller, each with its copies of the parameter.
 fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
-    let caption =
-        "The loop (the paper's Fig. 1 a): plant and controller are scheduled on the same speed.".into();
+    let caption = "The loop: plant and controller are scheduled on the same speed.".into();
     let mut d = Diagram::new("fig1a-structure", caption, (440, 400));
     let x = 220.0;
     d.block((x, 35.0), (130.0, 40.0), &[format!("rho I of size {}", plant.t)]);
@@ -76,12 +75,11 @@ fn loop_through(
     d.label((x - left, between), &words[1]);
 }
 
-/// Fig. 1 b: all copies of the parameter in one block, and a controller without parameters.
+/// All copies of the parameter in one block, and a controller without parameters.
 fn augmented(plant: Sizes, k: Sizes) -> Diagram {
-    let caption =
-        "The same loop transformed (the paper's Fig. 1 b), as the matrix inequalities see it: all copies of \
+    let caption = "The same loop transformed, as the matrix inequalities see it: all copies of \
         the speed in one block, the copies of the controller passed through the plant."
-            .into();
+        .into();
     let mut d = Diagram::new("fig1b-structure", caption, (560, 310));
     let (x, both) = (280.0, plant.t + k.t);
     d.block((x, 35.0), (190.0, 40.0), &[format!("diag(rho I_{}, rho I_{})", plant.t, k.t)]);
@@ -99,7 +97,7 @@ fn augmented(plant: Sizes, k: Sizes) -> Diagram {
     d
 }
 
-/// Fig. 2: what is weighted.
+/// What is weighted.
 fn weighted(subject: &Subject, states: usize) -> Diagram {
     let design = &subject.inputs.design;
     let (tracked, m) = (design.tracked.len(), subject.inputs.vehicle.actuators.len());
@@ -108,7 +106,7 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     let names = |all: Vec<&str>| all.join(", ");
     let outputs = names(design.tracked.iter().map(|t| t.signal().name).collect());
     let caption = format!(
-        "What is weighted (the paper's Fig. 2): the errors of {outputs} by W_e, the commands by W_u; w has the \
+        "What is weighted: the errors of {outputs} by W_e, the commands by W_u; w has the \
             references r, the disturbances d at the actuators{}.",
         if apart { " and the noise n of the sensors" } else { "" }
     );

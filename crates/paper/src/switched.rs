@@ -1,13 +1,13 @@
 //! A flight under several controllers, of which the measured speed chooses one.
 
-use crate::error::Error;
-use crate::peers::law::{Law, Ticking, fly};
-use crate::subject::Subject;
 use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::error::CertifyError;
 use squid_flight::flight::{Demand, Row};
+use squid_report::error::Error;
+use squid_report::peers::law::{Law, Ticking, fly};
+use squid_report::subject::Subject;
 
 /// What becomes of the states when another controller takes charge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Whether a vehicle confirms the paper's claims: rules on numbers, each with its criterion in words.
 
 use squid_design::numbers::decimals;
+use squid_report::page::section::Part;
 
 /// The outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,6 +63,9 @@ pub struct Claim {
     /// The numbers.
     pub because: String,
 }
+
+/// What a section shows, and the claims that it judges.
+pub type Found = (Vec<Part>, Vec<Claim>);
 
 /// An error below this (%) is rounding: which of two such is smaller says nothing.
 const EXACT: f64 = 1e-8;

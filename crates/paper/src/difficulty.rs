@@ -1,18 +1,18 @@
 //! At which speed control is hardest.
 
-use crate::claims::{Claim, hardest_below, worst};
-use crate::error::Error;
-use crate::page::section::{Part, Table};
-use crate::page::words::seconds;
-use crate::sections::frozen_loop::FrozenLoop;
-use crate::subject::Subject;
+use crate::claims::{Claim, Found, hardest_below, worst};
 use squid_flight::metrics::StepFigures;
+use squid_report::error::Error;
+use squid_report::page::section::{Part, Table};
+use squid_report::page::words::seconds;
+use squid_report::sections::frozen_loop::FrozenLoop;
+use squid_report::subject::Subject;
 
 /// The section on how hard control is at six speeds, with the claim on low speed.
 ///
 /// # Errors
 /// As [`squid_flight::flight::fly`].
-pub fn difficulty(subject: &Subject) -> Result<Vec<Part>, Error> {
+pub fn difficulty(subject: &Subject) -> Result<Found, Error> {
     let flown = subject.fly_steps()?;
     let figures: Vec<StepFigures> = flown.iter().map(|flight| subject.figures(flight)).collect();
     let pitch = subject.pitch()?;
@@ -26,7 +26,7 @@ pub fn difficulty(subject: &Subject) -> Result<Vec<Part>, Error> {
         row.extend(difficulty.iter().map(|(_, values)| digits(values[i].1)));
         table.rows.push(row);
     }
-    Ok(vec![Part::Table(table), Part::Claim(claim(subject, &difficulty))])
+    Ok((vec![Part::Table(table)], vec![claim(subject, &difficulty)]))
 }
 
 fn digits(v: f64) -> String {

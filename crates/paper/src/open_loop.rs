@@ -1,20 +1,17 @@
 //! The paper's Fig. 6: the vehicle alone.
 
-use crate::claims::{Claim, each_smaller};
-use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
-use crate::page::words::seconds;
-use crate::subject::{FLOWN, STEP_TIME, Subject};
-use lpv::matrix::eigenvalues;
-use nalgebra::Complex;
-use squid_design::linearise::linearise_at;
+use crate::claims::{Claim, Found, each_smaller};
 use squid_design::numbers::readable;
 use squid_flight::flight::fly_open_loop;
 use squid_flight::metrics::SETTLED;
+use squid_report::error::Error;
+use squid_report::page::axis::Axis;
+use squid_report::page::chart::{Chart, Curve};
+use squid_report::page::figure::Figure;
+use squid_report::page::section::{Part, Table};
+use squid_report::page::words::capital;
+use squid_report::page::words::seconds;
+use squid_report::subject::{FLOWN, STEP_TIME, Subject};
 
 /// How much of its reach the actuator is stepped by.
 const PART: f64 = 0.02;
@@ -27,7 +24,7 @@ const DRAWN: f64 = 90.0;
 ///
 /// # Errors
 /// As [`fly_open_loop`] and [`squid_flight::flight::fly`].
-pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
+pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
     let (index, actuator) = subject.pitching_actuator();
     let step = PART * actuator.reach();
     let (factor, unit) = readable(actuator.unit());
@@ -70,43 +67,7 @@ pub fn open_loop(subject: &Subject) -> Result<Vec<Part>, Error> {
         keys: subject.speed_keys().into_iter().take(SHOWN_SPEEDS).collect(),
         charts: vec![Chart { y, ..Chart::over_time("", "", curves) }],
     };
-    Ok(vec![Part::Figure(figure), Part::Table(table), Part::Claim(claim(&pairs))])
-}
-
-/// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
-///
-/// # Errors
-/// Those of trim and linearisation.
-pub fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
-    let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
-    let heave = computed.pitching()[0];
-    let size = computed.a.nrows() - heave;
-    let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
-    let mut table = Table::new(["linear model", "poles (rad/s)"]);
-    for (model, found) in [
-        (format!("printed: {}", printed.source), &printed.poles),
-        ("computed here from the coefficients, about the trim".into(), &computed.eigenvalues()),
-        ("the same without surge".into(), &eigenvalues(&without_surge)),
-    ] {
-        table.rows.push(vec![model, poles(found)]);
-    }
-    let words = format!(
-        "The linear model that the source of the coefficients prints, at {} m/s. {}",
-        printed.speed, printed.note
-    );
-    Ok(vec![Part::Words(words), Part::Table(table)])
-}
-
-/// Poles in words, a pair as one.
-fn poles(all: &[Complex<f64>]) -> String {
-    let one = |p: &Complex<f64>| match p.im {
-        0.0 => format!("{:.3}", p.re),
-        im => format!("{:.3} +- {im:.3}j", p.re),
-    };
-    let mut upper: Vec<&Complex<f64>> = all.iter().filter(|p| p.im >= 0.0).collect();
-    upper.sort_by(|p, q| p.re.total_cmp(&q.re));
-    upper.into_iter().map(one).collect::<Vec<_>>().join(", ")
+    Ok((vec![Part::Figure(figure), Part::Table(table)], vec![claim(&pairs)]))
 }
 
 fn claim(pairs: &[(f64, f64)]) -> Claim {
@@ -148,14 +109,6 @@ fn settling_time(points: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
     use crate::claims::Finding;
-
-    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
-    /// such a note has no such part.
-    #[test]
-    fn poles_are_listed_in_pairs() {
-        let c = Complex::new;
-        assert_eq!(poles(&[c(0.174, 0.509), c(0.174, -0.509), c(-2.44, 0.0)]), "-2.440, 0.174 +- 0.509j");
-    }
 
     /// 1 - exp(-t) is within 2 % of its end after ln 50 = 3.91 s; a growing oscillation never is.
     #[test]

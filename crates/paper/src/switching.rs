@@ -1,21 +1,21 @@
 //! The scheduled controller against controllers made for six speeds and switched, under the same ramp of speed.
 
-use crate::claims::{AT_REST, Claim, RampFigures, WORSE, switching_harms};
-use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
-use crate::sections::paper::alternation::{Alternation, Loop, worst_alternation};
-use crate::sections::paper::switched::{Handover, fly_switched};
-use crate::subject::Subject;
+use crate::alternation::{Alternation, Loop, worst_alternation};
+use crate::claims::{AT_REST, Claim, Found, RampFigures, WORSE, switching_harms};
+use crate::switched::{Handover, fly_switched};
 use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Design;
 use signals::{PITCH, SPEED};
 use squid_design::numbers::readable;
 use squid_flight::flight::{Row, fly};
+use squid_report::error::Error;
+use squid_report::page::chart::{Chart, Curve};
+use squid_report::page::figure::Figure;
+use squid_report::page::key::Key;
+use squid_report::page::section::{Part, Table};
+use squid_report::page::words::capital;
+use squid_report::subject::Subject;
 
 /// How long after the step its own jump is not counted (s).
 const STEP_RINGS: f64 = 1.0;
@@ -30,7 +30,7 @@ const HANDOVERS: [(Handover, &str); 3] = [
 ///
 /// # Errors
 /// [`Error::PitchNotTracked`]; [`Error::Design`] when a speed alone has no controller; as [`fly`].
-pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
+pub fn switching(subject: &Subject) -> Result<Found, Error> {
     subject.pitch()?;
     let (inputs, stored) = (subject.inputs, subject.stored);
     let bank = bank(subject)?;
@@ -75,13 +75,13 @@ pub fn switching(subject: &Subject) -> Result<Vec<Part>, Error> {
         names.join(", "),
         bank.len()
     );
-    Ok(vec![
+    let parts = vec![
         Part::Words(words),
         Part::Figure(figure(subject, &flights)),
         Part::Table(table),
         Part::Table(turns_table(&turns)),
-        Part::Claim(claim(&ramp_figures, &turns)),
-    ])
+    ];
+    Ok((parts, vec![claim(&ramp_figures, &turns)]))
 }
 
 /// One controller without parameters for each of the six speeds.

@@ -1,14 +1,14 @@
 //! Is there a switching signal that makes a loop of two stable controllers unstable? Two neighbours take turns at a
 //! constant speed.
 
-use crate::error::Error;
-use crate::sections::paper::switched::Handover;
-use crate::subject::Subject;
+use crate::switched::Handover;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use squid_design::check::sampled::{Wired, trapezoidal};
 use squid_design::linearise::linearise_at;
+use squid_report::error::Error;
+use squid_report::subject::Subject;
 
 /// The largest growth under alternation.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,14 +1,8 @@
 //! The paper's Fig. 5: pitch responses at six speeds for three bandwidths of W_e.
 
-use crate::claims::{Claim, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst};
-use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Table};
-use crate::page::words::seconds;
-use crate::sections::frozen_loop::FrozenLoop;
-use crate::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
-use crate::threads::side_by_side;
+use crate::claims::{
+    Claim, Found, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst,
+};
 use lpv::matrix::largest;
 use lpv::synthesis::synthesise;
 use scheduled::ControllerDesign;
@@ -20,6 +14,14 @@ use squid_design::numbers::above;
 use squid_design::synthesise::options;
 use squid_flight::flight::Row;
 use squid_flight::metrics::StepFigures;
+use squid_report::error::Error;
+use squid_report::page::chart::{Chart, Curve};
+use squid_report::page::figure::Figure;
+use squid_report::page::section::{Part, Table};
+use squid_report::page::words::seconds;
+use squid_report::sections::frozen_loop::FrozenLoop;
+use squid_report::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
+use squid_report::threads::side_by_side;
 
 /// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
 const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
@@ -66,7 +68,7 @@ struct Tuned {
 /// # Errors
 /// [`Error::PitchNotTracked`]; [`Error::Design`] when a bandwidth allows no controller; as
 /// [`squid_flight::flight::fly`].
-pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
+pub fn tuning(subject: &Subject) -> Result<Found, Error> {
     let all = side_by_side(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
     let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
@@ -82,15 +84,13 @@ pub fn tuning(subject: &Subject) -> Result<Vec<Part>, Error> {
             ""
         }
     );
-    Ok(vec![
+    let parts = vec![
         Part::Words(words),
         Part::Figure(figure(subject, &all)),
         Part::Table(table(subject, &all)),
-        Part::Claim(damping_claim(&all)),
-        Part::Claim(bandwidth_claim(&all)),
         Part::Table(costs_table(&all)),
-        Part::Claim(best_claim(&all)),
-    ])
+    ];
+    Ok((parts, vec![damping_claim(&all), bandwidth_claim(&all), best_claim(&all)]))
 }
 
 fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, Error> {

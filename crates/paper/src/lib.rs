@@ -1,0 +1,103 @@
+//! What the paper adds to a report: its parameter study, its figures of the vehicle alone, and its claims, each with
+//! the criterion by which it is judged and what was found.
+//!
+//! The paper: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, 275-286.
+
+mod alternation;
+mod claims;
+mod difficulty;
+mod fit;
+mod mu;
+mod open_loop;
+mod sensitivity;
+mod switched;
+mod switching;
+mod tuning;
+
+use claims::{Claim, Found};
+use squid_report::error::Error;
+use squid_report::page::section::{Boxed, Part, Section, Table};
+use squid_report::page::words::capital;
+use squid_report::report::{self, Report, section};
+use squid_report::subject::Subject;
+use squid_report::threads::side_by_side;
+
+/// Anchor and title of a section, and what computes it.
+type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Found, Error>);
+
+/// The sections, behind those of every report and before the claims.
+const SECTIONS: [Maker; 4] = [
+    ("tuning", "The paper's Fig. 5: pitch responses for three bandwidths of the weight", tuning::tuning),
+    ("open-loop", "The paper's Fig. 6: the vehicle alone", open_loop::open_loop),
+    ("difficulty", "Where control is hardest", difficulty::difficulty),
+    ("switching", "Scheduled against switched controllers", switching::switching),
+];
+
+/// The report with the paper's sections and claims.
+pub fn report(subject: &Subject) -> Report {
+    // First, because the claims on mu are of what its section found.
+    let mut report = report::report(subject);
+    let claims_of = [sensitivity::claims, mu::claims, fit::claims];
+    let mut claims: Vec<Claim> = claims_of.iter().flat_map(|of| of(subject)).collect();
+    for (section, found) in side_by_side(SECTIONS.iter(), |maker| made(subject, maker)) {
+        report.sections.push(section);
+        claims.extend(found);
+    }
+    report.introduction.extend(introduction(subject));
+    report.words += &words(&claims, &report.subject);
+    report.sections.push(judged(claims, &report.subject));
+    report
+}
+
+fn made(subject: &Subject, &(id, title, of): &Maker) -> (Section, Vec<Claim>) {
+    let mut claims = Vec::new();
+    let parts = || {
+        let (parts, found) = of(subject)?;
+        claims = found;
+        Ok(parts)
+    };
+    (section(subject.progress, (id, title), parts), claims)
+}
+
+/// Which figures are the paper's, and where the controller is not of its set-up.
+fn introduction(subject: &Subject) -> impl Iterator<Item = String> {
+    let figures = "Of the paper's figures, Fig. 1 and 2 are in the section on the structure of the loop, Fig. 3 and 4 \
+        in those on the model, Fig. 7 is in the one on mu, and Fig. 5 and 6 have sections of their own.";
+    let measured = "The controller is not of the paper's set-up: the paper's takes in the tracking error alone, this \
+        one references and measurements apart, and each tracked output has a model to follow. Errors are those to that \
+        model.";
+    let robust = "The controller is a robust one; those of Fig. 5, where W_e is varied, and the switched ones are of \
+        the nominal synthesis.";
+    let measured = (!subject.inputs.design.measured.is_empty()).then_some(measured);
+    let robust = subject.stored.robust.is_some().then_some(robust);
+    [Some(figures), measured, robust].into_iter().flatten().map(str::to_owned)
+}
+
+/// The claims for a terminal.
+fn words(claims: &[Claim], subject: &str) -> String {
+    let line = |c: &Claim| format!("  {:<17} {}\n", c.finding.words(), c.claim);
+    let lines: String = claims.iter().map(line).collect();
+    format!("\nWhat the paper claims, of {subject}:\n{lines}")
+}
+
+/// The last section: the claims in one table, then each with its criterion and the numbers.
+fn judged(claims: Vec<Claim>, subject: &str) -> Section {
+    let words = "A. Sutarto, A. Budiyono, 'Development of Linear Parameter Varying Control System for Autonomous \
+        Underwater Vehicle', Indian J. Geo-Marine Sci. 40(2), 2011, 275-286, and whether this vehicle confirms it, by \
+        a stated criterion and numbers that are in the sections above.";
+    let mut table = Table::new(["What the paper claims", &format!("Of {subject}")]);
+    table.rows =
+        claims.iter().map(|claim| vec![capital(claim.claim), claim.finding.words().into()]).collect();
+    let boxed = |claim: Claim| {
+        let found = format!("Of {subject}: {}.", claim.finding.words());
+        let paragraphs = vec![
+            (String::new(), format!("The paper: {}", claim.claim)),
+            (found, claim.because),
+            (String::new(), format!("Judged by: {}", claim.criterion)),
+        ];
+        Part::Boxed(Boxed { mark: claim.finding.class(), paragraphs })
+    };
+    let head = [Part::Words(words.into()), Part::Table(table)];
+    let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
+    Section { id: "claims", title: "The paper's claims", parts }
+}
