@@ -1,4 +1,4 @@
-//! What can go wrong, one variant an assumption that is violated.
+//! Errors, one variant per violated assumption.
 
 use thiserror::Error;
 
@@ -6,18 +6,18 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FitError {
-    /// There is nothing to fit.
+    /// There must be samples.
     #[error("there are no samples to fit")]
     NoSamples,
     /// A polynomial of order d needs d + 1 different parameter values.
     #[error("{samples} different parameter values do not determine a polynomial of order {order}")]
     TooFewSamples { samples: usize, order: usize },
-    /// All samples are matrices of one shape.
+    /// All samples must have one shape.
     #[error("the sample at rho = {rho} is {found:?}, the first is {expected:?}")]
     UnlikeShapes { rho: f64, expected: (usize, usize), found: (usize, usize) },
 }
 
-/// An LFT has no value.
+/// An LFT is not well posed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LftError {
@@ -30,15 +30,15 @@ pub enum LftError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name} is {} x {}, it must be {} x {}", found.0, found.1, expected.0, expected.1)]
 pub struct ShapeError {
-    /// The matrix, by the name it has in the partition.
+    /// The name of the matrix in the partition.
     pub name: &'static str,
     /// Its shape.
     pub found: (usize, usize),
-    /// What the other matrices demand.
+    /// The shape required by the other matrices.
     pub expected: (usize, usize),
 }
 
-/// A tracking problem makes no generalised plant.
+/// A tracking problem that gives no generalised plant.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum AugmentError {
@@ -49,19 +49,19 @@ pub enum AugmentError {
     #[error("{name} {index} is {found}; it must be {allowed}")]
     Number {
         name: &'static str,
-        /// Of which output or input, from 1.
+        /// The index of the output or input, from 1.
         index: usize,
         found: f64,
         allowed: &'static str,
     },
 }
 
-/// Synthesis did not give a controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), what was asked
-/// beyond feasibility was not met ([`SynthesisError::TooFast`]), the input is wrong, or the numerics failed.
+/// Synthesis found no controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), a further requirement
+/// was not met ([`SynthesisError::TooFast`]), the input is invalid, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SynthesisError {
-    /// A mode that no input reaches does not decay.
+    /// A mode that no input reaches is not stable.
     #[error(
         "the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not reached by any control \
          input", shown(*re), shown(*im)
@@ -72,7 +72,7 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// A mode that no measurement shows does not decay.
+    /// A mode that no measurement shows is not stable.
     #[error("the plant cannot be stabilised: the mode at {:.4} {:+.4}i is not seen in any \
         measurement", shown(*re), shown(*im))]
     NotDetectable {
@@ -81,25 +81,24 @@ pub enum SynthesisError {
         /// Imaginary part of the mode, rad/s.
         im: f64,
     },
-    /// At each frozen parameter the plant may be stabilised, but not for every trajectory of the parameters by one
-    /// Lyapunov function.
+    /// The plant may be stabilisable at each frozen parameter, but not for every trajectory by one Lyapunov function.
     #[error(
         "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that a \
          control stabilises the plant for every trajectory of them; another kind of controller may exist; narrow the \
          range of the parameters, reach what they drive, or bound their rate"
     )]
     NotQuadraticallyStabilisable,
-    /// The same for what the measurements show.
+    /// The dual of [`Self::NotQuadraticallyStabilisable`], for the measurements.
     #[error(
         "no quadratic Lyapunov function common to all values of the parameters, with these scalings, shows that an \
          observer follows the plant for every trajectory of them; another kind of controller may exist; narrow the \
          range of the parameters, measure what they drive, or bound their rate"
     )]
     NotQuadraticallyDetectable,
-    /// The solver proved that no gamma works.
+    /// The solver proved that no gamma is feasible.
     #[error("the matrix inequalities of '{stage}' have no solution (the solver holds a certificate of that)")]
     Infeasible { stage: &'static str },
-    /// The least gamma is above the limit that was asked for.
+    /// The least gamma is above the limit.
     #[error(
         "the least gamma found is {optimum:.6e}, {:.2} % above the limit {limit:.6e}{}",
         100.0 * (optimum / limit - 1.0),
@@ -107,31 +106,31 @@ pub enum SynthesisError {
     )]
     AboveLimit {
         optimum: f64,
-        /// Above the limit, too.
+        /// A lower bound of gamma, also above the limit.
         lower: f64,
         limit: f64,
         /// The channel that dominates in the loop of the best controller, frozen at Theta = 0: output z, input w
         /// (from 1), and frequency in rad/s.
         dominant: Option<(usize, usize, f64)>,
     },
-    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit that was asked for. That is no
-    /// proof that every controller is too fast: only some of those that keep gamma were looked at.
+    /// The controller's fastest mode, on a grid of the parameters, is beyond the limit. This does not prove that every
+    /// controller is too fast: only some of those that keep gamma were tried.
     #[error(
         "every controller found has a mode {ratio:.3} times as fast as the limit allows, also with the \
          back-off raised, and whether there is a slower one is not known; raise the limit or relax the weights"
     )]
     TooFast {
-        /// The fastest mode of the last controller that was tried, relative to the limit.
+        /// The fastest mode of the last controller tried, relative to the limit.
         ratio: f64,
     },
-    /// There are controllers for the plant without D22, but none found that stays well posed round it.
+    /// There are controllers for the plant without D22, but none was found whose loop with D22 is well posed.
     #[error(
         "the direct path D22 from u to y makes every controller found ill posed: I + Duy D22 of the controller \
          for the plant without D22 is singular within the box of the parameters; put a lag into the \
          measurements or the controls of the plant"
     )]
     NotWellPosed,
-    /// The solver stopped without an answer that holds.
+    /// The solver stopped without a valid answer.
     #[error("numerical failure in '{stage}': {diagnosis}")]
     Numerical { stage: &'static str, diagnosis: String },
     /// The plant's matrices do not fit together.
@@ -145,7 +144,7 @@ impl SynthesisError {
         Self::Numerical { stage, diagnosis: diagnosis.into() }
     }
 
-    /// No controller within the limit was found, and that there is none is not shown.
+    /// No controller within the limit was found, but it is not shown that none exists.
     pub(crate) fn undecided(gamma: f64, lower: f64, limit: f64) -> Self {
         let diagnosis = format!(
             "the least gamma found is {gamma:.6e}, above the limit {limit:.6e}, but only below {lower:.6e} is it \
@@ -154,7 +153,7 @@ impl SynthesisError {
         Self::numerical("limit of gamma", diagnosis)
     }
 
-    /// Whether the problem is known to have no solution, as against a failure to find one.
+    /// Whether the problem is known to have no solution, in contrast to a failure to find one.
     pub fn is_infeasible(&self) -> bool {
         matches!(
             self,
@@ -174,25 +173,25 @@ fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     })
 }
 
-/// A number to be shown with four decimals: 0 rather than -0.0000.
+/// A number for display with four decimals: 0 instead of -0.0000.
 fn shown(v: f64) -> f64 {
     if v.abs() < 0.5e-4 { 0.0 } else { v }
 }
 
-/// There is no gain at a bounded rate of the parameter.
+/// No gain at a bounded rate of the parameter was computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RateError {
-    /// There is nothing to analyse.
+    /// There must be samples.
     #[error("there are no samples of the system")]
     NoSamples,
-    /// Samples are given in ascending order of the parameter.
+    /// Samples must be in ascending order of the parameter.
     #[error("the sample at theta = {theta} does not lie above the one before it")]
     NotAscending { theta: f64 },
-    /// All samples are systems of one shape.
+    /// All samples must be systems of one shape.
     #[error("the sample at theta = {theta}: {source}")]
     Shape { theta: f64, source: ShapeError },
-    /// A rate is a number, zero or more.
+    /// The rate must be zero or more.
     #[error("the bound on the rate of the parameter is {rate}, it must be zero or more")]
     NegativeRate { rate: f64 },
     /// A system that is unstable at a constant parameter has no finite gain.
@@ -202,31 +201,31 @@ pub enum RateError {
         /// The largest real part of its modes, rad/s.
         re: f64,
     },
-    /// No Lyapunov function of this order, or a numerical failure: the two are kept apart in the source.
+    /// No Lyapunov function of this order, or a numerical failure, as the source states.
     #[error(transparent)]
     Inequality(#[from] SynthesisError),
 }
 
-/// A sampled loop has no gain that can be computed.
+/// No gain of a sampled loop can be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SampledError {
-    /// A parameter has a value while the loop is sampled.
+    /// The plant must have no parameters.
     #[error("the plant has {channels} channels of parameters; freeze it at a value first")]
     Scheduled { channels: usize },
-    /// Time between two ticks.
+    /// The time between two samples must be positive.
     #[error("the sample time is {found}; it must be above 0 and finite")]
     SampleTime { found: f64 },
-    /// What is sampled must not jump with the commands.
+    /// The sampled output must not jump with the commands.
     #[error(
         "the plant has a direct path D22 from u to y, which jumps when it is sampled; put a lag into the measurements \
          or the controls"
     )]
     DirectPath,
-    /// The controller is not one for the plant.
+    /// The controller does not fit the plant.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// Rounding doubles with each doubling of the time.
+    /// Rounding grows with each doubling of the time.
     #[error(
         "over one sample the plant and its worst input move {size:.1e} times as much as they are, too much to follow: \
          leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"

@@ -1,4 +1,4 @@
-//! Dense matrices: building from blocks, subspaces, eigenvalues.
+//! Dense matrices: block matrices, subspaces, eigenvalues.
 
 use faer::Side;
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, SymmetricTridiagonal};
@@ -9,10 +9,10 @@ pub type Mat = DMatrix<f64>;
 /// A complex vector of any size.
 pub type ComplexVector = DVector<Complex<f64>>;
 
-/// Puts blocks together: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
+/// The block matrix: `block(&[&[a, b], &[c, d]])` is `[a b; c d]`.
 ///
-/// Each row of blocks has one height and each column of blocks one width; blocks with no rows or no columns
-/// are allowed. The caller's types guarantee the shapes, so a mismatch is a defect of this crate.
+/// All blocks of a row have one height and all of a column one width; blocks without rows or columns are allowed. A
+/// mismatch is a defect of this crate.
 pub fn block(rows: &[&[&Mat]]) -> Mat {
     let heights: Vec<usize> = rows.iter().map(|row| row.first().map_or(0, |b| b.nrows())).collect();
     let widths: Vec<usize> = rows.first().map_or(Vec::new(), |row| row.iter().map(|b| b.ncols()).collect());
@@ -54,7 +54,7 @@ pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
 
-/// The same numbers as a matrix of faer, whose decompositions are the accurate ones; `None` when one is not finite.
+/// The matrix in faer, whose decompositions are accurate; `None` if an entry is not finite.
 fn to_faer<T: ComplexField>(a: &DMatrix<T>) -> Option<faer::Mat<T>> {
     let finite = a.iter().all(ComplexField::is_finite);
     finite.then(|| faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].clone()))
@@ -66,7 +66,7 @@ fn from_faer(a: faer::MatRef<'_, f64>) -> Mat {
 
 /// The singular value decomposition `A = U diag(s) V'`, all columns of U and V, s descending.
 ///
-/// Not-a-number throughout when A holds one or the iteration fails: no comparison then succeeds.
+/// All NaN if A has a NaN or the iteration fails: no comparison then succeeds.
 pub struct Svd {
     /// m x m, orthogonal.
     pub u: Mat,
@@ -76,7 +76,7 @@ pub struct Svd {
     pub v: Mat,
 }
 
-/// Decomposes A. `A = U diag(s) V'`, m x n.
+/// The singular value decomposition of A, m x n.
 pub fn svd(a: &Mat) -> Svd {
     let (m, n) = a.shape();
     if a.is_empty() {
@@ -96,7 +96,8 @@ pub fn svd(a: &Mat) -> Svd {
     }
 }
 
-/// The pseudo-inverse, singular values below `tolerance` times the largest taken for zero. n x m for an m x n matrix.
+/// The pseudo-inverse, with singular values below `tolerance` times the largest taken as zero. n x m for an m x n
+/// matrix.
 pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
     let Svd { u, s, v } = svd(a);
     let largest = s.first().copied().unwrap_or(0.0);
@@ -107,7 +108,7 @@ pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
     out
 }
 
-/// Eigenvalues of a symmetric matrix, ascending; not-a-number when it holds one.
+/// Eigenvalues of a symmetric matrix, ascending; NaN if it has one.
 pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
     let eigenvalues = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
     eigenvalues.unwrap_or_else(|| vec![f64::NAN; a.nrows()])
@@ -123,10 +124,10 @@ pub fn least_eigenvalue(a: &Mat) -> f64 {
     symmetric_eigenvalues(a).first().copied().unwrap_or(f64::INFINITY)
 }
 
-/// The least eigenvalue of a symmetric matrix, but for rounding, or up to 1e-9 of itself less; not-a-number when it
-/// holds one, infinity for an empty one.
+/// The least eigenvalue of a symmetric matrix, to rounding, or at most a relative 1e-9 less; NaN if the matrix has one,
+/// infinity for an empty one.
 ///
-/// By bisection with Sturm sequences, in a fifth of the time that all eigenvalues take: W. Barth, R. S. Martin, J. H.
+/// By bisection with Sturm sequences, in a fifth of the time of all eigenvalues: W. Barth, R. S. Martin, J. H.
 /// Wilkinson, Numerische Mathematik 9, 1967.
 pub(crate) fn quick_least_eigenvalue(a: Mat) -> f64 {
     if a.len() < 2 || a.iter().any(|v| !v.is_finite()) {
@@ -135,8 +136,8 @@ pub(crate) fn quick_least_eigenvalue(a: Mat) -> f64 {
             .copied()
             .fold(f64::INFINITY, |least, v| if v.is_finite() { least.min(v) } else { f64::NAN });
     }
-    let (diagonal, beside) = SymmetricTridiagonal::new(a).unpack_tridiagonal();
-    let size = |i: usize| beside.get(i).map_or(0.0, |v: &f64| v.abs());
+    let (diagonal, off_diagonal) = SymmetricTridiagonal::new(a).unpack_tridiagonal();
+    let size = |i: usize| off_diagonal.get(i).map_or(0.0, |v: &f64| v.abs());
     let radius = |i: usize| size(i) + if i > 0 { size(i - 1) } else { 0.0 };
     let circles = || diagonal.iter().enumerate();
     let mut low = circles().map(|(i, d)| d - radius(i)).fold(f64::INFINITY, f64::min);
@@ -145,7 +146,7 @@ pub(crate) fn quick_least_eigenvalue(a: Mat) -> f64 {
     let some_below = |shift: f64| {
         let mut pivot = f64::INFINITY;
         circles().any(|(i, d)| {
-            pivot = d - shift - if i > 0 { beside[i - 1] * beside[i - 1] / pivot } else { 0.0 };
+            pivot = d - shift - if i > 0 { off_diagonal[i - 1] * off_diagonal[i - 1] / pivot } else { 0.0 };
             pivot < 0.0
         })
     };
@@ -156,12 +157,11 @@ pub(crate) fn quick_least_eigenvalue(a: Mat) -> f64 {
     low
 }
 
-/// See [`quick_least_eigenvalue`].
+/// The relative accuracy of [`quick_least_eigenvalue`].
 const RESOLUTION: f64 = 1e-9;
 
-/// The largest eigenvalue of a symmetric matrix after the congruence with a diagonal matrix that makes its diagonal
-/// -1. Its sign is that of the largest eigenvalue, and rounding counts in proportion. Where the diagonal is not
-/// negative, 1.
+/// The largest eigenvalue of a symmetric matrix after the diagonal congruence that makes its diagonal -1. The sign is
+/// that of the largest eigenvalue, and rounding enters in proportion. 1 if the diagonal is not negative.
 pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     if m.iter().any(|v| !v.is_finite()) {
         return f64::INFINITY;
@@ -173,17 +173,17 @@ pub(crate) fn scaled_largest_eigenvalue(m: &Mat) -> f64 {
     largest_eigenvalue(&(&scale * m * &scale))
 }
 
-/// As [`scaled_largest_eigenvalue`], the least one for a matrix that is to be positive definite.
+/// The least eigenvalue for a matrix that should be positive definite, scaled as in [`scaled_largest_eigenvalue`].
 pub(crate) fn scaled_least_eigenvalue(m: &Mat) -> f64 {
     -scaled_largest_eigenvalue(&-m)
 }
 
-/// What an eigenvalue is that cannot be found: no comparison with it succeeds.
+/// An eigenvalue that cannot be computed: no comparison with it succeeds.
 const UNKNOWN: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
 /// Eigenvalues of a square matrix, sorted by real and then imaginary part.
 ///
-/// Not-a-number throughout if the matrix holds one or the QR iteration fails: no comparison then succeeds.
+/// All NaN if the matrix has a NaN or the QR iteration fails: no comparison then succeeds.
 pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     if a.is_empty() {
         return vec![];
@@ -194,14 +194,14 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     values
 }
 
-/// A basis of the subspace that belongs to the eigenvalues with positive real parts, as columns; `None` unless these
-/// are half of all.
+/// A basis of the invariant subspace of the eigenvalues with positive real parts, as columns; `None` unless these are
+/// half of all.
 pub(crate) fn growing_basis(a: &Mat) -> Option<Mat> {
     let n = a.nrows();
     let decomposition = to_faer(a)?.eigen_from_real().ok()?;
     let (vectors, values) = (decomposition.U(), decomposition.S().column_vector());
     let mut basis: Vec<DVector<f64>> = vec![];
-    // Of a complex pair, real and imaginary part of one vector.
+    // Real and imaginary part of one vector of each complex pair.
     for k in (0..n).filter(|k| values[*k].re > 0.0 && values[*k].im >= 0.0) {
         basis.push(DVector::from_fn(n, |i, _| vectors[(i, k)].re));
         if values[k].im > 0.0 {
@@ -216,23 +216,23 @@ pub fn spectral_abscissa(a: &Mat) -> f64 {
     largest(f64::NEG_INFINITY, eigenvalues(a).into_iter().map(|v| v.re))
 }
 
-/// The largest of some values and of `least`; not-a-number when one of them is, which `f64::max` would pass over.
+/// The largest of some values and of `least`; NaN if one of them is, which `f64::max` would ignore.
 pub fn largest(least: f64, values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(least, |most, v| if most.is_nan() || v.is_nan() { f64::NAN } else { most.max(v) })
 }
 
-/// The solution of `A X = B` by LU with partial pivoting; `None` when A is singular. Empty systems are allowed. A is
-/// n x n, B n x k.
+/// The solution of `A X = B` by LU with partial pivoting; `None` if A is singular. Empty systems are allowed. A is n x
+/// n, B n x k.
 pub fn solve(a: &Mat, b: &Mat) -> Option<Mat> {
     if a.is_empty() { Some(b.clone()) } else { a.clone().lu().solve(b) }
 }
 
-/// Rows and columns of a tile of a large matrix that fits into the cache of a core beside its mirror image.
+/// The size of a tile of a large matrix that fits into the cache of a core together with its mirror image.
 const TILE: usize = 32;
 
-/// A symmetric positive definite matrix of a system of equations, however badly conditioned.
+/// A factorised symmetric positive definite matrix, possibly badly conditioned.
 pub(crate) struct Definite {
-    /// `D A D` with a unit diagonal, raised.
+    /// `D A D` with a unit diagonal, regularised.
     matrix: Mat,
     /// The diagonal of D.
     scale: Vec<f64>,
@@ -240,8 +240,8 @@ pub(crate) struct Definite {
 }
 
 impl Definite {
-    /// Factorises the matrix whose lower triangle is given, its diagonal raised by as little as it takes; `None` when
-    /// 1e-8 of itself is not enough.
+    /// Factorises the matrix with the given lower triangle, its diagonal raised as little as necessary; `None` if a
+    /// relative 1e-8 is not enough.
     pub(crate) fn new(lower: Mat) -> Option<Self> {
         let n = lower.nrows();
         if lower.iter().any(|v| !v.is_finite()) || lower.diagonal().iter().any(|d| *d <= 0.0) {
@@ -271,13 +271,13 @@ impl Definite {
         None
     }
 
-    /// The solution of `A x = b` as exactly as it can be.
+    /// The solution of `A x = b` as accurately as possible.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
         self.solve_to(b, 1e-14)
     }
 
-    /// The solution of `A x = b` to a residual, relatively, by conjugate gradients with the factor as preconditioner:
-    /// two steps when the factor is good.
+    /// The solution of `A x = b` to a relative residual, by conjugate gradients with the factor as preconditioner: two
+    /// steps if the factor is good.
     pub(crate) fn solve_to(&self, b: &[f64], residual: f64) -> Vec<f64> {
         use faer::linalg::solvers::Solve;
         let n = b.len();
@@ -315,10 +315,10 @@ impl Definite {
     }
 }
 
-/// Steps of conjugate gradients, at most: what more of them would find is rounding.
+/// The largest number of conjugate gradient steps: more would only reduce rounding.
 const MOST_REFINEMENTS: usize = 3;
 
-/// `f(A) = V f(Lambda) V'` of a symmetric matrix.
+/// `f(A) = V f(Lambda) V'` for a symmetric matrix.
 pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
     if a.is_empty() {
         return a.clone();
@@ -332,7 +332,8 @@ pub fn symmetric_function(a: &Mat, f: impl Fn(f64) -> f64) -> Mat {
 
 /// An orthonormal basis of the kernel of A, as columns.
 ///
-/// Singular values below `1e-10` of the largest count as zero. n x k for an m x n matrix whose kernel has dimension k.
+/// Singular values below `1e-10` of the largest are taken as zero. n x k for an m x n matrix with a k-dimensional
+/// kernel.
 pub fn kernel(a: &Mat) -> Mat {
     let Svd { s, v, .. } = svd(a);
     let largest = s.first().copied().unwrap_or(0.0);
@@ -346,7 +347,7 @@ pub fn rank_factors(a: &Mat, tolerance: f64) -> (Mat, Mat) {
     let rank = s.iter().filter(|value| **value > tolerance).count();
     let (mut left, mut right) = (u.columns(0, rank).into_owned(), v.columns(0, rank).transpose());
     for (k, value) in s.iter().take(rank).enumerate() {
-        // The singular value is shared between the factors, so that both are of one size.
+        // The singular value is split between the factors, so that both are of one size.
         left.column_mut(k).scale_mut(value.sqrt());
         right.row_mut(k).scale_mut(value.sqrt());
     }
@@ -363,7 +364,7 @@ pub fn largest_complex_singular_value(a: &DMatrix<Complex<f64>>) -> f64 {
     complex_singular_values(a).first().copied().unwrap_or(0.0)
 }
 
-/// Singular values of a complex matrix, descending; not-a-number when it holds one.
+/// Singular values of a complex matrix, descending; NaN if it has one.
 pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     let least = a.nrows().min(a.ncols());
     if least == 0 {
@@ -372,7 +373,7 @@ pub fn complex_singular_values(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     to_faer(a).and_then(|a| a.singular_values().ok()).unwrap_or_else(|| vec![f64::NAN; least])
 }
 
-/// Eigenvalues of a square complex matrix; not-a-number throughout when it holds one or the iteration fails.
+/// Eigenvalues of a square complex matrix; all NaN if it has a NaN or the iteration fails.
 pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     if a.is_empty() {
         return vec![];
@@ -385,13 +386,12 @@ pub fn largest_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVec
     singular_vectors(a, 0)
 }
 
-/// The left and right singular vectors of the least singular value of a square complex matrix: those that it nearly
-/// annihilates.
+/// The left and right singular vectors of the least singular value of a square complex matrix.
 pub fn least_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     singular_vectors(a, a.nrows().checked_sub(1)?)
 }
 
-/// The left and right singular vectors of singular value `number`, counted down from the largest.
+/// The left and right singular vectors of singular value `number`, from the largest.
 fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(ComplexVector, ComplexVector)> {
     if a.is_empty() {
         return None;
@@ -401,7 +401,7 @@ fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(Complex
     Some((column(decomposition.U()), column(decomposition.V())))
 }
 
-/// Eigenvalues of a Hermitian matrix, ascending; not-a-number when it holds one.
+/// Eigenvalues of a Hermitian matrix, ascending; NaN if it has one.
 pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     let n = a.nrows();
     if n == 1 {
@@ -411,15 +411,15 @@ pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
     eigenvalues.unwrap_or_else(|| vec![f64::NAN; n])
 }
 
-/// The eigenvectors of a Hermitian matrix as columns, those of the least eigenvalues first; `None` when it holds a
-/// number that is not finite.
+/// The eigenvectors of a Hermitian matrix as columns, in ascending order of the eigenvalues; `None` if an entry is not
+/// finite.
 pub(crate) fn hermitian_eigenvectors(a: &DMatrix<Complex<f64>>) -> Option<DMatrix<Complex<f64>>> {
     let decomposition = to_faer(a)?.self_adjoint_eigen(Side::Lower).ok()?;
     let vectors = decomposition.U();
     Some(DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)]))
 }
 
-/// The diagonal matrix of some numbers.
+/// The diagonal matrix with the given entries.
 pub(crate) fn diagonal(values: impl IntoIterator<Item = f64>) -> Mat {
     Mat::from_diagonal(&DVector::from_vec(values.into_iter().collect()))
 }
@@ -434,12 +434,12 @@ pub(crate) fn roots(a: &Mat) -> (Mat, Mat) {
     (symmetric_function(a, f64::sqrt), symmetric_function(a, |v| 1.0 / v.sqrt()))
 }
 
-/// The matrix as a list of rows, as the files hold it.
+/// The matrix as a list of rows, as in the files.
 pub fn to_rows(a: &Mat) -> Vec<Vec<f64>> {
     a.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-/// A matrix of `cols` columns from a list of rows; `None` when a row has another length.
+/// A matrix with `cols` columns from a list of rows; `None` if a row has another length.
 pub fn from_rows(rows: &[Vec<f64>], cols: usize) -> Option<Mat> {
     if rows.iter().any(|row| row.len() != cols) {
         return None;
@@ -474,7 +474,8 @@ mod tests {
         assert!((l * r - a).amax() < 1e-12);
     }
 
-    /// The second difference has the eigenvalues 2 - 2 cos(k pi/(n + 1)); it is turned by a reflection, and shifted.
+    /// The second difference has the eigenvalues 2 - 2 cos(k pi/(n + 1)); it is transformed by a reflection, and
+    /// shifted.
     #[test]
     fn the_quick_least_eigenvalue_is_the_least() {
         for (n, shift) in [(1, -3.0), (2, -1.0), (7, 0.0), (40, -2.5), (40, 1e6)] {

@@ -1,8 +1,7 @@
-//! Stopping a long computation from outside.
+//! Cancellation of a long computation.
 //!
-//! A computation that nobody waits for any more ends by unwinding, as a panic does but without its message: whoever
-//! started the threads catches that. Only threads that were told of a [`Stop`] obey one, so that computations beside it
-//! go on.
+//! A cancelled computation ends by unwinding, like a panic but without its message; the caller that started the threads
+//! catches it. A [`Stop`] affects only the threads on which it is installed, so that other computations continue.
 
 use std::cell::RefCell;
 use std::panic::resume_unwind;
@@ -10,37 +9,37 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 thread_local! {
-    static OBEYED: RefCell<Option<Stop>> = const { RefCell::new(None) };
+    static INSTALLED: RefCell<Option<Stop>> = const { RefCell::new(None) };
 }
 
-/// Asks the threads that obey it to stop.
+/// Cancels the computations of the threads on which it is installed.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
-/// What a stopped computation unwinds with.
+/// The payload of the unwinding.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopped;
 
 impl Stop {
-    /// This thread obeys it from now on.
-    pub fn obeyed_here(&self) {
-        OBEYED.with_borrow_mut(|obeyed| *obeyed = Some(self.clone()));
+    /// Installs it on the current thread.
+    pub fn install(&self) {
+        INSTALLED.with_borrow_mut(|installed| *installed = Some(self.clone()));
     }
 
-    /// Stops what runs on the threads that obey it, at their next [`check`].
-    pub fn ask(&self) {
+    /// Stops the threads on which it is installed, at their next [`check`].
+    pub fn request(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// Whether this thread is asked to stop.
-pub fn is_asked() -> bool {
-    OBEYED.with_borrow(|obeyed| obeyed.as_ref().is_some_and(|stop| stop.0.load(Ordering::Relaxed)))
+/// Whether the current thread is to stop.
+pub fn is_requested() -> bool {
+    INSTALLED.with_borrow(|installed| installed.as_ref().is_some_and(|stop| stop.0.load(Ordering::Relaxed)))
 }
 
-/// Unwinds with [`Stopped`] if this thread is asked to stop. Called in each step of what takes long.
+/// Unwinds with [`Stopped`] if the current thread is to stop. Called in each step of a long computation.
 pub fn check() {
-    if is_asked() {
+    if is_requested() {
         resume_unwind(Box::new(Stopped));
     }
 }
@@ -52,15 +51,15 @@ mod tests {
     use std::thread::spawn;
 
     #[test]
-    fn only_threads_that_were_told_obey() {
+    fn only_threads_with_an_installed_stop_end() {
         let stop = Stop::default();
-        stop.ask();
-        let obeys = stop.clone();
-        let obedient = spawn(move || {
-            obeys.obeyed_here();
+        stop.request();
+        let installed = stop.clone();
+        let stopped = spawn(move || {
+            installed.install();
             catch_unwind(check).map_err(|reason| reason.is::<Stopped>())
         });
-        assert_eq!(obedient.join().unwrap(), Err(true));
+        assert_eq!(stopped.join().unwrap(), Err(true));
         assert!(spawn(|| catch_unwind(check).is_ok()).join().unwrap());
     }
 }

@@ -32,7 +32,7 @@ pub fn run<T: Send + 'static>(
 ) -> PyResult<T> {
     let stop = Stop::default();
     let obeyed = stop.clone();
-    let pool = ThreadPoolBuilder::new().start_handler(move |_| obeyed.obeyed_here()).build();
+    let pool = ThreadPoolBuilder::new().start_handler(move |_| obeyed.install()).build();
     let pool = pool.map_err(|reason| PyRuntimeError::new_err(reason.to_string()))?;
     let (to, mut from) = channel();
     pool.spawn(move || {
@@ -53,7 +53,7 @@ pub fn run<T: Send + 'static>(
                 Err(PyRuntimeError::new_err("the work ended without a result"))
             }
         };
-        told.inspect_err(|_| stop.ask())?;
+        told.inspect_err(|_| stop.request())?;
     }
 }
 

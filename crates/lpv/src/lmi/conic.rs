@@ -74,7 +74,7 @@ impl ConicProgram {
         let mut solver =
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
-        solver.set_termination_callback(|_| stop::is_asked());
+        solver.set_termination_callback(|_| stop::is_requested());
         // clarabel panics if a decomposition of one of its scalings does not converge.
         if catch_unwind(AssertUnwindSafe(|| solver.solve())).is_err() {
             return Err(SynthesisError::numerical(

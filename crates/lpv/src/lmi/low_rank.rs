@@ -149,9 +149,9 @@ impl LowRank {
     }
 
     fn factors(&self, evenness: f64) -> Vec<f64> {
-        let own: Vec<f64> = self.columns.row_iter().map(|row| row.norm_squared()).collect();
-        let turned = |i: usize| self.turn.get(i).map_or(0.0, |(from, _)| own[*from]);
-        let norms = (0..own.len()).map(|i| (own[i] + turned(i)).sqrt());
+        let squares: Vec<f64> = self.columns.row_iter().map(|row| row.norm_squared()).collect();
+        let turned = |i: usize| self.turn.get(i).map_or(0.0, |(from, _)| squares[*from]);
+        let norms = (0..squares.len()).map(|i| (squares[i] + turned(i)).sqrt());
         norms.map(|norm| if norm > 0.0 { norm.powf(-evenness) } else { 1.0 }).collect()
     }
 
@@ -317,8 +317,8 @@ mod tests {
         let (other, other_square) = (turned(&halves[0].transpose()), turned(&square.transpose()));
         assert_eq!(other, halves[1].transpose());
         let skew = t.between(&(&other * 2.0), &other_square.transpose());
-        let whole = of(&halves[0]) + s.congruence(&halves[1]) + skew.t() + skew;
-        let (half, real) = (LowRank::new(&p, &of(&halves[0])), LowRank::new(&p, &whole));
+        let full = of(&halves[0]) + s.congruence(&halves[1]) + skew.t() + skew;
+        let (half, real) = (LowRank::new(&p, &of(&halves[0])), LowRank::new(&p, &full));
         let constant = halves.iter().fold(Mat::zeros(4, 4), |sum, u| sum + u.transpose() * u);
         let data = LowRank::hermitian(half, &constant, turn.clone());
         let hermitian = |k: usize| {

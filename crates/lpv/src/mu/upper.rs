@@ -83,9 +83,9 @@ fn unscaled(structure: &Structure, norm: f64) -> UpperBound {
 pub fn upper_bound_with(
     m: &CMat,
     structure: &Structure,
-    asked: UpperBoundOptions,
+    options: UpperBoundOptions,
 ) -> Result<UpperBound, StructureError> {
-    common_bound(std::slice::from_ref(m), structure, asked)
+    common_bound(std::slice::from_ref(m), structure, options)
 }
 
 /// Bounds mu of several matrices by the same scalings.
@@ -95,22 +95,27 @@ pub fn upper_bound_with(
 pub fn common_bound(
     all: &[CMat],
     structure: &Structure,
-    asked: UpperBoundOptions,
+    options: UpperBoundOptions,
 ) -> Result<UpperBound, StructureError> {
     all.iter().try_for_each(|m| structure.check(m))?;
     let parts = of_matrices(all, structure);
-    Ok(if parts.len() > 1 { joined(all, structure, &parts, asked) } else { found(all, structure, asked) })
+    Ok(if parts.len() > 1 { joined(all, structure, &parts, options) } else { found(all, structure, options) })
 }
 
 /// The bound of matrices with several components: each is bounded separately, and the paths from one to another are
 /// made small by the weights of their scalings.
-fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: UpperBoundOptions) -> UpperBound {
+fn joined(
+    all: &[CMat],
+    structure: &Structure,
+    parts: &[Component],
+    options: UpperBoundOptions,
+) -> UpperBound {
     let each: Vec<UpperBound> = parts
         .iter()
         .map(|part| {
             let matrices: Vec<CMat> = all.iter().map(|m| part.part(m)).collect();
-            let from = asked.from.map(|known| known.cut(&part.z, &part.w));
-            found(&matrices, &part.structure, UpperBoundOptions { from: from.as_ref(), ..asked })
+            let from = options.from.map(|known| known.cut(&part.z, &part.w));
+            found(&matrices, &part.structure, UpperBoundOptions { from: from.as_ref(), ..options })
         })
         .collect();
     let entry = all.iter().map(|m| m.camax()).fold(0.0, f64::max);
@@ -140,7 +145,7 @@ fn joined(all: &[CMat], structure: &Structure, parts: &[Component], asked: Upper
         }
     }
     if best.value.is_infinite() {
-        return found(all, structure, asked);
+        return found(all, structure, options);
     }
     let undone = |scalings: &DgScalings| scalings.undone(&one, &one, entry);
     let (value, gap) = (best.value * entry, best.gap);
@@ -257,14 +262,14 @@ mod tests {
         #[test]
         fn joined_parts_have_the_largest_bound((one, m) in problem(), (other, k) in problem(), gain in 0.1..10.0f64) {
             let blocks = one.blocks().iter().chain(other.blocks()).copied().collect();
-            let whole = Structure::new(blocks).unwrap();
-            let mut all = CMat::zeros(whole.cols(), whole.rows());
+            let joint = Structure::new(blocks).unwrap();
+            let mut all = CMat::zeros(joint.cols(), joint.rows());
             all.view_mut((0, 0), m.shape()).copy_from(&m);
             all.view_mut(m.shape(), k.shape()).copy_from(&k);
             all.view_mut((m.nrows(), 0), (k.nrows(), m.ncols())).fill(Complex::new(gain, -gain));
             let largest = [(&m, &one), (&k, &other)].map(|(m, s)| upper_bound(m, s).unwrap().value);
             let largest = largest[0].max(largest[1]);
-            let bound = upper_bound(&all, &whole).unwrap();
+            let bound = upper_bound(&all, &joint).unwrap();
             let size = complex_singular_values(&all)[0];
             let off = (bound.value - largest).abs();
             prop_assert!(bound.gap <= 1e-3 || bound.value <= 1e-5 * size, "{} {largest}", bound.value);
