@@ -131,6 +131,14 @@ def test_the_arrows_that_do_exist_are_seen() -> None:
     assert {"squid-auv", "squid-fmi2"} <= reached_from("squid-fmu-plant")
 
 
+@pytest.mark.parametrize(
+    "file", ["crates/python/src/plants.rs", "crates/python/src/job.rs", "tools/src/verbs/lpv.rs"]
+)
+def test_problems_of_any_plant_pass_no_vehicle(file: str) -> None:
+    """Command and Python package know vehicles, but not on the way to a problem of any plant."""
+    assert not re.search(r"\b(squid_design|auv)::", (ROOT / file).read_text(encoding="utf-8"))
+
+
 def test_every_forbidden_crate_exists() -> None:
     """A misspelt name would never be reached."""
     words = ["cargo", "metadata", "--format-version", "1"]
