@@ -69,9 +69,10 @@ impl Model for Controller {
         state.real(&mut snapshot.start)?;
         state.integer(&mut snapshot.ticks)?;
         state.boolean(&mut snapshot.outside)?;
-        match state.is_read() {
-            true => self.autopilot.restore(&snapshot).map_err(StateError::inconsistent),
-            false => Ok(()),
+        if state.is_read() {
+            self.autopilot.restore(&snapshot).map_err(StateError::inconsistent)
+        } else {
+            Ok(())
         }
     }
 

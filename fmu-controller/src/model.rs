@@ -84,9 +84,10 @@ impl Controller {
     /// [`ControllerError::Behind`].
     pub fn keeps_up(&self, time: f64) -> Result<(), ControllerError> {
         let tick = self.autopilot.next_tick_time();
-        match time - tick <= self.design.sample_time + rounding_of_time(time) {
-            true => Ok(()),
-            false => Err(ControllerError::Behind { tick, time }),
+        if time - tick <= self.design.sample_time + rounding_of_time(time) {
+            Ok(())
+        } else {
+            Err(ControllerError::Behind { tick, time })
         }
     }
 

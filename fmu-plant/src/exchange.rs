@@ -49,10 +49,7 @@ impl PlantModel {
 
     fn output_under_inputs(&self, index: usize) -> f64 {
         let actuator = &self.plant.actuators()[index];
-        match actuator.lag > 0.0 {
-            true => self.plant.outputs()[index],
-            false => actuator.saturate(self.asked(index)),
-        }
+        if actuator.lag > 0.0 { self.plant.outputs()[index] } else { actuator.saturate(self.asked(index)) }
     }
 
     /// Indices of the actuators whose output is a state.

@@ -150,9 +150,10 @@ impl PlantModel {
     /// [`PlantError::OtherTime`].
     pub fn stands_at(&self, time: f64) -> Result<(), PlantError> {
         let clock = self.time();
-        match (clock - time).abs() <= rounding_of_time(time) {
-            true => Ok(()),
-            false => Err(PlantError::OtherTime { clock, time }),
+        if (clock - time).abs() <= rounding_of_time(time) {
+            Ok(())
+        } else {
+            Err(PlantError::OtherTime { clock, time })
         }
     }
 

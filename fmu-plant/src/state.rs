@@ -42,17 +42,15 @@ impl PlantModel {
             let (input, slope) = (&mut self.inputs.given_speed, &mut self.slopes.given_speed);
             state.each(&mut [input, slope, &mut snapshot.given_speed])?;
         }
-        match state.is_read() {
-            true => self.restore(&snapshot, in_waves),
-            false => Ok(()),
-        }
+        if state.is_read() { self.restore(&snapshot, in_waves) } else { Ok(()) }
     }
 
     fn restore(&mut self, snapshot: &Snapshot, in_waves: bool) -> Result<(), StateError> {
         let vehicle = self.with(&snapshot.coefficients);
-        self.surroundings = match in_waves {
-            true => self.settings.waves.about(&vehicle).map_err(StateError::inconsistent)?,
-            false => None,
+        self.surroundings = if in_waves {
+            self.settings.waves.about(&vehicle).map_err(StateError::inconsistent)?
+        } else {
+            None
         };
         self.plant.set_water(self.surroundings.clone());
         self.plant.restore(snapshot).map_err(StateError::inconsistent)

@@ -61,9 +61,10 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     let of_dynamics: Vec<&str> =
         motion.into_iter().chain(waves).chain(inputs).chain(given).chain(forces).collect();
     let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
-    let of_turning = match model.lpv().turns_with_pitch_rate_alone() {
-        true => &["pitch_rate", "operating_speed"][..],
-        false => &of_dynamics,
+    let of_turning = if model.lpv().turns_with_pitch_rate_alone() {
+        &["pitch_rate", "operating_speed"][..]
+    } else {
+        &of_dynamics
     };
     let all = DYNAMIC.iter().map(|rate| (rate, &of_dynamics[..])).chain([(&TURNING, of_turning)]);
     let all = all.chain(KINEMATIC.iter().map(|rate| (rate, &of_kinematics[..])));
@@ -75,10 +76,7 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
 
 /// The variable that determines the force of an actuator: its output if that is a state, its command without lag.
 fn force_of(actuator: &Actuator) -> String {
-    match actuator.lag > 0.0 {
-        true => format!("{}_output", actuator.name),
-        false => actuator.name.clone(),
-    }
+    if actuator.lag > 0.0 { format!("{}_output", actuator.name) } else { actuator.name.clone() }
 }
 
 fn output_rate(index: usize, actuator: &Actuator) -> Variable {

@@ -93,9 +93,10 @@ impl PlantModel {
 
     fn seeded_output(&self, index: usize, tangents: &[f64]) -> Dual64 {
         let actuator = &self.plant.actuators()[index];
-        match actuator.lag > 0.0 {
-            true => Dual64::new(self.plant.outputs()[index], tangents[Q::output(index)]),
-            false => actuator.saturate(self.seeded_command(index, tangents)),
+        if actuator.lag > 0.0 {
+            Dual64::new(self.plant.outputs()[index], tangents[Q::output(index)])
+        } else {
+            actuator.saturate(self.seeded_command(index, tangents))
         }
     }
 }

@@ -195,9 +195,10 @@ fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Var
         .range(*min, *max)
         .nominal(actuator.reach())
         .quantity(Quantity::output(index));
-    match *lag > 0.0 {
-        true => one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim(model)),
-        false => one.depends_on(&[name]).initially_depends_on(&[name]),
+    if *lag > 0.0 {
+        one.depends_linearly_on(&own).initially_depends_on(&knowns_of_trim(model))
+    } else {
+        one.depends_on(&[name]).initially_depends_on(&[name])
     }
 }
 

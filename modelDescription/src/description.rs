@@ -120,8 +120,5 @@ pub struct LogCategory {
 pub fn identifier(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     let joined = words.collect::<Vec<_>>().join("_").to_ascii_lowercase();
-    match joined.starts_with(|c: char| c.is_ascii_digit()) {
-        true => format!("_{joined}"),
-        false => joined,
-    }
+    if joined.starts_with(|c: char| c.is_ascii_digit()) { format!("_{joined}") } else { joined }
 }

@@ -95,12 +95,16 @@ impl Row {
         if self.outcome != other.outcome || own.len() != others.len() {
             return f64::INFINITY;
         }
-        let difference = |(a, b): (&f64, &f64)| match a.to_bits() == b.to_bits() {
-            true => 0.0,
-            // The least number above 0 where only the sign of a zero differs.
-            false => Some((a - b).abs() / a.abs().max(1.0))
-                .filter(|off| !off.is_nan())
-                .map_or(f64::INFINITY, |off| off.max(f64::MIN_POSITIVE)),
+        let difference = |(a, b): (&f64, &f64)| {
+            let off = (a - b).abs() / a.abs().max(1.0);
+            if a.to_bits() == b.to_bits() {
+                0.0
+            } else if off.is_nan() {
+                f64::INFINITY
+            } else {
+                // The least number above 0 where only the sign of a zero differs.
+                off.max(f64::MIN_POSITIVE)
+            }
         };
         own.iter().zip(&others).map(difference).fold(0.0, f64::max)
     }

@@ -76,9 +76,10 @@ impl Checks {
 /// The sample time (s) that is short enough for a mode (rad/s), if a design file may ask for it.
 fn sample_time_words(fastest: f64) -> String {
     let enough = SLOW_ENOUGH * TAU / fastest;
-    match SAMPLE_TIME.allows(enough) {
-        true => format!(",\nor sample it each {} s", rounded_down(enough)),
-        false => String::new(),
+    if SAMPLE_TIME.allows(enough) {
+        format!(",\nor sample it each {} s", rounded_down(enough))
+    } else {
+        String::new()
     }
 }
 
@@ -161,9 +162,10 @@ fn sampled_radius(
     let sample_time = sampling.sample_time;
     let often = Sampling { sample_time: sample_time / OVERSAMPLING, ..sampling };
     let growth = often.spectral_radius(linearisation, frozen).ln();
-    Err(match growth >= 0.0 {
-        true => Refusal::UnstableWithLags { speed, real_part: growth / often.sample_time },
-        false => Refusal::UnstableSampled { speed, sample_time, radius },
+    Err(if growth >= 0.0 {
+        Refusal::UnstableWithLags { speed, real_part: growth / often.sample_time }
+    } else {
+        Refusal::UnstableSampled { speed, sample_time, radius }
     })
 }
 

@@ -163,9 +163,10 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
 /// What the source needs of a library.
 fn linked(design: &ControllerDesign, real: Real) -> String {
     let math = functions(design, real);
-    match math.is_empty() {
-        true => "The source needs no library.".to_owned(),
-        false => of_library(&math).replacen("it calls", "the source calls", 1),
+    if math.is_empty() {
+        "The source needs no library.".to_owned()
+    } else {
+        of_library(&math).replacen("it calls", "the source calls", 1)
     }
 }
 

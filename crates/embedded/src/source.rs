@@ -22,9 +22,10 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
     let own = vec![
         (
             "libm",
-            match math.is_empty() {
-                true => " * No function of a library is called.".to_owned(),
-                false => format!(" * {}", of_library(&math)),
+            if math.is_empty() {
+                " * No function of a library is called.".to_owned()
+            } else {
+                format!(" * {}", of_library(&math))
             },
         ),
         ("include_math", if math.is_empty() { String::new() } else { "#include <math.h>".to_owned() }),
@@ -55,10 +56,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("level", level(design, tables)),
         (
             "depth_zero",
-            match has_depth(design) {
-                true => "    fresh.depth_zero = in->depth;".to_owned(),
-                false => String::new(),
-            },
+            if has_depth(design) { "    fresh.depth_zero = in->depth;".to_owned() } else { String::new() },
         ),
         ("wanted", if design.speed_given { "speed" } else { "speed_reference" }.to_owned()),
         ("reset", reset(design)),

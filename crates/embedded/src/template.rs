@@ -48,12 +48,12 @@ pub(crate) fn paragraph(words: &str) -> String {
     let mut lines = vec![String::new()];
     for word in plain(words).split_whitespace() {
         let last = lines.len() - 1;
-        match lines[last].is_empty() {
-            true => lines[last].push_str(word),
-            false if lines[last].chars().count() + 1 + word.chars().count() <= WIDTH => {
-                lines[last].extend([" ", word]);
-            }
-            false => lines.push(word.to_owned()),
+        if lines[last].is_empty() {
+            lines[last].push_str(word);
+        } else if lines[last].chars().count() + 1 + word.chars().count() <= WIDTH {
+            lines[last].extend([" ", word]);
+        } else {
+            lines.push(word.to_owned());
         }
     }
     lines.iter().map(|line| format!(" * {line}\n")).collect()

@@ -262,10 +262,7 @@ fn fly_in(
         flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
         plant.advance((k + 1) as f64 * sample_time)?;
     }
-    match flight.rows.is_empty() {
-        true => Err(Error::AtTheSurface { depth: level.0 }),
-        false => Ok(flight),
-    }
+    if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: level.0 }) } else { Ok(flight) }
 }
 
 /// A flight, or none where it cannot be followed to its end: the autopilot or the motion cannot be computed any more.

@@ -66,9 +66,10 @@ impl Sea {
     /// # Errors
     /// [`Error::NoGeometry`].
     pub fn check(&self, vehicle: &Vehicle) -> Result<(), Error> {
-        match self.waves.is_none() || vehicle.geometry.is_some() {
-            true => Ok(()),
-            false => Err(Error::NoGeometry { vehicle: vehicle.name.clone() }),
+        if self.waves.is_none() || vehicle.geometry.is_some() {
+            Ok(())
+        } else {
+            Err(Error::NoGeometry { vehicle: vehicle.name.clone() })
         }
     }
 

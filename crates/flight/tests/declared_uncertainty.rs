@@ -140,9 +140,10 @@ fn designed(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
     let inputs = Inputs::read(&folder, "design").unwrap();
     let frozen = folder.join("frozen");
-    let controller = match frozen.exists() {
-        true => load(&frozen, &inputs).unwrap().controller,
-        false => run(&inputs, &Progress::default()).unwrap().frozen.controller,
+    let controller = if frozen.exists() {
+        load(&frozen, &inputs).unwrap().controller
+    } else {
+        run(&inputs, &Progress::default()).unwrap().frozen.controller
     };
     (inputs, controller)
 }

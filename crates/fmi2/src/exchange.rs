@@ -164,9 +164,6 @@ impl<M: Model> Instance<M> {
     }
 
     fn counts(&self, what: &'static str, found: usize, expected: usize) -> Result<(), Refusal> {
-        match found == expected {
-            true => Ok(()),
-            false => Err(Refusal::WrongCount { what, found, expected }),
-        }
+        if found == expected { Ok(()) } else { Err(Refusal::WrongCount { what, found, expected }) }
     }
 }

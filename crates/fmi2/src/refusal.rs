@@ -49,7 +49,7 @@ pub enum Refusal {
     Undefined { what: &'static str, name: String, value: f64 },
     #[error(
         "no derivative by variable '{name}' can be asked for in state '{phase}', only by {}",
-        match initial { true => "inputs, for states follow from them", false => "inputs and states" }
+        if *initial { "inputs, for states follow from them" } else { "inputs and states" }
     )]
     NotKnown { name: String, phase: &'static str, initial: bool },
     #[error(

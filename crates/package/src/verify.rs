@@ -49,14 +49,14 @@ pub struct Verified {
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
 /// [`Error::NotOfInputs`], [`ProofError::Unproved`](proof::error::ProofError::Unproved).
 pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
-    let found = match is_archive(path)? {
-        true => verify_fmu(path, inputs),
-        false => verify_certificate(path, inputs),
-    };
+    let found = if is_archive(path)? { verify_fmu(path, inputs) } else { verify_certificate(path, inputs) };
     let name = path.display().to_string();
-    found.map_err(|reason| match reason.to_string().starts_with(&name) {
-        true => reason,
-        false => Error::Of { path: name, reason: Box::new(reason) },
+    found.map_err(|reason| {
+        if reason.to_string().starts_with(&name) {
+            reason
+        } else {
+            Error::Of { path: name, reason: Box::new(reason) }
+        }
     })
 }
 
@@ -68,9 +68,10 @@ pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
 pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let beside = |name: &str| {
         let path = path.with_file_name(name);
-        match path.is_file() {
-            true => Ok(read(&path)?),
-            false => Err(Error::NotBeside { path: path.display().to_string() }),
+        if path.is_file() {
+            Ok(read(&path)?)
+        } else {
+            Err(Error::NotBeside { path: path.display().to_string() })
         }
     };
     let source = read(path)?;
@@ -166,12 +167,11 @@ fn with_uncertainty(
         found.declared
     );
     let beside = path.with_file_name(CONTROLLER);
-    let controller = match beside.is_file() {
-        false => not_compared(path),
-        true => {
-            same_controller(&ControllerDesign::from_json(&read(&beside)?)?.lft, certificate)?;
-            format!("{shown}: its controller is that of {CONTROLLER} beside it")
-        }
+    let controller = if beside.is_file() {
+        same_controller(&ControllerDesign::from_json(&read(&beside)?)?.lft, certificate)?;
+        format!("{shown}: its controller is that of {CONTROLLER} beside it")
+    } else {
+        not_compared(path)
     };
     Ok(vec![plant, controller])
 }
@@ -191,16 +191,13 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
         named(inputs)
     );
     let beside = path.with_file_name(CONTROLLER);
-    let controller = match beside.is_file() {
-        false => not_compared(path),
-        true => {
-            let ticks = inputs.design.delay_ticks();
-            let design = ControllerDesign::from_json(&read(&beside)?)?;
-            sampled::matches(&design, ticks, certificate)?;
-            format!(
-                "{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks"
-            )
-        }
+    let controller = if beside.is_file() {
+        let ticks = inputs.design.delay_ticks();
+        let design = ControllerDesign::from_json(&read(&beside)?)?;
+        sampled::matches(&design, ticks, certificate)?;
+        format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
+    } else {
+        not_compared(path)
     };
     Ok(vec![plant, controller])
 }

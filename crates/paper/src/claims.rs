@@ -72,10 +72,14 @@ const EXACT: f64 = 1e-8;
 
 /// The errors (%) of the fits of order 1 and 2 in words, with their ratio.
 pub fn compared(first: f64, second: f64) -> String {
-    let percent = |v: f64| match v < EXACT {
-        true => "no more than rounding".to_owned(),
-        false if v.is_nan() => "unknown".to_owned(),
-        false => format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 })),
+    let percent = |v: f64| {
+        if v.is_nan() {
+            "unknown".to_owned()
+        } else if v < EXACT {
+            "no more than rounding".to_owned()
+        } else {
+            format!("{} %", decimals(v, if v < 0.1 { (1.0 - v.log10().floor()) as usize } else { 2 }))
+        }
     };
     let words = format!("{} with order 1 and {} with order 2", percent(first), percent(second));
     if first.is_nan() || second.is_nan() || first.min(second) < EXACT {

@@ -239,9 +239,10 @@ impl Report {
                 rads(w)
             ),
         };
-        let margin = match upper > 0.0 {
-            true => format!("{safe} smaller than {}", digits(1.0 / upper, f64::floor)),
-            false => format!("{safe}, of any size"),
+        let margin = if upper > 0.0 {
+            format!("{safe} smaller than {}", digits(1.0 / upper, f64::floor))
+        } else {
+            format!("{safe}, of any size")
         };
         let intervals =
             self.intervals.map_or_else(String::new, |n| format!(" {n} intervals cover the axis."));

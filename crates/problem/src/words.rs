@@ -8,10 +8,12 @@ pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     let places = 5.0 - value.abs().log10().floor();
     let scale = 10f64.powf(places);
     let rounded = round(value * scale) / scale;
-    match (-3.0..=9.0).contains(&places) {
-        true => format!("{rounded:.*}", places.max(0.0) as usize),
-        false if rounded.is_normal() => format!("{rounded:.5e}"),
-        false => format!("{value:e}"),
+    if (-3.0..=9.0).contains(&places) {
+        format!("{rounded:.*}", places.max(0.0) as usize)
+    } else if rounded.is_normal() {
+        format!("{rounded:.5e}")
+    } else {
+        format!("{value:e}")
     }
 }
 

@@ -95,10 +95,7 @@ pub fn check_direct_path(plant: &Plant, wanted: &Mat) -> Result<(), ProofError> 
         Some(given) => from_rows(given, columns),
         None => Some(Mat::zeros(rows, columns)),
     };
-    match found.is_some_and(|found| alike(wanted, &found)) {
-        true => Ok(()),
-        false => Err(wrong("D22".to_owned())),
-    }
+    if found.is_some_and(|found| alike(wanted, &found)) { Ok(()) } else { Err(wrong("D22".to_owned())) }
 }
 
 /// Points spread evenly over the box: multiples of the square roots of primes, modulo 1 (H. Weyl, Math. Annalen 77,

@@ -60,11 +60,12 @@ const ROOM: [f64; 3] = [1.0, 2.0, 8.0];
 fn bound(closed: &ClosedLoop, certified: &GainBound) -> Result<GainBound, SynthesisError> {
     let from = |factor: &f64| {
         let roomy = GainBound { gamma: factor * certified.gamma, ..certified.clone() };
-        let start = match certified.x.nrows() == closed.a().nrows() {
-            true => roomy,
-            false => balanced_start(closed, &roomy).ok_or_else(|| {
+        let start = if certified.x.nrows() == closed.a().nrows() {
+            roomy
+        } else {
+            balanced_start(closed, &roomy).ok_or_else(|| {
                 SynthesisError::numerical(STAGE, "it is not stable in the middle of the range of speed")
-            })?,
+            })?
         };
         bounded_gain(closed, &LoopError::none(closed), &start)
     };

@@ -150,9 +150,8 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     let mut charts = Vec::new();
     for Spread { figure, unit, quantiles, largest, flight, .. } in spreads {
         let (name, unit, factor) = shown(figure, unit);
-        let cell = |v: &f64| match v.is_infinite() {
-            true => "never".to_owned(),
-            false => format!("{} {unit}", decimals(factor * v, 3)),
+        let cell = |v: &f64| {
+            if v.is_infinite() { "never".to_owned() } else { format!("{} {unit}", decimals(factor * v, 3)) }
         };
         let cells = quantiles.iter().chain([largest]).map(cell);
         table.rows.push([name].into_iter().chain(cells).chain([flight.to_string()]).collect());

@@ -95,9 +95,10 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
 }
 
 fn words(subject: &Subject) -> String {
-    let (axes, speed_step) = match subject.speed_is_given() {
-        true => ("; the speed is given, to all alike", "a step of the given speed, not judged"),
-        false => (", and PI of the speed", "a speed step"),
+    let (axes, speed_step) = if subject.speed_is_given() {
+        ("; the speed is given, to all alike", "a step of the given speed, not judged")
+    } else {
+        (", and PI of the speed", "a speed step")
     };
     format!(
         "The same nonlinear vehicle, sensors, sample time, lags, limits, trim feedforward and filtered {} under three \
@@ -199,10 +200,7 @@ impl Line {
     }
 
     fn row(&self) -> Vec<String> {
-        let value = |v: &f64| match v.is_finite() {
-            true => format!("{v:.*}", self.decimals),
-            false => "none".into(),
-        };
+        let value = |v: &f64| if v.is_finite() { format!("{v:.*}", self.decimals) } else { "none".into() };
         let mut row = vec![self.name.to_owned(), self.at.clone()];
         row.extend(self.values.iter().map(value));
         let outcome = |other: &f64| if self.reported { "" } else { self.against(*other) };

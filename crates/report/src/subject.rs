@@ -207,9 +207,10 @@ impl<'a> Subject<'a> {
     pub fn verdict(&self) -> Result<&Verdict, Error> {
         let reached = || {
             let (controller, rows) = (&self.stored.controller, &self.stored.rows);
-            let reached = match self.brief && !rows.is_empty() {
-                true => Verdict::of_stored(self.inputs, controller, rows),
-                false => Verdict::of(self.inputs, controller, Effort::FULL),
+            let reached = if self.brief && !rows.is_empty() {
+                Verdict::of_stored(self.inputs, controller, rows)
+            } else {
+                Verdict::of(self.inputs, controller, Effort::FULL)
             };
             let mut verdict = reached.map_err(|reason| reason.to_string())?;
             for row in verdict.rows.iter_mut().filter(|row| row.outcome == Outcome::Missed) {

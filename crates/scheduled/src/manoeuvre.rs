@@ -85,9 +85,10 @@ fn number(
     possible: bool,
     allowed: &'static str,
 ) -> Result<(), ManoeuvreError> {
-    match value.is_finite() && possible {
-        true => Ok(()),
-        false => Err(ManoeuvreError::BadNumber { key, value, allowed }),
+    if value.is_finite() && possible {
+        Ok(())
+    } else {
+        Err(ManoeuvreError::BadNumber { key, value, allowed })
     }
 }
 

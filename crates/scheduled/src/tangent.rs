@@ -34,14 +34,16 @@ impl Autopilot {
         direction: &Inputs,
     ) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
-        let (speed, dspeed) = match plan.filter.is_some() && !initial {
-            true => (self.filtered_speed(), 0.0),
-            false => (plan.wanted_speed(inputs), plan.wanted_speed(direction)),
+        let (speed, dspeed) = if plan.filter.is_some() && !initial {
+            (self.filtered_speed(), 0.0)
+        } else {
+            (plan.wanted_speed(inputs), plan.wanted_speed(direction))
         };
         // At the initialisation the depth from which depths count moves with the measured one.
-        let (depth, ddepth) = match initial {
-            true => (plan.depth_at(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0)),
-            false => (self.depth(), 0.0),
+        let (depth, ddepth) = if initial {
+            (plan.depth_at(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0))
+        } else {
+            (self.depth(), 0.0)
         };
         let (y0, slopes) = (plan.trim.signals(speed, depth), plan.trim.signal_slopes(speed));
         let y: Vec<f64> = plan.y(inputs, |signal| y0[signal]).collect();

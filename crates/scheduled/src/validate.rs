@@ -92,9 +92,10 @@ impl ControllerDesign {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
             let signal = place(&input.signal).map(|place| &SIGNALS[place]);
-            let (signal, allowed) = match input.is_wanted() {
-                true => (signal.filter(|signal| signal.reference.is_some()), TRACKED_NAMES),
-                false => (signal, NAMES),
+            let (signal, allowed) = if input.is_wanted() {
+                (signal.filter(|signal| signal.reference.is_some()), TRACKED_NAMES)
+            } else {
+                (signal, NAMES)
             };
             match signal {
                 None => return bad("signal", &input.signal, allowed),

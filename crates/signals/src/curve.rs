@@ -71,9 +71,10 @@ impl Curve {
     }
 
     fn of(law: Law, unit: &str) -> Result<Self, CurveError> {
-        match COMMAND_UNITS.contains(&unit) {
-            true => Ok(Self { unit: unit.to_owned(), law }),
-            false => Err(CurveError::Unit { found: unit.to_owned() }),
+        if COMMAND_UNITS.contains(&unit) {
+            Ok(Self { unit: unit.to_owned(), law })
+        } else {
+            Err(CurveError::Unit { found: unit.to_owned() })
         }
     }
 

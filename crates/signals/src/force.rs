@@ -19,12 +19,8 @@ pub type Force = [f64; 3];
 /// ```
 pub fn sign_in_words(force: Force, unit: &str) -> Option<String> {
     let largest = force.iter().fold(0.0, |largest: f64, part| largest.max(part.abs()));
-    let word = |part: f64, positive: &'static str, negative: &'static str| match part.abs()
-        > LEAST_SHARE * largest
-    {
-        false => None,
-        true if part > 0.0 => Some(positive),
-        true => Some(negative),
+    let word = |part: f64, positive: &'static str, negative: &'static str| {
+        (part.abs() > LEAST_SHARE * largest).then_some(if part > 0.0 { positive } else { negative })
     };
     let [surge, heave, pitch] = force;
     let push: Vec<_> =

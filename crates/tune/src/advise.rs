@@ -136,10 +136,7 @@ fn change(row: &Row, after: &Verdict) -> Option<f64> {
     let after = after.rows.iter().find(|other| other.what == row.what)?;
     let base = row.achieved.value;
     // What was not known before is a gain as large as its limit; small figures of which nothing is asked are rounding.
-    let gain = match base.is_finite() {
-        true => room(after, base) - room(row, base),
-        false => 1.0 + room(after, 1.0),
-    };
+    let gain = if base.is_finite() { room(after, base) - room(row, base) } else { 1.0 + room(after, 1.0) };
     let slight = row.outcome == Outcome::Reported && base.abs() < LITTLE;
     (gain.is_finite() && !slight).then_some(gain)
 }

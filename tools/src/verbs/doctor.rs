@@ -86,15 +86,13 @@ pub fn run() -> Result<(), Error> {
     }
     let host = Platform::named(&["host".to_owned()]).map(|platforms| Binaries { platforms, directory: None });
     let libraries = host.and_then(|binaries| binaries.find()).is_ok();
-    say(match libraries {
-        true => "found    libraries    the compiled FMUs of this platform  (squid package)",
-        false => "MISSING  libraries    python3 run.py fly builds them  (squid package)",
+    say(if libraries {
+        "found    libraries    the compiled FMUs of this platform  (squid package)"
+    } else {
+        "MISSING  libraries    python3 run.py fly builds them  (squid package)"
     });
     answer(&json!({ "programs": rows, "libraries": libraries }))?;
-    match missing.is_empty() {
-        true => Ok(()),
-        false => Err(Error::Missing { programs: missing.join(", ") }),
-    }
+    if missing.is_empty() { Ok(()) } else { Err(Error::Missing { programs: missing.join(", ") }) }
 }
 
 /// The first line that a program prints of its version; `None` where it does not run.

@@ -44,12 +44,13 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         Ok(proof) => format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
         Err(reason) => format!("NOT PROVED: {reason}"),
     };
-    let best = match tuned.finished.verdict.missed().next().is_none() {
-        true => format!(
+    let best = if tuned.finished.verdict.missed().next().is_none() {
+        format!(
             "the fastest of {} designs that meets all requirements when judged in full and proved",
             tuned.tried
-        ),
-        false => not_found(&tuned),
+        )
+    } else {
+        not_found(&tuned)
     };
     let end = end(&tuned, vehicle, name);
     progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}", to.display()));
@@ -108,9 +109,10 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
 /// The front as a table: what margin costs in speed.
 fn front(tuned: &Tuned) -> String {
     let every = tuned.front.len().div_ceil(SHOWN).max(1);
-    let of = match tuned.front.iter().any(|(tried, _)| tried.meets_all()) {
-        true => "the designs tried that meet all requirements",
-        false => "all designs tried, none of which meets all requirements",
+    let of = if tuned.front.iter().any(|(tried, _)| tried.meets_all()) {
+        "the designs tried that meet all requirements"
+    } else {
+        "all designs tried, none of which meets all requirements"
     };
     let mut lines = vec![
         format!("the Pareto front of rise time and disk margin: {of}, evaluated at a few speeds"),
@@ -141,16 +143,17 @@ fn remark(standing: &Standing) -> String {
 /// Why the search is over, and how to go on.
 fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
     let on = format!("squid tune {} --design {name} --to {name}", vehicle.display());
-    match tuned.ended {
-        true => format!(
+    if tuned.ended {
+        format!(
             "the search ended by itself after {} designs: the last round about the best gained less than 1 %; from \
              what is written: {on}",
             tuned.tried
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "the search would go on: it used all {} designs that --designs allows; go on from what is written \
              with {on}",
             tuned.tried
-        ),
+        )
     }
 }

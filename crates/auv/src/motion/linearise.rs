@@ -90,10 +90,8 @@ impl Linearisation {
         let wanted = -rest(DMatrix::from_column_slice(n, 1, missing.as_slice()));
         let outputs =
             svd.solve(&wanted, RANK_TOLERANCE * largest).unwrap_or_else(|_| DMatrix::zeros(reach.nrows(), 1));
-        let turn = match turns {
-            true => -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / size,
-            false => 0.0,
-        };
+        let turn =
+            if turns { -direction.dot(&(missing + (by_actuators * &outputs).column(0))) / size } else { 0.0 };
         let (states, outputs) = (ahead + turned * turn, reach * outputs);
         DVector::from_iterator(n + outputs.len(), states.iter().chain(outputs.iter()).copied())
     }

@@ -39,9 +39,10 @@ impl Actuator {
             let end = end.clamp(time, elapsed);
             let (now, length) = (command + slope * time, end - time);
             if length > 0.0 {
-                output = match moving {
-                    true => self.output_on_ramp(length, output, now, slope),
-                    false => self.output_after(length, output, now + 0.5 * slope * length),
+                output = if moving {
+                    self.output_on_ramp(length, output, now, slope)
+                } else {
+                    self.output_after(length, output, now + 0.5 * slope * length)
                 };
             }
             time = end;

@@ -94,9 +94,10 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
     for name in names {
         let specs: Vec<&CoefficientSpec> = COEFFICIENTS.iter().filter(|s| s.section == name).collect();
         let required: Vec<&str> = specs.iter().filter(|s| s.default.is_none()).map(|s| s.key).collect();
-        let table = match required.is_empty() {
-            false => root.required_table(name, &format!("a table with {}", required.join(", "))),
-            true => root.table(name),
+        let table = if required.is_empty() {
+            root.table(name)
+        } else {
+            root.required_table(name, &format!("a table with {}", required.join(", ")))
         };
         let Some(table) = table else { continue };
         let mut keys: Vec<&str> = specs.iter().map(|spec| spec.key).collect();

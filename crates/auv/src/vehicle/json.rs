@@ -219,9 +219,10 @@ fn read_actuators(rows: Vec<Row>) -> Result<Vec<Actuator>, JsonProblem> {
         }
         actuators.push(actuator(row)?);
     }
-    match actuators.is_empty() {
-        true => Err(not_allowed("actuators", "empty".to_owned(), "one actuator or more")),
-        false => Ok(actuators),
+    if actuators.is_empty() {
+        Err(not_allowed("actuators", "empty".to_owned(), "one actuator or more"))
+    } else {
+        Ok(actuators)
     }
 }
 

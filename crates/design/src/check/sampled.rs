@@ -139,9 +139,10 @@ impl<'a> Sampling<'a> {
             (0..states).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| states + j)).collect();
         let mut b = Mat::zeros(states + m, m);
         for (j, actuator) in self.actuators.iter().enumerate() {
-            match has_lag(actuator) {
-                true => b[(states + j, j)] = 1.0 / actuator.lag,
-                false => b.view_mut((0, j), (states, 1)).copy_from(&l.b.column(j)),
+            if has_lag(actuator) {
+                b[(states + j, j)] = 1.0 / actuator.lag
+            } else {
+                b.view_mut((0, j), (states, 1)).copy_from(&l.b.column(j))
             }
         }
         let (a, b) = (whole.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
@@ -191,12 +192,11 @@ impl<'a> Sampling<'a> {
         let of_states = |c: Mat| block(&[&[&c, &Mat::zeros(c.nrows(), n - l.states.len())]]);
         let c = of_states(Tracked::scaled_outputs(tracked, l.states));
         let (one, zero) = (Mat::identity(p, p), Mat::zeros);
-        let (y, references) = match measured.is_empty() {
-            true => (-&c, one),
-            false => {
-                let y = of_states(Measured::scaled_outputs(measured, l.states));
-                (block(&[&[&zero(p, n)], &[&y]]), block(&[&[&one], &[&zero(q, p)]]))
-            }
+        let (y, references) = if measured.is_empty() {
+            (-&c, one)
+        } else {
+            let y = of_states(Measured::scaled_outputs(measured, l.states));
+            (block(&[&[&zero(p, n)], &[&y]]), block(&[&[&one], &[&zero(q, p)]]))
         };
         let fixed = Wired { a, b: b * reach, from_references: &by_trim * &speed, c, measured: y, references };
         let Some(w) = self.design.reference_filter() else { return fixed };
@@ -311,9 +311,10 @@ pub(crate) mod tests {
                     // How far the speed reference moves pitch in trim; the pitch reference of the plant is relative
                     // to that.
                     let moves = file.tracked[j].place == SPEED && file.reference_filter().is_some();
-                    let moved = match moves {
-                        true => models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale),
-                        false => Complex::new(0.0, 0.0),
+                    let moved = if moves {
+                        models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale)
+                    } else {
+                        Complex::new(0.0, 0.0)
                     };
                     let column = |i: usize, j: usize| z[(i, j)] / file.tracked[j].references.response(omega);
                     let from_plant = |i: usize| column(i, j) - column(i, pitch) * moved;

@@ -47,17 +47,18 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     let Short { speed, ratio } = worst(model, |l| held(actuators, step, l))?;
     let degrees = step.to_degrees();
     let (speed, shown) = (rounded(speed), rounded(degrees));
-    Some(match ratio.is_finite() {
-        true => format!(
+    Some(if ratio.is_finite() {
+        format!(
             "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of \
              an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
             rounded(ratio),
             rounded(degrees / ratio)
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "WARNING: at {speed} m/s no actuator holds the pitch off its trim: a step of {shown} deg will not last;\n\
              raise model.speed_min, or add an actuator with a pitching moment"
-        ),
+        )
     })
 }
 

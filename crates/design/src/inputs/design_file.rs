@@ -260,9 +260,10 @@ impl DesignFile {
     /// What the controller takes in of the vehicle, each by its place in [`SIGNALS`] with its scale: the measurements,
     /// or the errors. References apart are taken in as they are; there is no loop through them.
     pub fn fed_back(&self) -> Vec<(usize, f64)> {
-        match self.measured.is_empty() {
-            true => self.tracked.iter().map(|t| (t.place, t.scale)).collect(),
-            false => self.measured.iter().map(|m| (m.place, m.scale)).collect(),
+        if self.measured.is_empty() {
+            self.tracked.iter().map(|t| (t.place, t.scale)).collect()
+        } else {
+            self.measured.iter().map(|m| (m.place, m.scale)).collect()
         }
     }
 

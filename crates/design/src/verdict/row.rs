@@ -62,10 +62,9 @@ impl Figure {
             Sense::Below => v,
             Sense::Above => -v,
         };
-        figures.into_iter().reduce(|worst, next| match badness(next.value) > badness(worst.value) {
-            true => next,
-            false => worst,
-        })
+        figures
+            .into_iter()
+            .reduce(|worst, next| if badness(next.value) > badness(worst.value) { next } else { worst })
     }
 
     /// Where it was found, and what else there is to say.

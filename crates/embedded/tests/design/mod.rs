@@ -42,16 +42,17 @@ impl Random {
 /// The inputs of the controller, by errors alone or with measurements; without those of the speed where it is given.
 fn inputs(random: &mut Random, errors: bool, speed_given: bool) -> Vec<ControllerInput> {
     use Kind::{Error, Measurement, Reference};
-    let all = match errors {
-        true => vec![("pitch", Error), ("speed", Error)],
-        false => vec![
+    let all = if errors {
+        vec![("pitch", Error), ("speed", Error)]
+    } else {
+        vec![
             ("pitch", Reference),
             ("speed", Reference),
             ("pitch", Measurement),
             ("speed", Measurement),
             ("pitch_rate", Measurement),
             ("heave", Measurement),
-        ],
+        ]
     };
     let mut all = all;
     if !errors && random.one_of(2) {
@@ -113,10 +114,8 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
 pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let speed_given = seed % 5 == 4;
     let controller_inputs = inputs(random, seed.is_multiple_of(3), speed_given);
-    let controller_inputs = match controller_inputs.is_empty() {
-        true => vec![input("pitch", Kind::Error, 0.2)],
-        false => controller_inputs,
-    };
+    let controller_inputs =
+        if controller_inputs.is_empty() { vec![input("pitch", Kind::Error, 0.2)] } else { controller_inputs };
     let actuators: Vec<Actuator> = (0..1 + random.below(6)).map(|index| actuator(random, index)).collect();
     let (n, p, m) = (1 + random.below(9), controller_inputs.len(), actuators.len());
     let r = if seed % 7 == 6 { 0 } else { 1 + random.below(8) };

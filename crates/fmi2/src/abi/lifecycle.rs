@@ -39,10 +39,11 @@ pub unsafe extern "C" fn instantiate<M: Model>(
     let (name, guid, callbacks) =
         unsafe { (text(instance_name, "instanceName"), text(fmu_guid, "fmuGUID"), functions.as_ref()) };
     let logger = Logger::new(callbacks, name.as_ref().copied().unwrap_or("(no name)"));
-    let location = match fmu_resource_location.is_null() {
-        true => Err(Refusal::NoResourceLocation),
+    let location = if fmu_resource_location.is_null() {
+        Err(Refusal::NoResourceLocation)
+    } else {
         // SAFETY: not NULL, and the importer vouches for the rest.
-        false => unsafe { text(fmu_resource_location, "fmuResourceLocation") },
+        unsafe { text(fmu_resource_location, "fmuResourceLocation") }
     };
     in_default(|| match catch_unwind(AssertUnwindSafe(|| load::<M>(name?, fmu_type, guid?, location?))) {
         Ok(Ok(instance)) => {
@@ -112,10 +113,7 @@ functions! {
             let known = Category::ALL.into_iter().find(|known| known.name() == name);
             listed.push(known.ok_or_else(|| Refusal::UnknownCategory { category: name.to_owned() })?);
         }
-        own.logger.filter = match logging_on != 0 && count > 0 {
-            true => Filter::listed(&listed),
-            false => Filter::ALL,
-        };
+        own.logger.filter = if logging_on != 0 && count > 0 { Filter::listed(&listed) } else { Filter::ALL };
         Ok(())
     };
     /// `fmi2SetupExperiment`; an infinite stop time means none.

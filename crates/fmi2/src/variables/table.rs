@@ -59,9 +59,10 @@ impl<M: Model> Table<M> {
         let is_unknown = entry.meta.causality == Causality::Output
             || entry.meta.derivative_of.is_some()
             || self.states.contains(&reference);
-        match is_unknown {
-            true => Ok(entry.quantity),
-            false => Err(Refusal::NotUnknown { name: entry.meta.name.clone() }),
+        if is_unknown {
+            Ok(entry.quantity)
+        } else {
+            Err(Refusal::NotUnknown { name: entry.meta.name.clone() })
         }
     }
 

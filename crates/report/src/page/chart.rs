@@ -192,17 +192,13 @@ fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> S
         let (mut places, near) = (String::new(), |v: f64| v.clamp(-FARTHEST, FARTHEST));
         for (across, down) in unit {
             let (x, y) = (place(width * near(across)), place(height * near(down)));
-            let _ = match key.dots {
-                true => write!(places, "M{x} {y}h0"),
-                false => write!(places, "{x},{y} "),
-            };
+            let _ = if key.dots { write!(places, "M{x} {y}h0") } else { write!(places, "{x},{y} ") };
         }
         let (class, style, places) = (key.class(), key.style(), places.trim_end());
-        let _ = match key.dots {
-            true => write!(out, "<path data-k=\"{group}\" class=\"{class}\" d=\"{places}\"/>"),
-            false => {
-                write!(out, "<polyline data-k=\"{group}\" class=\"{class}\"{style} points=\"{places}\"/>")
-            }
+        let _ = if key.dots {
+            write!(out, "<path data-k=\"{group}\" class=\"{class}\" d=\"{places}\"/>")
+        } else {
+            write!(out, "<polyline data-k=\"{group}\" class=\"{class}\"{style} points=\"{places}\"/>")
         };
     }
     out + "</svg>"

@@ -46,9 +46,8 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         let mut row = vec![line.name];
         row.extend(shown.iter().map(|i| text(values[*i])));
         let alike = values.iter().all(|v| text(*v) == text(values[0]));
-        row.push(worst.map_or_else(String::new, |i| match alike {
-            true => text(values[i]),
-            false => format!("{} at {:.2}", text(values[i]), speeds[i]),
+        row.push(worst.map_or_else(String::new, |i| {
+            if alike { text(values[i]) } else { format!("{} at {:.2}", text(values[i]), speeds[i]) }
         }));
         table.rows.push(row);
     }

@@ -15,12 +15,11 @@ use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_w
 /// Those of [`squid_design::synthesise::robust::StoredRobust::confirm`]: what is not proved is not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
-        let words = match subject.inputs.is_uncertain() {
-            true => {
-                "The controller of this report is the nominal one. `squid design --robust` looks for one that \
+        let words = if subject.inputs.is_uncertain() {
+            "The controller of this report is the nominal one. `squid design --robust` looks for one that \
                     tolerates more of the declared uncertainty, and this section then shows both side by side."
-            }
-            false => "Nothing is said to be uncertain, so that there is nothing to be robust against.",
+        } else {
+            "Nothing is said to be uncertain, so that there is nothing to be robust against."
         };
         return Ok(vec![Part::Words(words.into())]);
     };

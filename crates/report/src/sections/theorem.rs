@@ -54,9 +54,10 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         )
     });
     let lags = if subject.inputs.design.lags { "" } else { "the lags of the actuators, " };
-    let rates = match subject.inputs.vehicle.actuators.iter().any(|a| a.rate.is_some()) {
-        true => "other saturation, of commands and of rates of actuators",
-        false => "other saturation",
+    let rates = if subject.inputs.vehicle.actuators.iter().any(|a| a.rate.is_some()) {
+        "other saturation, of commands and of rates of actuators"
+    } else {
+        "other saturation"
     };
     let limits = format!(
         "It does not cover {rates}, sampling (of which `sampled_certificate.json` has a claim of its own), \

@@ -119,10 +119,7 @@ proptest! {
             moved.measured.iter_mut().zip(direction.measured).for_each(|(to, d)| *to += by * d);
             moved.references.iter_mut().zip(direction.references).for_each(|(to, d)| *to += by * d);
             let mut autopilot = autopilot.clone();
-            match initial {
-                true => autopilot.initialise(0.0, &moved).unwrap(),
-                false => _ = autopilot.tick(&moved).unwrap(),
-            }
+            if initial { autopilot.initialise(0.0, &moved).unwrap() } else { _ = autopilot.tick(&moved).unwrap() }
             autopilot.outputs().clone()
         };
         let (high, low) = (moved(1e-5), moved(-1e-5));

@@ -36,9 +36,10 @@ impl Limits {
             "duration",
         ]);
         // A design of neither has a pitch step, for which its FMU has a parameter.
-        let pitch_step = match self.pitch.is_some() || self.depth.is_none() {
-            true => angle(table).and_then(|factor| self.pitch_step(table, factor)),
-            false => no_step(table, &["pitch_step", "unit"], "pitch"),
+        let pitch_step = if self.pitch.is_some() || self.depth.is_none() {
+            angle(table).and_then(|factor| self.pitch_step(table, factor))
+        } else {
+            no_step(table, &["pitch_step", "unit"], "pitch")
         };
         let depth_step = match self.depth {
             Some(scale) => depth_step(table, scale),

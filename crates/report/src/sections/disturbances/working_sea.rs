@@ -77,9 +77,10 @@ fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     let plant = augment(actuators, &design, model.linear())?;
     let found = synthesise(actuators, &design, &plant, &Progress::default())?;
     let frozen = freeze(&inputs.vehicle, &design, &inputs.hashes, &model, &found, false)?;
-    let gain = match design.anti_windup {
-        true => Some(to_rows(&anti_windup(&inputs.vehicle, &design, &found.controller)?.gain)),
-        false => None,
+    let gain = if design.anti_windup {
+        Some(to_rows(&anti_windup(&inputs.vehicle, &design, &found.controller)?.gain))
+    } else {
+        None
     };
     Ok(ControllerDesign { anti_windup: gain, ..frozen.controller })
 }
