@@ -1,11 +1,11 @@
 //! How time and memory of a synthesis grow with the states n and the parameter channels r.
 //!
 //! `growth N R` designs one controller and prints one row: n, r, seconds, peak memory in MB, the least gamma, the
-//! proved bound. One process a size, because the peak is the process's (Linux; elsewhere it is printed as `nan`).
+//! proved bound. Run one process per size, because the peak is that of the process (Linux; elsewhere `nan`).
 //!
-//! The plant is a chain of n/2 unit masses between two walls. Springs and dampers join neighbours; three parameters
-//! change r of them by up to 20 %, each several at once. Two forces act on the two end masses, where the positions are
-//! measured with noise. So the plant is well-posed for every parameter, moderately damped, and Dtt = 0.
+//! The plant is a chain of n/2 unit masses between two walls. Springs and dampers connect neighbours; three parameters
+//! change r of them by up to 20 %, each several at once. Two forces act on the two end masses, whose positions are
+//! measured with noise. The plant is well posed for every parameter value, moderately damped, and Dtt = 0.
 
 use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
@@ -18,10 +18,10 @@ use std::time::Instant;
 /// Stiffness and damping of every link, in N/m and N s/m, for masses of 1 kg.
 const STIFFNESS: f64 = 1.0;
 const DAMPING: f64 = 0.3;
-/// What a parameter changes at most, relative.
+/// The largest relative change by a parameter.
 const CHANGE: f64 = 0.2;
 
-/// Which masses a link pulls: +1 and -1, or a single 1 at a wall.
+/// The masses that a link connects: +1 and -1, or a single 1 at a wall.
 fn link(k: usize, masses: usize) -> Mat {
     Mat::from_fn(masses, 1, |i, _| match (i + 1 == k, i == k) {
         (true, _) => -1.0,
@@ -30,7 +30,7 @@ fn link(k: usize, masses: usize) -> Mat {
     })
 }
 
-/// `[link, is a damper]` of every channel: the springs spread over the chain first, then the dampers.
+/// `[link, is a damper]` of every channel: the springs along the chain first, then the dampers.
 fn changed(masses: usize, r: usize) -> Vec<(usize, bool)> {
     let links = masses + 1;
     let springs = r.min(links);
@@ -38,7 +38,7 @@ fn changed(masses: usize, r: usize) -> Vec<(usize, bool)> {
     spread(springs, false).chain(spread(r - springs, true)).collect()
 }
 
-/// r channels shared out among three parameters: `[3, 3, 2]` for r = 8.
+/// r channels divided among three parameters: `[3, 3, 2]` for r = 8.
 fn repetitions(r: usize) -> Vec<usize> {
     (0..3).map(|i| (r + 2 - i) / 3).filter(|&count| count > 0).collect()
 }
@@ -86,7 +86,7 @@ fn chain(n: usize, r: usize) -> Result<GeneralisedPlant, SynthesisError> {
     Ok(GeneralisedPlant::new(repetitions(r), &blocks)?)
 }
 
-/// The most memory that this process ever held, in MB.
+/// The peak memory of this process, in MB.
 fn peak_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,8 +1,7 @@
-//! Bounds mu of the problem in a file again and again, and prints the median of the seconds: `mu_timed FILE.json
-//! [CALLS]`.
+//! Bounds mu of the problem in a file repeatedly, and prints the median of the seconds: `mu_timed FILE.json [CALLS]`.
 //!
-//! The file is as for `squid lpv mu`, all entries of `M` as `[re, im]`. Of a matrix `upper_bound` alone is timed, of
-//! a system the whole sweep over all frequencies with the perturbation. One JSON object is printed: `seconds`,
+//! The file is as for `squid lpv mu`, with all entries of `M` as `[re, im]`. For a matrix only `upper_bound` is timed,
+//! for a system the complete sweep over frequency with the perturbation. One JSON object is printed: `seconds`,
 //! `upper`, `lower` (of a system) and `intervals`.
 
 use lpv::matrix::{Mat, from_rows};
@@ -16,7 +15,7 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The median time of a call in seconds, after one that does not count, and the last answer.
+/// The median time of a call in seconds, after an uncounted first one, and the last answer.
 fn timed<T, E>(calls: usize, mut call: impl FnMut() -> Result<T, E>) -> Result<(f64, T), E> {
     let mut answer = call()?;
     let mut seconds = Vec::with_capacity(calls);

@@ -1,10 +1,10 @@
-//! Designs a controller for a plant in a file, and prints how long each part took: `timed FILE.json [RATE]`.
+//! Designs a controller for a plant in a file, and prints the time of each part: `timed FILE.json [RATE]`.
 //!
-//! With a rate only the least gamma of controllers for a parameter that moves at that rate is sought. For a certificate
-//! of constant parameters the bound for the loop of its plant and controller is sought, within a per cent.
-//! The file is a case of `tests/cases` (`data` with the plant's matrices) or a certificate (`plant` and `blocks`). The
-//! one JSON object printed has the seconds of the least gamma alone and of the whole design, both gammas and, for a
-//! plant without parameters, the controller's matrices.
+//! With a rate only the least gamma of controllers for a parameter of that rate is computed. For a certificate of
+//! constant parameters the bound for the loop of its plant and controller is computed, within a per cent. The file is a
+//! case of `tests/cases` (`data` with the plant's matrices) or a certificate (`plant` and `blocks`). The JSON object
+//! printed has the seconds of the least gamma and of the complete design, both gammas and, for a plant without
+//! parameters, the controller's matrices.
 
 use lpv::bounded_rate::{self, SlowOptions};
 use lpv::controller::Controller;
@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use std::error::Error;
 use std::time::Instant;
 
-/// What stands at a key, or nothing of its kind.
+/// The value at a key, or the empty value of its type.
 fn at<T: DeserializeOwned + Default>(of: &Value, key: &str) -> Result<T, Box<dyn Error>> {
     Ok(of.get(key).map_or(Ok(T::default()), |value| serde_json::from_value(value.clone()))?)
 }
@@ -64,7 +64,7 @@ fn constant_loop(file: &Value) -> Result<ConstantLoop, Box<dyn Error>> {
     Ok(ConstantLoop { closed: plant.close(&controller), filters, errors })
 }
 
-/// How close to the least gamma the bound for constant parameters is sought, relatively: as `squid design --constant`.
+/// The relative tolerance of the bound for constant parameters, as in `squid design --constant`.
 const CLOSE: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {

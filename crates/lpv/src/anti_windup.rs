@@ -124,7 +124,10 @@ pub fn anti_windup(
         SolverOptions { floor: FLOOR, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
     let solution = solver::solve(&program, STAGE, options)?;
     if solution.margin <= 0.0 {
-        return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+        return Err(SynthesisError::numerical(
+            STAGE,
+            format!("the inequalities are violated by {:.1e}", -solution.margin),
+        ));
     }
     let value = |e: &Affine| e.value(&program, &solution.x);
     let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);

@@ -96,7 +96,7 @@ pub enum SynthesisError {
     )]
     NotQuadraticallyDetectable,
     /// The solver proved that no gamma is feasible.
-    #[error("the matrix inequalities of '{stage}' have no solution (the solver holds a certificate of that)")]
+    #[error("the matrix inequalities of '{stage}' have no solution (the solver has a certificate of this)")]
     Infeasible { stage: &'static str },
     /// The least gamma is above the limit.
     #[error(
@@ -169,7 +169,7 @@ impl SynthesisError {
 
 fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     dominant.map_or_else(String::new, |(z, w, omega)| {
-        format!("; what costs most is the path from w{w} to z{z} at {omega:.3} rad/s: relax its weight")
+        format!("; the dominant path is that from w{w} to z{z} at {omega:.3} rad/s: relax its weight")
     })
 }
 
@@ -186,7 +186,7 @@ pub enum RateError {
     #[error("there are no samples of the system")]
     NoSamples,
     /// Samples must be in ascending order of the parameter.
-    #[error("the sample at theta = {theta} does not lie above the one before it")]
+    #[error("the sample at theta = {theta} is not above the previous one")]
     NotAscending { theta: f64 },
     /// All samples must be systems of one shape.
     #[error("the sample at theta = {theta}: {source}")]
@@ -227,7 +227,7 @@ pub enum SampledError {
     Shape(#[from] ShapeError),
     /// Rounding grows with each doubling of the time.
     #[error(
-        "over one sample the plant and its worst input move {size:.1e} times as much as they are, too much to follow: \
+        "over one sample the plant and its worst input change by a factor of {size:.1e}, too much to compute: \
          leave out what is faster than a millionth of the sample time, or scale w, z and the states alike"
     )]
     Stiff { size: f64 },

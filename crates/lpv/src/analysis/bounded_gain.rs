@@ -337,6 +337,6 @@ pub(crate) fn whitening(m: &Mat, name: &str) -> Result<(Mat, Mat), SynthesisErro
     }
     let inverse = m.clone().cholesky().map(|c| c.l().transpose());
     inverse.and_then(|inverse| Some((inverse.clone().try_inverse()?, inverse))).ok_or_else(|| {
-        SynthesisError::numerical(STAGE, format!("the guess at {name} is not positive definite"))
+        SynthesisError::numerical(STAGE, format!("the initial {name} is not positive definite"))
     })
 }

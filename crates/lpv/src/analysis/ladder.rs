@@ -127,7 +127,7 @@ pub enum LadderError {
     #[error("{found} samples of the closed loop are too few, at least 2 are needed")]
     TooFewSamples { found: usize },
     /// Parameters are normalised.
-    #[error("theta = {theta} lies outside [-1, 1]")]
+    #[error("theta = {theta} is outside [-1, 1]")]
     OutsideTheBox { theta: f64 },
     /// The plant's matrices do not fit together.
     #[error(transparent)]

@@ -317,6 +317,6 @@ fn bounded_real(s: &StateSpace, x: &Affine, drift: Affine, gamma: &Affine) -> Af
 
 /// The numerical error for a solution that violates the inequality.
 pub(crate) fn missed(gamma: f64, theta: f64, by: f64) -> RateError {
-    let diagnosis = format!("at gamma = {gamma:.4} the inequality is missed by {by:.1e}, theta = {theta}");
+    let diagnosis = format!("at gamma = {gamma:.4} the inequality is violated by {by:.1e}, theta = {theta}");
     SynthesisError::numerical(STAGE, diagnosis).into()
 }

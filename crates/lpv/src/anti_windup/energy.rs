@@ -314,7 +314,10 @@ impl Search {
         let solution = solver::solve(&self.program, STAGE, options)?;
         let least = self.least.value(&self.program, &solution.x)[(0, 0)];
         if solution.margin <= 0.0 || least <= 0.0 {
-            return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+            return Err(SynthesisError::numerical(
+                STAGE,
+                format!("the inequalities are violated by {:.1e}", -solution.margin),
+            ));
         }
         let shown = self.unknowns.shown(&self.loop_, &self.program, &solution.x, share(least));
         Ok((

@@ -117,7 +117,7 @@ pub struct Region {
 /// [`SynthesisError::Infeasible`] if no step is proved, however small; [`SynthesisError::Numerical`].
 pub fn largest_step(of: Limited<'_>) -> Result<Region, SynthesisError> {
     if let Some(j) = of.limits.iter().position(|limit| limit.is_nan() || *limit <= 0.0) {
-        let diagnosis = format!("limit {j} leaves no way to go: it is {}, must be above 0", of.limits[j]);
+        let diagnosis = format!("limit {j} is {}, must be above 0", of.limits[j]);
         return Err(SynthesisError::numerical(STAGE, diagnosis));
     }
     fastest(&Flow::of(of, false)?)
@@ -339,7 +339,10 @@ impl<'a> Flow<'a> {
         let value = |e: &Affine| e.value(&program, &solution.x)[(0, 0)];
         let (mu, size) = (value(&mu), value(&size));
         if solution.margin <= 0.0 || size <= 0.0 {
-            return Err(SynthesisError::numerical(STAGE, format!("missed by {:.1e}", -solution.margin)));
+            return Err(SynthesisError::numerical(
+                STAGE,
+                format!("the inequalities are violated by {:.1e}", -solution.margin),
+            ));
         }
         let found = CLAIMED * self.unit * size.sqrt();
         let size = if self.everywhere { self.of.largest } else { found.min(self.of.largest) };
@@ -493,6 +496,6 @@ mod tests {
     fn infeasible_problems_are_refused() {
         let words = |a, k, limit| found(a, k, limit).unwrap_err().to_string();
         assert!(words(1.0, 0.5, 1.0).contains("the loop without limits is not stable"));
-        assert!(words(1.0, 2.0, -0.1).contains("it is -0.1, must be above 0"));
+        assert!(words(1.0, 2.0, -0.1).contains("limit 0 is -0.1, must be above 0"));
     }
 }

@@ -126,7 +126,7 @@ fn ways(plant: &GeneralisedPlant, place: &Place, options: SlowOptions) -> Result
     check_stabilisable(plant)?;
     check_detectable(plant)?;
     if plant.blocks.len() != 1 {
-        let words = format!("the plant has {} parameters, a bounded rate is of one", plant.blocks.len());
+        let words = format!("the plant has {} parameters, a bounded rate requires one", plant.blocks.len());
         return Err(SynthesisError::numerical(STAGE, words));
     }
     let (mut found, mut failure) = (vec![], None);

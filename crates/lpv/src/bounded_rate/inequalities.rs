@@ -131,7 +131,7 @@ impl Grid {
         let search = SolverOptions { settles: true, ..SolverOptions::within(accuracy) };
         let solution = solver::solve(&program, STAGE, search)?;
         if solution.margin <= 0.0 {
-            return Err(SynthesisError::numerical(STAGE, "the inequalities are missed at the gamma found"));
+            return Err(SynthesisError::numerical(STAGE, "the inequalities are violated at the gamma found"));
         }
         Ok(gamma.value(&program, &solution.x)[(0, 0)])
     }
@@ -186,7 +186,7 @@ impl Grid {
         if solution.margin <= 0.0 {
             return Err(SynthesisError::numerical(
                 STAGE,
-                "no point clearly inside the inequalities was found",
+                "no point in the interior of the inequalities was found",
             ));
         }
         let reached = value.value(&program, &solution.x)[(0, 0)];

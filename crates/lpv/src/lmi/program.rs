@@ -66,7 +66,8 @@ impl Program {
 
     fn add(
         &mut self,
-        (rows, cols): (usize, usize),
+        rows: usize,
+        cols: usize,
         sign: Option<f64>,
         basis: Vec<Vec<(usize, usize, f64)>>,
     ) -> Affine {
@@ -87,7 +88,7 @@ impl Program {
 
     /// A scalar unknown, as a 1 x 1 expression.
     pub fn scalar(&mut self) -> Affine {
-        self.add((1, 1), Some(1.0), vec![vec![(0, 0, 1.0)]])
+        self.add(1, 1, Some(1.0), vec![vec![(0, 0, 1.0)]])
     }
 
     /// A symmetric n x n unknown.
@@ -102,20 +103,20 @@ impl Program {
         let basis = pairs(channels, 0)
             .map(|(i, j)| if i == j { vec![(i, i, 1.0)] } else { vec![(i, j, 1.0), (j, i, 1.0)] })
             .collect();
-        self.add((n, n), Some(1.0), basis)
+        self.add(n, n, Some(1.0), basis)
     }
 
     /// A skew-symmetric unknown that commutes with Theta, as [`Program::symmetric_commuting`].
     pub fn skew_commuting(&mut self, channels: &[usize]) -> Affine {
         let n = channels.len();
         let basis = pairs(channels, 1).map(|(i, j)| vec![(i, j, 1.0), (j, i, -1.0)]).collect();
-        self.add((n, n), Some(-1.0), basis)
+        self.add(n, n, Some(-1.0), basis)
     }
 
     /// A full unknown.
     pub fn full(&mut self, rows: usize, cols: usize) -> Affine {
         let basis = (0..cols).flat_map(|j| (0..rows).map(move |i| vec![(i, j, 1.0)])).collect();
-        self.add((rows, cols), None, basis)
+        self.add(rows, cols, None, basis)
     }
 
     /// Adds the inequality `expression > 0`. The expression is square and symmetric.

@@ -75,7 +75,7 @@ pub fn solve(
     match best {
         Some(best) if best.gap <= search.tolerance || search.start.is_some() || !search.patient => Ok(best),
         best if search.quick => best.ok_or_else(|| {
-            SynthesisError::numerical(stage, "no point was found, and no other solver was asked")
+            SynthesisError::numerical(stage, "no point was found, and no other solver was tried")
         }),
         best => general(program, stage, best),
     }

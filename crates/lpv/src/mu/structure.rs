@@ -72,7 +72,7 @@ pub enum StructureError {
     #[error("M is {} x {}; for these blocks it must be {} x {}", found.0, found.1, expected.0, expected.1)]
     Shape { found: (usize, usize), expected: (usize, usize) },
     /// Every entry of M must be finite.
-    #[error("M holds a number that is not finite")]
+    #[error("M has an entry that is not finite")]
     NotFinite,
 }
 

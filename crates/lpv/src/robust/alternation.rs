@@ -61,13 +61,13 @@ pub struct Round {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum StopReason {
     /// The last round increased the size too little.
-    #[error("another round no longer pays")]
+    #[error("the last round brought too little improvement")]
     NoLongerPays,
     /// All of the uncertainty is tolerated.
     #[error("all of the declared uncertainty is tolerated")]
     FullSize,
     /// The largest number of rounds was reached.
-    #[error("no further round was allowed")]
+    #[error("the largest number of rounds was reached")]
     Rounds,
     /// No controller was found.
     #[error("no better controller was found: {0}")]
@@ -95,7 +95,7 @@ pub struct RobustDesign {
 /// The given controller has no bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "with the controller given no size of the uncertainty was found at which the gain is sure to stay below {gamma:.4}"
+    "no size of the uncertainty was found at which the gain with the given controller is proved to stay below {gamma:.4}"
 )]
 pub struct NoSize {
     /// The gain.

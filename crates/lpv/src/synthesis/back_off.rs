@@ -109,7 +109,7 @@ pub(crate) fn contradiction(error: SynthesisError) -> SynthesisError {
     match error {
         SynthesisError::Infeasible { stage } => SynthesisError::numerical(
             stage,
-            "the solver finds no point above the least gamma, where one exists; the problem is badly \
+            "the solver finds no point above the least gamma, although one exists; the problem is badly \
                         conditioned: check units and weights",
         ),
         other => other,

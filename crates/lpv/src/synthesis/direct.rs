@@ -61,7 +61,7 @@ fn explained(
                 (Stabilisation::Unknown, Err(SynthesisError::Infeasible { stage })) => {
                     Err(SynthesisError::numerical(
                         stage,
-                        "the solver finds no gamma, and could not tell whether the plant can be stabilised for \
+                        "the solver finds no gamma, and cannot decide whether the plant can be stabilised for \
                      every trajectory of the parameters; narrow their range, or check units and weights",
                     ))
                 }

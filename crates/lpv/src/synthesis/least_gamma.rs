@@ -161,7 +161,7 @@ pub(crate) fn least_gamma_at(
         return Ok((place.coordinates, LmiSolution { multipliers, lower, ..best }));
     }
     let (gamma, missed) = (best.gamma, -best.margin);
-    let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are missed by {missed:.1e}");
+    let diagnosis = format!("at the gamma found, {gamma:.4e}, the inequalities are violated by {missed:.1e}");
     Err(SynthesisError::numerical(STAGE, diagnosis))
 }
 

@@ -44,11 +44,11 @@ impl MatrixRational {
             return Ok(Self { numerator: polynomial, denominator: vec![] });
         }
         MatrixPolynomial::determined(samples, order + poles)?;
-        let (rows, columns) = polynomial.coefficients[0].shape();
+        let shape = polynomial.coefficients[0].shape();
         let mut best = (f64::INFINITY, Self { numerator: polynomial, denominator: vec![] });
         let mut weights = vec![1.0; samples.len()];
         for _ in 0..ITERATIONS {
-            let next = Self::weighted(samples, &weights, (order, poles), (rows, columns));
+            let next = Self::weighted(samples, &weights, order, poles, shape);
             weights = samples.iter().map(|(rho, _)| 1.0 / next.divisor(*rho)).collect();
             let missed: f64 = samples.iter().map(|(rho, m)| (next.evaluate(*rho) - m).norm_squared()).sum();
             if !weights.iter().all(|w| w.is_finite()) {
@@ -65,9 +65,11 @@ impl MatrixRational {
     fn weighted(
         samples: &[(f64, Mat)],
         weights: &[f64],
-        (order, poles): (usize, usize),
-        (rows, columns): (usize, usize),
+        order: usize,
+        poles: usize,
+        shape: (usize, usize),
     ) -> Self {
+        let (rows, columns) = shape;
         let size = rows * columns;
         let first = size * (order + 1);
         let mut left = Mat::zeros(samples.len() * size, first + poles);
@@ -156,7 +158,7 @@ mod tests {
         };
         let cube = |rho: f64| (rho, dmatrix![1.0 / (rho + 1.3_f64).powi(3)]);
         let samples: Vec<(f64, Mat)> = (0..40).map(|i| cube(f64::from(i) / 19.5 - 1.0)).collect();
-        let levy = MatrixRational::weighted(&samples, &[1.0; 40], (1, 1), (1, 1));
+        let levy = MatrixRational::weighted(&samples, &[1.0; 40], 1, 1, (1, 1));
         let fit = MatrixRational::fit(&samples, 1, 1).unwrap();
         let polynomial = MatrixRational::fit(&samples, 1, 0).unwrap();
         assert!(far(&fit, &samples) < 0.1 * far(&levy, &samples));

@@ -1,12 +1,12 @@
-//! Anti-windup gains, and the regions that they are proved for.
+//! Anti-windup gains, and the regions for which they are proved.
 
 use lpv::anti_windup::{Aim, LimitedLoop, anti_windup};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
-/// The largest distance from zero at which limits of 1 hold the unstable mode of [`plant`] back.
+/// The largest distance from zero at which limits of 1 can stabilise the unstable mode of [`plant`].
 const CONTROLLABLE: f64 = 51.975;
 
-/// As fast as the controller below, 1/s.
+/// The rate of the controller below, 1/s.
 const FAST: f64 = 1e3;
 
 /// An unstable plant with limits of 1 and a controller of second order: Y. Y. Cao, Z. Lin, D. G. Ward, "An antiwindup
@@ -25,7 +25,7 @@ fn example() -> LimitedLoop {
     LimitedLoop { a: open + &b * &k, b, c: region.transpose(), k, limits: vec![1.0; 2], region }
 }
 
-/// Whether the loop comes to rest from a state.
+/// Whether the loop converges from a state.
 fn settles(each: &LimitedLoop, gain: &DMatrix<f64>, from: DVector<f64>) -> bool {
     let LimitedLoop { a, b, k, limits, .. } = each;
     let n = a.nrows();
@@ -53,7 +53,7 @@ fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() 
     let none = DMatrix::zeros(2, 2);
     let without = anti_windup(std::slice::from_ref(&each), 2, FAST, Aim::RegionOf(&none)).unwrap();
     let with = anti_windup(std::slice::from_ref(&each), 2, FAST, Aim::Region).unwrap();
-    // A publication has 49.4 and 51.3.
+    // Published: 49.4 and 51.3.
     assert!(without.region > 49.4, "{}", without.region);
     assert!(with.region > 51.3_f64.max(without.region), "{}", with.region);
     assert!(with.region < CONTROLLABLE, "{}", with.region);

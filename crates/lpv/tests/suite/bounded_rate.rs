@@ -1,4 +1,4 @@
-//! Synthesis and proof multipliers for a parameter that moves at a bounded rate.
+//! Synthesis and proof multipliers for a parameter with a bounded rate.
 
 use crate::common;
 
@@ -26,7 +26,7 @@ fn oscillator(k: f64) -> ClosedLoop {
     GeneralisedPlant::new(vec![1], &blocks).unwrap().open()
 }
 
-/// The inequality of the loop itself, at many values of theta and both signs of the rate, written once more: no N, no
+/// The inequality of the loop, at many values of theta and both signs of the rate, written independently: without N and
 /// intervals.
 fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
     for i in 0..=64 {
@@ -61,8 +61,8 @@ fn assert_holds(closed: &ClosedLoop, bound: &SlowBound) {
     }
 }
 
-/// Published: stable for every trajectory up to k = 0.199 (circle criterion), frozen up to 1. Between them a bounded
-/// rate decides, and what holds at samples holds between them.
+/// Published: stable for every trajectory up to k = 0.199 (circle criterion), frozen up to 1. Between them the rate
+/// decides, and a result at samples also holds between them.
 #[test]
 fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let case = common::case("lpv10_oscillator_quadratic");
@@ -83,14 +83,14 @@ fn an_oscillator_beyond_the_circle_criterion_is_bounded_at_a_bounded_rate() {
     let bound = intervals(claim(1.02 * found.gamma)).unwrap();
     println!("k = {k:.4}: gain {:.3} in {} intervals", bound.gamma, bound.multipliers.len());
     assert_holds(&closed, &bound);
-    // A gain below that of a frozen loop is never shown.
+    // A gain below that of a frozen loop is never proved.
     let frozen = samples.iter().map(|(_, s)| s.hinf_norm().value).fold(0.0, f64::max);
     assert!(frozen < bound.gamma);
     assert_eq!(intervals(claim(0.99 * frozen)), None);
 }
 
 /// The oscillator of Shamma and Athans, for which no constant Lyapunov matrix exists: the bound is near the published
-/// ones and holds between all values, and not below the gain of a frozen loop; it rises with the rate.
+/// ones, holds between all values, is at least the gain of a frozen loop, and grows with the rate.
 #[test]
 fn a_finished_loop_keeps_published_gains_at_every_rate() {
     let case = common::case("lpv11_shamma_athans");
@@ -121,7 +121,7 @@ fn plant_of(certificate: &str) -> GeneralisedPlant {
     GeneralisedPlant::new(serde_json::from_value(file["blocks"].clone()).unwrap(), &parts).unwrap()
 }
 
-/// REMUS 100 by its errors alone, whose gamma for every trajectory is far above what a frozen speed allows.
+/// REMUS 100 with its errors only, whose gamma for every trajectory is far above that at a frozen speed.
 #[test]
 fn a_bounded_rate_brings_gamma_towards_that_of_frozen_speeds() {
     let plant = plant_of("remus100_bounded_rate");

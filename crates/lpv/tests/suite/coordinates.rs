@@ -9,14 +9,14 @@ use lpv::synthesis::{Options, is_least, synthesise};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
 
-/// A plant of a file with many.
+/// One of the plants in a file.
 fn problem(file: &str, name: &str) -> GeneralisedPlant {
     let problems = common::case(file);
     let one = problems["problems"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
     common::plant(one)
 }
 
-/// The least gamma; `None` where none is shown to be the least, or no controller near it survives rounding.
+/// The least gamma; `None` if none is shown to be the least, or no controller near it survives rounding.
 fn gamma(plant: &GeneralisedPlant) -> Option<f64> {
     let design = match synthesise(plant, Options::default()) {
         Ok(design) => design,
@@ -45,7 +45,7 @@ fn transformed(plant: &GeneralisedPlant, t: &Mat) -> GeneralisedPlant {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// A turn, units of the states over six decades, another turn; units of all signals and of time.
+    /// A rotation, units of the states over six decades, another rotation; units of all signals and of time.
     #[test]
     fn the_least_gamma_does_not_change(
         which in 0_usize..4,
@@ -67,20 +67,20 @@ proptest! {
             turn.view_mut((i, i), (2, 2)).copy_from(&dmatrix![cos, -sin; sin, cos]);
             q * turn
         });
-        // A pole at 5e6 rad/s beside ones of order 1 leaves no digits for more.
+        // A pole at 5e6 rad/s with others of order 1 leaves no digits for more.
         let spread = if which == 1 { 0.2 } else { 1.0 };
         let states = Mat::from_fn(n, n, |i, j| if i == j { 10f64.powf(spread * exponents[i % 8]) } else { 0.0 });
         let [w, u, z, y] = [0, 1, 2, 3].map(|i| 10f64.powf(units[i]));
         let other = transformed(&plant, &(turn(0) * states * turn(3)));
         let other = scaled(&other, &[(Z, z), (Y, y), (X, 10f64.powf(time))], &[(W, w), (U, u)]);
         let (own, found) = (gamma(&plant).unwrap(), gamma(&other).map(|found| found / (w * z)));
-        // Where the rounding of the numbers decides, nothing is called the least, as it may be for the stiff plants.
+        // If rounding decides, no gamma is called the least, as may happen for the stiff plants.
         prop_assert!(which == 1 || which == 3 || found.is_some());
         prop_assert!(found.is_none_or(|found| (found / own - 1.0).abs() < 1e-3), "{found:?} {own}");
     }
 }
 
-/// Unstable modes that the control hardly reaches are reached all the same; one that it does not reach is not.
+/// Unstable modes that the control barely reaches are controllable; one that it does not reach is not.
 #[test]
 fn only_what_is_out_of_reach_is_called_so() {
     let plant = |reach: f64| {
@@ -103,7 +103,7 @@ fn only_what_is_out_of_reach_is_called_so() {
         matches!(error, SynthesisError::NotStabilisable { re, .. } if (re - 0.1).abs() < 1e-12),
         "{error}"
     );
-    // Two integrators that one input drives alike.
+    // Two integrators with identical inputs.
     let mut twins = plant(1.0);
     twins.parts.block_mut(X, X).fill(0.0);
     assert!(matches!(synthesise(&twins, Options::default()), Err(SynthesisError::NotStabilisable { .. })));
@@ -134,8 +134,8 @@ fn thirty_unstable_states() {
     assert!(design.certified.gamma <= 1.1001 * design.gamma_optimum);
 }
 
-/// A double integrator whose damping is 1e-3 theta, with a weight of 1e4 at rest: frozen at theta = 0 its least gamma
-/// is 1.4857. With time in units of the plant's own modes the search ended at 12.7.
+/// A double integrator with the damping 1e-3 theta and a static weight of 1e4: frozen at theta = 0 its least gamma is
+/// 1.4857. With time in units of the plant's modes the search ended at 12.7.
 #[test]
 fn slow_weights_with_a_parameter() {
     let blocks = [

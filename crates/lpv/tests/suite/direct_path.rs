@@ -14,8 +14,8 @@ use lpv::synthesis::{Design, Options};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
 
-/// The loop of a plant with D22 and a controller, all of its equations solved at once: unknown are x', xk', z, zt,
-/// zk, wt, wk, u and y.
+/// The loop of a plant with D22 and a controller by solving all its equations at once for x', xk', z, zt, zk, wt, wk, u
+/// and y.
 fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> Option<StateSpace> {
     let s = p.sizes();
     let (nk, rk) = (k.a().nrows(), k.dtt().nrows());
@@ -25,7 +25,7 @@ fn loop_with(p: &GeneralisedPlant, d22: &Mat, k: &Controller, theta: &[f64]) -> 
             blocks.iter().zip(theta).flat_map(|(&r, &t)| std::iter::repeat_n(t, r)).collect();
         Mat::from_diagonal(&nalgebra::DVector::from_vec(each))
     };
-    // zt, zk, u, y in terms of themselves, and of x, xk, w.
+    // zt, zk, u, y as functions of themselves, and of x, xk, w.
     let inner = block(&[
         &[&(&p.dtt() * expand(&p.blocks)), &zero(s.t, rk), &p.dt2(), &zero(s.t, s.y)],
         &[&zero(rk, s.t), &(&k.dtt() * expand(&k.blocks)), &zero(rk, s.u), &k.dty()],
@@ -72,8 +72,7 @@ fn matrix(rows: usize, cols: usize) -> impl Strategy<Value = Mat> {
 const BLOCKS: [usize; 2] = [2, 1];
 
 prop_compose! {
-    /// Three states, two parameters in three channels, two w, z, y, and u: any but for the size of the parameters'
-    /// own loop.
+    /// Three states, two parameters in three channels, two w, z, y, and u, with a bounded loop through the parameters.
     fn random_plant()(whole in matrix(3 + 3 + 2 + 2, 3 + 3 + 2 + 2)) -> GeneralisedPlant {
         let sizes = Sizes { x: 3, t: 3, w: 2, u: 2, z: 2, y: 2 };
         let mut parts = Partitioned::of(whole, PLANT, sizes);
@@ -93,7 +92,7 @@ proptest! {
     ) {
         let k = Controller::from_matrix(&whole, 2, 2, 2, BLOCKS.to_vec());
         let Some(with) = around(&k, &d22) else { return Err(TestCaseError::reject("singular")) };
-        // What rounding may do grows with the numbers.
+        // Rounding grows with the numbers.
         prop_assume!(with.matrix().amax() < 1e3);
         for theta in &thetas {
             let pair = (loop_with(&plant, &d22, &with, theta), loop_with(&plant, &Mat::zeros(2, 2), &k, theta));
@@ -136,7 +135,7 @@ fn a_direct_path_changes_neither_gamma_nor_bound() {
         assert_keeps_its_bound(&plant, &d22, &design);
         let reduced = reduce(&plant, &d22, &design, None);
         assert_keeps_its_bound(&plant, &d22, &reduced);
-        // What the limit on the modes is of is the controller that comes out.
+        // The limit on the modes applies to the controller that is returned.
         let fastest = design.controller.fastest_mode(&parameter_grid(plant.blocks.len()));
         let limited =
             synthesise(&plant, &d22, Options { fastest_mode: Some(1.001 * fastest), ..Options::default() });
@@ -144,7 +143,7 @@ fn a_direct_path_changes_neither_gamma_nor_bound() {
     }
 }
 
-/// D22 is minus the inverse of the controller's own direct path: put back unchanged, it would be divided by zero.
+/// D22 is minus the inverse of the controller's direct path: restored unchanged, it would cause a division by zero.
 #[test]
 fn a_controller_that_a_direct_path_makes_singular_is_changed() {
     let blocks = [
@@ -166,8 +165,7 @@ fn a_controller_that_a_direct_path_makes_singular_is_changed() {
     assert_keeps_its_bound(&plant, &d22, &design);
 }
 
-/// The same at one value of the parameter, to whose two sides `I + Duy D22` has different signs: no small change
-/// helps.
+/// The same at one parameter value, on whose two sides `I + Duy D22` has different signs: no small change helps.
 #[test]
 fn a_controller_that_is_singular_within_the_box_gets_lags() {
     let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));

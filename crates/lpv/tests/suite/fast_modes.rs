@@ -1,4 +1,4 @@
-//! Weights with poles far beyond the plant's: gamma and controller as if they were merely fast.
+//! Weights with poles far beyond the plant's: gamma and controller are those for moderately fast ones.
 
 use crate::common;
 
@@ -6,7 +6,7 @@ use lpv::partition::Group::{X, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Design, Options, synthesise};
 
-/// The tutorial plant of LPVTools with one more output: a tenth of the plant's own, behind a low-pass at `rate`.
+/// The tutorial plant of LPVTools with one more output: a tenth of the plant's, low-pass filtered at `rate`.
 fn with_filter(rate: f64) -> GeneralisedPlant {
     let p = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
     let s = p.sizes();
@@ -18,7 +18,7 @@ fn with_filter(rate: f64) -> GeneralisedPlant {
     out
 }
 
-/// Proved for the plant itself: by the eigenvalues of its own loop, at three frozen parameters too.
+/// The bound is proved for the given plant: by the eigenvalues of its loop, also at three frozen parameters.
 fn assert_bounded(plant: &GeneralisedPlant, design: &Design) {
     assert!(design.certified.largest_eigenvalue < 0.0);
     let closed = plant.close(&design.controller);

@@ -24,7 +24,7 @@ fn climb(plant: &GeneralisedPlant) -> Ladder {
     println!("arbitrarily fast {:.5}", found.arbitrarily_fast.as_ref().unwrap().gamma);
     println!("certified {:.5}", found.certified);
     assert_eq!(found.disorders(), vec![]);
-    // From the Lyapunov matrix of the certificate the same gains of the finished loop come out.
+    // The gains of the closed loop are the same from the Lyapunov matrix of the certificate.
     let options = LadderOptions { lyapunov: Some(design.certified.x.clone()), ..options };
     let again = ladder(plant, &design.controller, design.certified.gamma, &options).unwrap();
     let gains = |of: &Ladder| {
@@ -47,7 +47,7 @@ fn lpvtools_tutorial() {
     assert!((largest / expected["frozen_max"].as_f64().unwrap() - 1.0).abs() < 1e-3, "{largest}");
     let optimum = expected["gamma_opt"].as_f64().unwrap();
     assert!((found.scheduled.unwrap() / optimum - 1.0).abs() < expected["rtol"].as_f64().unwrap());
-    // Scheduling and fast parameters do cost something here.
+    // Scheduling and fast parameters have a cost here.
     assert!(largest < 0.9 * optimum);
     assert!(found.frozen_gain.gamma < found.arbitrarily_fast.unwrap().gamma);
 }

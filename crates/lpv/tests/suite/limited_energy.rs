@@ -1,4 +1,4 @@
-//! The gain with limits on loops of others' demonstrations, with the controllers that are theirs, and their flights.
+//! The gain with limits on loops of published demonstrations, with their controllers, and simulations.
 
 use lpv::anti_windup::energy::{Bounds, Limited, of_gain, with_anti_windup};
 use lpv::controller::Controller;
@@ -8,8 +8,7 @@ use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use nalgebra::{DVector, dmatrix};
 
-/// A plant `x' = A x + B sat(u)`, `y = C x` and the controller of r - y with its limits; the gain is that from r to
-/// r - y.
+/// A plant `x' = A x + B sat(u)`, `y = C x` and the controller of r - y with its limits; the gain is from r to r - y.
 struct Case {
     plant: [Mat; 3],
     controller: StateSpace,
@@ -47,7 +46,7 @@ impl Case {
         (gamma, found.unwrap())
     }
 
-    /// The energies of r and of r - y, the latter also after `late`, and the largest part of u that is cut off.
+    /// The energies of r and of r - y, the latter also after `late`, and the largest saturated part of u.
     fn fly(&self, gain: &Mat, seconds: f64, late: f64, r: impl Fn(f64) -> DVector<f64>) -> [f64; 4] {
         let ([a, b, c], k) = (&self.plant, &self.controller);
         let tick = 1e-5 * seconds;
@@ -146,7 +145,7 @@ fn the_largest_energy_of_an_integrator_is_that_in_closed_form() {
     }
 }
 
-/// With a = -1 and H = 0 the least gain is 1, that of the plant alone: so the sector includes.
+/// With a = -1 and H = 0 the least gain is 1, that of the plant alone: the sector includes it.
 #[test]
 fn the_least_gain_for_any_w_is_that_of_the_plant_alone() {
     let found = first_order(-1.0);
@@ -178,8 +177,8 @@ fn the_missile_flies_as_claimed() {
     assert!(worse > 15.0 * error, "{worse} {error}");
 }
 
-/// The demonstration's step of [0.63 0.79]: what remains of the error after 20 s is a seventh of that without
-/// anti-windup. It goes on for ever, so that no energy bounds it.
+/// The demonstration's step of [0.63 0.79]: the error after 20 s is a seventh of that without anti-windup. The step is
+/// permanent, so no energy bounds it.
 #[test]
 fn the_tanks_recover() {
     let case = tanks();

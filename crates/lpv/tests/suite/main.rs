@@ -1,4 +1,4 @@
-//! Synthesis and analysis on plants whose answers are published or known.
+//! Synthesis and analysis of plants with published or known answers.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod anti_windup;

@@ -1,4 +1,4 @@
-//! Published and analytic optima, and what must hold of every controller that comes out.
+//! Published and analytic optima, and properties of every controller.
 
 use crate::common;
 
@@ -6,7 +6,7 @@ use lpv::partition::Group;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Design, Options, ScalingClass, least_gamma, synthesise};
 
-/// Found may lie above the optimum by the tolerance, and below it by rounding alone.
+/// The result may be above the optimum by the tolerance, and below it only by rounding.
 fn assert_optimum(name: &str, found: f64, expected: f64, rtol: f64) {
     let relative = found / expected - 1.0;
     println!(

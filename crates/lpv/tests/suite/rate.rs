@@ -11,7 +11,7 @@ use serde_json::Value;
 
 type Samples = Vec<(f64, StateSpace)>;
 
-/// `count` samples with theta evenly spread over [-1, 1].
+/// `count` samples with theta evenly spaced over [-1, 1].
 fn samples(count: usize, system: impl Fn(f64) -> StateSpace) -> Samples {
     let theta = |i: usize| -1.0 + 2.0 * i as f64 / (count - 1) as f64;
     (0..count).map(|i| (theta(i), system(theta(i)))).collect()
@@ -41,7 +41,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// The inequality, written here once more, at all samples: X(theta) > 0 and both signs of the rate.
+/// The inequality, written independently, at all samples: X(theta) > 0 and both signs of the rate.
 fn assert_holds(samples: &Samples, bound: &RateBound) {
     for (theta, s) in samples {
         let (x, slope) = (bound.proof.lyapunov.value(*theta), bound.proof.lyapunov.slope(*theta));
@@ -140,7 +140,7 @@ fn gains_rise_with_the_rate_from_frozen_to_arbitrarily_fast() {
     assert!((still / frozen - 1.0).abs() < 0.02, "{still} against {frozen}");
 }
 
-/// A resonance that is sharp between the points at which the inequality is imposed first.
+/// A sharp resonance between the points at which the inequality is imposed first.
 #[test]
 fn a_peak_between_the_points_is_found() {
     let resonant = |theta: f64| {
@@ -198,7 +198,7 @@ fn bad_input_is_refused() {
     assert_eq!(gain(&system, 1.0), RateError::NotAscending { theta: -1.0 });
 }
 
-/// Beyond the closed form's k there is no constant Lyapunov function, and nothing else is blamed for that.
+/// Beyond the closed form's k there is no constant Lyapunov function, and the error says so.
 #[test]
 fn infeasible_is_not_called_a_numerical_failure() {
     for k in [0.21, 0.25, 0.3, 0.4, 0.5, 0.7] {

@@ -1,4 +1,4 @@
-//! Removing controller states, with and without a limit on the fastest mode.
+//! Removal of controller states, with and without a limit on the fastest mode.
 
 use crate::common;
 
@@ -20,7 +20,7 @@ fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
     let allowed = 1.001 * fastest(&free);
     assert_eq!(reduce(&plant, &design, Some(allowed)), free);
 
-    // Nothing between the full controller and the smallest one is slower: the full one is handed back as it is.
+    // No controller between the full and the smallest one is slower: the full one is returned unchanged.
     let refused = reduce(&plant, &design, Some(0.5 * fastest(&free)));
     assert!(refused == design || fastest(&refused) <= 0.5 * fastest(&free));
     assert_ne!(refused, free);

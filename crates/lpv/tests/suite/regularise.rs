@@ -1,4 +1,4 @@
-//! Singular problems: a controller comes out, and what was added for its design is what the numbers say.
+//! Singular problems: a controller is found, and the reported additions to the plant are correct.
 
 use crate::common;
 
@@ -8,7 +8,7 @@ use lpv::plant::GeneralisedPlant;
 use lpv::regularise::Regularisation;
 use lpv::synthesis::{Design, Options, synthesise};
 
-/// The plant with the outputs and disturbances that were added, as a reader of the remark would add them.
+/// The plant with the added outputs and disturbances, as a reader of the remark would add them.
 fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
     let s = p.sizes();
     let (more_z, more_w) = (added.weights.len(), added.noises.len());
@@ -36,8 +36,7 @@ fn in_other_units(p: &GeneralisedPlant) -> GeneralisedPlant {
     out
 }
 
-/// Designs for a singular plant without parameters, and checks both loops: that of the plant as given, and that of
-/// the plant with what was added.
+/// Designs for a singular plant without parameters, and checks the loops of the given and of the modified plant.
 fn assert_holds(plant: &GeneralisedPlant) -> Design {
     let design = synthesise(plant, Options::default()).unwrap();
     let norm = |plant: &GeneralisedPlant| {
@@ -62,7 +61,7 @@ fn the_bound_is_near_the_least_gamma() {
     assert_eq!((added.weights.len(), added.noises.len()), (1, plant.sizes().y));
 }
 
-/// No weight on any control: the least gamma is zero.
+/// Without a weight on any control the least gamma is zero.
 #[test]
 fn what_is_added_is_given_in_the_users_units() {
     let mut plant = common::plant(&common::case("compleib/compleib_DIS1"));
@@ -73,7 +72,7 @@ fn what_is_added_is_given_in_the_users_units() {
     for (one, other, unit) in [(here.weights, there.weights, z * u), (here.noises, there.noises, y * w)] {
         assert_eq!(one.len(), 4);
         for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
-            // Balancing ends a little elsewhere from elsewhere; a unit forgotten is a factor of 10 at least.
+            // Balancing ends slightly differently from another start; a forgotten unit is a factor of at least 10.
             let ratio = if *other == 0.0 { 1.0 } else { unit * one / other };
             assert!((0.5..2.0).contains(&ratio), "{one} {other}");
         }

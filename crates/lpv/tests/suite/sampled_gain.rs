@@ -10,7 +10,7 @@ use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use nalgebra::dmatrix;
 
-/// The bounds that are published, in their digits.
+/// The published bounds, in their digits.
 #[test]
 fn published_bounds() {
     for name in ["sd01_sdhinfnorm", "sd02_sdhinfnorm_faster"] {
@@ -28,8 +28,8 @@ fn published_bounds() {
     }
 }
 
-/// The gain from inputs that are constant on each of `parts` equal parts of a sample, with the energy of z between them
-/// as it is: no more than the gain, and as near as the parts are small.
+/// The gain from inputs that are constant on each of `parts` equal parts of a sample, with the exact energy of z
+/// between them: a lower bound that converges as the parts become small.
 fn from_below(plant: &GeneralisedPlant, k: &StateSpace, time: f64, parts: usize) -> f64 {
     let h = time / parts as f64;
     let sizes = plant.sizes();
@@ -104,7 +104,7 @@ fn brute_force_comes_up_to_it_from_below() {
     }
 }
 
-/// A component of w that is sampled as it is, is held: an input of the loop that is constant from tick to tick.
+/// A component of w that is sampled directly is held: an input of the loop that is constant between ticks.
 #[test]
 fn what_is_sampled_without_a_state_is_held() {
     let (plant, k, time) = stiff();
@@ -112,7 +112,7 @@ fn what_is_sampled_without_a_state_is_held() {
     parts.block_mut(Y, W).copy_from(&dmatrix![0.5, -0.2; 0.1, 0.3]);
     let held = GeneralisedPlant { parts, blocks: vec![] };
     let SampledGain { lower, upper } = sampled_gain(&held, &k, time, Any).unwrap();
-    // The same with w as states of its own, which jump at the ticks and are seen by C2.
+    // The same with w as additional states, which jump at the ticks and are seen by C2.
     let sizes = plant.sizes();
     let (x, w, zero) = (sizes.x, sizes.w, Mat::zeros);
     let generator =
@@ -122,7 +122,7 @@ fn what_is_sampled_without_a_state_is_held() {
     let step = (generator * (time / parts as f64)).exp();
     let mut now = Mat::identity(x + 1 + w, x + 1 + w);
     let mut energy = Mat::zeros(x + 1 + w, x + 1 + w);
-    // The rule of Simpson.
+    // Simpson's rule.
     for part in 0..=parts {
         let weight = if part == 0 || part == parts { 1.0 } else { 2.0 + 2.0 * f64::from(part % 2) };
         let z = &output * &now;
@@ -151,8 +151,8 @@ fn what_is_sampled_without_a_state_is_held() {
     );
 }
 
-/// Held inputs are those of brute force with one part; what is faster is mirrored to low frequencies, where this output
-/// counts a hundred times: a measurement of a velocity that a force disturbs.
+/// Held inputs agree with brute force with one part; faster inputs alias to low frequencies, where this output has a
+/// hundredfold weight: a measurement of a velocity disturbed by a force.
 #[test]
 fn what_is_faster_than_the_ticks_is_mirrored() {
     let blocks = [
@@ -176,7 +176,7 @@ fn what_is_faster_than_the_ticks_is_mirrored() {
     assert!(finest > any.lower * (1.0 - 1e-3), "{finest}");
 }
 
-/// Sampled often enough a loop has its gain in continuous time.
+/// Sampled fast enough, a loop has its continuous-time gain.
 #[test]
 fn sampled_often_it_is_the_gain_in_continuous_time() {
     let blocks = [
@@ -193,12 +193,11 @@ fn sampled_often_it_is_the_gain_in_continuous_time() {
     let expected = closed.hinf_norm().value;
     let found = sampled_gain(&plant, &k, 1e-6, Any).unwrap();
     assert!((found.upper / expected - 1.0).abs() < 1e-4, "{found:?} {expected}");
-    // With 0.3 s between the ticks it is unstable.
+    // With 0.3 s between ticks it is unstable.
     assert_eq!(sampled_gain(&plant, &k, 0.3, Any).unwrap().lower, f64::INFINITY);
 }
 
-/// Nothing that can be seen moves: the lower bound is 0, and the upper one next to nothing. And a gain that is all in
-/// D11.
+/// Nothing observable moves: the lower bound is 0, and the upper one almost 0. And a gain due to D11 only.
 #[test]
 fn no_gain_and_a_direct_one() {
     let blocks = |d: f64| {
