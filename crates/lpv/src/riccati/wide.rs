@@ -10,7 +10,7 @@ pub(crate) use qd::Quad;
 /// A matrix of 32-digit numbers.
 pub(crate) type Wide = DMatrix<Quad>;
 
-/// The same numbers in 32 digits.
+/// A matrix converted to 32 digits.
 pub(crate) fn wide(m: &Mat) -> Wide {
     m.map(Quad::from_f64)
 }

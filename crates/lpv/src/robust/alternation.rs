@@ -84,7 +84,7 @@ pub struct RobustDesign {
     pub controller: Controller,
     /// The largest size at which its gain stays below the allowed one, and the bound there.
     pub largest: RobustBound,
-    /// The same for the given controller.
+    /// The largest size with the given controller, and the bound there.
     pub given_largest: RobustBound,
     /// The successful rounds.
     pub rounds: Vec<Round>,
@@ -95,7 +95,8 @@ pub struct RobustDesign {
 /// The given controller has no bound at the allowed gain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "no size of the uncertainty was found at which the gain with the given controller is proved to stay below {gamma:.4}"
+    "no size of the uncertainty was found at which the gain with the given controller is proved to stay below \
+     {gamma:.4}"
 )]
 pub struct NoSize {
     /// The gain.

@@ -98,9 +98,9 @@ fn build(
 /// The coordinates in which a controller is built.
 #[derive(Clone, Copy, PartialEq)]
 enum Basis {
-    /// Those in which the smallest X and Y are equal.
+    /// Coordinates in which the smallest X and Y are equal.
     Equalised,
-    /// Those in which the least gamma was found, for a plant so stiff that rounding spoils the others.
+    /// Coordinates in which the least gamma was found, for a plant so stiff that rounding spoils the others.
     AsFound,
 }
 

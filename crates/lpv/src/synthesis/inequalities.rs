@@ -48,8 +48,8 @@ pub struct LmiSolution {
 
 /// Multipliers of the synthesis inequalities in floating point; exact arithmetic decides what they prove.
 ///
-/// Those of the primal and of the dual inequality are `P P'`, with the control eliminated: `[C2 D2t D21 0] P = 0` to
-/// rounding.
+/// The multipliers of the primal and of the dual inequality are `P P'`, with the control eliminated: `[C2 D2t D21 0] P
+/// = 0` to rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DualMultipliers {
     /// P of the primal inequality, rows x, wt, w, z.

@@ -135,8 +135,8 @@ impl StateSpace {
         self.response(Complex::new(0.0, omega)).map_or(f64::INFINITY, |g| largest_complex_singular_value(&g))
     }
 
-    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. For the source see the top of
-    /// this file.
+    /// The H-infinity norm to a relative accuracy of 1e-9; infinite for an unstable system. For the source see the top
+    /// of this file.
     pub fn hinf_norm(&self) -> HinfNorm {
         // One of two conjugate poles.
         self.peak_from(|poles| poles.iter().filter(|pole| pole.im >= 0.0).map(|pole| pole.norm()).collect())

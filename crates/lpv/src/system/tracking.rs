@@ -14,8 +14,8 @@
 //!         z_u
 //! ```
 //!
-//! Sources: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the tracking errors as
-//! the only measurements); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 9.4.1 and
+//! Sources: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3B and Fig. 2 (the tracking errors
+//! as the only measurements); S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 9.4.1 and
 //! eq. 9.88 (two degrees of freedom and a reference model). The weights are in [`super::weights`].
 
 use crate::error::{AugmentError, ShapeError};
@@ -28,8 +28,8 @@ use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight, Trac
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///
-/// Its level follows `v' = w (r - v)`; the reference model of that output, if any, is the same filter. States, inputs and
-/// references are deviations from the trim at v, and `slope` is the derivative of the trim:
+/// Its level follows `v' = w (r - v)`; the reference model of that output, if any, is the same filter. States, inputs
+/// and references are deviations from the trim at v, and `slope` is the derivative of the trim:
 ///
 /// ```text
 /// x~ = x - x0(v),   u~ = u - u0(v),   x~' = A x~ + B u~ - x0'(v) v'
@@ -75,8 +75,8 @@ pub struct TrackingProblem {
     pub input_scale: Vec<f64>,
     /// Time constant of the lag of each input, s; 0 for none.
     pub lags: Vec<f64>,
-    /// The delay T of the commands, before the lags, s; 0 for none. The plant has its first-order Pade approximation, the
-    /// all-pass `(2/T - s)/(2/T + s)`, whose phase error is `(omega T)^3/12`.
+    /// The delay T of the commands, before the lags, s; 0 for none. The plant has its first-order Pade approximation,
+    /// the all-pass `(2/T - s)/(2/T + s)`, whose phase error is `(omega T)^3/12`.
     pub delay: f64,
     /// W_e of each tracked output.
     pub tracking: Vec<TrackingWeight>,
@@ -111,10 +111,10 @@ pub struct ModelPlace {
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one per delay; one per W_e; two for the waves; those of R, the trim, the reference
-    /// models, the noise and W_u, if any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e
-    /// or `[R r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are
-    /// deviations from it.
+    /// States: the model's; the lags; one per delay; one per W_e; two for the waves; those of R, the trim, the
+    /// reference models, the noise and W_u, if any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e or `[R
+    /// r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations
+    /// from it.
     ///
     /// # Errors
     /// The first part of a wrong size, or the first number that makes a weight improper, unstable or infinite.
@@ -241,7 +241,7 @@ impl TrackingProblem {
         forces
     }
 
-    /// The tracking errors, against the reference models where there are any.
+    /// The tracking errors, against the reference models if there are any.
     fn errors(&self, all: &mut Assembly, r: &Signal, references: &Signal, outputs: &Signal) -> Vec<Signal> {
         let two = self.two_degrees.as_ref();
         let target = |i: usize| match two.and_then(|two| two.models[i]) {
@@ -299,8 +299,8 @@ impl TrackingProblem {
             + weights
     }
 
-    /// The model augmented by the waves, and by the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w
-    /// B_w 0]`.
+    /// The model augmented by the waves, and by the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0
+    /// A_w B_w 0]`.
     fn augmented_model(&self, n: usize, m: usize) -> Lft {
         let trim = self.trim();
         let moved = trim.map_or(0, |_| m);
@@ -506,8 +506,8 @@ mod tests {
         }
     }
 
-    /// x' = -x + force with a lag of 0.5 s, a delay of 0.2 s, a reference model and rising noise: the open plant against
-    /// its transfer functions.
+    /// x' = -x + force with a lag of 0.5 s, a delay of 0.2 s, a reference model and rising noise: the open plant
+    /// against its transfer functions.
     #[test]
     fn two_degrees_of_freedom_have_their_transfer_functions() {
         let noise = RisingWeight { low: 0.01, high: 2.0, corner: 3.0 };

@@ -106,10 +106,12 @@ proptest! {
             prop_assert!((p.add(&q).evaluate(&theta).unwrap() - (&x + &y)).amax() < 1e-9);
         }
         if x.nrows() == y.nrows() {
-            prop_assert!((p.concatenated(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x, &y]])).amax() < 1e-9);
+            let expected = lpv::matrix::block(&[&[&x, &y]]);
+            prop_assert!((p.concatenated(&q).evaluate(&theta).unwrap() - expected).amax() < 1e-9);
         }
         if x.ncols() == y.ncols() {
-            prop_assert!((p.stacked(&q).evaluate(&theta).unwrap() - lpv::matrix::block(&[&[&x], &[&y]])).amax() < 1e-9);
+            let expected = lpv::matrix::block(&[&[&x], &[&y]]);
+            prop_assert!((p.stacked(&q).evaluate(&theta).unwrap() - expected).amax() < 1e-9);
         }
     }
 }
