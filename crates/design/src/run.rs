@@ -1,5 +1,5 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify in continuous
-//! time and as sampled, freeze, anti-windup, limits, verdict.
+//! The design, stage by stage: trim, linearise, fit, LFT, augment, synthesise, check, certify in continuous time and as
+//! sampled, freeze, anti-windup, limits, verdict.
 
 use crate::augment::augment;
 use crate::certify::certify;
@@ -40,13 +40,13 @@ pub struct Finished {
     pub checks: Checks,
     /// The certificate, or why there is none.
     pub proof: Result<Proof, String>,
-    /// The same of the sampled loop.
+    /// The certificate of the sampled loop, or why there is none.
     pub sampled: Result<Proof, String>,
-    /// What the FMUs carry.
+    /// The contents of the frozen files.
     pub frozen: Frozen,
-    /// The robust design, if that was asked for.
+    /// The robust design, if requested.
     pub robust: Option<Robust>,
-    /// What was asked and what is achieved.
+    /// The requirements and what is achieved.
     pub verdict: Verdict,
 }
 
@@ -94,8 +94,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let sampled = sampled_stage(inputs, &model, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
-    let proof =
-        proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
+    let proof = proof.map(|proof| limits_stage(inputs, proof, &plant, &design.controller, &frozen, progress));
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
         frozen.controller.anti_windup = Some(limits.e.clone());
     }
@@ -105,7 +104,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
 
-/// Certifies. The reason of a failed proof is reported and returned, so that the design can still be inspected.
+/// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
+/// inspected.
 fn certificate_stage(
     inputs: &Inputs,
     model: &Model,
@@ -127,7 +127,7 @@ fn certificate_stage(
     proof
 }
 
-/// Certifies the sampled loop. The reason of a failed proof is reported and returned.
+/// Computes the certificate of the sampled loop. If the proof fails, the reason is reported and returned.
 fn sampled_stage(
     inputs: &Inputs,
     model: &Model,
@@ -152,7 +152,7 @@ fn sampled_stage(
     proof
 }
 
-/// Anti-windup, if the design has it. A controller without flies as well, as long as its actuators suffice.
+/// Anti-windup, if the design has it. If none is found, the controller is used without it.
 fn anti_windup_stage(
     inputs: &Inputs,
     controller: &Controller,
@@ -181,16 +181,19 @@ fn anti_windup_stage(
     }
 }
 
-/// The claim for commands at their limits, where one is found; without it the rest of the proof stands.
+/// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
 fn limits_stage(
     inputs: &Inputs,
     proof: Proof,
-    parts: (&GeneralisedPlant, &Controller),
+    plant: &GeneralisedPlant,
+    controller: &Controller,
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
     let what = "how large a step the loop survives at its limits";
-    let claim = || with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
+    let claim = || {
+        with_limits(&proof, plant, controller, &frozen.controller, &inputs.vehicle.actuators, &inputs.design)
+    };
     let (found, seconds) = progress.timed("limits", what, claim);
     let words = match &found {
         Ok(None) => return proof,
@@ -209,7 +212,7 @@ fn limits_stage(
     found.ok().flatten().unwrap_or(proof)
 }
 
-/// A claim that was proved, with the time that the proof took.
+/// A proved claim, with the time of the proof.
 fn proved(claim: &str, seconds: f64) -> String {
     format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
 }

@@ -1,5 +1,5 @@
-//! The section `limits` of the certificate: how large a step of a reference may be for the loop, with its commands cut
-//! off at their limits and its anti-windup, to stay in a region from which it comes back.
+//! The section `limits` of the certificate: the largest step of a reference for which the loop, with saturated commands
+//! and anti-windup, stays in a region from which it returns to trim.
 
 use crate::ball::ball_of;
 use crate::claim::Proof;
@@ -12,38 +12,39 @@ use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use std::collections::BTreeMap;
 
-/// The step that is asked for, and what limits the loop.
+/// The wanted step, and the limits of the loop.
 #[derive(Debug, Clone)]
 pub struct Step<'a> {
-    /// The place in w of the reference that steps.
+    /// The index in w of the reference that steps.
     pub input: usize,
-    /// The largest step that is claimed.
+    /// An upper limit of the claimed step.
     pub largest: f64,
-    /// The step that is to be proved at least.
+    /// The step that should at least be proved.
     pub wanted: f64,
-    /// The gain of the quickest recovery, states x commands.
-    pub quick: &'a Rows,
-    /// Bound on a gain that is sought \[1/s\].
+    /// The anti-windup gain of the quickest recovery, states x commands.
+    pub quickest: &'a Rows,
+    /// Upper bound of the poles of a computed gain \[1/s\].
     pub fastest: f64,
-    /// How far each command can go either way.
+    /// The range of each command to either side.
     pub commands: Vec<f64>,
-    /// The states of the plant whose rates are limited, and how far these can go.
+    /// The rate limits, by state of the plant.
     pub rates: BTreeMap<usize, f64>,
-    /// The states of the model: of Delta only their rows count while the trim stands still.
+    /// The number of states of the model: while the trim is constant, only their rows of Delta are used.
     pub states: usize,
 }
 
 /// Adds the claim for the largest step found to a proof that covers a model error, and proves all of it.
 ///
-/// The gain is that of the quickest recovery; where the step that is wanted is not proved with it, the gain of the
-/// largest step takes its place, if that is larger. Where the claim can be made with that gain it is one about every
-/// state. `None` for a proof without model error.
+/// The anti-windup gain is that of the quickest recovery. If the wanted step is not proved with it, the gain of the
+/// largest step replaces it, provided that step is larger. If possible, the claim is then made for every initial state.
+/// `None` for a proof without model error.
 ///
 /// # Errors
-/// [`ProofError::Synthesis`] where no step is found; [`ProofError::Unproved`].
+/// [`ProofError::Synthesis`] if no step is found; [`ProofError::Unproved`].
 pub fn with_limits(
     proof: &Proof,
-    (plant, controller): (&GeneralisedPlant, &Controller),
+    plant: &GeneralisedPlant,
+    controller: &Controller,
     step: Step<'_>,
 ) -> Result<Option<Proof>, ProofError> {
     let certificate = &proof.certificate;
@@ -56,12 +57,12 @@ pub fn with_limits(
     let rates: Vec<usize> = rates.into_keys().collect();
     let shapeless = || ProofError::Ball { reach: None };
     let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
-    let all = ball_of(ball, (n, plant.b1().ncols(), m)).ok_or_else(shapeless)?;
+    let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(shapeless)?;
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
-    let quick: Mat = matrix(step.quick, m)?;
+    let quickest: Mat = matrix(step.quickest, m)?;
     let units = matrix(&ball.s, ball.s.len())?;
-    let of = |gain| Limited {
+    let with = |gain| Limited {
         plant,
         kept: &kept,
         controller,
@@ -73,16 +74,19 @@ pub fn with_limits(
         input,
         largest,
     };
-    let mut found = largest_step(of(Gain::Given(&quick)));
+    let mut found = largest_step(with(Gain::Given(&quickest)));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = largest_step(of(Gain::Sought(step.fastest)))
+        && let Ok(other) = largest_step(with(Gain::Sought(step.fastest)))
         && !found.as_ref().is_ok_and(|found| found.size >= other.size)
     {
         found = Ok(other);
     }
     let found = found?;
-    let found =
-        if found.size < largest { every_step(of(Gain::Given(&found.gain))).unwrap_or(found) } else { found };
+    let found = if found.size < largest {
+        every_step(with(Gain::Given(&found.gain))).unwrap_or(found)
+    } else {
+        found
+    };
     let section = Limits {
         input,
         size: found.size,

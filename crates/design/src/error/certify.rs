@@ -1,8 +1,8 @@
-//! Why nothing is certified of a vehicle and its design.
+//! Why a vehicle and its design are not certified.
 
 use thiserror::Error;
 
-/// Why nothing is certified of a vehicle and its design, where the proof itself has no fault.
+/// Why a vehicle and its design are not certified, for reasons other than the proof itself.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CertifyError {
@@ -19,13 +19,13 @@ pub enum CertifyError {
              sample_time in [autopilot]"
     )]
     ModeAtTwiceTheRate,
-    /// The rate of an actuator has a limit, and the plant of the design no state that it is the rate of.
+    /// An actuator has a rate limit, but the plant of the design has no state for it.
     #[error(
         "the limit on the rate of {actuator} acts on its lag, which the plant of this design does not have: with \
             'lags = true' in [control] it has"
     )]
     RateWithoutLag { actuator: String },
-    /// The drag of a vehicle that flies ahead and astern makes the fit's residual too large for a bound.
+    /// Quadratic drag in both directions makes the fit's residual too large for a bound.
     #[error(
         "no gain is shown for every model as far from the fit as the vehicle is: from {from} to {to} m/s the slope \
             of its drag bends at rest, and no polynomial in speed follows that; make two designs, one astern \

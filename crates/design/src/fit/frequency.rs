@@ -60,13 +60,15 @@ pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec
         .iter()
         .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
     let Some((_, first)) = model.grid.first() else { return vec![] };
-    fits.map(|(order, fit)| errors_of((actuators, tracked), order, (&samples, first.states), &fit)).collect()
+    fits.map(|(order, fit)| errors_of(actuators, tracked, order, &samples, first.states, &fit)).collect()
 }
 
 fn errors_of(
-    (actuators, tracked): (&[Actuator], &[Tracked]),
+    actuators: &[Actuator],
+    tracked: &[Tracked],
     order: usize,
-    (samples, states): (&[(f64, Mat)], States),
+    samples: &[(f64, Mat)],
+    states: States,
     fit: &MatrixPolynomial,
 ) -> Errors {
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
@@ -98,9 +100,8 @@ mod tests {
     use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
 
-    /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the
-    /// channel of the paper's Fig. 4 is much farther off than speed and pitch in SI units together, which are mostly
-    /// speed.
+    /// Other scales of the design do not change the errors of the channels, only the scaled error. The channel of the
+    /// paper's Fig. 4 has a much larger error than speed and pitch together in SI units, where speed dominates.
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let mut inputs = shipped("squid", "design");
@@ -119,7 +120,7 @@ mod tests {
         }
         let second = at(&inputs);
         assert_eq!(first.channels, second.channels);
-        // In units of so small a scale pitch is all that counts.
+        // In units of so small a scale, pitch dominates.
         assert!(
             second.scaled > 2.0 * first.scaled || first.scaled > 0.02,
             "{} {}",

@@ -9,7 +9,7 @@ use lpv::polynomial::MatrixPolynomial;
 use proof::claim::parse;
 use proof::same_plant::NEAREST_POLE;
 use squid_design::augment::{LinearModel, augment};
-use squid_design::certify::missed::missed;
+use squid_design::certify::fit_residual::fit_residual;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::linearise::{TRIM_ROWS, linearise_at, trim_slope};
@@ -67,7 +67,7 @@ fn a_ball_without_the_slope_is_refused() {
     let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
     let (ball, held) = (certificate.residual.unwrap(), certificate.limits.unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
-    let missed = missed(vehicle, file, &model).unwrap();
+    let missed = fit_residual(vehicle, file, &model).unwrap();
     missed.check(&ball, held).unwrap();
     assert!(missed.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
     let refusal = |ball: &Residual| missed.check(ball, held).unwrap_err().to_string();

@@ -1,5 +1,5 @@
-//! What the fit misses of the true linearisations and of the slope of the trim, over the range of speed: the ball of
-//! models ([`proof::ball`]) contains it.
+//! The residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball
+//! of models ([`proof::ball`]) contains it.
 
 use crate::augment::{LinearModel, place};
 use crate::error::Error;
@@ -9,31 +9,38 @@ use crate::linearise::linearise_at;
 use auv::Vehicle;
 use lpv::matrix::Mat;
 use lpv::tracking::ModelPlace;
-use proof::ball::Missed;
+use proof::ball::ModelResidual;
 
-/// Speeds at which the fit's residual is taken.
+/// The number of speeds at which the residual is computed.
 pub const SAMPLES: usize = 1001;
 
-/// What the fit misses. The LFTs that were designed on are subtracted, so that what was dropped there counts, too.
+/// The residual of the fit. The subtracted LFTs are those used for the design, so the residual includes their
+/// truncation error.
 ///
 /// # Errors
 /// Those of the linearisation.
-pub fn missed(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<Missed, Error> {
+pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<ModelResidual, Error> {
     let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
-    // The trim of an input without a lag or a delay moves no state.
+    // The trim of an input without a lag or a delay drives no state.
     let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
     let fit = model.linear();
     let at = |v: f64| -> Result<Mat, Error> {
         let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
-        let missed = truth.whole(0.0)? - fit.whole(file.rho(v))?;
-        Ok(missed.select_rows(&rows).columns(0, right.nrows()).into_owned())
+        let residual = truth.matrix(0.0)? - fit.matrix(file.rho(v))?;
+        Ok(residual.select_rows(&rows).columns(0, right.nrows()).into_owned())
     };
     let residuals = file.spread(SAMPLES).into_iter().map(at).collect::<Result<_, Error>>()?;
     let scales = vehicle.actuators.iter().map(|actuator| actuator.reach()).collect();
-    Ok(Missed { left: left.select_columns(&rows), right, residuals, states: file.states.len(), scales })
+    Ok(ModelResidual {
+        left: left.select_columns(&rows),
+        right,
+        residuals,
+        states: file.states.len(),
+        scales,
+    })
 }
 
-/// Whether the range of speed holds 0 inside, and the linearisation bends more there than anywhere else.
+/// Whether the range of speed has 0 in its interior, and the residual has its sharpest bend there.
 ///
 /// # Errors
 /// Those of the linearisation.
@@ -41,7 +48,7 @@ pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Res
     if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
         return Ok(false);
     }
-    let most = missed(vehicle, file, model)?.most_bent();
+    let bend = fit_residual(vehicle, file, model)?.largest_bend();
     let speeds = file.spread(SAMPLES);
-    Ok(most.is_some_and(|i| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))
+    Ok(bend.is_some_and(|i| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))
 }
