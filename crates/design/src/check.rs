@@ -65,7 +65,7 @@ impl Checks {
                     sampling rate, {most:.1} rad/s (2 pi/{sample_time} s/5):\n\
                     the sampled controller differs from the one with the proved bound, though its loop is \
                     stable at these speeds.\n\
-                    Raise control.weight, now {}: commands that cost more make a slower controller{}",
+                    Raise control.weight, now {}: a larger weight gives a slower controller{}",
                 auv::rounded(control_weight),
                 sample_time_words(fastest)
             )
@@ -77,7 +77,7 @@ impl Checks {
 fn sample_time_words(fastest: f64) -> String {
     let enough = SLOW_ENOUGH * TAU / fastest;
     if SAMPLE_TIME.allows(enough) {
-        format!(",\nor sample it each {} s", rounded_down(enough))
+        format!(",\nor sample it every {} s", rounded_down(enough))
     } else {
         String::new()
     }
@@ -208,7 +208,7 @@ mod tests {
         let words = checks(112.0).remark(0.02, 0.04).unwrap();
         assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
         // 2 pi/5/112 = 0.01122 s.
-        assert!(words.contains("control.weight, now 0.04") && words.ends_with("each 0.011 s"), "{words}");
+        assert!(words.contains("control.weight, now 0.04") && words.ends_with("every 0.011 s"), "{words}");
         assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
         assert_eq!(checks(112.0).remark(0.011, 0.04), None);
     }

@@ -140,9 +140,9 @@ fn sampled_stage(
     let proof = proof.map_err(|reason| reason.to_string());
     let words = match &proof {
         Ok(proof) => format!(
-            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
-             for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal \
-             rule",
+            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
+             for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
+             the trapezoidal rule",
             claims::bound(&proof.theorem),
             inputs.design.sample_time
         ),
@@ -190,7 +190,7 @@ fn limits_stage(
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
-    let what = "how large a step the loop survives at its limits";
+    let what = "the largest step from which the saturated loop returns to trim";
     let claim = || {
         with_limits(&proof, plant, controller, &frozen.controller, &inputs.vehicle.actuators, &inputs.design)
     };
@@ -205,7 +205,7 @@ fn limits_stage(
             Some(lines.join("\n")).filter(|words| !words.is_empty())
         }
         Err(reason) => {
-            Some(format!("no step is shown to be survived at the limits, none is claimed: {reason}"))
+            Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
         }
     };
     words.iter().for_each(|words| progress.done("limits", words));
@@ -234,11 +234,9 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let default = inputs.design.pitch_asked.is_none();
     let pitch = match &inputs.design.pitch {
         Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
-        Pitch::Held(_) if default => {
-            "pitch held at 0 deg, since thrusters alone can do that at every speed\n\
-            ([trim] pitch = \"free\" would let it be that of the least effort)"
-                .into()
-        }
+        Pitch::Held(_) if default => "pitch held at 0 deg, which thrusters alone can do at every speed\n\
+            (with [trim] pitch = \"free\" it is the one of least effort)"
+            .into(),
         Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
         Pitch::Followed(_) => format!(
             "incidence {} to {} deg,\nfollowed along one branch, since the trims of least effort jump",
@@ -318,7 +316,7 @@ fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
 }
 
 fn check_line(c: &Checks, bound: f64) -> String {
-    let beyond = if c.gain_truth > bound { ", above the bound, which is of the fit" } else { "" };
+    let beyond = if c.gain_truth > bound { ", above the bound, which is for the fit" } else { "" };
     format!(
         "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
          largest frozen gain {:.4}, bound {}; with the true linearisations and trims {:.4}{beyond};\n\

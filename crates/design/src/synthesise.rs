@@ -40,7 +40,7 @@ pub fn synthesise(
         "bound",
         &format!(
             "the finished loop has a gain below {} for any trajectory of speed in the range\n\
-             (by eigenvalues in floating point, the nearest at {:.1e})",
+             (by eigenvalues in floating point, the closest to zero at {:.1e})",
             above(design.certified.gamma),
             design.certified.largest_eigenvalue
         ),
@@ -143,7 +143,7 @@ fn synthesis_line(design: &Design, requested: f64, seconds: f64) -> String {
     let (how, remark) = match &design.regularisation {
         Some(added) => (", of the plant with weight and noise added", format!("\nremark: {added}")),
         None if back_off(design) > 1.01 * requested => {
-            (", more than asked: closer none could be built", String::new())
+            (", more than requested: no controller could be built closer", String::new())
         }
         None => ("", String::new()),
     };
@@ -217,7 +217,7 @@ mod tests {
         design.regularisation = Some(Regularisation { weights: vec![vec![1e-3, 0.0]], noises: vec![] });
         let singular = line(&design);
         assert!(singular.contains("\nremark: the controller was designed for the plant with"), "{singular}");
-        assert!(singular.contains("u1 (weight)") && !singular.contains("closer none"), "{singular}");
+        assert!(singular.contains("u1 (weight)") && !singular.contains("more than requested"), "{singular}");
     }
 
     /// A small change of a key must not decide whether fast modes stay: the loop would change abruptly.

@@ -13,16 +13,16 @@ pub enum ProofError {
     #[error("{file}: {reason}")]
     Certificate { file: String, reason: certificate::ReadError },
     /// The certificate belongs to another controller.
-    #[error("the certificate is not of this controller: {what} differs")]
+    #[error("the certificate does not belong to this controller: {what} differs")]
     Mismatch { what: String },
     /// The certificate belongs to another plant.
-    #[error("the certificate is not of this plant: {what} differs")]
+    #[error("the certificate does not belong to this plant: {what} differs")]
     WrongPlant { what: String },
     /// The ball of models of a certificate does not contain the true models.
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
         .reach.map_or_else(
-            || "E, F and Fu make no ball around the fit".to_owned(),
+            || "E, F and Fu do not form a ball around the fit".to_owned(),
             |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
         )
     )]

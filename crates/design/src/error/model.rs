@@ -11,14 +11,14 @@ pub enum ModelError {
     Trim(#[from] auv::TrimError),
     /// A motion that is not asymptotically stable is not controllable.
     #[error(
-        "at {} m/s nothing acts on the {motion}: no actuator moves it, and it does not settle by itself; it takes \
+        "at {} m/s the {motion} is not controllable: no actuator acts on it, and it is not stable by itself; it needs \
          {acts}",
         auv::rounded(*speed)
     )]
     NotReached { speed: f64, motion: &'static str, acts: &'static str },
     /// A motion that is not asymptotically stable is not observable.
     #[error(
-        "at {} m/s nothing that is measured shows the {motion}, which does not settle by itself; {shows}",
+        "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; {shows}",
         auv::rounded(*speed)
     )]
     NotSeen { speed: f64, motion: &'static str, shows: &'static str },

@@ -35,7 +35,7 @@ pub enum Refusal {
     /// The loop is unstable with the actuator lags, which the design ignores.
     #[error(
         "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is sampled; 'lags = true' in [control] lets the design know the lags"
+            however often it is sampled; set 'lags = true' in [control] to include the lags in the design"
     )]
     UnstableWithLags { speed: f64, real_part: f64 },
     /// The frozen gain with the true linearisation is not finite.

@@ -14,8 +14,8 @@ pub enum StoreError {
     OfAnother { directory: String, vehicle: String, design: String },
     /// A design of another vehicle would be overwritten.
     #[error(
-        "{directory}: this is the design of another vehicle, {theirs}, and would be lost by one of {own}; name another \
-         directory with --out, or remove this one"
+        "{directory}: this is the design of another vehicle, {theirs}, and would be overwritten by one of {own}; \
+         name another directory with --out, or remove this one"
     )]
     OfAnotherVehicle { directory: String, theirs: String, own: String },
     /// The frozen design belongs to changed inputs.

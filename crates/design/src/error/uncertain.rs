@@ -8,13 +8,13 @@ use thiserror::Error;
 pub enum UncertainError {
     /// The design has no section `[uncertainty]`, or an empty one.
     #[error(
-        "the design {design} names nothing uncertain; add a section [uncertainty], as vehicles/squid/design.toml has"
+        "the design {design} declares no uncertainty; add a section [uncertainty], as in vehicles/squid/design.toml"
     )]
     NothingUncertain { design: String },
     /// The model reduction removes everything that is declared.
     #[error(
-        "{design}: [uncertainty]: nothing of what is declared is left in the model: at {:.0} % of their ranges, none \
-            of {} moves the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
+        "{design}: [uncertainty]: no declared uncertainty is left in the model: at {:.0} % of their ranges, none of {} \
+            changes the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
             ranges, or other coefficients",
         100.0 * size,
         names.join(", "),
@@ -30,8 +30,8 @@ pub enum UncertainError {
     },
     /// A coefficient does not enter the equations of motion affinely.
     #[error(
-        "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {error:.1e} of them \
-            over its range), so it cannot be uncertain; name what it acts through, for instance 'form_factor' \
+        "[uncertainty]: '{name}' does not enter the equations of motion linearly (relative error {error:.1e} \
+            over its range), so it cannot be uncertain; declare what it acts through, for instance 'form_factor' \
             or 'drag_area' for friction"
     )]
     NotAffine {
@@ -41,8 +41,9 @@ pub enum UncertainError {
     },
     /// Three of the coefficients are multiplied with one another.
     #[error(
-        "[uncertainty]: three of the coefficients multiply one another (off by {error:.1e} of the equations of \
-            motion); name two of them at most, for instance not density, form_factor and wetted_area together"
+        "[uncertainty]: three of the coefficients are multiplied together (relative error {error:.1e} in the \
+            equations of motion); declare two of them at most, for instance not density, form_factor and \
+            wetted_area together"
     )]
     ThreeMultiply {
         /// The relative difference.
@@ -81,7 +82,7 @@ pub enum ConstantError {
     /// Nothing was proved for any fraction of the declared box that was tried.
     #[error(
         "--constant: no gain within 1.25 times the nominal bound was proved for {:.1} % of the declared uncertainty or \
-            more; the design itself is as it was",
+            more; the design itself is unchanged",
         100.0 * least
     )]
     NoShare { least: f64 },

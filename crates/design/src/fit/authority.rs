@@ -49,8 +49,9 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     let (speed, shown) = (rounded(speed), rounded(degrees));
     Some(if ratio.is_finite() {
         format!(
-            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of \
-             an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
+            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times the output available \
+             from an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise \
+             model.speed_min",
             rounded(ratio),
             rounded(degrees / ratio)
         )
@@ -84,7 +85,7 @@ fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Stri
     let rate = file.manoeuvre.depth_step.abs() * steepest(tracked.model.as_ref()?);
     let Shortage { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
     Some(format!(
-        "WARNING: for a step of {} m the model of the depth, {} rad/s, sinks or climbs at {} m/s: at {} m/s a path \
+        "WARNING: for a step of {} m the reference model of the depth, {} rad/s, moves at {} m/s: at {} m/s a path \
          steeper than {} deg,\nfar from the level flight of the linear models; lower its 'frequency' to {} rad/s or \
          less, or manoeuvre.depth_step",
         rounded(file.manoeuvre.depth_step),
@@ -106,8 +107,8 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     let lower = if is_pitch { ratio.sqrt() } else { ratio };
     let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
     Some(format!(
-        "WARNING: the model of the {}, {} rad/s, asks for {} times the acceleration that all actuators give at {} \
-         m/s,\n\
+        "WARNING: the reference model of the {}, {} rad/s, needs {} times the acceleration available from all \
+         actuators at {} m/s,\n\
          for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
         tracked.signal().name,
         rounded(frequency),
@@ -209,7 +210,7 @@ mod tests {
         let frequency =
             |w: f64| move |i: &mut Inputs| i.design.tracked[0].model.as_mut().unwrap().frequency = w;
         let [fast] = &warnings(frequency(20.0))[..] else { panic!() };
-        assert!(fast.starts_with("WARNING: the model of the pitch, 20 rad/s, asks for "), "{fast}");
+        assert!(fast.starts_with("WARNING: the reference model of the pitch, 20 rad/s, needs "), "{fast}");
         let advised = number_before(fast.split("'frequency' to ").nth(1).unwrap(), " rad/s");
         assert!(advised > 1.7 && warnings(frequency(advised)).is_empty(), "{advised}");
         assert_eq!(warnings(frequency(1.05 * advised)).len(), 1);

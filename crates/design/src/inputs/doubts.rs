@@ -14,7 +14,7 @@ impl Inputs {
         let pitch = self.design.tracked.iter().filter(|t| t.place == PITCH).map(|t| t.scale.to_degrees());
         let pitch = pitch.filter(|scale| *scale > PITCH_SCALE * (1.0 + 1e-9)).map(|scale| {
             format!(
-                "{file}: an error of the pitch of {} deg counts as 1 ('track.scale'); more than {PITCH_SCALE} deg is \
+                "{file}: the unit of the pitch error ('track.scale') is {} deg; more than {PITCH_SCALE} deg is \
                  unusual: check its unit",
                 rounded(scale)
             )
@@ -59,7 +59,11 @@ mod tests {
         inputs.design.tracked[0].scale = 1.0;
         let doubts = inputs.doubts();
         assert_eq!(doubts.len(), 2, "{doubts:?}");
-        assert!(doubts[0].contains("an error of the pitch of 57.2958 deg counts as 1"), "{}", doubts[0]);
+        assert!(
+            doubts[0].contains("the unit of the pitch error ('track.scale') is 57.2958 deg"),
+            "{}",
+            doubts[0]
+        );
         assert!(doubts[1].contains("'model.depth' is 0 m, where the hull is not submerged"), "{}", doubts[1]);
     }
 

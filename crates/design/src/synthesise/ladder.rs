@@ -43,7 +43,7 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     for disorder in rungs.disorders() {
         out += &contradiction(&disorder, speeds);
     }
-    Ok(out + &format!("\nClimbed in {:.1} s\n", started.elapsed().as_secs_f64()))
+    Ok(out + &format!("\nComputed in {:.1} s\n", started.elapsed().as_secs_f64()))
 }
 
 /// The relation between the scheduling parameter and speed.
@@ -61,10 +61,10 @@ impl Speeds {
     /// The assumption of a rung.
     fn name(self, rung: LadderGain) -> String {
         match rung {
-            LadderGain::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
+            LadderGain::FrozenOptimum(theta) => format!("designed for {:.2} m/s only", self.speed(theta)),
             LadderGain::Scheduled => "scheduled, for any trajectory of speed".into(),
-            LadderGain::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
-            LadderGain::FrozenGain => "speed held constant".into(),
+            LadderGain::ScheduledSymmetric => "the same, with symmetric scalings only".into(),
+            LadderGain::FrozenGain => "constant speed".into(),
             LadderGain::BoundedRate(rate) => {
                 format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
             }
@@ -87,7 +87,7 @@ fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
         found.scheduled_symmetric.as_ref().copied(),
         hardest,
     );
-    out + "  (+ %: above the hardest speed alone. What one controller for all speeds costs, whatever the speed does)\n"
+    out + "  (+ %: above the hardest speed alone, the cost of one controller for all trajectories of speed)\n"
 }
 
 /// The least gamma of controllers for a bounded rate.
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn costs_are_relative_to_the_hardest_speed() {
         let words = best_controllers(&found(), SPEEDS);
-        assert!(words.contains("made for 3.00 m/s alone"), "{words}");
+        assert!(words.contains("designed for 3.00 m/s only"), "{words}");
         assert!(words.contains("1.0000   +25.0 %"), "{words}");
         assert!(words.contains("unknown: the matrix inequalities"), "{words}");
     }
@@ -186,9 +186,6 @@ mod tests {
     fn a_contradiction_names_both_numbers() {
         let disorder = Disorder { lower: (LadderGain::FrozenGain, 1.2), upper: (LadderGain::Certified, 1.1) };
         let words = contradiction(&disorder, SPEEDS);
-        assert!(
-            words.contains("'speed held constant' has 1.2000") && words.contains("has 1.1000"),
-            "{words}"
-        );
+        assert!(words.contains("'constant speed' has 1.2000") && words.contains("has 1.1000"), "{words}");
     }
 }

@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn a_model_with_nothing_uncertain_left_is_refused() {
         let refused = with_gain(0.001).unwrap_err().to_string();
-        assert!(refused.contains("nothing of what is declared is left in the model"), "{refused}");
+        assert!(refused.contains("no declared uncertainty is left in the model"), "{refused}");
         assert!(refused.contains("gain of propeller, gain of stern_planes"), "{refused}");
     }
 }

@@ -48,7 +48,7 @@ impl MuAtSpeed {
                 bound: Some(bound),
             },
             Err(Error::Uncertain(UncertainError::NothingUncertain { .. })) => {
-                none(false, "nothing is declared uncertain".into())
+                none(false, "no uncertainty is declared".into())
             }
             Err(reason) => none(true, reason.to_string()),
         }

@@ -50,7 +50,7 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
     let one = |what: &str, figures: Vec<Figure>| vec![(what.to_owned(), figures)];
     match key {
         "gamma" => one("gain of the weighted loop (gamma)", vec![nearest(gamma, found)]),
-        "sampled_gain" => one("gain of the same, sampled, at a constant speed", sampled_gains(found)),
+        "sampled_gain" => one("gain of the sampled loop at constant speed", sampled_gains(found)),
         "overshoot" => steps(inputs, None, "overshoot", found, |s| PER_CENT * s.overshoot),
         "pitch_rise" => steps(inputs, Some("pitch"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "pitch_settling" => steps(inputs, Some("pitch"), "settled within 2 %", found, |s| s.settling_time),
@@ -70,7 +70,7 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "gust" => gust(inputs, found),
         "noise" => noise(inputs, found),
         "controller_mode" => {
-            one("fastest mode of the controller, of the sampling rate", modes(inputs, found))
+            one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
         }
         _ => vec![],
     }

@@ -81,13 +81,13 @@ fn a_ball_without_the_slope_is_refused() {
         .for_each(|entry| *entry *= 0.99);
     assert!(refusal(&smaller).contains("reach 1.0101 times"), "{}", refusal(&smaller));
     let without = Residual { fw: vec![], ..ball.clone() };
-    assert!(refusal(&without).contains("make no ball"), "{}", refusal(&without));
+    assert!(refusal(&without).contains("do not form a ball"), "{}", refusal(&without));
     let mut blind = ball.clone();
     blind.fw.iter_mut().flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&blind).contains("make no ball"), "{}", refusal(&blind));
+    assert!(refusal(&blind).contains("do not form a ball"), "{}", refusal(&blind));
     let mut flat = ball;
     flat.e.iter_mut().skip(file.states.len()).flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&flat).contains("make no ball"), "{}", refusal(&flat));
+    assert!(refusal(&flat).contains("do not form a ball"), "{}", refusal(&flat));
 }
 
 /// Over other ranges and orders, down to rest: no pole where it must not be, as many channels as the order at most, and

@@ -308,11 +308,11 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     let begins = [
         (
             refused(&[("length", 0.5)]),
-            "[uncertainty]: 'length' does not enter the equations of motion linearly (off by ",
+            "[uncertainty]: 'length' does not enter the equations of motion linearly (relative error ",
         ),
         (
             refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]),
-            "[uncertainty]: three of the coefficients multiply one another (off by ",
+            "[uncertainty]: three of the coefficients are multiplied together (relative error ",
         ),
         (
             refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]),
@@ -329,5 +329,5 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     let mut nothing = naming(&[]);
     nothing.design.uncertainty = None;
     let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
-    assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
+    assert!(message.starts_with("the design design.toml declares no uncertainty"), "{message}");
 }

@@ -80,7 +80,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: scale(DEPTH),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
-    let manoeuvre = root.required_table("manoeuvre", "what the FMU of the whole loop flies");
+    let manoeuvre = root.required_table("manoeuvre", "the default manoeuvre of the FMU of the complete loop");
     let manoeuvre = manoeuvre.and_then(|table| limits.manoeuvre(&table));
     let uncertainty = root.table("uncertainty").map(|table| uncertainty::read(document, &table));
     let require = root.table("require").map_or_else(|| Some(Require::default()), |table| Require::of(&table));

@@ -48,8 +48,7 @@ fn is_possible_error(table: &Table<'_>, place: usize, scale: f64) -> bool {
     let allowed = place != PITCH || scale <= FRAC_PI_2 * (1.0 + ROUNDING);
     if !allowed {
         let found = format!("{} rad, or {} deg", auv::rounded(scale), auv::rounded(scale.to_degrees()));
-        let words =
-            "at most 90 deg, the error of the pitch that counts as 1 (degrees with the unit \"rad\"?)";
+        let words = "at most 90 deg, the unit of the pitch error (degrees with the unit \"rad\"?)";
         table.not_allowed("scale", found, words);
     }
     allowed

@@ -19,7 +19,7 @@ pub fn gain_in_words(gamma: f64) -> String {
     if gamma > AS_WEIGHTED {
         format!("{PRICE} times the bound of the nominal controller")
     } else {
-        "what the weights ask for".into()
+        "the gain that the weights specify".into()
     }
 }
 
@@ -74,11 +74,11 @@ impl RobustFigures {
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {}, each tolerates a part of {}, changing arbitrarily fast:\n\
+            "At a gain of {:.4}, {}, each tolerates a fraction of {}, varying arbitrarily fast:\n\
              \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
              (proved: a gain below {})\n\
-             The gain is below this at a part of the declared uncertainty, changing arbitrarily \
-             fast\n        part     nominal      robust\n",
+             The gain is below this at a fraction of the declared uncertainty, varying arbitrarily \
+             fast\n    fraction     nominal      robust\n",
             self.gamma,
             gain_in_words(self.gamma),
             self.declared(),
