@@ -5,8 +5,9 @@ use crate::ball::ball_of;
 use crate::claim::Proof;
 use crate::error::ProofError;
 use certificate::{Certificate, Limits, Rows};
-use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
+use lpv::anti_windup::region::{Gain, Limited, Region, every_step, largest_step};
 use lpv::controller::Controller;
+use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
@@ -23,7 +24,7 @@ pub struct Step<'a> {
     pub wanted: f64,
     /// The anti-windup gain of the quickest recovery, states x commands.
     pub quickest: &'a Rows,
-    /// Upper bound of the poles of a computed gain \[1/s\].
+    /// Bound on the entries of a computed anti-windup gain \[1/s\].
     pub fastest: f64,
     /// The range of each command to either side.
     pub commands: Vec<f64>,
@@ -62,32 +63,53 @@ pub fn with_limits(
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
     let quickest: Mat = matrix(step.quickest, m)?;
     let units = matrix(&ball.s, ball.s.len())?;
-    let with = |gain| Limited {
+    let limited = Limited {
         plant,
         kept: &kept,
         controller,
         error: &error,
         units: &units,
-        gain,
+        gain: Gain::Given(&quickest),
         limits: &limits,
         rates: &rates,
         input,
         largest,
     };
-    let mut found = largest_step(with(Gain::Given(&quickest)));
+    let found = search(&limited, wanted, step.fastest)?;
+    let delta_rows = (states < rows_of_delta).then_some(states);
+    let section = section(found, input, limits, rates, delta_rows);
+    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
+    let theorem = certificate.prove()?;
+    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+}
+
+/// The largest step with the given gain. If that is below `wanted`, the largest with a computed gain, whose entries are
+/// at most `fastest`, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
+fn search(limited: &Limited<'_>, wanted: f64, fastest: f64) -> Result<Region, SynthesisError> {
+    let with = |gain| Limited { gain, ..*limited };
+    let mut found = largest_step(with(limited.gain));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = largest_step(with(Gain::Sought(step.fastest)))
+        && let Ok(other) = largest_step(with(Gain::Sought(fastest)))
         && !found.as_ref().is_ok_and(|found| found.size >= other.size)
     {
         found = Ok(other);
     }
     let found = found?;
-    let found = if found.size < largest {
-        every_step(with(Gain::Given(&found.gain))).unwrap_or(found)
+    Ok(if found.size < limited.largest {
+        every_step(Limited { gain: Gain::Given(&found.gain), ..*limited }).unwrap_or(found)
     } else {
         found
-    };
-    let section = Limits {
+    })
+}
+
+fn section(
+    found: Region,
+    input: usize,
+    limits: Vec<f64>,
+    rates: Vec<usize>,
+    delta_rows: Option<usize>,
+) -> Limits {
+    Limits {
         input,
         size: found.size,
         limits,
@@ -97,15 +119,12 @@ pub fn with_limits(
         beta: 1.0,
         x_held: found.x_held,
         u_held: found.u_held,
-        delta_rows: (states < rows_of_delta).then_some(states),
+        delta_rows,
         lambda: found.lambda,
         x: to_rows(&found.x),
         s: to_rows(&found.s),
         t: to_rows(&found.t),
         u: found.u,
         h: to_rows(&found.h),
-    };
-    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
-    let theorem = certificate.prove()?;
-    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+    }
 }

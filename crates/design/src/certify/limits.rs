@@ -22,7 +22,7 @@ use std::fmt::{self, Display, Formatter};
 /// the actuators. The largest depth step is one up to the surface.
 const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Upper bound of the poles of a computed gain \[1/s\]: as for the quickest recovery.
+/// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quickest recovery.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 
 /// Relative tolerance of the limits of a claim against those of the vehicle: its trims are recomputed, with the
