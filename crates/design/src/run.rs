@@ -53,7 +53,7 @@ pub struct Finished {
 /// Runs all stages of a nominal design.
 ///
 /// # Errors
-/// That of the first stage that fails. A controller that fails a check is not returned.
+/// The error of the first stage that fails. A controller that fails a check is not returned.
 pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// [`crate::synthesise::robust`].
 ///
 /// # Errors
-/// As [`run`], and those of [`robust`].
+/// As [`run`], and the errors of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
     for words in inputs.doubts() {

@@ -14,7 +14,7 @@ const STAGE: &str = "gain of a loop with limits";
 /// The section `energy` of a certificate, with the claims that could be proved.
 ///
 /// # Errors
-/// Those of [`with_anti_windup`]; [`SynthesisError::Numerical`] if no claim could be proved.
+/// The errors of [`with_anti_windup`]; [`SynthesisError::Numerical`] if no claim could be proved.
 pub fn energy(
     plant: &GeneralisedPlant,
     controller: &Controller,

@@ -148,7 +148,7 @@ pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64
 /// that fraction.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs; those of the model.
+/// [`ProofError::WrongPlant`] with the first part that differs; the errors of the model.
 pub fn check_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f64, Error> {
     let is_slow = rate_of(certificate, inputs).is_some();
     let (truncated, uncertain) = uncertain(inputs, &Model::new(&inputs.vehicle, &inputs.design)?, is_slow)?;
@@ -170,7 +170,7 @@ impl Constant {
     /// Writes the certificate to the directory of its design.
     ///
     /// # Errors
-    /// [`ProofError::Certificate`]; those of [`Files::save`].
+    /// [`ProofError::Certificate`]; the errors of [`Files::save`].
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
         let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };

@@ -18,7 +18,7 @@ pub const SAMPLES: usize = 1001;
 /// truncation error.
 ///
 /// # Errors
-/// Those of the linearisation.
+/// The errors of the linearisation.
 pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<ModelResidual, Error> {
     let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
     // The trim of an input without a lag or a delay drives no state.
@@ -43,7 +43,7 @@ pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Resu
 /// Whether the range of speed has 0 in its interior, and the residual has its sharpest bend there.
 ///
 /// # Errors
-/// Those of the linearisation.
+/// The errors of the linearisation.
 pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<bool, Error> {
     if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
         return Ok(false);

@@ -36,7 +36,7 @@ const SAME_LIMIT: f64 = 1e-8;
 /// reference of pitch or depth. Actuator rates are saturated, too.
 ///
 /// # Errors
-/// Those of [`with_step`]; [`CertifyError::RateWithoutLag`].
+/// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
 pub fn with_limits(
     proof: &Proof,
     plant: &GeneralisedPlant,
@@ -89,7 +89,7 @@ pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> 
 /// about its recomputed trims.
 ///
 /// # Errors
-/// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
+/// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; the errors of the trims.
 pub fn check_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
     let actuators = &vehicle.actuators;

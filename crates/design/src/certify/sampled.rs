@@ -39,7 +39,7 @@ fn at_ticks(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<AtTic
 /// certificate is not of a sampled plant, which has every output z twice.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs; those of [`augment`].
+/// [`ProofError::WrongPlant`] with the first part that differs; the errors of [`augment`].
 pub fn check_inputs(
     certificate: &Certificate,
     vehicle: &Vehicle,

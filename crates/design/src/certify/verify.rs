@@ -18,7 +18,7 @@ use scheduled::{ControllerDesign, LftMatrices};
 /// vehicle.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
+/// [`ProofError::WrongPlant`], [`ProofError::Ball`], the errors of [`augment`].
 pub fn check_inputs(
     certificate: &Certificate,
     vehicle: &Vehicle,

@@ -1,4 +1,4 @@
-//! How far the fits are from the true linearisations as frequency responses (the paper's Fig. 4).
+//! The errors of the fits against the true linearisations as frequency responses (the paper's Fig. 4).
 
 use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
@@ -20,17 +20,17 @@ pub fn system(ab: &Mat, states: States) -> StateSpace {
     to(ab, Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j])))
 }
 
-/// The system `[A B]` from the actuators to outputs C x.
+/// The system `[A B]` from the actuators to the outputs C x.
 fn to(ab: &Mat, c: Mat) -> StateSpace {
     let (a, b) = split(ab);
     let d = Mat::zeros(c.nrows(), b.ncols());
     StateSpace { a, b, c, d }
 }
 
-/// The outputs of [`system`], places in [`SIGNALS`].
+/// The outputs of [`system`], as indices in [`SIGNALS`].
 pub const OUTPUTS: [usize; 2] = [SPEED, PITCH];
 
-/// How far the fit of one order is off: the largest over the grid of speeds and the frequencies.
+/// The largest errors of the fit of one order over the speeds of the grid and the frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
     /// The order.
@@ -38,12 +38,12 @@ pub struct Errors {
     /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked
     /// outputs in units of their scales.
     pub scaled: f64,
-    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); not-a-number for an actuator
-    /// that does not move the output.
+    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); NaN for an actuator without
+    /// effect on the output.
     pub channels: Mat,
 }
 
-/// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
+/// The actuator with the largest effect on pitch at its reach, at the lowest speed of the model.
 pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
         model.grid.first().map_or(0.0, |(_, l)| l.b[(l.pitching()[1], j)].abs() * actuators[j].reach())

@@ -53,7 +53,7 @@ pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> 
 /// The FMUs and the SSP in a directory that belong to an earlier design.
 ///
 /// # Errors
-/// Those of the files.
+/// The errors of the files.
 pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<Vec<PathBuf>, Error> {
     if is_written(&directory.join("controller.json"), finished)? {
         return Ok(vec![]);
@@ -66,7 +66,7 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
 /// Whether the source in the folder of `squid export` belongs to an earlier design.
 ///
 /// # Errors
-/// Those of the files.
+/// The errors of the files.
 pub fn is_source_outdated(directory: &Path, finished: &Finished) -> Result<bool, Error> {
     let path = directory.join("c/controller.json");
     Ok(path.is_file() && !is_written(&path, finished)?)

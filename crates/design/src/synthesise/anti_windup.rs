@@ -34,7 +34,7 @@ const REGION_FRACTION: f64 = 0.6;
 /// The gain for a controller, n x m, in units of the actuators' reach.
 ///
 /// # Errors
-/// Those of trim and linearisation; [`Error::Synthesis`] if no gain was found.
+/// The errors of trim and linearisation; [`Error::Synthesis`] if no gain was found.
 pub fn anti_windup(
     vehicle: &Vehicle,
     design: &DesignFile,

@@ -131,7 +131,7 @@ pub fn robust(
 /// The search of [`robust`] alone, without figures and proof.
 ///
 /// # Errors
-/// As [`robust`], except those of the proof.
+/// As [`robust`], except the errors of the proof.
 pub fn search(
     inputs: &Inputs,
     model: &Model,

@@ -17,13 +17,13 @@ const CORNERS: usize = 40;
 /// their reach, the largest over the corners.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelErrors {
-    /// From the vehicle trimmed again to the nominal vehicle: the total effect of the uncertainty.
+    /// The distance of the nominal vehicle from the vehicle trimmed again: the total effect of the uncertainty.
     pub movement: f64,
-    /// From the vehicle trimmed again to the vehicle at the nominal trim: the effect through the trim.
+    /// The distance of the vehicle at the nominal trim from the vehicle trimmed again: the effect through the trim.
     pub through_trim: f64,
-    /// From the vehicle at the nominal trim to the model.
+    /// The distance of the model from the vehicle at the nominal trim.
     pub at_held_trim: f64,
-    /// From the vehicle trimmed again to the model, with its trim parameters set to the new trim.
+    /// The distance of the model, with its trim parameters set to the new trim, from the vehicle trimmed again.
     pub remainder: f64,
 }
 

@@ -60,7 +60,7 @@ pub struct UncertainModel {
 }
 
 impl UncertainModel {
-    /// From an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
+    /// The model of an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
     pub(crate) fn from_lft(lft: Lft, all: &[Block]) -> Self {
         let mut scheduled = 0;
         let mut blocks = Vec::new();

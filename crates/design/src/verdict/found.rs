@@ -47,8 +47,8 @@ impl Found {
     /// Computes the figures of a frozen controller of a design.
     ///
     /// # Errors
-    /// Those of trim, linearisation and freezing. Figures of an unstable loop, of a lost flight, and mu without a bound
-    /// are unknown, not errors.
+    /// The errors of trim, linearisation and freezing. Figures of an unstable loop, of a lost flight, and mu without a
+    /// bound are unknown, not errors.
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
         let k = controller_of(&controller.lft)?;
         let speeds = |count| speeds(inputs, count).into_par_iter();

@@ -40,7 +40,7 @@ const LEAST_COLUMN: f64 = 1e-3;
 /// The balls for the fraction `share` of the declared box, in the coordinates of the plant of that fraction.
 ///
 /// # Errors
-/// [`Error::Uncertain`], those of the linearisation.
+/// [`Error::Uncertain`], the errors of the linearisation.
 pub fn around(
     inputs: &Inputs,
     model: &UncertainModel,

@@ -69,7 +69,8 @@ impl StoredRobust {
     /// the uncertain model at the size in the figures.
     ///
     /// # Errors
-    /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.
+    /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], the errors of the
+    /// uncertain model.
     pub fn check(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
         verify::same_controller(controller, &self.certificate)?;
         if self.certificate.gamma().map(f64::to_bits) != Some(self.figures.proved.to_bits()) {
@@ -96,7 +97,7 @@ pub struct CoveredUncertainty {
 /// uncertainty; `None` for a certificate without uncertain parameters.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`], those of the uncertain model.
+/// [`ProofError::WrongPlant`], the errors of the uncertain model.
 pub fn check_inputs(
     certificate: &Certificate,
     inputs: &Inputs,
