@@ -76,7 +76,7 @@ impl Error {
     }
 }
 
-squid_design::by_way_of_the_design!(
+squid_design::from_design_errors!(
     Error: CertifyError,
     InputError,
     ModelError,

@@ -1,15 +1,15 @@
-//! Judges the controller of a vehicle's default design in the weights of another design:
+//! Assesses the controller of a vehicle's default design with the weights of another design:
 //!
 //! ```text
 //! cargo run --release -p squid-design --example judge vehicles/squid tests/designs/errors_alone.toml [robust] [RATE]
 //! ```
 //!
-//! or that of `squid design --robust`; prints mu for robust stability and for robust performance at six frozen speeds,
+//! or that of `squid design --robust`. Prints mu for robust stability and for robust performance at six frozen speeds,
 //! and then proves a gain for constant coefficients and any trajectory of the speed, or one no faster than RATE, m/s^2.
 //! See `DesignFile::judged_by`.
 //!
-//! 'No controller below': mu is at least m for every controller, with the same measurements, if some perturbation of
-//! size 1/m leaves even the one that is made for it a gain of m; perturbations are searched.
+//! 'No controller below': mu is at least m for every controller with the same measurements if some perturbation of size
+//! 1/m leaves even the optimal controller for it a gain of m; perturbations are searched.
 #![allow(clippy::print_stdout)]
 
 use base::progress::{Event, Progress};
@@ -29,10 +29,10 @@ use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
 use squid_design::uncertain::trim::random_corners;
 use std::error::Error;
 
-/// Speeds at which mu is shown.
+/// The number of speeds at which mu is shown.
 const SPEEDS: usize = 6;
 
-/// Corners of the box from which the search for what no controller gets below begins, and steps towards each.
+/// The numbers of initial corners for the search for the lower limit, and of steps towards each.
 const CORNERS: usize = 4;
 const STEPS: usize = 4;
 
@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A row of the table: bounds guaranteed at every frequency, and what was found to be reached.
+/// A row of the table: guaranteed bounds over all frequencies, and values reached.
 fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Error>> {
     let frozen = at_speed(inputs, speed)?;
     let whole = uncertain_loop(inputs, &frozen, k)?;
@@ -97,7 +97,7 @@ fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Err
     ))
 }
 
-/// A lower limit of mu for robust performance with any controller for one speed, computed.
+/// A computed lower limit of mu for robust performance with any controller at one speed.
 fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
     let actuators = &inputs.vehicle.actuators;
     let gain = |delta: &[f64]| -> Option<f64> {

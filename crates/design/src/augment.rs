@@ -1,4 +1,4 @@
-//! The control problem: model and weights of the design, as a generalised plant.
+//! The control problem: model and weights of the design as a generalised plant.
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
@@ -10,17 +10,17 @@ use lpv::plant::GeneralisedPlant;
 use lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
 use signals::SPEED;
 
-/// States of the filter of the waves.
+/// States of the wave filter.
 const WAVE_STATES: usize = 2;
 
-/// A linear model of the vehicle, scheduled or constant, with what its trim does.
+/// A linear model of the vehicle, scheduled or constant, with the slope of its trim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearModel {
     /// `[A B]`, n x (n + m).
     pub ab: Lft,
     /// `[x0'; u0']`, (n + m) x 1; see [`Linearisation::trim_slope`].
     pub trim_slope: Lft,
-    /// `[G 0; A_w B_w]`, (n + 2) x 3, of the sea that the design is made for; see
+    /// `[G 0; A_w B_w]`, (n + 2) x 3, of the design sea; see
     /// [`WorkingSea::acting`](crate::inputs::design_file::WorkingSea::acting).
     pub waves: Option<Lft>,
 }
@@ -35,11 +35,11 @@ impl LinearModel {
         }
     }
 
-    /// `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), or without G where there are no waves.
+    /// `[A B G x0'; 0 0 0 u0']` at a value of rho, (n + m) x (n + m + 3), without G if there are no waves.
     ///
     /// # Errors
-    /// [`ModelError::Lft`], which would be a defect of this program.
-    pub fn whole(&self, rho: f64) -> Result<Mat, ModelError> {
+    /// [`ModelError::Lft`], an internal error.
+    pub fn matrix(&self, rho: f64) -> Result<Mat, ModelError> {
         let (ab, slope) = (self.ab.evaluate(&[rho])?, self.trim_slope.evaluate(&[rho])?);
         let (n, both) = ab.shape();
         let [states, inputs] = [(0, n), (n, both - n)].map(|(at, rows)| slope.rows(at, rows).into_owned());
@@ -55,12 +55,12 @@ impl LinearModel {
 /// The generalised plant of the design for a model.
 ///
 /// w contains the references and the disturbances at the actuators, z the tracking errors weighted by W_e and the
-/// commands weighted by W_u, u the commands and y the tracking errors; references and outputs are in units of the
+/// commands weighted by W_u, u the commands and y the tracking errors. References and outputs are in units of the
 /// `scale` of each tracked output, commands in units of the actuators' reach. All channels of `model` belong to rho.
 /// See [`lpv::tracking`].
 ///
 /// # Errors
-/// [`ModelError::Augment`], which would be a defect of this program.
+/// [`ModelError::Augment`], an internal error.
 pub fn augment(
     actuators: &[Actuator],
     design: &DesignFile,
@@ -69,7 +69,7 @@ pub fn augment(
     Ok(problem(actuators, design, model).augment()?)
 }
 
-/// Where the model is in that plant.
+/// The place of the model in the plant of [`augment`].
 ///
 /// # Errors
 /// As [`augment`].
@@ -98,7 +98,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
     }
 }
 
-/// References and measurements apart; the trim follows the filtered reference of the speed.
+/// References and measurements as separate inputs; the trim follows the filtered reference of the speed.
 fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
     let speed = design.tracked.iter().position(|t| t.place == SPEED);
     let models = design.tracked.iter().map(|t| t.model.filter(|_| !design.judged));
@@ -120,7 +120,7 @@ mod tests {
     use crate::fit::Model;
     use crate::inputs::tests::shipped;
 
-    /// Sutarto and Budiyono (2011), on W_u: the actions are normalised, here by the limits of the actuators, and the
+    /// Sutarto and Budiyono (2011), on W_u: the commands are normalised, here by the limits of the actuators, and the
     /// weight is the identity.
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {

@@ -1,16 +1,16 @@
 //! The certificate: the gain bound of the finished loop in a form that exact arithmetic re-checks.
 //!
-//! One file states two claims: the bound for the fitted model, and the bound that also holds for a model error as
-//! large as the fit's residual against the true linearisations anywhere in the range of speed.
+//! One file states two claims: the bound for the fitted model, and a bound that also holds for a model error as large
+//! as the residual of the fit anywhere in the range of speed.
 
 pub mod claims;
 pub mod constant;
+pub mod fit_residual;
 pub mod limits;
-pub mod missed;
 pub mod sampled;
 pub mod verify;
 
-use crate::certify::missed::{bends_at_rest, missed};
+use crate::certify::fit_residual::{bends_at_rest, fit_residual};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
@@ -25,7 +25,7 @@ use proof::error::ProofError;
 use scheduled::LftMatrices;
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
-/// ([`missed`]), and proves it in exact arithmetic.
+/// ([`fit_residual`]), and proves it in exact arithmetic.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] when
@@ -37,15 +37,15 @@ pub fn certify(
     plant: &GeneralisedPlant,
     design: &Design,
 ) -> Result<Proof, Error> {
-    let (error, size) = missed(vehicle, file, model)?.smallest(&design.certified)?;
-    let (closed, missed) = (plant.close(&design.controller), error.close(plant, &design.controller));
-    let covered = bounded_gain(&closed, &missed, &design.certified)
-        .map_err(|reason| why_not(vehicle, file, model, reason))?;
-    Ok(with_model_error(plant, design, (&error, size), (&closed, &missed), &covered)?)
+    let (error, size) = fit_residual(vehicle, file, model)?.smallest(&design.certified)?;
+    let (closed, closed_error) = (plant.close(&design.controller), error.close(plant, &design.controller));
+    let covered = bounded_gain(&closed, &closed_error, &design.certified)
+        .map_err(|reason| explain(vehicle, file, model, reason))?;
+    Ok(with_model_error(plant, design, &error, size, &closed, &closed_error, &covered)?)
 }
 
-/// Why no bound covers the model error, in words of the vehicle where they are known.
-fn why_not(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
+/// Why no bound covers the model error: explained by the vehicle if possible.
+fn explain(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
     match bends_at_rest(vehicle, file, model) {
         Ok(true) => CertifyError::BendsAtRest { from: file.speed_min, to: file.speed_max }.into(),
         _ => reason.into(),
@@ -64,10 +64,10 @@ pub fn frozen_rows(lft: &LftMatrices) -> certificate::Controller {
     certificate::Controller { a, by, bt, cu, duy, dut, ct, dty, dtt }
 }
 
-/// The frozen controller's matrices as the theory has them.
+/// The matrices of a frozen controller as a [`Controller`].
 ///
 /// # Errors
-/// [`ProofError::Mismatch`] when they do not fit together.
+/// [`ProofError::Mismatch`] if they do not fit together.
 pub fn controller_of(lft: &LftMatrices) -> Result<Controller, ProofError> {
     let wrong = || ProofError::Mismatch { what: "the shape of a matrix of the controller".into() };
     controller(&lft.blocks, &frozen_rows(lft)).ok_or_else(wrong)
@@ -78,7 +78,8 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
 
-    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest inside is distinguished from others.
+    /// The drag of BlueROV2 Heavy is quadratic: a range of speed with rest in its interior is distinguished from
+    /// others.
     #[test]
     fn a_proof_that_fails_at_rest_is_explained_by_the_vehicle() {
         let mut inputs = shipped("bluerov2_heavy", "design");
@@ -87,7 +88,7 @@ mod tests {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
             let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
             let reason = SynthesisError::Infeasible { stage: "test" };
-            let words = why_not(&inputs.vehicle, &inputs.design, &model, reason).to_string();
+            let words = explain(&inputs.vehicle, &inputs.design, &model, reason).to_string();
             assert_eq!(words.contains("bends at rest"), bends, "{words}");
             assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
         }

@@ -1,7 +1,7 @@
 //! The checks of a finished controller before it is written.
 //!
-//! The design's inequalities are about the fit. Here the controller, frozen at each speed, is also checked with the
-//! true linearisations, at the speeds of the grid and between them.
+//! The design's inequalities hold for the fit. Here the controller, frozen at each speed, is also checked with the true
+//! linearisations, at the speeds of the grid and between them.
 
 pub mod flown;
 pub mod margins;
@@ -22,16 +22,16 @@ use lpv::plant::{GeneralisedPlant, channels};
 use lpv::state_space::StateSpace;
 use std::f64::consts::TAU;
 
-/// Speeds at which the closed loop is checked.
+/// The number of speeds at which the closed loop is checked.
 pub const CHECKED_SPEEDS: usize = 101;
 
-/// A loop that is unstable even when sampled this many times as often counts as unstable without sampling.
+/// A loop that is still unstable when sampled faster by this factor is taken as unstable without sampling.
 const OVERSAMPLING: f64 = 50.0;
 
 /// The results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checks {
-    /// Largest real part of the loop's modes with the fitted model.
+    /// Largest real part of the closed-loop modes with the fitted model.
     pub abscissa_fit: f64,
     /// Largest real part with the true linearisations.
     pub abscissa_truth: f64,
@@ -45,18 +45,18 @@ pub struct Checks {
     pub fastest_controller_mode: f64,
 }
 
-/// The part of the sampling rate 2 pi/T above which a mode of the controller is not what it was designed to be. The
-/// trapezoidal rule puts a frequency w at 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at a half.
+/// The fraction of the sampling rate 2 pi/T above which a controller mode is distorted by sampling. The trapezoidal
+/// rule maps a frequency w to 2/T atan(w T/2): 11 % lower at a fifth of the rate, 36 % at half of it.
 const SLOW_ENOUGH: f64 = 0.2;
 
-/// The fastest mode of a controller that a sample time (s) is short enough for, rad/s.
+/// The fastest controller mode for which a sample time (s) is short enough, rad/s.
 pub fn fastest_sampled(sample_time: f64) -> f64 {
     SLOW_ENOUGH * TAU / sample_time
 }
 
 impl Checks {
-    /// A warning if the fastest mode of the controller is too fast for its sample time (s); the weight on the
-    /// commands is for the advice.
+    /// A warning if the fastest controller mode is too fast for the sample time (s); `control_weight` is quoted in the
+    /// advice.
     pub fn remark(&self, sample_time: f64, control_weight: f64) -> Option<String> {
         let (fastest, most) = (self.fastest_controller_mode, fastest_sampled(sample_time));
         (fastest > most).then(|| {
@@ -65,7 +65,7 @@ impl Checks {
                     sampling rate, {most:.1} rad/s (2 pi/{sample_time} s/5):\n\
                     the sampled controller differs from the one with the proved bound, though its loop is \
                     stable at these speeds.\n\
-                    Raise control.weight, now {}: commands that cost more make a slower controller{}",
+                    Raise control.weight, now {}: a larger weight gives a slower controller{}",
                 auv::rounded(control_weight),
                 sample_time_words(fastest)
             )
@@ -73,19 +73,19 @@ impl Checks {
     }
 }
 
-/// The sample time (s) that is short enough for a mode (rad/s), if a design file may ask for it.
+/// The advice on a sample time (s) that is short enough for a mode (rad/s), if a design file may have it.
 fn sample_time_words(fastest: f64) -> String {
     let enough = SLOW_ENOUGH * TAU / fastest;
     if SAMPLE_TIME.allows(enough) {
-        format!(",\nor sample it each {} s", rounded_down(enough))
+        format!(",\nor sample it every {} s", rounded_down(enough))
     } else {
         String::new()
     }
 }
 
-/// Checks a controller for the scheduled plant `plant` at frozen speeds: the loop is stable with the fit, with the true
-/// linearisation, and sampled with the actuators' lags; the H-infinity norm with the fit is at most `bound`, and that
-/// with the true linearisation is finite.
+/// Checks a controller for the scheduled plant `plant` at frozen speeds. The loop must be stable with the fit, with the
+/// true linearisation, and sampled with the actuator lags; the H-infinity norm must be at most `bound` with the fit,
+/// and finite with the true linearisation.
 ///
 /// # Errors
 /// [`Error::Refused`] with the first failure; those of trim and linearisation.
@@ -131,7 +131,7 @@ pub fn check(
         if true_real_part.is_nan() || true_real_part >= 0.0 {
             return Err(Refusal::UnstableTruth { speed, real_part: true_real_part }.into());
         }
-        // A loop that is unstable already is not blamed on the lags or on the sample time.
+        // A loop that is unstable in itself is not attributed to the lags or the sample time.
         let radius = sampled_radius(sampling, &linearisation, &controller.frozen(&[rho])?, speed)?;
         checks.abscissa_fit = checks.abscissa_fit.max(real_part);
         checks.abscissa_truth = checks.abscissa_truth.max(true_real_part);
@@ -148,7 +148,7 @@ pub fn check(
     Ok(checks)
 }
 
-/// The spectral radius of the loop as it is sampled, which must be stable.
+/// The spectral radius of the sampled loop; an error if it is unstable.
 fn sampled_radius(
     sampling: Sampling,
     linearisation: &Linearisation,
@@ -172,13 +172,13 @@ fn sampled_radius(
 /// The scheduled controller frozen at rho, without parameters.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) where it is not well posed.
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) if it is not well posed.
 pub fn frozen_controller(k: &Controller, rho: f64) -> Result<Controller, Error> {
     let parts = k.parts.frozen(&channels(&k.blocks), &[rho])?;
     Ok(Controller { parts, blocks: vec![] })
 }
 
-/// `I - rho D` is regular for all |rho| <= 1 exactly when D has no real eigenvalue of size 1 or more.
+/// `I - rho D` is regular for all |rho| <= 1 if and only if D has no real eigenvalue of modulus 1 or more.
 fn well_posed(d: &Mat) -> Result<(), Refusal> {
     for value in eigenvalues(d) {
         let real = value.im.abs() <= 1e-12 * value.norm();
@@ -208,7 +208,7 @@ mod tests {
         let words = checks(112.0).remark(0.02, 0.04).unwrap();
         assert!(words.contains("112 rad/s, is beyond a fifth of the sampling rate, 62.8 rad/s"), "{words}");
         // 2 pi/5/112 = 0.01122 s.
-        assert!(words.contains("control.weight, now 0.04") && words.ends_with("each 0.011 s"), "{words}");
+        assert!(words.contains("control.weight, now 0.04") && words.ends_with("every 0.011 s"), "{words}");
         assert!(!checks(1e6).remark(0.02, 0.04).unwrap().contains("sample it"));
         assert_eq!(checks(112.0).remark(0.011, 0.04), None);
     }

@@ -1,6 +1,6 @@
 //! The errors of a design, by stage.
 //!
-//! A stage returns its own error where nothing else can go wrong there, and [`Error`] where it calls other stages.
+//! A stage returns its own error if no other can occur, and [`Error`] if it calls other stages.
 
 mod certify;
 mod input;
@@ -26,28 +26,28 @@ pub enum Error {
     /// A vehicle file or a design file is wrong.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// The model of the vehicle or the generalised plant failed.
+    /// The model of the vehicle or the generalised plant could not be computed.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// There is no uncertain model.
     #[error(transparent)]
     Uncertain(#[from] UncertainError),
-    /// No controller.
+    /// No controller was found.
     #[error(transparent)]
     Synthesis(#[from] lpv::error::SynthesisError),
-    /// No controller for a vehicle, with remarks on possible causes in the problem.
+    /// No controller was found for a vehicle; with remarks on possible causes.
     #[error("{reason}{}", remarks.iter().map(|r| format!("\n  remark: {r}")).collect::<String>())]
     NoController { reason: lpv::error::SynthesisError, remarks: Vec<String> },
     /// There is no robust controller.
     #[error(transparent)]
     Robust(#[from] RobustError),
-    /// No gain is proved for constant coefficients.
+    /// No gain was proved for constant coefficients.
     #[error(transparent)]
     Constant(#[from] ConstantError),
     /// The gammas under other assumptions about the speed could not be computed.
     #[error(transparent)]
     Ladder(#[from] lpv::ladder::LadderError),
-    /// mu at a speed has no bound.
+    /// mu could not be bounded at a speed.
     #[error("mu at {speed} m/s: {reason}")]
     MuAtSpeed {
         /// Speed along the path, m/s.
@@ -57,16 +57,16 @@ pub enum Error {
     /// The finished controller failed a check.
     #[error("the controller is refused: {0}")]
     Refused(#[from] Refusal),
-    /// A certificate does not prove what is claimed.
+    /// A certificate does not prove its claim.
     #[error(transparent)]
     Proof(#[from] ProofError),
-    /// Nothing is certified of the vehicle.
+    /// The vehicle could not be certified.
     #[error(transparent)]
     Certify(#[from] CertifyError),
-    /// A flight of the verdict cannot begin.
+    /// A simulated flight of the verdict cannot start.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),
-    /// The files of a design are not what is asked for.
+    /// The files of a design do not fit the inputs.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A file cannot be read or written.
@@ -74,8 +74,8 @@ pub enum Error {
     File(#[from] files::Error),
 }
 
-/// Wraps errors of lower crates in the error of the stage that calls them.
-macro_rules! by_way_of {
+/// Converts errors of lower crates to [`Error`] through the error of a stage.
+macro_rules! from_stage_errors {
     ($($stage:ident: $($from:ty),+;)+) => { $($(
         impl From<$from> for Error {
             fn from(reason: $from) -> Self {
@@ -85,7 +85,7 @@ macro_rules! by_way_of {
     )+)+ };
 }
 
-by_way_of! {
+from_stage_errors! {
     InputError: auv::FileError;
     ModelError: auv::CoefficientError, lpv::error::FitError, lpv::error::LftError, lpv::error::ShapeError,
         lpv::error::AugmentError;
@@ -93,9 +93,9 @@ by_way_of! {
     StoreError: auv::LpvModelError, auv::VehicleJsonError, scheduled::DesignError, scheduled::ManoeuvreError;
 }
 
-/// `From` for errors that reach the `Error` of a crate above by way of its variant `Design`.
+/// `From` for errors that become the variant `Design` of an upper crate's error.
 #[macro_export]
-macro_rules! by_way_of_the_design {
+macro_rules! from_design_errors {
     ($error:ident: $($from:ty),+ $(,)?) => { $(
         impl From<$from> for $error {
             fn from(reason: $from) -> Self {

@@ -15,7 +15,7 @@ use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
 use lpv::polynomial::{FitResidual, MatrixPolynomial};
 
-/// Singular values below this part of the largest are rounding.
+/// Singular values below this fraction of the largest are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// The linearisations and the polynomials fitted to them.
@@ -23,9 +23,9 @@ const ROUNDING: f64 = 1e-12;
 pub struct Model {
     /// Scheduling parameter and linearisation at each speed of the grid.
     pub grid: Vec<(f64, Linearisation)>,
-    /// `[A B]` as a polynomial in rho, of the order that the design asks for.
+    /// `[A B]` as a polynomial in rho, of the order of the design.
     pub fit: MatrixPolynomial,
-    /// Residuals of the fits of order 1, 2, ... up to one above the design's, on the grid.
+    /// Residuals on the grid of the fits of order 1, 2, ..., up to one above the design's.
     pub residuals: Vec<Residual>,
     /// The LFT of `[A B]`.
     pub lft: Lft,
@@ -33,7 +33,7 @@ pub struct Model {
     pub lft_error: f64,
     /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1; see [`trim_slope()`].
     pub trim_slope: Lft,
-    /// The LFT of what the waves of the design's `[sea]` add, (n + 2) x 3; see [`WorkingSea::acting`].
+    /// The LFT of the waves of the design's `[sea]`, (n + 2) x 3; see [`WorkingSea::acting`].
     pub waves: Option<Lft>,
 }
 
@@ -42,11 +42,11 @@ pub struct Model {
 pub struct Residual {
     /// The order.
     pub order: usize,
-    /// Of A alone.
+    /// The residual of A alone.
     pub a: FitResidual,
-    /// Of `[A B]`.
-    pub whole: FitResidual,
-    /// rms residual of A relative to the rms variation of A over the range, rather than to A itself.
+    /// The residual of `[A B]`.
+    pub ab: FitResidual,
+    /// The rms residual of A relative to its rms variation over the range, rather than to A itself.
     pub relative_to_variation: f64,
 }
 
@@ -57,7 +57,7 @@ impl Model {
     /// actuator.
     ///
     /// # Errors
-    /// [`ModelError::Trim`] where the vehicle does not trim, or its trims jump; [`ModelError::Fit`].
+    /// [`ModelError::Trim`] if the vehicle has no trim, or its trims jump; [`ModelError::Fit`].
     pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
         let trims = trim_table(vehicle, design)?;
         let grid: Vec<(f64, Linearisation)> = design
@@ -78,7 +78,7 @@ impl Model {
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }
 
-    /// The LFT of a polynomial of another order, without singular values below a fraction of the largest.
+    /// The LFT of a polynomial of another order; singular values below the fraction `drop` of the largest are dropped.
     ///
     /// # Errors
     /// [`ModelError::Fit`].
@@ -86,12 +86,12 @@ impl Model {
         Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples(&self.grid), order)?, drop))
     }
 
-    /// The model that is designed on.
+    /// The model used for the design.
     pub fn linear(&self) -> LinearModel {
         LinearModel { ab: self.lft.clone(), trim_slope: self.trim_slope.clone(), waves: self.waves.clone() }
     }
 
-    /// The coefficients `A_k` and `B_k` of the fit, separately.
+    /// The coefficients `A_k` and `B_k` of the fit.
     pub fn coefficients(&self) -> (Vec<Mat>, Vec<Mat>) {
         self.fit.coefficients.iter().map(split).unzip()
     }
@@ -106,15 +106,15 @@ impl Residual {
     fn of(samples: &[(f64, Mat)], order: usize) -> Result<Self, ModelError> {
         let only_a: Vec<(f64, Mat)> = samples.iter().map(|(rho, m)| (*rho, split(m).0)).collect();
         let a = MatrixPolynomial::fit(&only_a, order)?.residual(&only_a);
-        let whole = MatrixPolynomial::fit(samples, order)?.residual(samples);
+        let ab = MatrixPolynomial::fit(samples, order)?.residual(samples);
         let constant = MatrixPolynomial::fit(&only_a, 0)?.residual(&only_a);
         let relative_to_variation =
             if constant.relative_rms > 0.0 { a.relative_rms / constant.relative_rms } else { 0.0 };
-        Ok(Self { order, a, whole, relative_to_variation })
+        Ok(Self { order, a, ab, relative_to_variation })
     }
 }
 
-/// What waves add, as a polynomial of first order: the filter is affine in the speed, and G is but for the incidence.
+/// The wave model as a first-order polynomial: the filter is affine in the speed, and so is G except for the incidence.
 fn waves(sea: &WorkingSea, grid: &[(f64, Linearisation)]) -> Result<Lft, ModelError> {
     let samples: Vec<(f64, Mat)> = grid.iter().filter_map(|(rho, l)| Some((*rho, sea.acting(l)?))).collect();
     Ok(Lft::from_polynomial(&MatrixPolynomial::fit(&samples, 1)?, ROUNDING))

@@ -1,4 +1,4 @@
-//! The files that a design starts from.
+//! The input files of a design.
 
 pub mod actuator_names;
 pub mod design_file;
@@ -15,23 +15,23 @@ use sha2::{Digest, Sha256};
 use signals::{SIGNALS, SPEED};
 use std::path::{Path, PathBuf};
 
-/// A vehicle and a design, with the hashes of their files.
+/// A vehicle and a design file, with their hashes.
 #[derive(Debug, Clone)]
 pub struct Inputs {
-    /// The vehicle's directory, in full.
+    /// The vehicle's directory, as an absolute path.
     pub directory: PathBuf,
     /// The vehicle.
     pub vehicle: Vehicle,
     /// The design.
     pub design: DesignFile,
-    /// The uncertain coefficients that the design names, in the order of the vehicle file.
+    /// The uncertain coefficients of the design, in the order of the vehicle file.
     pub uncertain: Vec<UncertainParameter>,
-    /// Of the vehicle file, and of the design file with what the command line changed in it.
+    /// The hashes of the vehicle file, and of the design file with the changes from the command line.
     pub hashes: InputHashes,
 }
 
 impl Inputs {
-    /// Half range of every actuator's gain, relative; 0 where it is not uncertain.
+    /// Half range of the gain of every actuator, relative; 0 if it is not uncertain.
     pub fn actuator_gain(&self) -> f64 {
         self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain)
     }
@@ -41,24 +41,24 @@ impl Inputs {
         !self.uncertain.is_empty() || self.actuator_gain() != 0.0
     }
 
-    /// The least and the largest output of each actuator.
+    /// The minimum and the maximum output of each actuator.
     pub fn limits(&self) -> Vec<(f64, f64)> {
         self.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect()
     }
 
-    /// A vehicle and a design made in memory, identified by a hash of their content.
+    /// A vehicle and a design created in memory, identified by a hash of their content.
     ///
     /// # Errors
-    /// [`InputError`]: names of actuators that the FMUs use, uncertain coefficients that the vehicle does not have.
+    /// [`InputError`]: an actuator name that the FMUs use, or an uncertain coefficient that the vehicle does not have.
     pub fn new(vehicle: Vehicle, design: DesignFile) -> Result<Self, InputError> {
         let texts = [format!("{vehicle:?}"), format!("{design:?}")];
         Self::of((vehicle, &texts[0]), (design, &texts[1]), ["the vehicle", "the design"])
     }
 
-    /// Of the texts of a vehicle file and a design file.
+    /// Parses the texts of a vehicle file and a design file.
     ///
     /// # Errors
-    /// [`InputError`]: the first file, key or value that is wrong.
+    /// [`InputError`]: the first wrong file, key or value.
     pub fn parse(vehicle: &str, design: &str) -> Result<Self, InputError> {
         let files = ["vehicle.toml", "design.toml"];
         let parsed = (Vehicle::parse(vehicle, files[0])?, DesignFile::parse(design, files[1], "design")?);
@@ -68,7 +68,7 @@ impl Inputs {
     /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
     ///
     /// # Errors
-    /// [`InputError`]: the first file, key or value that is wrong.
+    /// [`InputError`]: the first wrong file, key or value.
     pub fn read(directory: &Path, name: &str) -> Result<Self, InputError> {
         if !directory.is_dir() {
             return Err(InputError::NoVehicle { directory: directory.display().to_string() });
@@ -89,7 +89,7 @@ impl Inputs {
         Ok(inputs)
     }
 
-    /// Checks vehicle and design against each other; `files` are their names in messages, the texts what is hashed.
+    /// Checks vehicle and design against each other; `files` are their names in messages, the texts are hashed.
     fn of(
         vehicle: (Vehicle, &str),
         design: (DesignFile, &str),
@@ -115,7 +115,7 @@ impl Inputs {
         })
     }
 
-    /// The same with another bandwidth w_b of every W_e \[rad/s\], as the paper tunes it in its Fig. 5.
+    /// The inputs with another bandwidth w_b of every W_e \[rad/s\], which the paper tunes in its Fig. 5.
     ///
     /// # Errors
     /// [`InputError::Bandwidth`].
@@ -129,7 +129,7 @@ impl Inputs {
         Ok(self)
     }
 
-    /// The first file that is not the one with these hashes.
+    /// The first file whose hash differs from these.
     pub fn changed_since(&self, hashes: &InputHashes) -> Option<&'static str> {
         if self.hashes.vehicle_sha256 != hashes.vehicle_sha256 {
             return Some("the vehicle file");
@@ -138,7 +138,7 @@ impl Inputs {
     }
 }
 
-/// Checks that what is tracked, measured and required follows from the states of the vehicle; `file` is for messages.
+/// Checks that the tracked, measured and required signals depend on the states of the vehicle; `file` is for messages.
 fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
     let tracked = design.tracked.iter().map(|t| ("track.output", t.signal()));
     let measured = design.measured.iter().map(|m| ("measure.signal", m.signal()));
@@ -154,7 +154,7 @@ fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
     Err(InputError::GivenSpeed { file: file.into(), key })
 }
 
-/// The name of a file without its ending.
+/// The name of a file without its extension.
 fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned())
 }
@@ -173,7 +173,7 @@ pub fn sha256(text: &str) -> String {
 pub(crate) mod tests {
     use super::*;
 
-    /// A vehicle that is shipped, with one of its designs.
+    /// A shipped vehicle with one of its designs.
     pub(crate) fn shipped(vehicle: &str, design: &str) -> Inputs {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         Inputs::read(&vehicles.join(vehicle), design).unwrap()

@@ -1,11 +1,11 @@
-//! From a vehicle and what is asked of its autopilot to a proved controller, stage by stage.
+//! From a vehicle and the requirements on its autopilot to a proved controller, stage by stage.
 //!
 //! ```text
 //! inputs -> linearise -> fit -> augment -> synthesise -> check -> certify -> freeze -> verdict -> store
 //! ```
 //!
-//! [`run::run`] is the whole path; each stage is a file of that name. Nothing here prints, plots or packs: progress is
-//! called back ([`base::progress::Progress`]), and what was designed is a value ([`run::Finished`]).
+//! [`run::run`] runs all of them; each stage is a module of that name. Nothing here prints, plots or packs: progress is
+//! reported by callbacks ([`base::progress::Progress`]), and the result is a value ([`run::Finished`]).
 
 pub mod augment;
 pub mod certify;
@@ -21,7 +21,7 @@ pub mod synthesise;
 pub mod uncertain;
 pub mod verdict;
 
-/// The example of the guide, compiled by the documentation tests.
+/// The example in the guide, compiled by the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/guide.md")]
 struct Guide;

@@ -6,12 +6,12 @@ use auv::{Actuator, Dynamics, Linearisation, Pitch, Speed, Trim, Vehicle, linear
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
 
-/// Speeds of a trim table, evenly spread over the range of a design; its trims lie on one branch.
+/// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
-/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`,
-/// with the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from
-/// the trim. With the waves of a design that has a `[sea]`.
+/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
+/// the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from the
+/// trim. If the design has a `[sea]`, the linearisation includes its waves.
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
@@ -27,7 +27,7 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
     }
 }
 
-/// The same of a vehicle alone, about the level trim at a depth \[m\].
+/// Linearises a vehicle without a design, about the level trim at a depth \[m\].
 ///
 /// # Errors
 /// [`ModelError::Trim`].
@@ -37,8 +37,8 @@ pub fn of_vehicle(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisa
     Ok(linearise_with(vehicle, &level, false)?)
 }
 
-/// Trim, A, B and eigenvalues at one speed, for programs.
-pub fn shown(vehicle: &Vehicle, l: &Linearisation) -> Value {
+/// Trim, A, B and eigenvalues at one speed as JSON.
+pub fn to_json(vehicle: &Vehicle, l: &Linearisation) -> Value {
     let t = &l.trim;
     let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
@@ -78,13 +78,13 @@ pub fn stacked(l: &Linearisation) -> Mat {
     block(&[&[&l.a, &l.b]])
 }
 
-/// `[A]` and `[B]` of n states, apart.
+/// A and B from `[A B]`.
 pub fn split(stacked: &Mat) -> (Mat, Mat) {
     let (n, columns) = stacked.shape();
     (stacked.columns(0, n).into_owned(), stacked.columns(n, columns - n).into_owned())
 }
 
-/// `[A B]`, or any rows from states and inputs, with inputs in units of their reach.
+/// `[A B]`, or other rows with columns for states and inputs, with inputs in units of their reach.
 pub fn scaled(actuators: &[Actuator], mut stacked: Mat) -> Mat {
     let n = stacked.ncols() - actuators.len();
     for (j, actuator) in actuators.iter().enumerate() {

@@ -1,30 +1,30 @@
-//! Numbers as people read them.
+//! Numbers formatted for people.
 
-/// A number with so many decimals, and 0 rather than -0.
+/// A number with `digits` decimals, and 0 rather than -0.
 pub fn decimals(v: f64, digits: usize) -> String {
     let text = format!("{v:.digits$}");
     let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
     if is_zero { text.trim_start_matches('-').into() } else { text }
 }
 
-/// The factor from a unit to the one that people read, and that one: degrees for radians.
+/// The factor from a unit to the displayed one, and the latter: degrees for radians.
 pub fn readable(unit: &'static str) -> (f64, &'static str) {
     if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, unit) }
 }
 
-/// A bound from above for people: rounded up, so that what is said is true, too.
+/// An upper bound for display: rounded up, so that the displayed value is a bound, too.
 pub fn above(bound: f64) -> String {
     format!("{:.4}", rounded_up(bound))
 }
 
-/// A bound from above as [`above`] shows it.
+/// An upper bound as [`above`] displays it.
 pub fn rounded_up(bound: f64) -> f64 {
     const DECIMALS: f64 = 1e4;
     let up = (bound * DECIMALS).ceil() / DECIMALS;
     if up.is_finite() { up } else { bound }
 }
 
-/// A number with two significant digits, not above it.
+/// A number rounded down to two significant digits.
 pub fn rounded_down(v: f64) -> String {
     let unit = 10f64.powf(v.log10().floor() - 1.0);
     format!("{:.*}", (1.0 - v.log10().floor()).max(0.0) as usize, (v / unit).floor() * unit)

@@ -1,5 +1,5 @@
-//! The design, stage by stage: load, trim, linearise, fit, to LFT, augment, synthesise, check, certify in continuous
-//! time and as sampled, freeze, anti-windup, limits, verdict.
+//! The design, stage by stage: trim, linearise, fit, LFT, augment, synthesise, check, certify in continuous time and as
+//! sampled, freeze, anti-windup, limits, verdict.
 
 use crate::augment::augment;
 use crate::certify::certify;
@@ -40,20 +40,20 @@ pub struct Finished {
     pub checks: Checks,
     /// The certificate, or why there is none.
     pub proof: Result<Proof, String>,
-    /// The same of the sampled loop.
+    /// The certificate of the sampled loop, or why there is none.
     pub sampled: Result<Proof, String>,
-    /// What the FMUs carry.
+    /// The contents of the frozen files.
     pub frozen: Frozen,
-    /// The robust design, if that was asked for.
+    /// The robust design, if requested.
     pub robust: Option<Robust>,
-    /// What was asked and what is achieved.
+    /// The requirements and what is achieved.
     pub verdict: Verdict,
 }
 
 /// Runs all stages of a nominal design.
 ///
 /// # Errors
-/// That of the first stage that fails. A controller that fails a check is not returned.
+/// The error of the first stage that fails. A controller that fails a check is not returned.
 pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
     run_with(inputs, progress, false)
 }
@@ -62,7 +62,7 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// [`crate::synthesise::robust`].
 ///
 /// # Errors
-/// As [`run`], and those of [`robust`].
+/// As [`run`], and the errors of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
     progress.done("vehicle", &vehicle_line(inputs));
     for words in inputs.doubts() {
@@ -94,8 +94,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let sampled = sampled_stage(inputs, &model, &design, progress);
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
-    let proof =
-        proof.map(|proof| limits_stage(inputs, proof, (&plant, &design.controller), &frozen, progress));
+    let proof = proof.map(|proof| limits_stage(inputs, proof, &plant, &design.controller, &frozen, progress));
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
         frozen.controller.anti_windup = Some(limits.e.clone());
     }
@@ -105,7 +104,8 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
 
-/// Certifies. The reason of a failed proof is reported and returned, so that the design can still be inspected.
+/// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
+/// inspected.
 fn certificate_stage(
     inputs: &Inputs,
     model: &Model,
@@ -127,7 +127,7 @@ fn certificate_stage(
     proof
 }
 
-/// Certifies the sampled loop. The reason of a failed proof is reported and returned.
+/// Computes the certificate of the sampled loop. If the proof fails, the reason is reported and returned.
 fn sampled_stage(
     inputs: &Inputs,
     model: &Model,
@@ -140,9 +140,9 @@ fn sampled_stage(
     let proof = proof.map_err(|reason| reason.to_string());
     let words = match &proof {
         Ok(proof) => format!(
-            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} as sampled each {} s,\n\
-             for every speed in the range that is constant from tick to tick, with the fit advanced by the trapezoidal \
-             rule",
+            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
+             for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
+             the trapezoidal rule",
             claims::bound(&proof.theorem),
             inputs.design.sample_time
         ),
@@ -152,7 +152,7 @@ fn sampled_stage(
     proof
 }
 
-/// Anti-windup, if the design has it. A controller without flies as well, as long as its actuators suffice.
+/// Anti-windup, if the design has it. If none is found, the controller is used without it.
 fn anti_windup_stage(
     inputs: &Inputs,
     controller: &Controller,
@@ -181,16 +181,19 @@ fn anti_windup_stage(
     }
 }
 
-/// The claim for commands at their limits, where one is found; without it the rest of the proof stands.
+/// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
 fn limits_stage(
     inputs: &Inputs,
     proof: Proof,
-    parts: (&GeneralisedPlant, &Controller),
+    plant: &GeneralisedPlant,
+    controller: &Controller,
     frozen: &Frozen,
     progress: &Progress,
 ) -> Proof {
-    let what = "how large a step the loop survives at its limits";
-    let claim = || with_limits(&proof, parts, &frozen.controller, &inputs.vehicle.actuators, &inputs.design);
+    let what = "the largest step from which the saturated loop returns to trim";
+    let claim = || {
+        with_limits(&proof, plant, controller, &frozen.controller, &inputs.vehicle.actuators, &inputs.design)
+    };
     let (found, seconds) = progress.timed("limits", what, claim);
     let words = match &found {
         Ok(None) => return proof,
@@ -202,14 +205,14 @@ fn limits_stage(
             Some(lines.join("\n")).filter(|words| !words.is_empty())
         }
         Err(reason) => {
-            Some(format!("no step is shown to be survived at the limits, none is claimed: {reason}"))
+            Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
         }
     };
     words.iter().for_each(|words| progress.done("limits", words));
     found.ok().flatten().unwrap_or(proof)
 }
 
-/// A claim that was proved, with the time that the proof took.
+/// A proved claim, with the time of the proof.
 fn proved(claim: &str, seconds: f64) -> String {
     format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
 }
@@ -231,11 +234,9 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let default = inputs.design.pitch_asked.is_none();
     let pitch = match &inputs.design.pitch {
         Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
-        Pitch::Held(_) if default => {
-            "pitch held at 0 deg, since thrusters alone can do that at every speed\n\
-            ([trim] pitch = \"free\" would let it be that of the least effort)"
-                .into()
-        }
+        Pitch::Held(_) if default => "pitch held at 0 deg, which thrusters alone can do at every speed\n\
+            (with [trim] pitch = \"free\" it is the one of least effort)"
+            .into(),
         Pitch::Held(_) => format!("pitch held at {} deg", angle(first)),
         Pitch::Followed(_) => format!(
             "incidence {} to {} deg,\nfollowed along one branch, since the trims of least effort jump",
@@ -315,7 +316,7 @@ fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
 }
 
 fn check_line(c: &Checks, bound: f64) -> String {
-    let beyond = if c.gain_truth > bound { ", above the bound, which is of the fit" } else { "" };
+    let beyond = if c.gain_truth > bound { ", above the bound, which is for the fit" } else { "" };
     format!(
         "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
          largest frozen gain {:.4}, bound {}; with the true linearisations and trims {:.4}{beyond};\n\

@@ -4,15 +4,15 @@
 //! |---|---|
 //! | `controller.json` | the frozen controller |
 //! | `plant.json` | the frozen LPV model of the vehicle |
-//! | `manoeuvre.json` | what the FMU of the whole loop flies by default |
+//! | `manoeuvre.json` | the default manoeuvre of the FMU of the complete loop |
 //! | `certificate.json` | the proof of the gain bound, if there is one |
 //! | `design.json` | the figures of the design |
-//! | `robust.json` | of a robust design: nominal and robust controller side by side |
+//! | `robust.json` | of a robust design: the figures of the nominal and the robust controller |
 //! | `sampled_certificate.json` | the proof of the gain bound of the sampled loop, if there is one |
 //! | `robust_certificate.json` | of a robust design: the proof of the gain bound with uncertainty |
 //! | `constant_certificate.json` | with `--constant`: the proof of the gain bound for constant coefficients |
 //! | `.squid-vehicle` | the vehicle's directory, so that a vehicle of the same name does not replace the design |
-//! | `.squid-lock` | empty; locked while the others are written or read, so that all are of one design |
+//! | `.squid-lock` | empty; locked while the others are written or read, so that all belong to one design |
 
 pub mod freeze;
 pub mod place;
@@ -21,7 +21,7 @@ pub mod unedited;
 use crate::augment::augment;
 use crate::certify::constant;
 use crate::certify::controller_of;
-use crate::certify::limits::of_autopilot;
+use crate::certify::limits::check_autopilot;
 use crate::certify::sampled;
 use crate::certify::verify;
 use crate::check::{CHECKED_SPEEDS, check};
@@ -44,7 +44,7 @@ use serde_json::Value;
 use signals::SIGNALS;
 use std::path::{Path, PathBuf};
 
-/// The directory that is used when none is named: `build/VEHICLE/DESIGN`.
+/// The default output directory: `build/VEHICLE/DESIGN`.
 pub fn default_directory(inputs: &Inputs) -> PathBuf {
     let name: String = inputs
         .design
@@ -68,34 +68,34 @@ pub struct Stored {
     pub manoeuvre: Manoeuvre,
     /// The text of the certificate, or why there is none.
     pub certificate: Result<String, String>,
-    /// Figures and certificate of a robust design, if it is one.
+    /// Figures and certificate of a robust design, if there is one.
     pub robust: Option<StoredRobust>,
-    /// The rows of its verdict, as far as they can be read.
+    /// The rows of the verdict that could be read.
     pub rows: Vec<StoredRow>,
 }
 
 impl Stored {
     /// Proves the certificate again, for the stored controller and for the plant and weights of the inputs, and repeats
-    /// the checks that are made before a controller is written.
+    /// the checks of a new controller.
     ///
     /// # Errors
     /// The reason why this controller is not certified.
     pub fn prove(&self, inputs: &Inputs) -> Result<Theorem, String> {
         let text = self.certificate.as_ref().map_err(Clone::clone)?;
         let certificate = parse(text, "certificate.json").map_err(|e| e.to_string())?;
-        verify::matches(&self.controller, &certificate).map_err(|e| e.to_string())?;
+        verify::check_design(&self.controller, &certificate).map_err(|e| e.to_string())?;
         let theorem = certificate.prove().map_err(|e| e.to_string())?;
-        self.made_of(inputs, &certificate).map_err(|e| e.to_string())?;
-        of_autopilot(&self.controller, &certificate).map_err(|e| e.to_string())?;
+        self.check_unproved_parts(inputs, &certificate).map_err(|e| e.to_string())?;
+        check_autopilot(&self.controller, &certificate).map_err(|e| e.to_string())?;
         Ok(theorem)
     }
 
-    /// The warning to print first for a design whose proof fails.
+    /// The warning for a design whose proof fails.
     pub fn unproved(&self, inputs: &Inputs) -> Option<String> {
         self.remark(&self.prove(inputs))
     }
 
-    /// The same for the outcome of an earlier attempt at the proof.
+    /// As [`Stored::unproved`], for the result of an earlier proof.
     pub fn remark(&self, proof: &Result<Theorem, String>) -> Option<String> {
         let reason = match proof {
             Ok(_) if self.controller.gamma.certified => return None,
@@ -107,10 +107,10 @@ impl Stored {
 
     /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
     /// loops.
-    fn made_of(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
+    fn check_unproved_parts(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        verify::of_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
-        unedited::check((&self.controller, &self.plant), inputs, &model)?;
+        verify::check_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
+        unedited::check(&self.controller, &self.plant, inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
         check(&inputs.vehicle, &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
@@ -118,24 +118,24 @@ impl Stored {
     }
 }
 
-/// The figures of a design, as `design.json` contains them.
+/// The figures of a design in `design.json`.
 #[derive(Debug, Serialize)]
 struct Figures<'a> {
     vehicle: &'a str,
     status: &'a str,
     design: &'a str,
-    /// What the names of the FMUs begin with: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
+    /// The prefix of the FMUs' names: IDENTIFIER.fmu, IDENTIFIER_plant.fmu, IDENTIFIER_controller.fmu.
     fmu_identifier: String,
     gamma_optimum: f64,
     gamma_design: f64,
     gamma_bound: f64,
     back_off: f64,
-    /// What was added to the plant, only for the design.
+    /// The regularisation of the plant for the synthesis.
     #[serde(skip_serializing_if = "Option::is_none")]
     added_for_the_design: Option<String>,
     gamma_bound_with_model_error: Option<f64>,
     model_error: Option<f64>,
-    /// Of the sampled loop, for a speed that is constant from tick to tick.
+    /// The bound of the sampled loop, for a speed that is constant between ticks.
     gamma_bound_sampled: Option<f64>,
     not_certified_sampled_because: Option<&'a str>,
     certified: bool,
@@ -193,8 +193,8 @@ fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> Response
     }
 }
 
-/// Writes the files of a finished design, all of them or none, and removes those of an earlier one, its FMUs among
-/// them.
+/// Writes the files of a finished design, all of them or none, and removes those of an earlier design, including its
+/// FMUs.
 ///
 /// # Errors
 /// [`files::Error::Unwritable`].
@@ -203,9 +203,9 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     let mut files = Files::default();
     files.add(to("plant.json"), finished.frozen.plant.to_json()?);
     files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
-    let whole = finished.proof.as_ref().ok().map(|proof| &proof.certificate);
+    let continuous = finished.proof.as_ref().ok().map(|proof| &proof.certificate);
     let sampled = finished.sampled.as_ref().ok().map(|proof| &proof.certificate);
-    for (name, certificate) in [("certificate.json", whole), (sampled::CERTIFICATE, sampled)] {
+    for (name, certificate) in [("certificate.json", continuous), (sampled::CERTIFICATE, sampled)] {
         match certificate {
             Some(certificate) => files.add(to(name), text(certificate, &to(name))?),
             None => files.remove(to(name)),
@@ -218,20 +218,20 @@ pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<()
     }
     match &finished.robust {
         Some(found) => found.add_to(&mut files, directory)?,
-        None => stored::forget(&mut files, directory),
+        None => stored::remove_from(&mut files, directory),
     }
-    // It is of another controller.
+    // It belongs to another controller.
     files.remove(to(constant::CERTIFICATE));
-    // Last, because `load` trusts its hashes.
+    // Last, because `load` relies on its hashes.
     files.add(to("controller.json"), finished.frozen.controller.to_json()?);
     Ok(files.save(directory)?)
 }
 
-/// Reads the files of a design back, if they belong to these inputs.
+/// Reads the files of a design, if they belong to these inputs.
 ///
 /// # Errors
-/// [`StoreError::NotDesigned`] when there is none, [`StoreError::OfAnother`], [`StoreError::Stale`] when vehicle or
-/// design file changed since.
+/// [`StoreError::NotDesigned`] if there is none, [`StoreError::OfAnother`], [`StoreError::Stale`] if the vehicle or the
+/// design file has changed.
 pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let path = directory.join("controller.json");
     let _held = reading(&path);
@@ -267,19 +267,19 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     Ok(Stored { controller, plant, manoeuvre, certificate, robust, rows })
 }
 
-/// The figures of a design that is there, as far as they can be read.
+/// The figures of a stored design; `None` if they cannot be read.
 fn written(directory: &Path) -> Option<Value> {
     serde_json::from_str(&read(&directory.join("design.json")).ok()?).ok()
 }
 
-/// The verdict that `squid design` wrote.
+/// The stored verdict.
 fn rows(directory: &Path) -> Vec<StoredRow> {
     let figures = written(directory).unwrap_or_default();
     let rows = figures["verdict"]["rows"].as_array().into_iter().flatten();
     rows.filter_map(|row| serde_json::from_value(row.clone()).ok()).collect()
 }
 
-/// The reason that `squid design` recorded for a missing proof.
+/// The stored reason for a missing proof.
 fn why_not_certified(directory: &Path) -> String {
     let figures = written(directory).unwrap_or_default();
     figures["not_certified_because"].as_str().map_or_else(String::new, |reason| format!(": {reason}"))
@@ -312,7 +312,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
                 order: r.order,
                 rms_relative_to_variation: r.relative_to_variation,
                 rms_relative: r.a.relative_rms,
-                largest_norm: r.whole.norms.iter().copied().fold(0.0, f64::max),
+                largest_norm: r.ab.norms.iter().copied().fold(0.0, f64::max),
                 frequency_response: response_figures(
                     &inputs.vehicle.actuators,
                     responses.iter().find(|e| e.order == r.order),

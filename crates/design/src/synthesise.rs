@@ -1,4 +1,4 @@
-//! Synthesis: the generalised plant of the design to a scheduled controller.
+//! Synthesis: from the generalised plant of the design to a scheduled controller.
 
 pub mod anti_windup;
 pub mod ladder;
@@ -18,8 +18,8 @@ use lpv::reduce::without_fast_modes;
 use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 
-/// Synthesises the scheduled controller for the generalised plant of [`crate::augment`], with a bound of the closed
-/// loop's L2 gain from w to z by [`lpv::synthesis::synthesise`].
+/// Synthesises the scheduled controller for the generalised plant of [`crate::augment`] by
+/// [`lpv::synthesis::synthesise`], with a bound of the closed loop's L2 gain from w to z.
 ///
 /// # Errors
 /// [`Error::NoController`].
@@ -30,9 +30,9 @@ pub fn synthesise(
     progress: &Progress,
 ) -> Result<Design, Error> {
     let (outcome, seconds) = progress.timed("synthesise", "solving the matrix inequalities", || {
-        let design = sought(file, plant, options(file));
+        let design = controller_for(file, plant, options(file));
         let design = design.map_err(|reason| no_controller(actuators, file, plant, reason))?;
-        Ok::<_, Error>(slow_enough(file, plant, design))
+        Ok::<_, Error>(with_slow_modes_only(file, plant, design))
     });
     let (design, slowed) = outcome?;
     progress.done("synthesise", &(synthesis_line(&design, file.back_off, seconds) + &slowed));
@@ -40,7 +40,7 @@ pub fn synthesise(
         "bound",
         &format!(
             "the finished loop has a gain below {} for any trajectory of speed in the range\n\
-             (by eigenvalues in floating point, the nearest at {:.1e})",
+             (by eigenvalues in floating point, the closest to zero at {:.1e})",
             above(design.certified.gamma),
             design.certified.largest_eigenvalue
         ),
@@ -48,52 +48,55 @@ pub fn synthesise(
     Ok(design)
 }
 
-/// As [`synthesise`], for one of many designs of which few are kept: given up where the search gets stuck.
+/// As [`synthesise`], for one of many candidate designs: stops early if the search makes no progress.
 ///
 /// # Errors
 /// [`Error::NoController`], without remarks.
 pub fn synthesise_quickly(file: &DesignFile, plant: &GeneralisedPlant) -> Result<Design, Error> {
-    let design = sought(file, plant, Options { quick: true, ..options(file) });
+    let design = controller_for(file, plant, Options { quick: true, ..options(file) });
     let design = design.map_err(|reason| Error::NoController { reason, remarks: vec![] })?;
-    Ok(slow_enough(file, plant, design).0)
+    Ok(with_slow_modes_only(file, plant, design).0)
 }
 
-/// A controller for any rate of the speed, or for the one that the design bounds.
-fn sought(file: &DesignFile, plant: &GeneralisedPlant, options: Options) -> Result<Design, SynthesisError> {
+/// A controller for arbitrary rates of the speed, or for the design's bound on the rate.
+fn controller_for(
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    options: Options,
+) -> Result<Design, SynthesisError> {
     match file.rate {
         Some(rate) => at_bounded_rate(file, plant, rate),
         None => lpv::synthesis::synthesise(plant, options),
     }
 }
 
-/// How far the bound may rise without modes that are too fast for the sample time: what a computer does with these is
-/// another controller. A small limit would let a slight change of a weight decide whether they stay.
+/// The allowed relative increase of the bound for the removal of modes that are too fast for the sample time, because
+/// these are not realised as designed. With a small limit, a slight change of a weight could decide whether they stay.
 const RISE_WITHOUT_FAST_MODES: f64 = 1.0;
 
-/// The design, without the modes of its controller that are too fast for the sample time if its bound allows that; and
-/// what was done.
-fn slow_enough(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (Design, String) {
+/// The design, without the modes of its controller that are too fast for the sample time if the bound allows that; and
+/// a message about them.
+fn with_slow_modes_only(file: &DesignFile, plant: &GeneralisedPlant, design: Design) -> (Design, String) {
     let limit = fastest_sampled(file.sample_time);
     let thetas = parameter_grid(plant.blocks.len());
     let most = design.controller.fastest_mode(&thetas);
-    // A bound at a bounded rate is of the controller with all its modes.
+    // A bound at a bounded rate is for the controller with all its modes.
     if most <= limit || design.slow.is_some() {
         return (design, String::new());
     }
     let Some(slower) = without_fast_modes(plant, &design, limit, RISE_WITHOUT_FAST_MODES) else {
         return (design, String::new());
     };
-    let gone = design.controller.a().nrows() - slower.controller.a().nrows();
-    let (modes, are) = if gone == 1 { ("mode", "is") } else { ("modes", "are") };
+    let removed = design.controller.a().nrows() - slower.controller.a().nrows();
+    let (modes, are) = if removed == 1 { ("mode", "is") } else { ("modes", "are") };
     let words = format!(
-        "\n{gone} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
+        "\n{removed} {modes} of the controller, the fastest of {most:.0} rad/s, {are} too fast for the sample time: \
          replaced by their DC gain"
     );
     (slower, words)
 }
 
-/// A controller made for a bounded rate of the speed, m/s^2. Its loop must have a bound for speeds that move faster,
-/// too.
+/// A controller for a bounded rate of the speed, m/s^2. Its loop must also have a bound for arbitrary rates.
 fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Result<Design, SynthesisError> {
     let (_, half_range) = file.scheduling();
     let options = SlowOptions { back_off: file.back_off, ..SlowOptions::at(rate / half_range) };
@@ -116,7 +119,7 @@ fn at_bounded_rate(file: &DesignFile, plant: &GeneralisedPlant, rate: f64) -> Re
     })
 }
 
-/// What is had without a bounded rate, and the keys to turn.
+/// The advice to leave out the bounded rate, with the gamma without it.
 fn without_rate(plant: &GeneralisedPlant) -> String {
     let gamma = match least_gamma(plant, ScalingClass::SymmetricAndSkew) {
         Ok((_, least)) => {
@@ -127,20 +130,20 @@ fn without_rate(plant: &GeneralisedPlant) -> String {
     format!("leave 'synthesis.rate' out{gamma}; or try a larger 'synthesis.back_off'")
 }
 
-/// How a controller of a design is sought.
+/// The options of the synthesis.
 pub fn options(file: &DesignFile) -> Options {
     Options { back_off: file.back_off, accuracy: ACCURACY * file.back_off, ..Options::default() }
 }
 
-/// How near to the least gamma the search comes, relative to the back-off from it.
+/// The accuracy of the least gamma, relative to the back-off from it.
 const ACCURACY: f64 = 0.1;
 
-/// The gammas, how near to each other they could be had, and what was added to the plant for it.
-fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
+/// The gammas, their distance, and the regularisation of the plant.
+fn synthesis_line(design: &Design, requested: f64, seconds: f64) -> String {
     let (how, remark) = match &design.regularisation {
         Some(added) => (", of the plant with weight and noise added", format!("\nremark: {added}")),
-        None if back_off(design) > 1.01 * asked => {
-            (", more than asked: closer none could be built", String::new())
+        None if back_off(design) > 1.01 * requested => {
+            (", more than requested: no controller could be built closer", String::new())
         }
         None => ("", String::new()),
     };
@@ -152,8 +155,7 @@ fn synthesis_line(design: &Design, asked: f64, seconds: f64) -> String {
     )
 }
 
-/// Where the synthesis failed without a proof that there is no controller, the remarks say what about the problem may
-/// be the cause.
+/// The error of a failed synthesis. Unless it is proved that there is no controller, it has remarks on possible causes.
 fn no_controller(
     actuators: &[Actuator],
     file: &DesignFile,
@@ -194,7 +196,7 @@ mod tests {
     use lpv::partition::Group;
     use lpv::regularise::Regularisation;
 
-    /// By the paper's design, whose controller is computed soon.
+    /// The paper's design, whose controller is computed quickly.
     fn squid() -> (Inputs, GeneralisedPlant) {
         let inputs = shipped("squid", "paper");
         let plant = augment(
@@ -215,31 +217,30 @@ mod tests {
         design.regularisation = Some(Regularisation { weights: vec![vec![1e-3, 0.0]], noises: vec![] });
         let singular = line(&design);
         assert!(singular.contains("\nremark: the controller was designed for the plant with"), "{singular}");
-        assert!(singular.contains("u1 (weight)") && !singular.contains("closer none"), "{singular}");
+        assert!(singular.contains("u1 (weight)") && !singular.contains("more than requested"), "{singular}");
     }
 
-    /// A key that is turned a little must not decide whether fast modes stay: the loop would change by leaps.
+    /// A small change of a key must not decide whether fast modes stay: the loop would change abruptly.
     #[test]
-    fn designs_beside_the_default_have_no_fast_modes_either() {
+    fn designs_near_the_default_have_no_fast_modes_either() {
         let mut inputs = shipped("squid", "design");
         let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
         let (given, limit) = (inputs.design.clone(), fastest_sampled(inputs.design.sample_time));
-        let turns: [fn(&mut DesignFile); 3] = [
+        let changes: [fn(&mut DesignFile); 3] = [
             |file| file.tracked[0].weight.bandwidth *= 1.04,
             |file| file.tracked[0].references.follow *= 1.04,
             |file| file.back_off *= 1.2,
         ];
-        for turn in turns {
+        for change in changes {
             inputs.design = given.clone();
-            turn(&mut inputs.design);
+            change(&mut inputs.design);
             let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
             let controller = synthesise_quickly(&inputs.design, &plant).unwrap().controller;
             assert!(controller.fastest_mode(&parameter_grid(plant.blocks.len())) <= limit);
         }
     }
 
-    /// The plant of Squid with its weight on the control taken out: a failure without proof comes with remarks, a
-    /// proof without.
+    /// The plant of Squid without its control weight: a failure without a proof has remarks, a proved one has none.
     #[test]
     fn a_failure_that_proves_nothing_comes_with_remarks() {
         let (inputs, mut plant) = squid();

@@ -1,13 +1,13 @@
-//! The vehicle with its uncertain coefficients: one LFT of the linear model at each speed, and one over the whole
+//! The vehicle with its uncertain coefficients: an LFT of the linear model at each speed, and one over the entire
 //! range.
 //!
 //! ```text
 //! x' = A x + Bd wd + B u,   zd = Cd x + Ddd wd + Dd2 u,   wd = blkdiag(delta_i I_ri) zd,   |delta_i| <= 1
 //! ```
 //!
-//! At a trim the motion is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of
-//! `[A B] = M^-1 [C D]` is exact. A coefficient changes the trim, too, on which the motion depends: what that does
-//! comes through further parameters, the incidence and the outputs of actuators at trim, to first order; see
+//! At a trim the motion is `M(c) x' = C(c) x + D(c) u` with M, C and D affine in each coefficient c, and the LFT of `[A
+//! B] = M^-1 [C D]` is exact. A coefficient also changes the trim, on which the motion depends. That effect is modelled
+//! to first order by further parameters, the incidence and the outputs of actuators at trim; see
 //! [`crate::uncertain::trim`].
 //!
 //! Source of the descriptor form: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, ch. 10.
@@ -32,22 +32,23 @@ use crate::uncertain::pencil::Pencil;
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 
-/// How closely the uncertain model over the range of speed follows the vehicle: the closer, the more channels.
+/// The accuracy of the uncertain model over the range of speed; higher accuracy needs more channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fidelity {
-    /// What is smaller than this beside `[C D]` is left out of what the trim does, and how well the polynomials in rho
-    /// must meet the uncertain parts.
+    /// Effects of the trim below this, relative to `[C D]`, are left out; and the relative accuracy of the polynomials
+    /// in rho for the uncertain parts.
     detail: f64,
-    /// How much higher than the design's the orders of the polynomials may be.
-    further: usize,
+    /// The allowed order of the polynomials above the design's.
+    extra_order: usize,
 }
 
 impl Fidelity {
-    /// Few channels, and at delta = 0 the plant that is designed on: for inequalities with many unknowns a channel.
-    pub const COARSE: Self = Self { detail: 3e-3, further: 0 };
+    /// Few channels, and at delta = 0 the plant of the design: for inequalities with many unknowns per channel.
+    pub const COARSE: Self = Self { detail: 3e-3, extra_order: 0 };
 
-    /// A fifth to a seventh of the error, with 40 % more channels (Squid, REMUS 100): for analyses that include it.
-    pub const FINE: Self = Self { detail: 3e-4, further: 1 };
+    /// A fifth to a seventh of the error, with 40 % more channels (Squid, REMUS 100): for analyses that cover the
+    /// error.
+    pub const FINE: Self = Self { detail: 3e-4, extra_order: 1 };
 }
 
 /// The uncertain model over the range of speed: a polynomial fit of the linearisations of `model` at delta = 0, and of
@@ -62,10 +63,10 @@ pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<
     for (_, nominal) in &model.grid {
         ranges.push(trim_range(inputs, nominal)?);
     }
-    let moved = TrimRange::all_that_move(&ranges);
+    let moved = TrimRange::varying(&ranges);
     let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
-        let all = blocks(inputs, &nominal.trim, &range.of(&moved))?;
+        let all = blocks(inputs, &nominal.trim, &range.largest_changes(&moved))?;
         gradients.push(Gradients::at(vehicle, nominal, &all)?);
         rhos.push(*rho);
         if i == model.grid.len() / 2 {
@@ -74,8 +75,8 @@ pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<
     }
     coarsen(vehicle, &middle, fidelity.detail, &mut gradients);
     let samples: Vec<(f64, Gradients)> = rhos.into_iter().zip(gradients).collect();
-    let order = (inputs.design.order + fidelity.further).min(model.grid.len() - 1);
+    let order = (inputs.design.order + fidelity.extra_order).min(model.grid.len() - 1);
     let nominal = model.of_order(order, inputs.design.drop)?;
-    let pencil = Pencil::scheduled(vehicle, &samples, &nominal, (order, fidelity.detail))?;
+    let pencil = Pencil::scheduled(vehicle, &samples, &nominal, order, fidelity.detail)?;
     Ok(UncertainModel::from_lft(minimal(&pencil.lft()), &middle))
 }

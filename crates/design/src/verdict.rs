@@ -1,11 +1,11 @@
-//! The verdict on a finished design: what was asked, what the loop as it flies achieves, met or missed.
+//! The verdict on a finished design: the requirements, and what the loop achieves in flight.
 //!
-//! Three kinds of figures, each with the place where it is worst:
+//! There are three kinds of figures, each reported with the condition where it is worst:
 //!
 //! ```text
 //! frozen   the sampled loop with the true linearisation at many speeds: margins, steady errors, gust, noise, gain
 //! flown    the nonlinear vehicle under its autopilot: steps of each reference at some speeds, the default flight
-//! mu       a bound over all frequencies at some speeds, for what the design declares uncertain
+//! mu       a bound over all frequencies at some speeds, for the declared uncertainty
 //! ```
 
 pub mod flown;
@@ -23,18 +23,18 @@ use scheduled::ControllerDesign;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
-/// What was asked and what is achieved.
+/// The requirements and what is achieved.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     /// The table.
     pub rows: Vec<Row>,
-    /// What it is made of, over the range of speed.
+    /// The figures over the range of speed.
     #[serde(flatten)]
     pub found: Found,
 }
 
 impl Verdict {
-    /// Judges a frozen controller of a design.
+    /// Assesses a frozen controller of a design.
     ///
     /// # Errors
     /// As [`Found::of`].
@@ -42,13 +42,13 @@ impl Verdict {
         Ok(Self::judge(inputs, controller.gamma.bound, Found::of(inputs, controller, effort)?))
     }
 
-    /// Judges what was found of a design with a bound gamma by the limits of its file.
+    /// Assesses figures of a design with a bound gamma by the requirements of its file.
     pub fn judge(inputs: &Inputs, gamma: f64, found: Found) -> Self {
         Self { rows: rows::rows(inputs, gamma, &found, &[]), found }
     }
 
-    /// The same as [`Verdict::of`] for a stored design, but that what takes long, mu and the gain between the ticks, is
-    /// taken from the rows that `squid design` wrote.
+    /// As [`Verdict::of`] for a stored design, but with the slow figures, mu and the gain between the ticks, from the
+    /// stored rows.
     ///
     /// # Errors
     /// As [`Found::of`].
@@ -62,16 +62,16 @@ impl Verdict {
         Ok(Self { rows: rows::rows(inputs, controller.gamma.bound, &found, rows), found })
     }
 
-    /// The rows that are missed.
+    /// The rows whose requirement is missed.
     pub fn missed(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.outcome == Outcome::Missed)
     }
 
-    /// What to turn for each row that is missed, as far as that has been looked for: a line each.
+    /// The advice for each missed row, if any, one line each.
     pub fn advice(&self) -> String {
         let line = |row: &Row| {
             let words = &row.advice.as_ref()?.words;
-            Some(format!("{} {} ({}): {words}", row.what, row.found(), row.asked()))
+            Some(format!("{} {} ({}): {words}", row.what, row.found(), row.required()))
         };
         self.missed().filter_map(line).collect::<Vec<_>>().join("\n")
     }
@@ -87,17 +87,17 @@ impl Verdict {
 }
 
 impl Display for Verdict {
-    /// The summary, a line for each row, and what to turn.
+    /// The summary, one line per row, and the advice.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.asked(), row.found()];
+        let cells = |row: &Row| [row.outcome.to_string(), row.what.clone(), row.required(), row.found()];
         let rows: Vec<[String; 4]> = self.rows.iter().map(cells).collect();
         let width = |column: usize| rows.iter().map(|cells| cells[column].chars().count()).max().unwrap_or(0);
-        let [outcomes, names, asked, found] = [0, 1, 2, 3].map(width);
+        let [outcomes, names, required, found] = [0, 1, 2, 3].map(width);
         f.write_str(&self.summary())?;
         for (row, [outcome, what, limit, value]) in self.rows.iter().zip(&rows) {
             let place = row.achieved.place();
             let line =
-                format!("{outcome:<outcomes$}  {what:<names$}  {limit:<asked$}  {value:<found$}  {place}");
+                format!("{outcome:<outcomes$}  {what:<names$}  {limit:<required$}  {value:<found$}  {place}");
             write!(f, "\n{}", line.trim_end())?;
         }
         self.advice().lines().try_for_each(|line| write!(f, "\n{line}"))

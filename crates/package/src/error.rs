@@ -70,7 +70,7 @@ pub enum Error {
     Of { path: String, reason: Box<Error> },
 }
 
-squid_design::by_way_of_the_design!(
+squid_design::from_design_errors!(
     Error: InputError,
     ModelError,
     ProofError,

@@ -14,9 +14,9 @@ use fmi2::Resources;
 use proof::claim::parse;
 use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::certify::claims::{Terms, lines, unproved};
-use squid_design::certify::limits::{ClaimedStep, of_autopilot};
+use squid_design::certify::limits::{ClaimedStep, check_autopilot};
 use squid_design::certify::sampled;
-use squid_design::certify::verify::{matches, of_inputs, same_controller};
+use squid_design::certify::verify::{check_design, check_inputs, same_controller};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
@@ -78,9 +78,9 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     let design = ControllerDesign::from_json(&beside(CONTROLLER)?)?;
     let text = beside(c::CERTIFICATE)?;
     let certificate = parse(&text, &path.with_file_name(c::CERTIFICATE).display().to_string())?;
-    matches(&design, &certificate)?;
+    check_design(&design, &certificate)?;
     let theorem = certificate.prove()?;
-    of_autopilot(&design, &certificate)?;
+    check_autopilot(&design, &certificate)?;
     let step = ClaimedStep::of(&design, &theorem);
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
@@ -130,15 +130,15 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         };
         let Inputs { vehicle, design, .. } = inputs;
         let model = Model::new(vehicle, design)?;
-        if let Some(found) = stored::of_inputs(&certificate, inputs, &model)? {
+        if let Some(found) = stored::check_inputs(&certificate, inputs, &model)? {
             return of_plant(with_uncertainty(path, &certificate, inputs, &found)?);
         }
-        if sampled::of_inputs(&certificate, vehicle, design, &model)?.is_some() {
+        if sampled::check_inputs(&certificate, vehicle, design, &model)?.is_some() {
             return of_plant(at_ticks(path, &certificate, inputs)?);
         }
         step = ClaimedStep::of_file(design, &theorem);
         terms = Some(Terms::of_file(design, &theorem));
-        of_inputs(&certificate, vehicle, design, &model)?;
+        check_inputs(&certificate, vehicle, design, &model)?;
         let what = match certificate.residual {
             Some(_) => "its plant and its ball of models are those",
             None => {
@@ -156,14 +156,14 @@ fn with_uncertainty(
     path: &Path,
     certificate: &Certificate,
     inputs: &Inputs,
-    found: &stored::OfInputs,
+    found: &stored::CoveredUncertainty,
 ) -> Result<Vec<String>, Error> {
     let shown = path.display();
     let plant = format!(
         "{shown}: its plant is the uncertain model of {}, for {:.1} % of {}, which like the speed may change however \
          fast; the error of that model against the vehicle is not covered",
         named(inputs),
-        100.0 * found.part,
+        100.0 * found.fraction,
         found.declared
     );
     let beside = path.with_file_name(CONTROLLER);
@@ -194,7 +194,7 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
     let controller = if beside.is_file() {
         let ticks = inputs.design.delay_ticks();
         let design = ControllerDesign::from_json(&read(&beside)?)?;
-        sampled::matches(&design, ticks, certificate)?;
+        sampled::check_controller(&design, ticks, certificate)?;
         format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
     } else {
         not_compared(path)
@@ -211,7 +211,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let design = ControllerDesign::from_json(resource("controller.json")?)?;
     let text = resource("certificate.json")?;
     let certificate = parse(text, &format!("{}, resources/certificate.json", path.display()))?;
-    matches(&design, &certificate)?;
+    check_design(&design, &certificate)?;
     let coverage = match certificate.residual {
         Some(_) => "for the fit, and for a ball of models around it (residual)",
         None => "for the fit alone; nothing about the residual between the fit and the true linearisations",
@@ -233,7 +233,7 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     if packed.1.as_bytes() != description {
         return Err(Error::WrongDescription { path: path.display().to_string() });
     }
-    of_autopilot(&design, &certificate)?;
+    check_autopilot(&design, &certificate)?;
     let step = ClaimedStep::of(&design, &theorem);
     let packed = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
     let manoeuvre = packed.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));

@@ -5,7 +5,7 @@ use crate::switched::Handover;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use squid_design::check::sampled::{Wired, trapezoidal};
+use squid_design::check::sampled::{Interconnection, trapezoidal};
 use squid_design::linearise::linearise_at;
 use squid_report::error::Error;
 use squid_report::subject::Subject;
@@ -90,8 +90,8 @@ struct Turn {
 }
 
 impl Turn {
-    fn new(wired: &Wired, one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
-        let Wired { a, b, measured: c, .. } = wired;
+    fn new(wired: &Interconnection, one: &StateSpace, two: &StateSpace, handover: Handover) -> Self {
+        let Interconnection { a, b, measured: c, .. } = wired;
         let (n, n1, n2) = (a.nrows(), one.a.nrows(), two.a.nrows());
         let none = Mat::zeros;
         let runs = if handover == Handover::Parallel { 1.0 } else { 0.0 };
@@ -161,9 +161,9 @@ mod tests {
     }
 
     /// A plant whose controller measures y = r - C x.
-    fn wired(a: Mat, b: Mat, c: Mat) -> Wired {
+    fn wired(a: Mat, b: Mat, c: Mat) -> Interconnection {
         let p = c.nrows();
-        Wired {
+        Interconnection {
             from_references: Mat::zeros(a.nrows(), p),
             measured: -&c,
             references: Mat::identity(p, p),

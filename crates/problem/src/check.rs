@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
 use crate::source::Source;
 use certificate::Theorem;
-use proof::claim::{direct_path_rows, first_unlike, parse, plant_rows};
+use proof::claim::{direct_path_rows, first_difference, parse, plant_rows};
 use proof::error::ProofError;
 
 /// Proves a certificate and checks that it is of the plant in a problem file.
@@ -34,7 +34,8 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
         ("rate", rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate)),
         ("limits", limits.as_ref().is_some_and(nearer)),
     ];
-    let matrix = first_unlike(&plant_rows(&plant).named(), &of.named()).map(|name| format!("matrix {name}"));
+    let matrix =
+        first_difference(&plant_rows(&plant).named(), &of.named()).map(|name| format!("matrix {name}"));
     let other = || others.iter().find(|(_, differs)| *differs).map(|(what, _)| (*what).to_owned());
     if let Some(what) = matrix.or_else(other) {
         return Err(ProofError::WrongPlant { what }.into());

@@ -27,7 +27,7 @@ use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, is_least};
 use proof::claim::{nominal, text, without_claims};
-use proof::rate::of_plant_alone;
+use proof::rate::without_error;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -109,7 +109,7 @@ impl Report {
             match finished(&problem.plant.open(), rate) {
                 // A bound for any rate holds at this one, too.
                 Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
-                Ok(slow) => certificate.bounded_rate = Some(of_plant_alone(&slow)),
+                Ok(slow) => certificate.bounded_rate = Some(without_error(&slow)),
                 Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
             }
         }

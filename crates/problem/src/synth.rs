@@ -17,7 +17,7 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
 use proof::claim::{direct_path_rows, nominal, without_claims};
 use proof::energy::energy;
-use proof::rate::of_plant_alone;
+use proof::rate::without_error;
 use std::time::Instant;
 
 /// Solves the problem of a file.
@@ -102,7 +102,7 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     report.gamma = Some(found.least.gamma);
     report.gamma_design = Some(found.gamma_design);
     report.controller_states = Some(found.controller.a().nrows());
-    let section = of_plant_alone(&found.bound);
+    let section = without_error(&found.bound);
     let Some(fast) = found.fast else {
         report.remarks.push(NOT_FAST.into());
         if problem.limits.is_some() {
@@ -182,10 +182,8 @@ fn prove(
     mut certificate: Certificate,
     report: &mut Report,
 ) {
-    let found = problem
-        .limits
-        .as_ref()
-        .map(|limits| energy(&problem.plant, (controller, bound), &certificate, limits));
+    let found =
+        problem.limits.as_ref().map(|limits| energy(&problem.plant, controller, bound, &certificate, limits));
     match found.transpose() {
         Ok(energy) => certificate.energy = energy,
         Err(reason) => report.remarks.push(format!(

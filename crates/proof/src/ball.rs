@@ -1,8 +1,8 @@
-//! The ball of models around the fit that contains the true linearisations, with the slope of the trim, at every speed
-//! of the range.
+//! The ball of models around the fit. At every speed of the range it contains the true linearisation and the slope of
+//! the trim.
 //!
-//! `[A B1 B2]` of the plant with the fit is off by `L R(V) Q`: `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
-//! u0'](rho)` is what the fit misses, of the waves G as far as there are any; L and Q are where the model is in the
+//! The error of `[A B1 B2]` of the plant with the fit is `L R(V) Q`. `R = [A B G x0'; 0 0 0 u0'](V) - [A B G x0'; 0 0 0
+//! u0'](rho)` is the residual of the fit, without G if there are no waves; L and Q give the place of the model in the
 //! plant ([`lpv::tracking::ModelPlace`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::error::ProofError;
@@ -12,51 +12,52 @@ use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
 use lpv::model_error::ModelError;
 
-/// How far beyond the ball the residual, computed again, may reach: rounding on another processor.
+/// Relative tolerance by which the recomputed residual may exceed the ball: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
-/// Singular values of E and `[F Fw Fu]` below this part of the largest count as zero.
+/// Singular values of E and `[F Fw Fu]` below this fraction of the largest are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
-/// How far `E P` may be from L and `Q [F Fw Fu]` from G, relatively: rounding.
+/// Relative tolerance of `E P = L` and `Q [F Fw Fu] = G`: rounding.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The part of what [A B] misses that each column beside it takes in the ball: the slope of the trim, for the states
-/// and for the inputs, and the two of waves. That raises its size by a tenth at most, and with waves by a sixth.
-const SLOPE: f64 = 1.0 / 3.0;
+/// The error of each further column (the slope of the trim, and two columns of waves), as a fraction of the error of [A
+/// B] in the ball, for the states and for the inputs. It increases the size of the ball by at most a tenth, with waves
+/// by at most a sixth.
+const SLOPE_FRACTION: f64 = 1.0 / 3.0;
 
-/// Between what the units of the slope are, where the fit misses nothing of it or of [A B].
+/// Bounds of the units of the slope, for a fit without error in the slope or in [A B].
 const UNITS: (f64, f64) = (1e-3, 1e3);
 
-/// What a fit misses of the true models, `L R Q` of `[A B1 B2]`, and where that is in the plant.
+/// The residual of a fit, as the error `L R Q` of `[A B1 B2]`, and its place in the plant.
 #[derive(Debug, Clone)]
-pub struct Missed {
-    /// L, as many rows as the plant has states.
+pub struct ModelResidual {
+    /// L, with one row per state of the plant.
     pub left: Mat,
-    /// Q, columns for the states, w and u of the plant.
+    /// Q, with columns for the states, w and u of the plant.
     pub right: Mat,
-    /// R at samples of the parameter that are evenly spaced.
+    /// R at evenly spaced samples of the parameter.
     pub residuals: Vec<Mat>,
-    /// The states of the model, with which rows and columns of R begin.
+    /// The number of states of the model, which are the first rows and columns of R.
     pub states: usize,
-    /// What counts as 1 of each command; their columns follow in R.
+    /// The unit of each command; their columns follow in R.
     pub scales: Vec<f64>,
 }
 
-impl Missed {
-    /// The smallest ball, in coordinates in which the Lyapunov matrix of the bound is the identity on the states that
-    /// the model moves, and its size e.
+impl ModelResidual {
+    /// The smallest ball, and its size e. Its coordinates are those in which the Lyapunov matrix of the bound is the
+    /// identity on the states that the model drives.
     ///
-    /// With T upper triangular, `T'(L'XL)T = I`, and `T_x` its part for the model's states,
+    /// With T upper triangular, `T'(L'XL)T = I`, and `T_x` its block of the model's states,
     ///
     /// ```text
     /// E = sqrt(e) L T P,   [F Fw Fu] = sqrt(e) W^-1 G,   e = max |P^-1 T^-1 R(V) W|
     /// ```
     ///
-    /// W is `blkdiag(T_x, S_u, d)`, with the inputs' scales and units d of the states of waves and of the rate of the
-    /// trim, `P = blkdiag(I, p I)` has a unit p of how the inputs' trim moves. With d and p the error of each such
-    /// column is, for the states and for the inputs, a third of the largest one of `[A B]`. The maximum is taken over
-    /// the samples and raised by a bound on the rise between two of them: see `between_samples`.
+    /// W is `blkdiag(T_x, S_u, d)`, with the scales of the inputs and the units d of the wave states and of the rate of
+    /// the trim; `P = blkdiag(I, p I)` has the unit p of the motion of the inputs' trim. d and p are chosen so that the
+    /// error of each such column is, for the states and for the inputs, a third of the largest error of `[A B]`. The
+    /// maximum is taken over the samples, plus a bound on the rise between two of them: see `between_samples`.
     ///
     /// # Errors
     /// [`SynthesisError::Numerical`] when the bound's Lyapunov matrix is not positive definite.
@@ -65,8 +66,8 @@ impl Missed {
         let (states, m, n) = (*states, scales.len(), left.nrows());
         let (rows, columns) = (left.ncols(), right.nrows());
         // L'XL = C C', so T = C^-T.
-        let own = left.transpose() * bound.x.view((0, 0), (n, n)) * left;
-        let mut t_inverse = own.cholesky().ok_or_else(not_definite)?.l().transpose();
+        let gram = left.transpose() * bound.x.view((0, 0), (n, n)) * left;
+        let mut t_inverse = gram.cholesky().ok_or_else(not_definite)?.l().transpose();
         let mut t = solve(&t_inverse, &Mat::identity(rows, rows)).ok_or_else(not_definite)?;
         let mut w = Mat::identity(columns, columns);
         w.view_mut((0, 0), (states, states)).copy_from(&t.view((0, 0), (states, states)));
@@ -75,18 +76,20 @@ impl Missed {
         }
         let scaled: Vec<Mat> = residuals.iter().map(|r| &t_inverse * r * &w).collect();
         for column in states + m..columns {
-            let most = |(row, height), (column, width)| {
+            let largest_part = |(row, height), (column, width)| {
                 let part =
                     |r: &Mat| largest_singular_value(&r.view((row, column), (height, width)).into_owned());
                 largest(0.0, scaled.iter().map(part))
             };
-            let (of_states, of_inputs, beside) = ((0, states), (states, rows - states), (column, 1));
-            let missed = most(of_states, beside).max(f64::MIN_POSITIVE);
-            w[(column, column)] = (SLOPE * most(of_states, (0, states + m)) / missed).clamp(UNITS.0, UNITS.1);
+            let (of_states, of_inputs, this) = ((0, states), (states, rows - states), (column, 1));
+            let error_of_states = largest_part(of_states, this).max(f64::MIN_POSITIVE);
+            w[(column, column)] = (SLOPE_FRACTION * largest_part(of_states, (0, states + m))
+                / error_of_states)
+                .clamp(UNITS.0, UNITS.1);
             if column + 1 < columns {
                 continue;
             }
-            let unit = (most(of_inputs, beside) / missed).clamp(UNITS.0, UNITS.1);
+            let unit = (largest_part(of_inputs, this) / error_of_states).clamp(UNITS.0, UNITS.1);
             t.columns_mut(states, rows - states).scale_mut(unit);
             t_inverse.rows_mut(states, rows - states).scale_mut(1.0 / unit);
         }
@@ -103,21 +106,21 @@ impl Missed {
         Ok((error, size))
     }
 
-    /// Checks that the ball of a certificate contains the true models, computed again.
+    /// Checks that the ball of a certificate contains the true models, which are computed again.
     ///
-    /// With `P = E^+ L` and `Q = G [F Fw Fu]^+` the Delta of a residual is `P R Q`; it has to be no larger than 1 with
-    /// the reserve between samples, and `E P = L`, `Q [F Fw Fu] = G` must hold to rounding. With `held` the rows of
-    /// Delta from there on must be 0 where the trim stands still, which then leaves R only the rows of the model's
+    /// With `P = E^+ L` and `Q = G [F Fw Fu]^+` the Delta of a residual is `P R Q`. Its norm, with the margin between
+    /// samples, must be at most 1, and `E P = L`, `Q [F Fw Fu] = G` must hold to rounding. If `held` is given, the rows
+    /// of Delta from that index on must be 0 while the trim is constant; R then has only the rows of the model's
     /// states.
     ///
     /// # Errors
-    /// [`ProofError::Ball`] when the ball is too small, or none of this shape.
+    /// [`ProofError::Ball`] when the ball is too small, or has the wrong shape.
     pub fn check(&self, ball: &Residual, held: Option<usize>) -> Result<(), ProofError> {
         let Self { left, right, residuals, states, scales } = self;
         let shapeless = || ProofError::Ball { reach: None };
         let (n, m) = (left.nrows(), scales.len());
         let w = right.ncols() - n - m;
-        let ModelError { e, f, fw, fu } = ball_of(ball, (n, w, m)).ok_or_else(shapeless)?;
+        let ModelError { e, f, fw, fu } = ball_of(ball, n, w, m).ok_or_else(shapeless)?;
         if e.nrows() != n || [&fw, &fu].iter().any(|part| part.nrows() != f.nrows()) {
             return Err(shapeless());
         }
@@ -141,23 +144,23 @@ impl Missed {
         }
     }
 
-    /// The sample before the one at which R bends most; `None` for fewer than three.
-    pub fn most_bent(&self) -> Option<usize> {
+    /// The sample before the one with the largest second difference of R; `None` for fewer than three samples.
+    pub fn largest_bend(&self) -> Option<usize> {
         let each = second_differences(&self.residuals).enumerate();
         each.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 }
 
-/// `E`, `F`, `Fw` and `Fu` of a certificate for n states and m commands; `None` when they are ragged.
-pub(crate) fn ball_of(ball: &Residual, (n, w, m): (usize, usize, usize)) -> Option<ModelError> {
+/// `E`, `F`, `Fw` and `Fu` of a certificate for n states, w inputs and m commands; `None` if they are ragged.
+pub(crate) fn ball_of(ball: &Residual, n: usize, w: usize, m: usize) -> Option<ModelError> {
     let columns = ball.e.first().map_or(0, Vec::len);
     let [e, f, fw, fu] = [(&ball.e, columns), (&ball.f, n), (&ball.fw, w), (&ball.fu, m)]
         .map(|(rows, columns)| from_rows(rows, columns));
     Some(ModelError { e: e?, f: f?, fw: fw?, fu: fu? })
 }
 
-/// The largest singular value over samples of a curve of matrices, with a reserve for the rise between them;
-/// not-a-number when a sample contains one.
+/// The largest singular value over samples of a matrix function, plus a margin for the rise between them; NaN if a
+/// sample contains NaN.
 fn reach(samples: impl Iterator<Item = Mat>) -> f64 {
     let samples: Vec<Mat> = samples.collect();
     largest(0.0, samples.iter().map(largest_singular_value)) + between_samples(&samples)
@@ -167,11 +170,11 @@ fn not_definite() -> SynthesisError {
     SynthesisError::numerical("model error", "the Lyapunov matrix is not positive definite")
 }
 
-/// A bound of how far the residual may rise above its samples: 17/8 of the largest second difference D.
+/// A bound on the rise of the residual between its samples: 17/8 of the largest second difference D.
 ///
 /// Let `R = S + J (V - v)_+` on an interval of length h between two speeds, with S smooth, `C = h^2 max |S''|`, and a
-/// kink of slope J at the fraction s of the interval, because A has kinks where w|w| changes sign. The norm is
-/// convex, so that on the chord it is largest at an end, and R leaves the chord by at most
+/// kink of slope J at the fraction s of the interval, because A has kinks where w|w| changes sign. The norm is convex,
+/// so on the chord it is largest at an end, and R deviates from the chord by at most
 ///
 /// ```text
 /// C/8 + s (1 - s) h |J|
@@ -179,10 +182,10 @@ fn not_definite() -> SynthesisError {
 ///
 /// (for S: linear interpolation, for instance K. Atkinson, An Introduction to Numerical Analysis, 1989, eq. 3.1.10).
 /// The second difference at the interval's first speed contains `(1 - s) h J`, the one at its last speed `s h J`, and S
-/// adds C at most to either. In the first and the last interval of the range only one of the two exists, but each
-/// gives `s (1 - s) h |J| <= D + C`; together at most `9/8 C + D`. That is 17/8 D where `C <= D`, that is, where the
-/// second differences of a thousand speeds show somewhere how much S bends, and where no two kinks share an interval
-/// or lie in neighbouring ones.
+/// adds at most C to either. In the first and the last interval of the range only one of the two exists, but each gives
+/// `s (1 - s) h |J| <= D + C`; together at most `9/8 C + D`. That is 17/8 D if `C <= D`, that is, if the second
+/// differences of a thousand speeds show somewhere how much S bends, and if no two kinks lie in the same or in
+/// neighbouring intervals.
 fn between_samples(residuals: &[Mat]) -> f64 {
     17.0 / 8.0 * largest(0.0, second_differences(residuals))
 }
@@ -198,8 +201,8 @@ mod tests {
     const H: f64 = 0.1;
     const INTERVALS: i32 = 8;
 
-    /// How far a curve rises above its samples, and the reserve for it.
-    fn rise_and_reserve(curve: impl Fn(f64) -> f64) -> (f64, f64) {
+    /// The rise of a curve above its samples, and the margin for it.
+    fn rise_and_margin(curve: impl Fn(f64) -> f64) -> (f64, f64) {
         let samples: Vec<Mat> =
             (0..=INTERVALS).map(|i| Mat::from_element(1, 1, curve(H * f64::from(i)))).collect();
         let sampled = samples.iter().map(largest_singular_value).fold(0.0, f64::max);
@@ -208,24 +211,23 @@ mod tests {
         (highest - sampled, between_samples(&samples))
     }
 
-    /// A kink anywhere in any interval, the first and the last among them, upon a parabola that bends with it or
-    /// against it.
+    /// A kink anywhere in any interval, including the first and the last, on a parabola that bends with or against it.
     #[test]
-    fn the_reserve_covers_kinks_and_curves() {
+    fn the_margin_covers_kinks_and_curves() {
         let mut hidden = 0;
         for interval in 0..INTERVALS {
             for fraction in [0.02, 0.1, 0.3, 0.5, 0.8, 0.98] {
                 for bend in [-0.2, 0.0, 0.2] {
                     let kink = H * (f64::from(interval) + fraction);
                     let curve = |x: f64| 1.0 - (x - kink).abs() + bend * (x - kink).powi(2);
-                    let (rise, reserve) = rise_and_reserve(curve);
-                    assert!(rise <= reserve, "kink at {kink}, bend {bend}: {rise} above {reserve}");
-                    hidden += i32::from(rise > 0.5 / (17.0 / 8.0) * reserve);
+                    let (rise, margin) = rise_and_margin(curve);
+                    assert!(rise <= margin, "kink at {kink}, bend {bend}: {rise} above {margin}");
+                    hidden += i32::from(rise > 0.5 / (17.0 / 8.0) * margin);
                 }
             }
         }
         assert!(hidden > 0, "some of these would need more than half of the second difference");
-        let (rise, reserve) = rise_and_reserve(|x| 1.0 - (x - 0.35).powi(2));
-        assert!(0.0 < rise && rise <= reserve);
+        let (rise, margin) = rise_and_margin(|x| 1.0 - (x - 0.35).powi(2));
+        assert!(0.0 < rise && rise <= margin);
     }
 }

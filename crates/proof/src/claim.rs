@@ -1,4 +1,5 @@
-//! Plants, controllers and bounds as certificates: their rows, their claims, with and without model error, their text.
+//! Plants, controllers and bounds as certificates: their matrices, their claims with and without model error, their
+//! text.
 
 use crate::error::ProofError;
 use crate::rate::bounded_rate;
@@ -15,18 +16,18 @@ use lpv::plant::{ClosedLoop, GeneralisedPlant};
 use lpv::synthesis::{Design, DualMultipliers};
 use std::path::Path;
 
-/// What was proved, and the text that proves it.
+/// A certificate and what it proves.
 #[derive(Debug, Clone)]
 pub struct Proof {
     /// The certificate.
     pub certificate: Certificate,
     /// What it proves.
     pub theorem: Theorem,
-    /// The size of the model error that is covered, in the coordinates of [`ModelError`]; `None` where none is.
+    /// The size of the covered model error, in the coordinates of [`ModelError`]; `None` if none is covered.
     pub model_error: Option<f64>,
 }
 
-/// A certificate with plant and controller, and no claim yet.
+/// A certificate with plant and controller, without claims.
 pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
     Certificate {
         blocks: plant.blocks.clone(),
@@ -37,7 +38,7 @@ pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
     }
 }
 
-/// The certificate of a bound without model error, with plant, controller, gamma, X or V, S and T.
+/// The certificate of a bound without model error: plant, controller, gamma, X or V, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
     let any_rate = AnyRate {
         gamma: bound.gamma,
@@ -49,8 +50,9 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
     Certificate { any_rate: Some(any_rate), ..without_claims(plant, k) }
 }
 
-/// Proves the bound of a design for its plant, and `covered` for a model error of size `size`; both also at a bounded
-/// rate where the design has a bound for that. `closed` and `missed` are loop and error with its controller.
+/// Proves the bound of a design for its plant, and `covered` for a model error of size `size`. If the design has a
+/// bound for a bounded rate, that is proved as well. `closed` and `closed_error` are the loop and the error with the
+/// controller of the design.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound at the rate covers
@@ -58,8 +60,10 @@ pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> C
 pub fn with_model_error(
     plant: &GeneralisedPlant,
     design: &Design,
-    (error, size): (&ModelError, f64),
-    (closed, missed): (&ClosedLoop, &LoopError),
+    error: &ModelError,
+    size: f64,
+    closed: &ClosedLoop,
+    closed_error: &LoopError,
     covered: &GainBound,
 ) -> Result<Proof, ProofError> {
     let proved = |covered: &GainBound| -> Result<Proof, ProofError> {
@@ -67,13 +71,13 @@ pub fn with_model_error(
         certificate.residual = Some(residual(error, covered));
         let slow = design.slow.as_ref();
         certificate.bounded_rate =
-            slow.map(|slow| bounded_rate(closed, missed, slow, covered.lambda)).transpose()?;
+            slow.map(|slow| bounded_rate(closed, closed_error, slow, covered.lambda)).transpose()?;
         let theorem = certificate.prove()?;
         Ok(Proof { certificate, theorem, model_error: Some(size) })
     };
-    // Inequalities that hold by their eigenvalues may be lost in the rounding of a tight bound.
+    // A tight bound can fail by rounding; gamma is then raised slightly.
     proved(covered).or_else(|reason| {
-        with_raised_gamma(closed, missed, covered).map_or(Err(reason), |clear| proved(&clear))
+        with_raised_gamma(closed, closed_error, covered).map_or(Err(reason), |clear| proved(&clear))
     })
 }
 
@@ -91,7 +95,7 @@ fn residual(error: &ModelError, bound: &GainBound) -> Residual {
     }
 }
 
-/// The lower bound of the gain of any controller that the first multipliers prove which prove one; better ones may
+/// A lower bound of the gain of any controller, from the first multipliers that prove one; better multipliers may
 /// violate an inequality by rounding.
 pub fn lower_bound(plant: &GeneralisedPlant, multipliers: &[DualMultipliers]) -> Option<f64> {
     let rows = plant_rows(plant);
@@ -116,7 +120,7 @@ fn rows_of(parts: &Partitioned, key: &str) -> Rows {
     parts.named(key).map_or_else(Vec::new, |m| to_rows(&m))
 }
 
-/// A direct path from u to y in the form of the certificate: nothing where it is 0.
+/// A direct path from u to y in the form of the certificate: no rows if it is 0.
 pub fn direct_path_rows(d22: &Mat) -> Rows {
     if d22.iter().all(|entry| *entry == 0.0) { vec![] } else { to_rows(d22) }
 }
@@ -128,13 +132,13 @@ pub fn controller_rows(k: &Controller) -> ControllerRows {
     out
 }
 
-/// The controller of such rows; `None` when its matrices do not fit together.
+/// The controller with these matrices; `None` if they do not fit together.
 pub fn controller(blocks: &[usize], rows: &ControllerRows) -> Option<Controller> {
     Controller::new(blocks.to_vec(), &blocks_of(CONTROLLER, &rows.named())?).ok()
 }
 
-/// The blocks of a partition whose matrices are given with their keys; `None` when one is ragged or no part of it. A
-/// matrix without rows is left out.
+/// The blocks of a partition, from matrices with their keys; `None` if one is ragged or has an unknown key. A matrix
+/// without rows is left out.
 pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec<NamedBlock>> {
     let given = matrices.iter().filter(|(_, rows)| !rows.is_empty());
     let block = |(key, rows): &(&'static str, &Rows)| {
@@ -144,8 +148,8 @@ pub fn blocks_of(names: Names, matrices: &[(&'static str, &Rows)]) -> Option<Vec
     given.map(block).collect()
 }
 
-/// The name of the first matrix that differs in any bit, but for the sign of zero.
-pub fn first_unlike(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
+/// The name of the first matrix that differs in any bit; the sign of zero is ignored.
+pub fn first_difference(a: &[(&'static str, &Rows)], b: &[(&'static str, &Rows)]) -> Option<&'static str> {
     a.iter().zip(b).find(|((_, p), (_, q))| p != q).map(|((name, _), _)| *name)
 }
 

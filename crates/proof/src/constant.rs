@@ -9,7 +9,7 @@ use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::constant::{ConstantBound, Filters};
 
-/// How far the balls of a certificate may be from those computed again, relatively: rounding on another processor.
+/// Relative tolerance of the balls of a certificate against those computed again: rounding on another processor.
 const SAME_BALL: f64 = 1e-6;
 
 /// The certificate of a bound.
@@ -46,7 +46,7 @@ pub fn certificate(
     }
 }
 
-/// Checks that the balls of a certificate are these, computed again.
+/// Checks that the balls of a certificate are the given ones, which were computed again.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`].

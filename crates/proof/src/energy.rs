@@ -1,5 +1,5 @@
-//! The section `energy` of the certificate: anti-windup for a controller with limits, and the gain of its loop while
-//! commands are cut off.
+//! The section `energy` of the certificate: anti-windup for a controller with limits, and the gain of its loop with
+//! saturated commands.
 
 use certificate::{Certificate, Energy, EnergyClaim};
 use lpv::analysis::GainBound;
@@ -11,13 +11,14 @@ use lpv::plant::GeneralisedPlant;
 
 const STAGE: &str = "gain of a loop with limits";
 
-/// The section `energy` of a certificate: the claims found that prove.
+/// The section `energy` of a certificate, with the claims that could be proved.
 ///
 /// # Errors
-/// Those of [`with_anti_windup`]; [`SynthesisError::Numerical`] where nothing proves.
+/// The errors of [`with_anti_windup`]; [`SynthesisError::Numerical`] if no claim could be proved.
 pub fn energy(
     plant: &GeneralisedPlant,
-    (controller, bound): (&Controller, &GainBound),
+    controller: &Controller,
+    bound: &GainBound,
     certificate: &Certificate,
     limits: &[f64],
 ) -> Result<Energy, SynthesisError> {
@@ -40,7 +41,7 @@ pub fn energy(
 fn claim(bound: &EnergyBound) -> EnergyClaim {
     EnergyClaim {
         gamma: bound.gamma,
-        // With H = 0 any number says the same.
+        // With H = 0 beta has no effect.
         beta: if bound.beta.is_finite() { bound.beta } else { 1.0 },
         x: to_rows(&bound.x),
         s: to_rows(&bound.s),

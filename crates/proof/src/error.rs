@@ -1,8 +1,8 @@
-//! Why a certificate does not prove what is claimed of a loop.
+//! Reasons why a certificate does not prove a claim about a loop.
 
 use thiserror::Error;
 
-/// Why a certificate does not prove what is claimed of a loop.
+/// Why a certificate does not prove a claim about a loop.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ProofError {
@@ -12,17 +12,17 @@ pub enum ProofError {
     /// A certificate cannot be read.
     #[error("{file}: {reason}")]
     Certificate { file: String, reason: certificate::ReadError },
-    /// A certificate is of another controller.
-    #[error("the certificate is not of this controller: {what} differs")]
+    /// The certificate belongs to another controller.
+    #[error("the certificate does not belong to this controller: {what} differs")]
     Mismatch { what: String },
-    /// A certificate is of another plant.
-    #[error("the certificate is not of this plant: {what} differs")]
+    /// The certificate belongs to another plant.
+    #[error("the certificate does not belong to this plant: {what} differs")]
     WrongPlant { what: String },
-    /// The ball of models of a certificate does not contain the true ones.
+    /// The ball of models of a certificate does not contain the true models.
     #[error(
         "the certificate's section 'residual' does not cover this vehicle: {}",
         .reach.map_or_else(
-            || "E, F and Fu make no ball around the fit".to_owned(),
+            || "E, F and Fu do not form a ball around the fit".to_owned(),
             |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")
         )
     )]
@@ -30,7 +30,7 @@ pub enum ProofError {
     /// No bound was found.
     #[error(transparent)]
     Synthesis(#[from] lpv::error::SynthesisError),
-    /// The matrices of a certificate make no plant.
+    /// The matrices of a certificate do not form a plant.
     #[error(transparent)]
     Shape(#[from] lpv::error::ShapeError),
     /// A plant has no value at some parameter.

@@ -1,12 +1,12 @@
-//! The dictionary between `lpv`, which searches, and `certificate`, which proves in exact arithmetic and shares no code
-//! with the search.
+//! The translation between `lpv`, which searches, and `certificate`, which proves in exact arithmetic and shares no
+//! code with the search.
 //!
 //! ```text
 //! claim         plant, controller and bounds as a certificate, read and written
-//! rate          the bound for a parameter that moves at a bounded rate
+//! rate          the bound for a parameter with a bounded rate
 //! ball          the ball of models around a fit
-//! energy        the gain with commands at their limits, of w of bounded energy
-//! limits        the step after which a loop with commands at their limits comes back
+//! energy        the gain with saturated commands, for w of bounded energy
+//! limits        the step from which a loop with saturated commands returns to trim
 //! sampled       the bound of a sampled loop
 //! constant      the bound for constant parameters
 //! same_plant    whether two plants are the same function of their parameters

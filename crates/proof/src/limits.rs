@@ -1,49 +1,51 @@
-//! The section `limits` of the certificate: how large a step of a reference may be for the loop, with its commands cut
-//! off at their limits and its anti-windup, to stay in a region from which it comes back.
+//! The section `limits` of the certificate: the largest step of a reference for which the loop, with saturated commands
+//! and anti-windup, stays in a region from which it returns to trim.
 
 use crate::ball::ball_of;
 use crate::claim::Proof;
 use crate::error::ProofError;
 use certificate::{Certificate, Limits, Rows};
-use lpv::anti_windup::region::{Gain, Limited, every_step, largest_step};
+use lpv::anti_windup::region::{Gain, Limited, Region, every_step, largest_step};
 use lpv::controller::Controller;
+use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 use std::collections::BTreeMap;
 
-/// The step that is asked for, and what limits the loop.
+/// The wanted step, and the limits of the loop.
 #[derive(Debug, Clone)]
 pub struct Step<'a> {
-    /// The place in w of the reference that steps.
+    /// The index in w of the reference that steps.
     pub input: usize,
-    /// The largest step that is claimed.
+    /// An upper limit of the claimed step.
     pub largest: f64,
-    /// The step that is to be proved at least.
+    /// The step that should at least be proved.
     pub wanted: f64,
-    /// The gain of the quickest recovery, states x commands.
-    pub quick: &'a Rows,
-    /// Bound on a gain that is sought \[1/s\].
+    /// The anti-windup gain of the quickest recovery, states x commands.
+    pub quickest: &'a Rows,
+    /// Bound on the entries of a computed anti-windup gain \[1/s\].
     pub fastest: f64,
-    /// How far each command can go either way.
+    /// The range of each command to either side.
     pub commands: Vec<f64>,
-    /// The states of the plant whose rates are limited, and how far these can go.
+    /// The rate limits, by state of the plant.
     pub rates: BTreeMap<usize, f64>,
-    /// The states of the model: of Delta only their rows count while the trim stands still.
+    /// The number of states of the model: while the trim is constant, only their rows of Delta are used.
     pub states: usize,
 }
 
 /// Adds the claim for the largest step found to a proof that covers a model error, and proves all of it.
 ///
-/// The gain is that of the quickest recovery; where the step that is wanted is not proved with it, the gain of the
-/// largest step takes its place, if that is larger. Where the claim can be made with that gain it is one about every
-/// state. `None` for a proof without model error.
+/// The anti-windup gain is that of the quickest recovery. If the wanted step is not proved with it, the gain of the
+/// largest step replaces it, provided that step is larger. If possible, the claim is then made for every initial state.
+/// `None` for a proof without model error.
 ///
 /// # Errors
-/// [`ProofError::Synthesis`] where no step is found; [`ProofError::Unproved`].
+/// [`ProofError::Synthesis`] if no step is found; [`ProofError::Unproved`].
 pub fn with_limits(
     proof: &Proof,
-    (plant, controller): (&GeneralisedPlant, &Controller),
+    plant: &GeneralisedPlant,
+    controller: &Controller,
     step: Step<'_>,
 ) -> Result<Option<Proof>, ProofError> {
     let certificate = &proof.certificate;
@@ -56,34 +58,58 @@ pub fn with_limits(
     let rates: Vec<usize> = rates.into_keys().collect();
     let shapeless = || ProofError::Ball { reach: None };
     let matrix = |rows: &Rows, columns: usize| from_rows(rows, columns).ok_or_else(shapeless);
-    let all = ball_of(ball, (n, plant.b1().ncols(), m)).ok_or_else(shapeless)?;
+    let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(shapeless)?;
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
-    let quick: Mat = matrix(step.quick, m)?;
+    let quickest: Mat = matrix(step.quickest, m)?;
     let units = matrix(&ball.s, ball.s.len())?;
-    let of = |gain| Limited {
+    let limited = Limited {
         plant,
         kept: &kept,
         controller,
         error: &error,
         units: &units,
-        gain,
+        gain: Gain::Given(&quickest),
         limits: &limits,
         rates: &rates,
         input,
         largest,
     };
-    let mut found = largest_step(of(Gain::Given(&quick)));
+    let found = search(&limited, wanted, step.fastest)?;
+    let delta_rows = (states < rows_of_delta).then_some(states);
+    let section = section(found, input, limits, rates, delta_rows);
+    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
+    let theorem = certificate.prove()?;
+    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+}
+
+/// The largest step with the given gain. If that is below `wanted`, the largest with a computed gain, whose entries are
+/// at most `fastest`, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
+fn search(limited: &Limited<'_>, wanted: f64, fastest: f64) -> Result<Region, SynthesisError> {
+    let with = |gain| Limited { gain, ..*limited };
+    let mut found = largest_step(with(limited.gain));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = largest_step(of(Gain::Sought(step.fastest)))
+        && let Ok(other) = largest_step(with(Gain::Sought(fastest)))
         && !found.as_ref().is_ok_and(|found| found.size >= other.size)
     {
         found = Ok(other);
     }
     let found = found?;
-    let found =
-        if found.size < largest { every_step(of(Gain::Given(&found.gain))).unwrap_or(found) } else { found };
-    let section = Limits {
+    Ok(if found.size < limited.largest {
+        every_step(Limited { gain: Gain::Given(&found.gain), ..*limited }).unwrap_or(found)
+    } else {
+        found
+    })
+}
+
+fn section(
+    found: Region,
+    input: usize,
+    limits: Vec<f64>,
+    rates: Vec<usize>,
+    delta_rows: Option<usize>,
+) -> Limits {
+    Limits {
         input,
         size: found.size,
         limits,
@@ -93,15 +119,12 @@ pub fn with_limits(
         beta: 1.0,
         x_held: found.x_held,
         u_held: found.u_held,
-        delta_rows: (states < rows_of_delta).then_some(states),
+        delta_rows,
         lambda: found.lambda,
         x: to_rows(&found.x),
         s: to_rows(&found.s),
         t: to_rows(&found.t),
         u: found.u,
         h: to_rows(&found.h),
-    };
-    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
-    let theorem = certificate.prove()?;
-    Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
+    }
 }

@@ -1,5 +1,5 @@
-//! The section `bounded_rate` of the certificate: the bound for a parameter that moves at a bounded rate, for the plant
-//! and for the ball of models around it.
+//! The section `bounded_rate` of the certificate: the bound for a parameter with a bounded rate, for the plant and for
+//! the ball of models around it.
 
 use crate::error::ProofError;
 use certificate::{BoundedRate, Slow, SlowResidual};
@@ -9,13 +9,13 @@ use lpv::matrix::to_rows;
 use lpv::model_error::LoopError;
 use lpv::plant::ClosedLoop;
 
-/// By how much the gamma of the fit is raised for the ball, and how the multiplier of Delta is varied around the one
-/// for a speed that moves however fast: tried in turn.
+/// Tried in turn: factors on the gamma of the fit for the ball, and on the multiplier of Delta found for arbitrarily
+/// fast speed.
 const RAISES: [f64; 6] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1];
 const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
 
-/// The section for a bound of a loop, with a bound that covers the model error: by the same Lyapunov matrix, or by
-/// one of its own.
+/// The section for a bound of a loop, including a bound that covers the model error, by the same Lyapunov matrix or
+/// another.
 ///
 /// # Errors
 /// [`ProofError::Synthesis`] when no bound covers the model error.
@@ -25,8 +25,8 @@ pub fn bounded_rate(
     slow: &SlowBound,
     lambda: f64,
 ) -> Result<BoundedRate, ProofError> {
-    // That of the transposed loop is the reciprocal.
-    let own = if slow.inverse { 1.0 / lambda } else { lambda };
+    // The multiplier of the transposed loop is the reciprocal.
+    let start = if slow.inverse { 1.0 / lambda } else { lambda };
     let tries = RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise, factor)));
     let claims = tries.map(|(raise, factor)| Claim {
         closed,
@@ -35,7 +35,7 @@ pub fn bounded_rate(
         lyapunov: &slow.lyapunov,
         rate: slow.rate,
         gamma: raise * slow.gamma,
-        lambda: factor * own,
+        lambda: factor * start,
     });
     let covered = claims
         .into_iter()
@@ -49,11 +49,11 @@ pub fn bounded_rate(
                     .into(),
         })?;
     let residual = Some(SlowResidual { lambda: covered.lambda, slow: section(&covered) });
-    Ok(BoundedRate { residual, ..of_plant_alone(slow) })
+    Ok(BoundedRate { residual, ..without_error(slow) })
 }
 
 /// The section for a bound of a loop, without model error.
-pub fn of_plant_alone(slow: &SlowBound) -> BoundedRate {
+pub fn without_error(slow: &SlowBound) -> BoundedRate {
     BoundedRate { rate: slow.rate, slow: section(slow), residual: None }
 }
 

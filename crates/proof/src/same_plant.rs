@@ -1,8 +1,8 @@
-//! Whether the plant of a certificate is the one that was computed again.
+//! Whether the plant of a certificate is the recomputed one.
 //!
-//! Both are LFTs in rho, and the basis of an LFT's channels is not unique, so that they are compared as what they
-//! are: rational functions of rho. With their poles outside the range (see [`check`]) two such functions that
-//! agree at thousands of points agree between them.
+//! Both are LFTs in rho. The basis of an LFT's channels is not unique, so they are compared as rational functions of
+//! rho. If their poles are outside the range (see [`check`]), two such functions that agree at thousands of points
+//! agree between them.
 
 use crate::claim::blocks_of;
 use crate::error::ProofError;
@@ -12,34 +12,34 @@ use lpv::partition::{Group, PLANT, names};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::UncertainPlant;
 
-/// How far the plant of a certificate may be from the one computed again: rounding on another processor.
+/// Relative tolerance of the plant of a certificate against the recomputed one: rounding on another processor.
 const SAME_PLANT: f64 = 1e-8;
 
-/// How far the box of a certificate may be above the declared one, relatively: rounding on another processor.
+/// Relative tolerance by which the box of a certificate may exceed the declared one: rounding on another processor.
 const SAME_BOX: f64 = 1e-6;
 
-/// Values of rho at which the two are compared.
+/// The number of values of rho at which the two are compared.
 const POINTS: u32 = 4001;
 
-/// Values of several parameters at which the two are compared.
-const IN_BOX: u32 = 101;
+/// The number of values of several parameters at which the two are compared.
+const BOX_POINTS: u32 = 101;
 
-/// How far from the middle of the range of rho, -1 to 1, a pole of the plant must be at least, so that it cannot bend
-/// unseen between the values at which it is compared: see [`check`].
+/// The least modulus of a pole of the plant in rho, whose range is -1 to 1; it rules out peaks between the values at
+/// which the plants are compared: see [`check`].
 pub const NEAREST_POLE: f64 = 1.1;
 
-/// The largest modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals. A polynomial
-/// in rho has a nilpotent Dtt, and the fit of the slope of the trim has no pole nearer than this; what the reduction of
-/// channels leaves out gives a polynomial eigenvalues of 0.01 for a low order, and up to 0.6 for the highest; the
-/// plant computed again sets the limit where it has larger ones.
-const FARTHEST: f64 = 1.0 / NEAREST_POLE;
+/// The modulus of an eigenvalue of Dtt that is always allowed: poles in rho are their reciprocals. A polynomial in rho
+/// has a nilpotent Dtt, and the fit of the slope of the trim has no pole nearer than this. The reduction of channels
+/// perturbs the eigenvalues of a polynomial to 0.01 for a low order, and up to 0.6 for the highest. If the recomputed
+/// plant has larger ones, they are the limit.
+const LARGEST_MODULUS: f64 = 1.0 / NEAREST_POLE;
 
 /// Compares the plant of a certificate with `wanted`, at 4001 values of rho in \[-1, 1\].
 ///
-/// A function with all poles beyond 1.1 is a polynomial of rho of degree d = 52 to within 1e-10 of its size
-/// (Bernstein's ellipse; L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2), and
-/// between points that are h = 0.0005 apart a polynomial rises by a factor of `1/(1 - d^2 h/2)` at most (the Markov
-/// brothers' inequality), that is 3.1.
+/// A function with all poles beyond 1.1 is within 1e-10 of its size a polynomial of rho of degree d = 52 (Bernstein's
+/// ellipse; L. N. Trefethen, Approximation Theory and Approximation Practice, 2013, theorem 8.2). Between points h =
+/// 0.0005 apart a polynomial rises by a factor of at most `1/(1 - d^2 h/2)` (the Markov brothers' inequality), that is
+/// 3.1.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs or is not finite; [`ProofError::Shape`],
@@ -48,7 +48,7 @@ pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Resu
     let certified = plant_with(plant, blocks, &wanted.blocks)?;
     let modulus = |plant: &GeneralisedPlant| largest(0.0, eigenvalues(&plant.dtt()).iter().map(|v| v.norm()));
     let (here, there) = (modulus(&certified), modulus(wanted));
-    if here.is_nan() || here > FARTHEST.max(1.01 * there) {
+    if here.is_nan() || here > LARGEST_MODULUS.max(1.01 * there) {
         let what = format!("Dtt, with an eigenvalue of modulus {here:.2e} in place of {there:.2e},");
         return Err(wrong(what));
     }
@@ -56,9 +56,8 @@ pub fn check(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) -> Resu
     compare(&certified, wanted, points)
 }
 
-/// Compares the plant of a certificate that depends on several parameters with `wanted`: at values spread over the
-/// box, of which there can never be enough. What was made for another vehicle or size is noticed; what somebody hides
-/// between them is not.
+/// Compares the plant of a certificate that depends on several parameters with `wanted`, at values spread over the box.
+/// This detects a plant of another vehicle or uncertainty, but not a difference deliberately hidden between the values.
 ///
 /// # Errors
 /// As [`check`].
@@ -67,25 +66,24 @@ pub fn check_in_box(plant: &Plant, blocks: &[usize], wanted: &GeneralisedPlant) 
     compare(&certified, wanted, in_box(wanted.blocks.len()))
 }
 
-/// The part of the declared uncertainty for which a plant is that of the inputs, `whole` for all of it: the rows of zt
-/// of the uncertain parameters are smaller by that factor.
+/// The fraction of the declared uncertainty for which a plant is that of the inputs; `all` is the plant for all of it.
+/// The rows of zt of the uncertain parameters are proportional to that fraction.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] where it is no part, and as [`check_in_box`].
-pub fn part_of(plant: &Plant, blocks: &[usize], whole: &UncertainPlant) -> Result<f64, ProofError> {
-    let found = plant_with(plant, blocks, &whole.plant.blocks)?;
-    let size = |plant: &GeneralisedPlant| {
-        plant.ct().rows(whole.scheduled_channels(), whole.unknown_channels()).norm()
-    };
-    let part = size(&found) / size(&whole.plant);
-    if !(0.0..=1.0 + SAME_BOX).contains(&part) {
+/// [`ProofError::WrongPlant`] if there is no such fraction, and as [`check_in_box`].
+pub fn fraction_of(plant: &Plant, blocks: &[usize], all: &UncertainPlant) -> Result<f64, ProofError> {
+    let found = plant_with(plant, blocks, &all.plant.blocks)?;
+    let size =
+        |plant: &GeneralisedPlant| plant.ct().rows(all.scheduled_channels(), all.unknown_channels()).norm();
+    let fraction = size(&found) / size(&all.plant);
+    if !(0.0..=1.0 + SAME_BOX).contains(&fraction) {
         return Err(wrong("the size of the uncertainty".to_owned()));
     }
-    check_in_box(plant, blocks, &whole.sized(part))?;
-    Ok(part)
+    check_in_box(plant, blocks, &all.sized(fraction))?;
+    Ok(fraction)
 }
 
-/// Compares the direct path from u to y of a certificate with `wanted`; where it has none, that is 0.
+/// Compares the direct path from u to y of a certificate, or 0 if it has none, with `wanted`.
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`].
@@ -103,7 +101,8 @@ pub fn check_direct_path(plant: &Plant, wanted: &Mat) -> Result<(), ProofError> 
 fn in_box(parameters: usize) -> impl Iterator<Item = Vec<f64>> {
     let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| !n.is_multiple_of(d));
     let primes: Vec<f64> = (2..).filter(is_prime).take(parameters).map(f64::from).collect();
-    (1..=IN_BOX).map(move |k| primes.iter().map(|p| 2.0 * (f64::from(k) * p.sqrt()).fract() - 1.0).collect())
+    (1..=BOX_POINTS)
+        .map(move |k| primes.iter().map(|p| 2.0 * (f64::from(k) * p.sqrt()).fract() - 1.0).collect())
 }
 
 fn compare(
@@ -127,17 +126,17 @@ fn wrong(what: String) -> ProofError {
     ProofError::WrongPlant { what }
 }
 
-/// Whether all entries are the same but for rounding; what is not finite is like nothing.
+/// Whether all entries agree to rounding; false if any is not finite.
 fn alike(wanted: &Mat, found: &Mat) -> bool {
     wanted.shape() == found.shape()
         && found.iter().all(|v| v.is_finite())
         && (wanted - found).amax() <= SAME_PLANT * wanted.amax().max(1.0)
 }
 
-/// The plant of a certificate, with the `wanted` channels.
+/// The plant of a certificate, checked to have the `wanted` channels.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] where its shapes do not fit or its channels are others; [`ProofError::Shape`].
+/// [`ProofError::WrongPlant`] if its shapes do not fit or it has other channels; [`ProofError::Shape`].
 pub fn plant_with(plant: &Plant, blocks: &[usize], wanted: &[usize]) -> Result<GeneralisedPlant, ProofError> {
     if plant.direct_path().is_some() {
         return Err(wrong("D22, which a vehicle does not have,".into()));
@@ -154,7 +153,7 @@ mod tests {
     #[test]
     fn points_fill_the_box() {
         let points: Vec<Vec<f64>> = in_box(3).collect();
-        assert_eq!(points.len(), IN_BOX as usize);
+        assert_eq!(points.len(), BOX_POINTS as usize);
         for corner in 0..8 {
             let inside = |p: &&Vec<f64>| (0..3).all(|i| (p[i] > 0.0) == (corner >> i & 1 == 1));
             assert!((5..25).contains(&points.iter().filter(inside).count()), "octant {corner}");

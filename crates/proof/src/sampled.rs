@@ -1,4 +1,4 @@
-//! The gain of a sampled loop for every trajectory of the parameters that is constant from tick to tick.
+//! The gain of a sampled loop for every trajectory of the parameters that is constant between ticks.
 
 use crate::claim::{Proof, direct_path_rows, nominal};
 use crate::error::ProofError;
@@ -14,7 +14,7 @@ use lpv::plant::ClosedLoop;
 
 const STAGE: &str = "analysis of the sampled loop";
 
-/// Bounds the gain of the loop of a plant at its ticks and a controller, sought from a bound in continuous time, and
+/// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time, and
 /// proves it. See [`lpv::analysis::at_ticks`].
 ///
 /// # Errors
@@ -38,8 +38,8 @@ pub fn sampled(
     Ok(Proof { certificate, theorem, model_error: None })
 }
 
-/// Checks that the plant of a certificate is this one at its ticks. `None` where the certificate is of no plant at
-/// ticks: these have every output z twice.
+/// Checks that the plant of a certificate is the given sampled one. `None` if the certificate is not of a sampled
+/// plant, which has every output z twice.
 ///
 /// # Errors
 /// As [`same_plant::check`].
@@ -52,23 +52,23 @@ pub fn check(certificate: &Certificate, AtTicks { plant, d22 }: &AtTicks) -> Res
     same_plant::check(&without, &certificate.blocks, plant).map(Some)
 }
 
-/// From how far above the bound of the design one of the sampled loop is looked for.
-const ROOM: [f64; 3] = [1.0, 2.0, 8.0];
+/// Factors on the bound of the design from which a bound of the sampled loop is searched.
+const START_FACTORS: [f64; 3] = [1.0, 2.0, 8.0];
 
-/// A bound of the loop, sought from that of the design; the Lyapunov matrix of the latter does not fit where commands
-/// wait in other states.
+/// A bound of the loop, searched from that of the design. With delayed commands the loop has further states, and the
+/// Lyapunov matrix of the design does not fit.
 fn bound(closed: &ClosedLoop, certified: &GainBound) -> Result<GainBound, SynthesisError> {
     let from = |factor: &f64| {
-        let roomy = GainBound { gamma: factor * certified.gamma, ..certified.clone() };
+        let raised = GainBound { gamma: factor * certified.gamma, ..certified.clone() };
         let start = if certified.x.nrows() == closed.a().nrows() {
-            roomy
+            raised
         } else {
-            balanced_start(closed, &roomy).ok_or_else(|| {
+            balanced_start(closed, &raised).ok_or_else(|| {
                 SynthesisError::numerical(STAGE, "it is not stable in the middle of the range of speed")
             })?
         };
         bounded_gain(closed, &LoopError::none(closed), &start)
     };
-    let [first, further @ ..] = &ROOM;
+    let [first, further @ ..] = &START_FACTORS;
     further.iter().fold(from(first), |found, factor| found.or_else(|_| from(factor)))
 }

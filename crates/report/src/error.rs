@@ -28,7 +28,7 @@ pub enum Error {
     NothingSteps,
 }
 
-squid_design::by_way_of_the_design!(
+squid_design::from_design_errors!(
     Error: CertifyError,
     ModelError,
     ProofError,

@@ -30,7 +30,7 @@ pub enum Error {
     NoDesign { tried: usize, reason: String },
 }
 
-squid_design::by_way_of_the_design!(
+squid_design::from_design_errors!(
     Error: squid_design::error::InputError,
     squid_design::error::ModelError,
     auv::FileError,

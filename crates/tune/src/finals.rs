@@ -82,7 +82,7 @@ pub(crate) fn finals(
 
 /// What a finished design misses.
 fn fell_out(finished: &Finished) -> Vec<String> {
-    let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.asked());
+    let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);
     missed.chain(finished.proof.is_err().then(|| "not proved".to_owned())).collect()
 }

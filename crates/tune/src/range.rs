@@ -4,7 +4,7 @@
 use crate::error::Error;
 use crate::knob::three_digits;
 use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
-use squid_design::fit::authority::held;
+use squid_design::fit::authority::holding_ratio;
 use squid_design::fit::frequency::system;
 use squid_design::linearise::stacked;
 
@@ -163,7 +163,7 @@ impl Reach {
                 vehicle.actuators[turner].name
             ));
         }
-        let held = 1.0 / held(&vehicle.actuators, ONE_DEGREE, &l);
+        let held = 1.0 / holding_ratio(&vehicle.actuators, ONE_DEGREE, &l);
         if HELD * held < SMALLEST_PITCH {
             return Err(format!("the actuators hold no more than {held:.1} deg of pitch"));
         }

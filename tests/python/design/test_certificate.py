@@ -447,7 +447,7 @@ def test_certificate_of_another_design_is_not_packed(
     """A certificate that proves, but for another controller, does not help."""
     shutil.copy(remus100.controller.parent / "certificate.json", stored_design / "certificate.json")
     done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "not of this controller" in done.stderr
+    assert done.returncode == 1 and "does not belong to this controller" in done.stderr
 
 
 def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Path) -> None:

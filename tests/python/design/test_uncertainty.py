@@ -26,7 +26,7 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
     for verb in (("show", "--uncertainty"), ("design", "--robust", "--out", tmp_path / "none")):
         done = run_squid(verb[0], quick_vehicle, *verb[1:])
         assert done.returncode == 1
-        assert "the design design.toml names nothing uncertain" in done.stderr
+        assert "the design design.toml declares no uncertainty" in done.stderr
     assert not (tmp_path / "none").exists()
 
 
@@ -42,7 +42,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
     file.write_text(f"{design}\n[uncertainty]\nactuator_gain = 0.001\n", encoding="utf-8")
     done = run_squid("design", vehicle, "--robust", "--out", tmp_path / "none", timeout=300.0)
     assert done.returncode == 1 and not (tmp_path / "none").exists()
-    assert "nothing of what is declared is left in the model" in done.stderr
+    assert "no declared uncertainty is left in the model" in done.stderr
     assert "gain of propeller, gain of stern_planes" in done.stderr and "PROVED" not in done.stdout
 
 

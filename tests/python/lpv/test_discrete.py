@@ -105,7 +105,7 @@ def test_a_certificate_of_the_other_time_is_refused(run_squid: Run, tmp_path: Pa
     certificate = tmp_path / "out" / "certificate.json"
     assert run_squid("lpv", "check", discrete, certificate).returncode == 0
     done = run_squid("lpv", "check", continuous, certificate)
-    assert done.returncode == 1 and "the certificate is not of this plant: dt differs" in done.stderr
+    assert done.returncode == 1 and "the certificate does not belong to this plant: dt differs" in done.stderr
     # A certificate is a problem file, too.
     again = run_squid("--json", "lpv", "synth", certificate)
     assert json.loads(again.stdout)["gamma"] == pytest.approx(

@@ -86,7 +86,7 @@ fn answer_of(directory: &Path) -> Result<(), Error> {
 
 /// A row that is missed, in words.
 pub(crate) fn missed(row: &Row) -> String {
-    format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.asked())
+    format!("MISSED: {} is {}; 'require.{}' asks for {}", row.what, row.found(), row.key, row.required())
 }
 
 /// A new design, written; where it misses something, with what to turn.

@@ -54,7 +54,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     if let Some(v) = speed {
         let found = linearise::linearise_at(&inputs.vehicle, &inputs.design, v)?;
         say(&tables::speed(&inputs.vehicle, &found));
-        shown.insert("at_speed".into(), linearise::shown(&inputs.vehicle, &found));
+        shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
     }
     if asked.fit || all {
         let model = Model::new(&inputs.vehicle, &inputs.design)?;
@@ -97,7 +97,7 @@ fn of_the_vehicle(vehicle: &Vehicle, speed: f64) -> Result<(), Error> {
     vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
     let found = linearise::of_vehicle(vehicle, vehicle.coefficients.reference_depth, speed)?;
     say(&tables::speed(vehicle, &found));
-    Ok(answer(&json!({ "at_speed": linearise::shown(vehicle, &found) }))?)
+    Ok(answer(&json!({ "at_speed": linearise::to_json(vehicle, &found) }))?)
 }
 
 /// The stored controller, or one designed for this output only.

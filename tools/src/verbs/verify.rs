@@ -7,7 +7,7 @@ use crate::verbs::design::no_faster;
 use certificate::{ConstantCertificate, ConstantTheorem};
 use proof::error::ProofError;
 use serde_json::json;
-use squid_design::certify::constant::{of_inputs, rate_of};
+use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::numbers::above;
 use squid_package::verify::{named, verify, verify_source};
@@ -31,7 +31,7 @@ pub fn run(
         let mut tolerated = None;
         if let Some(directory) = vehicle {
             let inputs = inputs(directory, design, bandwidth)?;
-            let share = of_inputs(&certificate, &inputs)?;
+            let share = check_inputs(&certificate, &inputs)?;
             tolerated = Some(share);
             say(&format!(
                 "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \

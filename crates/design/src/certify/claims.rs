@@ -1,33 +1,33 @@
-//! What is proved, in the words of the vehicle.
+//! What is proved, in terms of the vehicle.
 
+use crate::certify::fit_residual::SAMPLES;
 use crate::certify::limits::ClaimedStep;
-use crate::certify::missed::SAMPLES;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use crate::numbers::decimals;
 use certificate::{LimitTheorem, Theorem};
 use scheduled::{ControllerDesign, Manoeuvre};
 
-/// What a certificate is of, where that is known: the speeds, and the step with saturated commands.
+/// The terms of a claim: the range of speed, and the step with saturated commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terms {
-    /// The least and the largest speed \[m/s\].
+    /// The lowest and the highest speed \[m/s\].
     speeds: (f64, f64),
-    /// The largest step that is proved.
+    /// The largest proved step.
     step: Option<ClaimedStep>,
-    /// The step that is flown, in the unit of the other, if it is larger.
+    /// The flown step, in the unit of `step`, if it is larger than that.
     flown: Option<f64>,
 }
 
 impl Terms {
-    /// By a frozen design, and the manoeuvre that it flies.
+    /// The terms of a frozen design, and of the manoeuvre that it flies.
     pub fn of(design: &ControllerDesign, theorem: &Theorem, manoeuvre: Option<&Manoeuvre>) -> Self {
         let step = ClaimedStep::of(design, theorem);
         let speeds = (design.scheduling.minimum, design.scheduling.maximum);
         Self { speeds, step, flown: step.and_then(|step| step.exceeded_by(manoeuvre?)) }
     }
 
-    /// By a design file.
+    /// The terms of a design file.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Self {
         let step = ClaimedStep::of_file(file, theorem);
         let flown = step.and_then(|step| step.exceeded_by(&file.manoeuvre));
@@ -35,7 +35,7 @@ impl Terms {
     }
 }
 
-/// What is proved, a line a claim: in terms of the design, where that is known.
+/// The proved claims, one line each, in terms of the design if given.
 pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     let gain = if terms.is_some() { "gain of the weighted loop (gamma)" } else { "gain from w to z" };
     let motion = match (terms, theorem.parameters) {
@@ -76,7 +76,7 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
     claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).chain(energy).collect()
 }
 
-/// What is not proved of saturated commands, if there is more than what is.
+/// What is not proved for saturated commands, if anything.
 pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
     match theorem.limits {
         None => Some("nothing is proved of saturated commands".into()),
@@ -99,7 +99,7 @@ fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
     ))
 }
 
-/// That a step is flown which is larger than the one that is proved.
+/// The message that a flown step is larger than the proved one.
 fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     let ClaimedStep { output, size, unit, .. } = step;
     let shown = decimals(flown, 2);
@@ -111,13 +111,13 @@ fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     ))
 }
 
-/// That a manoeuvre flies a larger step than the one that is proved, if it does.
+/// The message that a manoeuvre flies a larger step than the proved one, if it does.
 pub fn unproved_step(design: &ControllerDesign, theorem: &Theorem, manoeuvre: &Manoeuvre) -> Option<String> {
     let step = ClaimedStep::of(design, theorem)?;
     beyond(&step, step.exceeded_by(manoeuvre)?)
 }
 
-/// Everything that the certificate of a frozen design proves, a claim each.
+/// Everything that the certificate of a frozen design proves, one claim each.
 pub fn all(design: &ControllerDesign, theorem: &Theorem) -> Vec<String> {
     std::iter::once(gain(theorem, design.scheduling.half_range)).chain(limits(design, theorem)).collect()
 }
@@ -127,7 +127,7 @@ pub fn bound(theorem: &Theorem) -> String {
     theorem.gamma.map_or_else(|| "an unknown number".into(), above)
 }
 
-/// The claim about the gain; `half_range` is that of the scheduled speeds \[m/s\].
+/// The claim about the gain; `half_range` is half the range of the scheduled speeds \[m/s\].
 pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     let covered = theorem.gamma_with_model_error.map_or_else(String::new, |gamma| {
         let gamma = above(gamma);
@@ -149,7 +149,7 @@ pub fn gain(theorem: &Theorem, half_range: f64) -> String {
     format!("gain below {} for every trajectory of speed in the range{covered}{slow}", bound(theorem))
 }
 
-/// The claim about commands at their limits, if there is one.
+/// The claim about saturated commands, if there is one.
 pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
     let step = ClaimedStep::of(design, theorem)?;
     let (from, kept) = match theorem.limits {

@@ -1,6 +1,6 @@
-//! The section `limits` of the certificate: how large a step of the reference of pitch or depth may be for the loop,
-//! with its commands cut off at their limits and its anti-windup, to stay in a region from which it comes back. Limits
-//! on the rates of the actuators are such limits on the rates of states of the plant, which has the lags.
+//! The section `limits` of the certificate: the largest step of the reference of pitch or depth for which the loop,
+//! with saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates
+//! are limits on the rates of those states of the plant that are the lags.
 
 use crate::error::{CertifyError, Error};
 use crate::inputs::design_file::DesignFile;
@@ -18,33 +18,34 @@ use signals::{DEPTH, PITCH, SIGNALS, Signal, place};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
-/// The largest pitch step \[rad\] (90 deg) that is claimed: the linear models know no larger pitch, however strong the
-/// actuators. Of the depth it is one up to the surface.
+/// The largest claimed pitch step \[rad\] (90 deg): the linear models are meaningless for larger pitch, however strong
+/// the actuators. The largest depth step is one up to the surface.
 const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Bound on a gain that is sought \[1/s\]: that of the quick one.
+/// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quickest recovery.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 
-/// How much wider than those of the vehicle the limits of a claim may be, relative: its trims are computed again, with
-/// the rounding of another processor.
+/// Relative tolerance of the limits of a claim against those of the vehicle: its trims are recomputed, with the
+/// rounding of another processor.
 const SAME_LIMIT: f64 = 1e-8;
 
 /// Adds the claim for the largest step found to a proof, and proves all of it.
 ///
-/// The gain of the frozen design is that of the quickest recovery, the step that is wanted that of the default flight:
-/// the claim has the gain that is to fly. `None` where there is nothing to claim: without anti-windup, or without a
-/// reference of pitch or depth. The rates of the actuators are cut off at their limits, too.
+/// The anti-windup of the frozen design has the gain of the quickest recovery; the wanted step is that of the default
+/// flight. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or without a
+/// reference of pitch or depth. Actuator rates are saturated, too.
 ///
 /// # Errors
-/// Those of [`with_step`]; [`CertifyError::RateWithoutLag`].
+/// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
 pub fn with_limits(
     proof: &Proof,
-    (plant, controller): (&GeneralisedPlant, &Controller),
+    plant: &GeneralisedPlant,
+    controller: &Controller,
     frozen: &ControllerDesign,
     actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let (Some(quick), Some(Stepped { input, signal, scale })) = (&frozen.anti_windup, Stepped::of(frozen))
+    let (Some(quickest), Some(Stepped { input, signal, scale })) = (&frozen.anti_windup, Stepped::of(frozen))
     else {
         return Ok(None);
     };
@@ -52,20 +53,21 @@ pub fn with_limits(
         input,
         largest: if signal == PITCH { MOST } else { design.depth.max(scale) } / scale,
         wanted: design.manoeuvre.steps()[signal].abs() / scale,
-        quick,
+        quickest,
         fastest: FASTEST,
         commands: sides(frozen),
         rates: rates(actuators, design, &proof.certificate.moving_states())?,
         states: design.states.len(),
     };
-    Ok(with_step(proof, (plant, controller), step)?)
+    Ok(with_step(proof, plant, controller, step)?)
 }
 
-/// Checks that a claim with limits is about the autopilot that flies: its anti-windup, its limits, steps of pitch.
+/// Checks that a claim with limits is about the autopilot that flies: its anti-windup, its limits, its stepped
+/// reference.
 ///
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs.
-pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
+pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
     let differs = |what: &str| Err(ProofError::Mismatch { what: format!("{what} of the claim with limits") });
     if design.anti_windup.as_ref() != Some(&limits.e) {
@@ -83,12 +85,12 @@ pub fn of_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Res
     Ok(())
 }
 
-/// Checks that the limits of a claim are no wider than those of a vehicle's actuators about its trims, computed again,
-/// nor those on their rates.
+/// Checks that the limits of a claim, on commands and on rates, are no wider than those of the vehicle's actuators
+/// about its recomputed trims.
 ///
 /// # Errors
-/// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; those of the trims.
-pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
+/// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; the errors of the trims.
+pub fn check_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
     let actuators = &vehicle.actuators;
     let wrong =
@@ -109,8 +111,8 @@ pub fn of_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignF
     if rates_there.iter().all(holds) { Ok(()) } else { wrong("a limit on a rate,") }
 }
 
-/// The states of the design's plant that are outputs of actuators with a limit on their rate, among those that the loop
-/// consists of, with that limit in units of the actuator's reach \[1/s\]. The lags follow the model's states.
+/// The rate limits of actuators, in units of the actuator's reach \[1/s\], by state of the design's plant; only states
+/// in `kept`. The lags follow the model's states.
 fn rates(
     actuators: &[Actuator],
     design: &DesignFile,
@@ -124,13 +126,13 @@ fn rates(
     Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
 }
 
-/// The reference of which the claim is: pitch, or depth without one of pitch.
+/// The reference of the claim: pitch, or depth if there is no reference of pitch.
 struct Stepped {
-    /// Its place among the references, with which w begins.
+    /// Its index among the references, with which w begins.
     input: usize,
-    /// Its place in [`SIGNALS`].
+    /// Its index in [`SIGNALS`].
     signal: usize,
-    /// What counts as 1, SI.
+    /// Its unit, SI.
     scale: f64,
 }
 
@@ -149,31 +151,31 @@ impl Stepped {
 /// The largest step of a proved claim.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClaimedStep {
-    /// The row of the output.
+    /// The stepped output.
     pub output: &'static Signal,
     /// Its size in `unit`, rounded down to a tenth of a degree or a hundredth of a metre.
     pub size: f64,
     /// deg or m.
     pub unit: &'static str,
-    /// The size that is proved, in `unit`.
+    /// The proved size in `unit`, not rounded.
     proved: f64,
 }
 
 impl ClaimedStep {
-    /// The step of a manoeuvre, in `unit`, if it is larger than the one that is proved.
+    /// The step of a manoeuvre, in `unit`, if it is larger than the proved one.
     pub fn exceeded_by(&self, manoeuvre: &Manoeuvre) -> Option<f64> {
         let (factor, _) = readable(self.output.unit);
         let flown = factor * manoeuvre.steps()[place(self.output.name)?].abs();
         (flown > self.proved).then_some(flown)
     }
 
-    /// By the frozen design that the claim is of.
+    /// The claimed step of a frozen design.
     pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
         let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
         (limits.input == stepped.input).then(|| Self::new(stepped.signal, limits.size * stepped.scale))
     }
 
-    /// By the design file that the claim is of; `None` where what steps is neither pitch nor depth.
+    /// The claimed step of a design file; `None` if the stepped reference is neither pitch nor depth.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
         let limits = theorem.limits?;
         let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == file.stepped())?;
@@ -194,16 +196,16 @@ impl Display for ClaimedStep {
     }
 }
 
-/// How far each command can go either way from the trim of any speed, in units of its scale: the trim table is
-/// interpolated linearly, so that its rows decide.
+/// The range of each command to either side of the trim, the least over all speeds, in units of its scale. The trim
+/// table is interpolated linearly, so its rows are sufficient.
 fn sides(design: &ControllerDesign) -> Vec<f64> {
     let rows: Vec<&[f64]> = design.trim.actuators.iter().map(Vec::as_slice).collect();
     let one = |(j, a): (usize, &scheduled::Actuator)| side(&rows, j, (a.minimum, a.maximum)) / a.scale;
     design.actuators.iter().enumerate().map(one).collect()
 }
 
-/// How far an actuator can go either way from the trim of the speed at which that is least.
-fn side(trims: &[&[f64]], actuator: usize, (least, most): (f64, f64)) -> f64 {
-    let each = trims.iter().map(|row| (most - row[actuator]).min(row[actuator] - least));
+/// The range of an actuator to either side of the trim, the least over the rows of the trim table.
+fn side(trims: &[&[f64]], actuator: usize, limits: (f64, f64)) -> f64 {
+    let each = trims.iter().map(|row| (limits.1 - row[actuator]).min(row[actuator] - limits.0));
     each.fold(f64::INFINITY, f64::min)
 }

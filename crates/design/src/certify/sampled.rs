@@ -1,4 +1,4 @@
-//! The gain of the sampled loop for every trajectory of the speed that is constant from tick to tick.
+//! The gain of the sampled loop for every trajectory of the speed that is constant between ticks.
 
 use crate::augment::augment;
 use crate::certify::controller_of;
@@ -9,16 +9,16 @@ use auv::Vehicle;
 use certificate::Certificate;
 use lpv::analysis::AtTicks;
 use lpv::synthesis::Design;
-use proof::claim::{Proof, controller_rows, first_unlike};
+use proof::claim::{Proof, controller_rows, first_difference};
 use proof::error::ProofError;
 use scheduled::ControllerDesign;
 
 /// The file of the certificate.
 pub const CERTIFICATE: &str = "sampled_certificate.json";
 
-/// Bounds the gain of the loop as it is sampled and proves the bound in exact arithmetic: the fit, advanced by the
-/// trapezoidal rule, and the controller as the FMU has it, its commands held and late, for every sequence of rho that
-/// is constant from tick to tick and jumps at the ticks however far. See [`lpv::analysis::at_ticks`].
+/// Bounds the gain of the sampled loop and proves the bound in exact arithmetic. The plant is the fit, discretised by
+/// the trapezoidal rule; the controller is that of the FMU, its commands held and delayed. The bound holds for every
+/// sequence of rho that is constant between ticks and may jump arbitrarily at them. See [`lpv::analysis::at_ticks`].
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
@@ -28,19 +28,19 @@ pub fn sampled(vehicle: &Vehicle, file: &DesignFile, model: &Model, design: &Des
     Ok(proof::sampled::sampled(&ticks, &controller, &design.certified)?)
 }
 
-/// The plant of the claim. The commands wait in the controller.
+/// The plant of the claim; the delay of the commands is in the controller.
 fn at_ticks(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
-    let soon = DesignFile { delay: 0.0, ..file.clone() };
-    let plant = augment(&vehicle.actuators, &soon, model.linear())?;
+    let undelayed = DesignFile { delay: 0.0, ..file.clone() };
+    let plant = augment(&vehicle.actuators, &undelayed, model.linear())?;
     Ok(plant.at_ticks(file.sample_time).map_err(ModelError::Sampled)?)
 }
 
-/// Checks that the plant of a certificate is the one of this vehicle and design file at the ticks, computed again.
-/// `None` where the certificate is of no plant at the ticks: these have every output z twice.
+/// Checks that the plant of a certificate is the sampled one of this vehicle and design file, recomputed. `None` if the
+/// certificate is not of a sampled plant, which has every output z twice.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] with the first part that differs; those of [`augment`].
-pub fn of_inputs(
+/// [`ProofError::WrongPlant`] with the first part that differs; the errors of [`augment`].
+pub fn check_inputs(
     certificate: &Certificate,
     vehicle: &Vehicle,
     file: &DesignFile,
@@ -50,16 +50,20 @@ pub fn of_inputs(
     Ok(proof::sampled::check(certificate, &ticks)?)
 }
 
-/// Checks that the controller of a certificate at the ticks is a frozen one, late by so many ticks: the same numbers to
-/// the bit.
+/// Checks that the controller of a certificate of the sampled loop is a frozen one, delayed by `ticks`: the same
+/// numbers to the bit.
 ///
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs.
-pub fn matches(design: &ControllerDesign, ticks: usize, certificate: &Certificate) -> Result<(), ProofError> {
+pub fn check_controller(
+    design: &ControllerDesign,
+    ticks: usize,
+    certificate: &Certificate,
+) -> Result<(), ProofError> {
     let wrong = |what: &str| ProofError::Mismatch { what: format!("the controller's {what}") };
     let controller = controller_of(&design.lft).map_err(|_| wrong("shape"))?;
-    let late = controller_rows(&controller.delayed_at_ticks(ticks, design.sample_time));
-    match first_unlike(&late.named(), &certificate.controller.named()) {
+    let delayed = controller_rows(&controller.delayed_at_ticks(ticks, design.sample_time));
+    match first_difference(&delayed.named(), &certificate.controller.named()) {
         Some(name) => Err(wrong(&format!("matrix {name}"))),
         None => Ok(()),
     }

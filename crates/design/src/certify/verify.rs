@@ -1,24 +1,25 @@
-//! Whether a certificate is of a frozen controller, and of the plant that vehicle and design file make.
+//! Whether a certificate belongs to a frozen controller, and to the plant of a vehicle and a design file.
 
 use crate::augment::augment;
-use crate::certify::missed::missed;
+use crate::certify::fit_residual::fit_residual;
 use crate::certify::{frozen_rows, limits};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use auv::Vehicle;
 use certificate::Certificate;
-use proof::claim::first_unlike;
+use proof::claim::first_difference;
 use proof::error::ProofError;
 use proof::same_plant;
 use scheduled::{ControllerDesign, LftMatrices};
 
-/// Checks that the plant of a certificate is the one of this vehicle and design file, trimmed, linearised, fitted and
-/// weighted again, that its ball of models contains the true linearisations, and that its limits are no wider.
+/// Checks that the plant of a certificate is the one of this vehicle and design file, recomputed from the trims on,
+/// that its ball of models contains the true linearisations, and that its limits are no wider than those of the
+/// vehicle.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`], [`ProofError::Ball`], those of [`augment`].
-pub fn of_inputs(
+/// [`ProofError::WrongPlant`], [`ProofError::Ball`], the errors of [`augment`].
+pub fn check_inputs(
     certificate: &Certificate,
     vehicle: &Vehicle,
     file: &DesignFile,
@@ -29,21 +30,21 @@ pub fn of_inputs(
         &certificate.blocks,
         &augment(&vehicle.actuators, file, model.linear())?,
     )?;
-    limits::of_vehicle(certificate, vehicle, file)?;
+    limits::check_vehicle(certificate, vehicle, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
     match &certificate.residual {
-        Some(ball) => Ok(missed(vehicle, file, model)?.check(ball, held)?),
+        Some(ball) => Ok(fit_residual(vehicle, file, model)?.check(ball, held)?),
         None => Ok(()),
     }
 }
 
-/// Checks that a certificate is of a frozen controller: the same numbers to the bit, the same bound, and all that the
-/// mark `certified` means. No design is marked without a bound that covers the fit's residual
-/// ([`crate::certify::certify`]), so that where the mark is, the section `residual` must be.
+/// Checks that a certificate belongs to a frozen controller: the same numbers to the bit, the same bound, and
+/// everything that the mark `certified` implies. A design is marked only with a bound that covers the residual of the
+/// fit ([`crate::certify::certify`]), so a marked design must have the section `residual`.
 ///
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs; [`CertifyError::NoResidual`].
-pub fn matches(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
+pub fn check_design(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
     same_controller(&design.lft, certificate)?;
     if certificate.gamma().map(f64::to_bits) != Some(design.gamma.bound.to_bits()) {
         return Err(ProofError::Mismatch { what: "gamma".into() }.into());
@@ -62,7 +63,7 @@ pub fn same_controller(lft: &LftMatrices, certificate: &Certificate) -> Result<(
     if certificate.discrete {
         return Err(ProofError::Mismatch { what: "the time, discrete there and continuous here,".into() });
     }
-    if let Some(name) = first_unlike(&frozen_rows(lft).named(), &certificate.controller.named()) {
+    if let Some(name) = first_difference(&frozen_rows(lft).named(), &certificate.controller.named()) {
         return Err(ProofError::Mismatch { what: format!("the controller's matrix {name}") });
     }
     if lft.blocks != certificate.controller_blocks {

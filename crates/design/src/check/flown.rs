@@ -1,5 +1,5 @@
-//! The figures of the loop as it flies, frozen at a speed and linear: the controller at its sample time, the commands
-//! held, the actuators with their lags, the trim that follows the speed reference, the true linearisation.
+//! The figures of the loop in flight, linear and frozen at a speed: the sampled controller, held commands, actuators
+//! with lags, the trim that follows the speed reference, and the true linearisation.
 
 use crate::check::margins::{Margins, Opened};
 use crate::check::sampled::{Sampling, trapezoidal};
@@ -9,16 +9,16 @@ use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use signals::{PITCH, SIGNALS};
 
-/// How far the water's vertical speed steps in a gust, m/s.
+/// The step of the water's vertical speed in a gust, m/s.
 pub const GUST: f64 = 0.3;
 
-/// How long a response is followed, s.
-pub const FOLLOWED: f64 = 60.0;
+/// The duration of a simulated response, s.
+pub const DURATION: f64 = 60.0;
 
-/// The band around its end, relative to a step, in which a response has settled.
+/// The band around the reference, relative to the step, for the settling time.
 const SETTLED: f64 = 0.02;
 
-/// The rms of the noise of a sensor at each sample, white: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
+/// The rms of the white noise of a sensor at each sample: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
 pub fn noise(place: usize) -> f64 {
     match SIGNALS[place].unit {
         "m/s" | "m" => 0.01,
@@ -31,46 +31,48 @@ pub fn noise(place: usize) -> f64 {
 pub struct Step {
     /// Largest excursion beyond the reference, relative to the step.
     pub overshoot: f64,
-    /// From 10 % to 90 % of the step, s; infinite for a response that does not come so far.
+    /// From 10 % to 90 % of the step, s; infinite if the response does not reach that.
     pub rise_time: f64,
-    /// From the step until the output stays within 2 % of the reference, s; infinite if it does not.
+    /// From the step until the output stays within 2 % of the reference, s; infinite if it never does.
     pub settling_time: f64,
-    /// `|1 - T(z = 1)|`: what is left of the error in the end, relative to the step.
+    /// `|1 - T(z = 1)|`: the steady-state error, relative to the step.
     pub steady_error: f64,
-    /// What is left of it after [`FOLLOWED`]: slow modes may still be on their way.
-    pub late_error: f64,
+    /// The error after [`DURATION`], relative to the step; slow modes may not have settled.
+    pub remaining_error: f64,
 }
 
 /// The figures at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flown {
-    /// Opened at one measurement, or error, at a time, in the order of the controller's inputs.
+    /// The margins with the loop opened at one measurement, or tracking error, at a time, in the order of the
+    /// controller's inputs.
     pub at_measurements: Vec<Margins>,
-    /// Opened at one command at a time.
+    /// The margins with the loop opened at one command at a time.
     pub at_commands: Vec<Margins>,
-    /// The largest |S| of all these places.
+    /// The largest |S| at all these points.
     pub peak: f64,
-    /// The least delay in all commands at once that makes the loop unstable, s.
+    /// The smallest common delay of all commands that makes the loop unstable, s.
     pub common_delay: f64,
-    /// Of each tracked output.
+    /// The step response of each tracked output.
     pub steps: Vec<Step>,
-    /// The largest pitch in size after a gust: the water begins to move vertically by [`GUST`], so that heave through
-    /// the water jumps by as much; rad.
+    /// The largest absolute pitch after a gust, rad: the water starts to move vertically by [`GUST`], so the heave
+    /// speed relative to the water jumps by as much.
     pub gust_pitch: f64,
     /// The rms of each command under [`noise`], N or rad.
     pub noise_rms: Vec<f64>,
 }
 
 impl Flown {
-    /// Of the loop with a controller frozen at the speed of a trim; `None` where the controller has a mode at 2/T or
-    /// the loop is not stable.
+    /// The figures of the loop with a controller frozen at the speed of a trim; `None` if the controller has a mode at
+    /// 2/T or the loop is unstable.
     pub fn of(sampling: &Sampling, l: &Linearisation, frozen: &StateSpace) -> Option<Self> {
-        let wired = sampling.held(l);
+        let plant = sampling.held(l);
         let k = trapezoidal(frozen, sampling.sample_time).ok()?;
-        Self::of_sampled(sampling, &wired.injected(&k))
+        Self::of_sampled(sampling, &plant.injected(&k))
     }
 
-    /// Of a loop with the inputs and outputs of [`Wired::injected`](crate::check::sampled::Wired::injected).
+    /// The figures of a loop with the inputs and outputs of
+    /// [`Interconnection::injected`](crate::check::sampled::Interconnection::injected).
     pub fn of_sampled(sampling: &Sampling, system: &StateSpace) -> Option<Self> {
         let (opened, noise_rms) = opened(sampling, system)?;
         let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
@@ -83,19 +85,20 @@ impl Flown {
             peak: opened.peak_of_sensitivity(),
             common_delay: opened.common_delay(measurements..measurements + m),
             steps: (0..tracked.len()).map(|i| Step::of(&system.part(i, i), time)).collect(),
-            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, (i, heave), time)),
+            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, i, heave, time)),
             noise_rms,
         })
     }
 
-    /// All margins, each opened at one place.
+    /// All margins, each with the loop opened at one point.
     pub fn margins(&self) -> impl Iterator<Item = &Margins> {
         self.at_measurements.iter().chain(&self.at_commands)
     }
 }
 
-/// The loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\]; `None` where
-/// it is not stable. The inputs and outputs are those of [`Wired::injected`](crate::check::sampled::Wired::injected).
+/// The loop opened at measurements and commands, and the rms of each command under [`noise`] \[N or rad\]; `None` if it
+/// is unstable. The inputs and outputs are those of
+/// [`Interconnection::injected`](crate::check::sampled::Interconnection::injected).
 pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f64>)> {
     let radius = largest(0.0, eigenvalues(&system.a).iter().map(|v| v.norm()));
     if radius.is_nan() || radius >= 1.0 {
@@ -116,54 +119,54 @@ pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f
 }
 
 impl Step {
-    /// Of a stable sampled system with one input and output.
+    /// The figures of the step response of a stable sampled system with one input and one output.
     pub fn of(system: &StateSpace, sample_time: f64) -> Self {
         let StateSpace { a, b, c, d } = system;
         let mut x = Mat::zeros(a.nrows(), 1);
-        let ticks = (FOLLOWED / sample_time) as usize;
-        let mut done = Vec::with_capacity(ticks);
+        let ticks = (DURATION / sample_time) as usize;
+        let mut response = Vec::with_capacity(ticks);
         for _ in 0..ticks {
-            done.push((c * &x)[0] + d[0]);
+            response.push((c * &x)[0] + d[0]);
             x = a * x + b;
         }
         let time = |tick: usize| tick as f64 * sample_time;
-        let first = |level: f64| done.iter().position(|v| *v >= level).map_or(f64::INFINITY, time);
+        let first = |level: f64| response.iter().position(|v| *v >= level).map_or(f64::INFINITY, time);
         let end = system.response(Complex::new(1.0, 0.0)).map_or(f64::NAN, |g| g[(0, 0)].re);
-        let last_outside = done.iter().rposition(|v| (v - 1.0).abs() > SETTLED);
+        let last_outside = response.iter().rposition(|v| (v - 1.0).abs() > SETTLED);
         Self {
-            overshoot: done.iter().map(|v| v - 1.0).fold(0.0, f64::max),
+            overshoot: response.iter().map(|v| v - 1.0).fold(0.0, f64::max),
             rise_time: if first(0.9).is_finite() { first(0.9) - first(0.1) } else { f64::INFINITY },
             settling_time: match last_outside.map_or(0, |last| last + 1) {
-                settled if settled < done.len() => time(settled),
+                settled if settled < response.len() => time(settled),
                 _ => f64::INFINITY,
             },
             steady_error: (1.0 - end).abs(),
-            late_error: done.last().map_or(f64::NAN, |v| (1.0 - v).abs()),
+            remaining_error: response.last().map_or(f64::NAN, |v| (1.0 - v).abs()),
         }
     }
 }
 
-/// The largest size of an output after a gust into the state of heave, in its scale.
-fn gust(system: &StateSpace, (output, heave): (usize, usize), sample_time: f64) -> f64 {
+/// The largest absolute value of an output, in its scale, after a gust into the heave state.
+fn gust(system: &StateSpace, output: usize, heave: usize, sample_time: f64) -> f64 {
     let mut x = Mat::zeros(system.a.nrows(), 1);
     x[heave] = GUST;
     let c = system.c.rows(output, 1);
     let mut most = 0f64;
-    for _ in 0..(FOLLOWED / sample_time) as usize {
+    for _ in 0..(DURATION / sample_time) as usize {
         most = most.max((c * &x)[0].abs());
         x = &system.a * x;
     }
     most
 }
 
-/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample:
-/// `P = A P A' + B B'`, the diagonal of `C P C' + D D'`.
+/// The rms of each output of a stable sampled system under white noise of rms 1 at each input and sample, from the
+/// covariance `P = A P A' + B B'`: the square roots of the diagonal of `C P C' + D D'`.
 ///
-/// P by doubling, `P <- P + A P A', A <- A^2`: R. A. Smith, SIAM J. Applied Mathematics 16(1), 1968.
+/// P is computed by doubling, `P <- P + A P A', A <- A^2`: R. A. Smith, SIAM J. Applied Mathematics 16(1), 1968.
 pub fn rms(system: &StateSpace) -> Vec<f64> {
     let StateSpace { a, b, c, d } = system;
     let (mut a, mut p) = (a.clone(), b * b.transpose());
-    for _ in 0..DOUBLED {
+    for _ in 0..DOUBLINGS {
         let more = &a * &p * a.transpose();
         p += &more;
         a = &a * &a;
@@ -175,15 +178,15 @@ pub fn rms(system: &StateSpace) -> Vec<f64> {
     covariance.diagonal().iter().map(|v| v.sqrt()).collect()
 }
 
-/// Most doublings: 2^60 samples.
-const DOUBLED: u32 = 60;
+/// The maximum number of doublings: 2^60 samples.
+const DOUBLINGS: u32 = 60;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// y+ = a y + (1 - a) r: y = 1 - a^k.
+    /// y+ = a y + (1 - a) r has the step response y = 1 - a^k.
     #[test]
     fn a_first_order_step_has_its_closed_form() {
         let (a, time) = (0.93f64, 0.1);
@@ -198,8 +201,8 @@ mod tests {
         assert!((weak.steady_error - 0.05).abs() < 1e-12 && weak.settling_time == f64::INFINITY);
     }
 
-    /// Of y+ = a y + b n, the rms is b/sqrt(1 - a^2); with two such states that one noise drives,
-    /// E y1 y2 = b1 b2/(1 - a1 a2). Also of a mode that takes 1e6 samples to die out.
+    /// The rms of y+ = a y + b n is b/sqrt(1 - a^2); two such states driven by the same noise have E y1 y2 = b1 b2/(1 -
+    /// a1 a2). This includes a mode that takes 1e6 samples to decay.
     #[test]
     fn rms_of_a_filter_has_its_closed_form() {
         for slow in [0.5, 1.0 - 1e-6] {

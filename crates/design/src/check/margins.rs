@@ -1,18 +1,18 @@
-//! Margins of stability of a sampled loop.
+//! Stability margins of a sampled loop.
 //!
-//! The loop is opened at one place, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`,
-//! `L = 1/S - 1`. With `z = exp(j w T)`, w up to pi/T:
+//! The loop is opened at one point, where its return ratio follows from its sensitivity: `S = 1/(1 + L)`, `L = 1/S -
+//! 1`. With `z = exp(j w T)`, w up to pi/T:
 //!
 //! ```text
-//! gain    1/|L| where L is real and negative: the factors on the loop's gain at which it reaches the point -1
+//! gain    1/|L| where L is real and negative: the factors on the loop gain at which L passes through the point -1
 //! phase   |arg(-L)| where |L| = 1
 //! delay   (arg(-L) in [0, 2 pi))/w where |L| = 1: the least tau at which exp(-j w tau) L is -1
 //! disk    alpha = 1/sup|S - 1/2|: stable for every factor (1 + d)/(1 - d) on the loop, d complex and dynamic,
 //!         |d| < alpha/2: gains from (2 - alpha)/(2 + alpha) to (2 + alpha)/(2 - alpha), phases up to 2 atan(alpha/2)
 //! ```
 //!
-//! Source of the disk margin, here the symmetric one: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk
-//! Margins", IEEE Control Systems Magazine 40(5), 2020, theorem 1.
+//! Source of the (symmetric) disk margin: P. Seiler, A. Packard, P. Gahinet, "An Introduction to Disk Margins", IEEE
+//! Control Systems Magazine 40(5), 2020, theorem 1.
 
 use lpv::matrix::{complex_eigenvalues, largest};
 use lpv::state_space::StateSpace;
@@ -20,37 +20,37 @@ use nalgebra::{Complex, DMatrix};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Frequencies at which a loop is evaluated, besides those of its modes; between them crossings and peaks are narrowed
-/// down.
+/// The number of frequencies at which a loop is evaluated, in addition to those of its modes; crossings and peaks are
+/// refined between them.
 const FREQUENCIES: usize = 300;
-/// The lowest of them but zero, relative to the highest, pi/T.
+/// The lowest nonzero frequency, relative to the highest, pi/T.
 const LOWEST: f64 = 1e-6;
-/// How often the interval of a crossing is halved.
-const HALVED: u32 = 24;
+/// The number of bisections of a crossing, and of refinements of a peak.
+const BISECTIONS: u32 = 24;
 
-/// The margins at one place of a loop; infinite where nothing of the kind makes it unstable.
+/// The margins at one point of a loop; infinite if no such change makes it unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
     /// The least factor above 1 on the gain that makes the loop unstable.
     pub gain_up: f64,
-    /// The largest factor below 1 that does; 0 where none does.
+    /// The largest factor below 1 on the gain that makes the loop unstable; 0 if there is none.
     pub gain_down: f64,
-    /// rad.
+    /// Phase margin, rad.
     pub phase: f64,
-    /// s.
+    /// Delay margin, s.
     pub delay: f64,
     /// alpha of the disk margin.
     pub disk: f64,
 }
 
 impl Margins {
-    /// The phase margin that goes with the disk margin, rad.
+    /// The phase margin guaranteed by the disk margin, rad.
     pub fn disk_phase(&self) -> f64 {
         2.0 * (0.5 * self.disk).atan()
     }
 
-    /// A point of L on the real axis.
-    fn pass(&mut self, l: Complex<f64>) {
+    /// Updates the gain margins by a point of L on the real axis.
+    fn update_gain(&mut self, l: Complex<f64>) {
         let factor = -1.0 / l.re;
         if factor > 1.0 {
             self.gain_up = self.gain_up.min(factor);
@@ -60,22 +60,22 @@ impl Margins {
     }
 }
 
-/// A stable sampled loop, and places at which it can be opened.
+/// A stable sampled loop, and the points at which it can be opened.
 #[derive(Debug, Clone)]
 pub struct Opened {
-    /// `S = (I + L)^-1` of all places: from what is added at each to the sum there. An entry of its diagonal is the
-    /// sensitivity at one place while the others are closed.
+    /// `S = (I + L)^-1` at all points: from a signal added at each to the sum there. An entry of its diagonal is the
+    /// sensitivity at one point with the loop closed at the others.
     sensitivity: StateSpace,
-    /// s.
+    /// Sample time, s.
     sample_time: f64,
-    /// S over frequency (rad/s).
+    /// S over a grid of frequencies (rad/s).
     grid: Vec<(f64, Response)>,
 }
 
 type Response = DMatrix<Complex<f64>>;
 
 impl Opened {
-    /// From the sensitivity of all places and the sample time (s).
+    /// The loop with this sensitivity at all points and this sample time (s).
     pub fn new(sensitivity: StateSpace, sample_time: f64) -> Self {
         let mut opened = Self { sensitivity, sample_time, grid: vec![] };
         let highest = PI / sample_time;
@@ -89,13 +89,13 @@ impl Opened {
         opened
     }
 
-    /// The response of a system with all of S's inputs or one of them; not-a-number at a pole.
+    /// The response of a system with all inputs of S or one of them; NaN at a pole.
     fn response(&self, system: &StateSpace, omega: f64) -> Response {
         let response = system.response((Complex::new(0.0, omega) * self.sample_time).exp());
         response.unwrap_or_else(|| Response::from_element(system.d.nrows(), system.d.ncols(), NOT_A_NUMBER))
     }
 
-    /// The margins at one place while the others are closed.
+    /// The margins at one point with the loop closed at the others.
     pub fn margins(&self, place: usize) -> Margins {
         let alone = self.sensitivity.part(place, place);
         let l = |omega: f64| 1.0 / self.response(&alone, omega)[(0, 0)] - 1.0;
@@ -117,21 +117,21 @@ impl Opened {
                 margins.delay = margins.delay.min(lag / omega);
             }
             if (at_low.im > 0.0) != (at_high.im > 0.0) && at_low.re.min(at_high.re) < 0.0 {
-                margins.pass(l(crossing(low, high, |omega| l(omega).im > 0.0)));
+                margins.update_gain(l(crossing(low, high, |omega| l(omega).im > 0.0)));
             }
         }
-        // At both ends L is real.
-        known.first().into_iter().chain(known.last()).for_each(|(_, l)| margins.pass(*l));
+        // L is real at both ends.
+        known.first().into_iter().chain(known.last()).for_each(|(_, l)| margins.update_gain(*l));
         margins
     }
 
-    /// The largest |S| of all places, opened one at a time.
+    /// The largest |S| over all points, opened one at a time.
     pub fn peak_of_sensitivity(&self) -> f64 {
         let places = 0..self.sensitivity.d.nrows();
         largest(0.0, places.map(|place| self.peak(place, 0.0)))
     }
 
-    /// The largest `|S - c|` at a place.
+    /// The largest `|S - c|` at a point.
     fn peak(&self, place: usize, c: f64) -> f64 {
         let alone = self.sensitivity.part(place, place);
         let at = |omega: f64| (self.response(&alone, omega)[(0, 0)] - c).norm();
@@ -141,7 +141,7 @@ impl Opened {
         };
         let (mut best, mut peak) = (self.grid[most].0, known[most]);
         let mut step = self.grid[(most + 1).min(known.len() - 1)].0 - self.grid[most.saturating_sub(1)].0;
-        for _ in 0..HALVED {
+        for _ in 0..BISECTIONS {
             step *= 0.5;
             for omega in [best - step, best + step] {
                 let value = at(omega);
@@ -151,8 +151,8 @@ impl Opened {
         peak
     }
 
-    /// The least delay \[s\] in some places at once that makes the loop unstable: an eigenvalue of `exp(-j w tau) L` is
-    /// then -1.
+    /// The smallest common delay \[s\] at some points that makes the loop unstable: an eigenvalue of `exp(-j w tau) L`
+    /// is then -1.
     pub fn common_delay(&self, places: Range<usize>) -> f64 {
         let block = self.sensitivity.parts(places.clone(), places.clone());
         let of = |s: &Response| -> Vec<Complex<f64>> {
@@ -180,17 +180,17 @@ impl Opened {
 
 const NOT_A_NUMBER: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
-/// Where between two frequencies an answer changes.
-fn crossing(mut low: f64, mut high: f64, answer: impl Fn(f64) -> bool) -> f64 {
-    let first = answer(low);
-    for _ in 0..HALVED {
+/// The point between two frequencies at which a condition changes.
+fn crossing(mut low: f64, mut high: f64, condition: impl Fn(f64) -> bool) -> f64 {
+    let first = condition(low);
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
-        if answer(middle) == first { low = middle } else { high = middle }
+        if condition(middle) == first { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
 
-/// How far a point would have to turn clockwise to come to -1, from 0 to 2 pi.
+/// The clockwise rotation of a point onto the negative real axis, from 0 to 2 pi.
 fn lag(l: Complex<f64>) -> f64 {
     (-l).arg().rem_euclid(TAU)
 }
@@ -202,7 +202,7 @@ mod tests {
 
     const T: f64 = 0.01;
 
-    /// S = 1/(1 + L) of an integrator that is held, L = k T/(z - 1) = g/(z - 1): S = (z - 1)/(z - 1 + g).
+    /// S = 1/(1 + L) of a sampled integrator with a hold, L = k T/(z - 1) = g/(z - 1): S = (z - 1)/(z - 1 + g).
     fn integrator(g: f64) -> StateSpace {
         StateSpace { a: dmatrix![1.0 - g], b: dmatrix![1.0], c: dmatrix![-g], d: dmatrix![1.0] }
     }
@@ -222,7 +222,7 @@ mod tests {
         assert!((Opened::new(integrator(g), T).common_delay(0..1) - found.delay).abs() < 1e-9);
         // S = (z - 1)/(z - 1 + g) is largest at z = -1, too.
         assert!((Opened::new(integrator(g), T).peak_of_sensitivity() - 2.0 / (2.0 - g)).abs() < 1e-9);
-        // The disk is inside what gain and phase alone allow.
+        // The disk lies within the gain and phase margins.
         assert!(
             found.disk_phase() <= found.phase && (2.0 + found.disk) / (2.0 - found.disk) <= found.gain_up
         );
@@ -238,13 +238,12 @@ mod tests {
         assert!((found.gain_down - (a - 1.0) / g).abs() < 1e-9, "{found:?}");
     }
 
-    /// Two loops of their own: the quicker one bounds the delay. Turned into each other by an orthogonal matrix they
-    /// have the same eigenvalues.
+    /// Two decoupled loops: the faster one limits the delay. An orthogonal similarity transform keeps the eigenvalues.
     #[test]
     fn a_common_delay_is_that_of_the_eigenvalues() {
-        let turn = dmatrix![0.8, -0.6; 0.6, 0.8];
+        let rotation = dmatrix![0.8, -0.6; 0.6, 0.8];
         let gains = dmatrix![0.1, 0.0; 0.0, 0.3];
-        let g = &turn * gains * turn.transpose();
+        let g = &rotation * gains * rotation.transpose();
         let one = DMatrix::identity(2, 2);
         let s = StateSpace { a: &one - &g, b: one.clone(), c: -&g, d: one };
         let each = Opened::new(integrator(0.3), T).margins(0).delay;

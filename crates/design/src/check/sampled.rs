@@ -1,8 +1,8 @@
-//! The loop as it will run: the controller at its sample time, the vehicle and its actuators in between.
+//! The sampled loop: the controller at its sample time, the vehicle and its actuators in continuous time.
 //!
-//! The gain bound is about the controller in continuous time. Here the frozen controller is discretised by the
-//! trapezoidal rule, as the FMU does it, and closed with the true linearisation and the lags of the actuators under a
-//! zero-order hold.
+//! The gain bound holds for the controller in continuous time. Here the frozen controller is discretised by the
+//! trapezoidal rule, as in the FMU, and closed with the true linearisation and the actuator lags under a zero-order
+//! hold.
 
 use crate::error::CertifyError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
@@ -12,29 +12,28 @@ use lpv::state_space::StateSpace;
 use nalgebra::DVector;
 use signals::{SIGNALS, SPEED};
 
-/// How a loop is sampled: its actuators, the signals of its controller, and the time between two ticks \[s\].
+/// The data of a sampled loop: its actuators, the signals of its controller, and the sample time.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampling<'a> {
     /// The actuators, with their lags.
     pub actuators: &'a [Actuator],
-    /// What is tracked and measured.
+    /// The design file, with the tracked and the measured outputs.
     pub design: &'a DesignFile,
-    /// s.
+    /// Sample time, s.
     pub sample_time: f64,
 }
 
-/// What a controller is closed with: the vehicle at a trim, its actuators, and the trim that follows the speed
-/// reference.
+/// The plant seen by a controller: the vehicle at a trim, its actuators, and the trim that follows the speed reference.
 ///
 /// ```text
 /// x' = A x + B u + Br r,   y = Cy x + Dr r,   outputs C x      (x+ in place of x' for a sampled one)
 /// ```
 ///
-/// States \[u w q theta\], without u for a vehicle whose speed is given, and with the depth z for a design that tracks
-/// or measures it; then those of the actuators and of the filtered reference, as deviations from the trim at the frozen
-/// speed. u is what the controller adds to the trim. u, r, y and the outputs are in units of their scales.
+/// States \[u w q theta\], without u for a vehicle with a given speed, with the depth z for a design that tracks or
+/// measures it; then those of the actuators and of the filtered reference, as deviations from the trim at the frozen
+/// speed. u is the controller's command relative to the trim. u, r, y and the outputs are in units of their scales.
 #[derive(Debug, Clone)]
-pub struct Wired {
+pub struct Interconnection {
     /// A.
     pub a: Mat,
     /// B.
@@ -49,20 +48,20 @@ pub struct Wired {
     pub references: Mat,
 }
 
-impl Wired {
-    /// The sensitivity at one measurement, with all others closed: from what is added to it to what the controller
-    /// takes in.
+impl Interconnection {
+    /// The sensitivity at one measurement, with the loop closed at all others: from a signal added to it to the
+    /// controller's input.
     pub fn sensitivity(&self, k: &StateSpace, row: usize) -> StateSpace {
         let output = self.c.nrows() + row;
         self.injected(k).part(output, self.references.ncols() + row)
     }
 
-    /// Closes it with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
+    /// The closed loop with a controller `(k', u) = K(k, y)`: from r to the outputs and u.
     pub fn closed(&self, k: &StateSpace) -> StateSpace {
-        let whole = self.injected(k);
+        let injected = self.injected(k);
         let (p, y) = (self.c.nrows(), self.measured.nrows());
-        let controls = whole.parts(p + y..p + y + self.b.ncols(), 0..self.references.ncols());
-        let outputs = whole.parts(0..p, 0..self.references.ncols());
+        let controls = injected.parts(p + y..p + y + self.b.ncols(), 0..self.references.ncols());
+        let outputs = injected.parts(0..p, 0..self.references.ncols());
         StateSpace {
             c: block(&[&[&outputs.c], &[&controls.c]]),
             d: block(&[&[&outputs.d], &[&controls.d]]),
@@ -70,8 +69,8 @@ impl Wired {
         }
     }
 
-    /// The same with n added to what the controller takes in, and d to the commands: from \[r; n; d\] to \[C x; y +
-    /// n; u + d\].
+    /// The closed loop with n added to the controller's inputs and d to the commands: from \[r; n; d\] to \[C x; y + n;
+    /// u + d\].
     pub fn injected(&self, k: &StateSpace) -> StateSpace {
         let Self { a, b, from_references, c, measured, references } = self;
         let (p, q, m, n) = (c.nrows(), measured.nrows(), b.ncols(), k.a.nrows());
@@ -94,25 +93,25 @@ impl Wired {
 }
 
 impl<'a> Sampling<'a> {
-    /// That of a design.
+    /// The sampling of a design.
     pub fn of(actuators: &'a [Actuator], design: &'a DesignFile) -> Self {
         Self { actuators, design, sample_time: design.sample_time }
     }
 
-    /// The largest modulus of the sampled loop's modes; not-a-number when it cannot be formed.
+    /// The largest modulus of the modes of the sampled loop; NaN if it cannot be formed.
     pub fn spectral_radius(&self, l: &Linearisation, frozen: &StateSpace) -> f64 {
         let radius = |closed: StateSpace| largest(0.0, closed.poles().iter().map(|v| v.norm()));
         self.closed(l, frozen).map_or(f64::NAN, radius)
     }
 
-    /// The sampled loop from the references to the tracked outputs and the controls, at the ticks and in units of their
-    /// scales; `None` where a mode of the controller is at 2/T.
+    /// The sampled loop from the references to the tracked outputs and the commands, at the ticks and in units of their
+    /// scales; `None` if the controller has a mode at 2/T.
     pub fn closed(&self, l: &Linearisation, frozen: &StateSpace) -> Option<StateSpace> {
         Some(self.held(l).closed(&trapezoidal(frozen, self.sample_time).ok()?))
     }
 
-    /// Vehicle, actuators and filtered reference over one sample, with the commands held.
-    pub fn held(&self, l: &Linearisation) -> Wired {
+    /// Vehicle, actuators and filtered reference over one sample, with held commands.
+    pub fn held(&self, l: &Linearisation) -> Interconnection {
         let m = self.actuators.len();
         let states = l.states.len();
         let n = states + m;
@@ -123,18 +122,18 @@ impl<'a> Sampling<'a> {
         }
         let transition = (generator * self.sample_time).exp();
         let (phi, gamma) = (transition.view((0, 0), (n, n)), transition.view((0, n), (n, m)));
-        let (a, b) = later(phi.into_owned(), gamma.into_owned(), self.late_ticks());
+        let (a, b) = with_input_delay(phi.into_owned(), gamma.into_owned(), self.delay_ticks());
         self.wired(l, a, &b, |w| {
-            let stays = (-w * self.sample_time).exp();
-            [stays, 1.0 - stays]
+            let decay = (-w * self.sample_time).exp();
+            [decay, 1.0 - decay]
         })
     }
 
-    /// The same in continuous time, with the lags that the design has.
-    pub fn ideal(&self, l: &Linearisation) -> Wired {
+    /// Vehicle, actuators and filtered reference in continuous time, with the lags of the design.
+    pub fn ideal(&self, l: &Linearisation) -> Interconnection {
         let has_lag = |actuator: &Actuator| self.design.lags && actuator.lag > 0.0;
         let (states, m) = (l.states.len(), self.actuators.len());
-        let whole = self.lagged(l, has_lag);
+        let all = self.lagged(l, has_lag);
         let kept: Vec<usize> =
             (0..states).chain((0..m).filter(|j| has_lag(&self.actuators[*j])).map(|j| states + j)).collect();
         let mut b = Mat::zeros(states + m, m);
@@ -145,28 +144,27 @@ impl<'a> Sampling<'a> {
                 b.view_mut((0, j), (states, 1)).copy_from(&l.b.column(j))
             }
         }
-        let (a, b) = (whole.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
+        let (a, b) = (all.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
         if self.design.delay <= 0.0 {
             return self.wired(l, a, &b, |w| [-w, w]);
         }
-        // The commands u come as 2 p - u, p' = 2/T (u - p).
+        // The delayed commands are 2 p - u, with p' = 2/T (u - p).
         let rate = Mat::identity(m, m) * (2.0 / self.design.delay);
         let a = block(&[&[&a, &(&b * 2.0)], &[&Mat::zeros(m, a.ncols()), &-&rate]]);
         self.wired(l, a, &block(&[&[&-b], &[&rate]]), |w| [-w, w])
     }
 
-    /// The delay of the commands in ticks of this sample time.
-    pub(super) fn late_ticks(&self) -> usize {
+    /// The delay of the commands in ticks.
+    pub(super) fn delay_ticks(&self) -> usize {
         (self.design.delay / self.sample_time).round() as usize
     }
 
-    /// An actuator without lag is one that is much faster than the sample.
+    /// The lag of an actuator; without one, a lag much faster than the sample time.
     fn lag(&self, actuator: &Actuator) -> f64 {
         actuator.lag.max(1e-3 * self.sample_time)
     }
 
-    /// A of the states of the vehicle, then the actuators; an actuator that has no lag here has a row and a column of
-    /// zeros.
+    /// A of the vehicle states, then the actuators; an actuator without lag has a zero row and column.
     fn lagged(&self, l: &Linearisation, has_lag: impl Fn(&Actuator) -> bool) -> Mat {
         let (states, m) = (l.states.len(), self.actuators.len());
         let mut a = Mat::zeros(states + m, states + m);
@@ -178,9 +176,9 @@ impl<'a> Sampling<'a> {
         a
     }
 
-    /// Adds the trim that follows the speed reference, and what the controller measures. The state of the
-    /// filter becomes, or moves by, `pole v + gain r`.
-    fn wired(&self, l: &Linearisation, a: Mat, b: &Mat, filter: impl Fn(f64) -> [f64; 2]) -> Wired {
+    /// Adds the trim that follows the speed reference, and the measurements. The state v of the reference filter has
+    /// the derivative, or the next value, `pole v + gain r`.
+    fn wired(&self, l: &Linearisation, a: Mat, b: &Mat, filter: impl Fn(f64) -> [f64; 2]) -> Interconnection {
         let DesignFile { tracked, measured, .. } = self.design;
         let (n, p, q) = (a.nrows(), tracked.len(), measured.len());
         let slope = l.trim_slope(self.actuators);
@@ -198,10 +196,17 @@ impl<'a> Sampling<'a> {
             let y = of_states(Measured::scaled_outputs(measured, l.states));
             (block(&[&[&zero(p, n)], &[&y]]), block(&[&[&one], &[&zero(q, p)]]))
         };
-        let fixed = Wired { a, b: b * reach, from_references: &by_trim * &speed, c, measured: y, references };
+        let fixed = Interconnection {
+            a,
+            b: b * reach,
+            from_references: &by_trim * &speed,
+            c,
+            measured: y,
+            references,
+        };
         let Some(w) = self.design.reference_filter() else { return fixed };
         let [pole, gain] = filter(w);
-        // What the trim does to each reference and measurement, in its scale.
+        // The effect of the trim on each reference and measurement, in its scale.
         let moves = |(place, scale): (usize, f64)| {
             -l.states.iter().zip(slope.iter()).map(|(state, x)| SIGNALS[place].output(state) * x).sum::<f64>()
                 / scale
@@ -209,7 +214,7 @@ impl<'a> Sampling<'a> {
         let all =
             tracked.iter().map(|t| (t.place, t.scale)).chain(measured.iter().map(|m| (m.place, m.scale)));
         let moves = Mat::from_iterator(p + q, 1, all.map(moves));
-        Wired {
+        Interconnection {
             a: block(&[&[&fixed.a, &by_trim], &[&zero(1, n), &Mat::from_element(1, 1, pole)]]),
             b: block(&[&[&fixed.b], &[&zero(1, fixed.b.ncols())]]),
             from_references: block(&[&[&zero(n, p)], &[&(speed * gain)]]),
@@ -220,8 +225,8 @@ impl<'a> Sampling<'a> {
     }
 }
 
-/// A sampled system `[a b]` whose inputs come `ticks` ticks late; they wait in states behind those that it has.
-fn later(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
+/// A sampled system `[a b]` with its inputs delayed by `ticks` ticks; the states of the delay come last.
+fn with_input_delay(a: Mat, b: Mat, ticks: usize) -> (Mat, Mat) {
     let m = b.ncols();
     (0..ticks).fold((a, b), |(a, b), _| {
         let rest = Mat::zeros(m, a.ncols());
@@ -237,7 +242,7 @@ pub fn sampled_dtt(k: &lpv::controller::Controller, sample_time: f64) -> Option<
     Some(&k.dtt() + &k.ct() * inner * (0.5 * sample_time))
 }
 
-/// Discretises a controller by the trapezoidal rule with sample time T \[s\], as `scheduled::Lft::discretise` at a
+/// Discretises a controller by the trapezoidal rule with sample time T \[s\], like `scheduled::Lft::discretise` at a
 /// frozen parameter: `K_d(z) = K(2/T (z - 1)/(z + 1))`.
 ///
 /// # Errors
@@ -266,13 +271,13 @@ pub(crate) mod tests {
     use nalgebra::Complex;
     use signals::PITCH;
 
-    /// Some numbers below 0.3 in size.
+    /// A matrix of arbitrary numbers below 0.3 in magnitude.
     pub(crate) fn some(rows: usize, columns: usize, seed: f64) -> Mat {
         Mat::from_fn(rows, columns, |i, j| 0.3 * (seed + 1.7 * i as f64 + 2.9 * j as f64).sin())
     }
 
-    /// The generalised plant takes deviations from a trim that moves, the flown law those from a fixed one; both are
-    /// the same loop: `z = [W_e (T_ref R r - C x); W_u u]`.
+    /// The generalised plant has deviations from a moving trim, the flown controller those from a fixed one; both
+    /// describe the same loop: `z = [W_e (T_ref R r - C x); W_u u]`.
     #[test]
     fn the_plant_of_the_design_is_the_loop_that_flies() {
         for (name, design, speed, delay) in [
@@ -308,8 +313,8 @@ pub(crate) mod tests {
                         .iter()
                         .map(|t| t.model.map_or(Complex::new(1.0, 0.0), |model| model.response(omega)))
                         .collect();
-                    // How far the speed reference moves pitch in trim; the pitch reference of the plant is relative
-                    // to that.
+                    // The effect of the speed reference on the trimmed pitch; the pitch reference of the plant is
+                    // relative to that.
                     let moves = file.tracked[j].place == SPEED && file.reference_filter().is_some();
                     let moved = if moves {
                         models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale)
@@ -344,7 +349,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// From tick to tick a loop that is sampled often enough is the loop in continuous time with all lags.
+    /// With a short sample time the sampled loop approximates the continuous one with all lags.
     #[test]
     fn a_loop_sampled_often_is_the_one_in_continuous_time() {
         let mut inputs = shipped("squid", "design");
@@ -358,8 +363,8 @@ pub(crate) mod tests {
             c: Mat::zeros(actuators.len(), 0),
             d: some(actuators.len(), y, 4.0),
         };
-        let often = Sampling { sample_time: 1e-5, ..Sampling::of(actuators, file) };
-        let (sampled, continuous) = (often.held(&l).closed(&gain), often.ideal(&l).closed(&gain));
+        let fast = Sampling { sample_time: 1e-5, ..Sampling::of(actuators, file) };
+        let (sampled, continuous) = (fast.held(&l).closed(&gain), fast.ideal(&l).closed(&gain));
         for omega in [0.05, 0.5, 5.0] {
             let at = |s: &StateSpace, point| s.response(point).unwrap();
             let found = at(&sampled, Complex::from_polar(1.0, omega * 1e-5));

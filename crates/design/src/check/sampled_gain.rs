@@ -1,14 +1,14 @@
-//! The gain from w to z of the loop as it is sampled, frozen at a speed.
+//! The gain from w to z of the sampled loop, frozen at a speed.
 //!
-//! The plant of the design has the commands as deviations from the trim, which moves with the filtered speed reference
-//! V_r at all times. What flies holds the trim from tick to tick with the rest of the command, and filters the
+//! In the plant of the design the commands are deviations from the trim, which continuously follows the filtered speed
+//! reference V_r. The flown autopilot holds the trim between ticks with the rest of the command, and filters the
 //! reference of the last tick:
 //!
 //! ```text
 //! u(t) = u_k + u0'(V_r(t_k) - V_r(t)),   V_r' = w_r (r(t_k) - V_r)
 //! ```
 //!
-//! so that V_r is sampled, too, and r(t_k) is held like a command.
+//! so V_r is sampled, too, and r(t_k) is held like a command.
 
 use crate::augment::{LinearModel, augment};
 use crate::check::sampled::{Sampling, trapezoidal};
@@ -25,10 +25,9 @@ use nalgebra::DVector;
 use signals::SPEED;
 
 impl Sampling<'_> {
-    /// Bounds on the gain from w to z, between the ticks too, of the true linearisation with the lags of the actuators
-    /// and a frozen controller at its sample time, its commands held and late; both infinite for a loop that is not
-    /// stable. References and noise, which the controller takes in as they are, are held from tick to tick;
-    /// disturbances as `w` says.
+    /// Bounds on the gain from w to z, including between the ticks, of the true linearisation with the actuator lags
+    /// and a frozen sampled controller with held, delayed commands; both infinite for an unstable loop. References and
+    /// noise, which enter the controller directly, are held between ticks; disturbances are as given by `w`.
     ///
     /// # Errors
     /// [`ModelError`]; a controller that cannot be sampled.
@@ -43,11 +42,11 @@ impl Sampling<'_> {
         l: &Linearisation,
         frozen: &StateSpace,
     ) -> Result<(GeneralisedPlant, StateSpace), Error> {
-        // The commands wait in the controller.
+        // The delay of the commands is in the controller.
         let design = DesignFile { delay: 0.0, lags: true, ..self.design.clone() };
         let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators, &design))?;
         let k = trapezoidal(frozen, self.sample_time)?;
-        let ticks = self.late_ticks();
+        let ticks = self.delay_ticks();
         let speed = design.tracked.iter().position(|t| t.place == SPEED);
         let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {
             return Ok((plant, k.delayed(ticks)));
@@ -62,14 +61,14 @@ impl Sampling<'_> {
     }
 }
 
-/// The place of V_r among the states of the plant; see [`lpv::tracking::TrackingProblem::augment`].
+/// The index of V_r among the states of the plant; see [`lpv::tracking::TrackingProblem::augment`].
 fn level_of_trim(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> usize {
     let lags = actuators.iter().filter(|a| design.lags && a.lag > 0.0).count();
     let slow = design.tracked.iter().filter(|t| t.references.follow > 1.0).count();
     l.states.len() + lags + design.tracked.len() + slow
 }
 
-/// A trim that is held from tick to tick.
+/// A trim that is held between ticks.
 struct Held {
     /// The row of y with r - V_r.
     speed: usize,
@@ -80,12 +79,12 @@ struct Held {
 }
 
 impl Held {
-    /// The plant with the commands `[u + u0' V_r; r]` of the last tick, and with V_r below what is measured.
+    /// The plant with the commands `[u + u0' V_r; r]` of the last tick, and with V_r as the last measurement.
     fn plant(&self, plant: &GeneralisedPlant) -> GeneralisedPlant {
         let sizes = plant.sizes();
         let mut now = Mat::zeros(1, sizes.x);
         now[(0, self.level)] = 1.0;
-        // The plant has V_r' = w_r (r - V_r) and what follows from it, so that V_r acts as -r does.
+        // The plant has V_r' = w_r (r - V_r) and its effects, so V_r enters as -r.
         let by_reference = -plant.a().column(self.level);
         let from = |column| plant.parts.block(Y, column).rows(self.speed, 1).into_owned();
         let reference = from(X) + &now;
@@ -104,17 +103,17 @@ impl Held {
         GeneralisedPlant { parts: all, blocks: vec![] }
     }
 
-    /// The controller from `[y; V_r]` to `[u + u0' V_r; r]`, of which the first are late.
+    /// The controller from `[y; V_r]` to `[u + u0' V_r; r]`, the first of which are delayed.
     fn controller(&self, k: StateSpace, ticks: usize) -> StateSpace {
         let (n, y) = (k.a.nrows(), k.d.ncols());
         let b = block(&[&[&k.b, &Mat::zeros(n, 1)]]);
-        let late = StateSpace { b, d: block(&[&[&k.d, &self.slope]]), ..k }.delayed(ticks);
+        let delayed = StateSpace { b, d: block(&[&[&k.d, &self.slope]]), ..k }.delayed(ticks);
         let mut reference = Mat::zeros(1, y + 1);
         (reference[(0, self.speed)], reference[(0, y)]) = (1.0, 1.0);
         StateSpace {
-            c: block(&[&[&late.c], &[&Mat::zeros(1, late.a.nrows())]]),
-            d: block(&[&[&late.d], &[&reference]]),
-            ..late
+            c: block(&[&[&delayed.c], &[&Mat::zeros(1, delayed.a.nrows())]]),
+            d: block(&[&[&delayed.d], &[&reference]]),
+            ..delayed
         }
     }
 }
@@ -126,8 +125,8 @@ mod tests {
     use crate::inputs::tests::shipped;
     use crate::linearise::linearise_at;
 
-    /// From tick to tick the plant of the design, with its trim held, has the modes of the loop that flies; what else
-    /// it has are those of the weights.
+    /// Between ticks the plant of the design, with its trim held, has the modes of the flown loop, and those of the
+    /// weights.
     #[test]
     fn what_is_lifted_is_the_loop_that_flies() {
         for (name, design, speed, delay) in [
@@ -166,7 +165,7 @@ mod tests {
             let mut modes = closed.poles();
             let flown = sampling.closed(&l, &k).unwrap().poles();
             assert!(modes.len() >= flown.len());
-            // Those of what waits are at 0 and of higher order: an eigenvalue shows them to a root of the rounding.
+            // The modes of the delay are at 0 with multiplicity, so rounding disturbs them by a root of its size.
             for mode in flown.into_iter().filter(|mode| mode.norm() > 0.05) {
                 let (at, nearest) = modes
                     .iter()

@@ -1,8 +1,8 @@
-//! Why nothing is certified of a vehicle and its design.
+//! Why a vehicle and its design are not certified.
 
 use thiserror::Error;
 
-/// Why nothing is certified of a vehicle and its design, where the proof itself has no fault.
+/// Why a vehicle and its design are not certified, for reasons other than the proof itself.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum CertifyError {
@@ -15,20 +15,20 @@ pub enum CertifyError {
     NoResidual,
     /// A mode of the controller at 2/T, where the trapezoidal rule has no solution.
     #[error(
-        "the controller has a mode at 2/T rad/s, T the sample time, where it cannot be advanced: choose another \
+        "the controller has a mode at 2/T rad/s, T the sample time, where it cannot be discretised: choose another \
              sample_time in [autopilot]"
     )]
     ModeAtTwiceTheRate,
-    /// The rate of an actuator has a limit, and the plant of the design no state that it is the rate of.
+    /// An actuator has a rate limit, but the plant of the design has no state for it.
     #[error(
-        "the limit on the rate of {actuator} acts on its lag, which the plant of this design does not have: with \
-            'lags = true' in [control] it has"
+        "the rate limit of {actuator} applies to its lag, which the plant of this design does not include: set \
+            'lags = true' in [control]"
     )]
     RateWithoutLag { actuator: String },
-    /// The drag of a vehicle that flies ahead and astern makes the fit's residual too large for a bound.
+    /// Quadratic drag in both directions makes the fit's residual too large for a bound.
     #[error(
-        "no gain is shown for every model as far from the fit as the vehicle is: from {from} to {to} m/s the slope \
-            of its drag bends at rest, and no polynomial in speed follows that; make two designs, one astern \
+        "no gain is proved for all models in the ball around the fit: from {from} to {to} m/s the slope of the \
+            vehicle's drag bends at rest, which no polynomial in speed fits; make two designs, one astern \
             with speed_max = 0 and one ahead with speed_min = 0"
     )]
     BendsAtRest { from: f64, to: f64 },

@@ -1,12 +1,12 @@
-//! What is wrong with the files that a design starts from.
+//! What is wrong with the input files of a design.
 
 use thiserror::Error;
 
-/// What is wrong with the files that a design starts from.
+/// What is wrong with the input files of a design.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum InputError {
-    /// The vehicle's directory is not there.
+    /// The vehicle's directory does not exist.
     #[error("{directory}: there is no such directory; name one that contains vehicle.toml and design.toml")]
     NoVehicle { directory: String },
     /// There is no design of that name.
@@ -20,25 +20,25 @@ pub enum InputError {
     /// One of them cannot be read.
     #[error(transparent)]
     Unreadable(#[from] base::files::Error),
-    /// A bandwidth on the command line.
+    /// A bandwidth on the command line is out of range.
     #[error("--bandwidth is {}; it must be {}", auv::number(*found), crate::inputs::design_file::BANDWIDTH.words)]
     Bandwidth { found: f64 },
-    /// A design in the weights of another.
+    /// A design cannot be judged with the weights of another.
     #[error("{design} cannot be judged in the weights of {weights}: {why}")]
     Weights { design: String, weights: String, why: &'static str },
-    /// An actuator's name belongs to another variable of the FMUs.
+    /// An actuator has the name of another variable of the FMUs.
     #[error(
         "{file}: an actuator cannot be called '{actuator}', because '{name}' is the name of another variable of \
             the FMUs; give it another 'name'"
     )]
     ActuatorName { file: String, actuator: String, name: String },
-    /// Waves on a hull of no size.
+    /// A design has waves, but the hull has no dimensions.
     #[error(
         "{file}: [sea] needs the size of the hull, for what waves do to it; the vehicle file has no [geometry]: give \
             it length and diameter there, or leave [sea] out"
     )]
     NoGeometry { file: String },
-    /// Something is asked of the speed of a vehicle to which it is given.
+    /// A requirement on the speed of a vehicle with a given speed.
     #[error(
         "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \
             on the speed, and the autopilot gets it in any case"

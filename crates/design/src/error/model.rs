@@ -1,28 +1,28 @@
-//! Why there is no model of the vehicle, or no generalised plant.
+//! Why there is no model of the vehicle or no generalised plant.
 
 use thiserror::Error;
 
-/// Why there is no model of the vehicle, or no generalised plant.
+/// Why there is no model of the vehicle or no generalised plant.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ModelError {
-    /// The vehicle does not trim somewhere in the range.
+    /// The vehicle has no trim somewhere in the range.
     #[error(transparent)]
     Trim(#[from] auv::TrimError),
-    /// No actuator reaches a motion that does not come to rest by itself.
+    /// A motion that is not asymptotically stable is not controllable.
     #[error(
-        "at {} m/s nothing acts on the {motion}: no actuator moves it, and it does not settle by itself; it takes \
+        "at {} m/s the {motion} is not controllable: no actuator acts on it, and it is not stable by itself; it needs \
          {acts}",
         auv::rounded(*speed)
     )]
     NotReached { speed: f64, motion: &'static str, acts: &'static str },
-    /// No measurement shows a motion that does not come to rest by itself.
+    /// A motion that is not asymptotically stable is not observable.
     #[error(
-        "at {} m/s nothing that is measured shows the {motion}, which does not settle by itself; {shows}",
+        "at {} m/s the {motion} is not observable from the measurements, and it is not stable by itself; {shows}",
         auv::rounded(*speed)
     )]
     NotSeen { speed: f64, motion: &'static str, shows: &'static str },
-    /// A coefficient is not allowed.
+    /// A coefficient is out of range.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),
     /// The waves of a design do not fit the hull.
@@ -37,10 +37,10 @@ pub enum ModelError {
     /// The matrices of a problem file do not fit together.
     #[error(transparent)]
     Shape(#[from] lpv::error::ShapeError),
-    /// Model and weights make no generalised plant.
+    /// Model and weights do not form a generalised plant.
     #[error(transparent)]
     Augment(#[from] lpv::error::AugmentError),
-    /// The sampled loop has no gain that can be computed.
+    /// The gain of the sampled loop cannot be computed.
     #[error(transparent)]
     Sampled(#[from] lpv::error::SampledError),
 }

@@ -1,8 +1,8 @@
-//! Why a controller may not be shipped.
+//! Why a controller is refused.
 
 use thiserror::Error;
 
-/// Why a controller may not be shipped.
+/// Why a controller is refused.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Refusal {
@@ -20,7 +20,7 @@ pub enum Refusal {
     /// The frozen gain exceeds the bound.
     #[error("at {speed:.3} m/s the frozen gain is {gain:.6}, above the bound {bound:.6}")]
     Gain { speed: f64, gain: f64, bound: f64 },
-    /// The loop as it is sampled is not stable.
+    /// The sampled loop is unstable.
     #[error(
         "at {speed:.3} m/s the loop sampled at {sample_time} s, with the actuators' lags, is not stable (a \
             mode of modulus {radius:.4}); a shorter autopilot.sample_time is needed, or a larger \
@@ -32,10 +32,10 @@ pub enum Refusal {
         sample_time: f64,
         radius: f64,
     },
-    /// The loop is not stable with the lags of the actuators, though the design may know them.
+    /// The loop is unstable with the actuator lags, which the design ignores.
     #[error(
         "at {speed:.3} m/s the loop with the actuators' lags has a mode with real part {real_part:.3e} rad/s, \
-            however often it is sampled; 'lags = true' in [control] lets the design know the lags"
+            however often it is sampled; set 'lags = true' in [control] to include the lags in the design"
     )]
     UnstableWithLags { speed: f64, real_part: f64 },
     /// The frozen gain with the true linearisation is not finite.

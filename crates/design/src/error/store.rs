@@ -1,27 +1,27 @@
-//! Why the files of a design are not what is asked for.
+//! Why the files of a design cannot be used.
 
 use thiserror::Error;
 
-/// Why the files of a design are not what is asked for.
+/// Why the files of a design cannot be used.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum StoreError {
     /// There is no frozen design yet.
     #[error("{directory}: there is no design yet; run `squid design` first")]
     NotDesigned { directory: String },
-    /// The frozen design is of another vehicle, or another design file.
+    /// The frozen design belongs to another vehicle or another design file.
     #[error("{directory}: this is design '{design}' of {vehicle}; name another directory with --out")]
     OfAnother { directory: String, vehicle: String, design: String },
-    /// A design of another vehicle would be lost.
+    /// A design of another vehicle would be overwritten.
     #[error(
-        "{directory}: this is the design of another vehicle, {theirs}, and would be lost by one of {own}; name another \
-         directory with --out, or remove this one"
+        "{directory}: this is the design of another vehicle, {theirs}, and would be overwritten by one of {own}; \
+         name another directory with --out, or remove this one"
     )]
     OfAnotherVehicle { directory: String, theirs: String, own: String },
-    /// The frozen design belongs to other inputs.
+    /// The frozen design belongs to changed inputs.
     #[error("{directory}: {what} changed since this was designed; run `squid design` again")]
     Stale { directory: String, what: &'static str },
-    /// A frozen file differs from what vehicle and design file give.
+    /// A frozen file differs from the one that vehicle and design file give.
     #[error(
         "{file}: `{key}` is {found}, but vehicle and design file give {expected}; `squid design` writes it again"
     )]
@@ -32,16 +32,16 @@ pub enum StoreError {
     /// A frozen LPV model is not valid.
     #[error("{path}: {reason}")]
     BadPlant { path: String, reason: auv::LpvModelError },
-    /// The plant's LPV model cannot be frozen or read.
+    /// The LPV model of the plant cannot be frozen or read.
     #[error(transparent)]
     LpvModel(#[from] auv::LpvModelError),
-    /// A vehicle has no JSON.
+    /// A vehicle cannot be written as JSON.
     #[error(transparent)]
     VehicleJson(#[from] auv::VehicleJsonError),
-    /// The frozen controller is wrong.
+    /// The frozen controller is invalid.
     #[error(transparent)]
     ControllerDesign(#[from] scheduled::DesignError),
-    /// The manoeuvre is wrong.
+    /// The manoeuvre is invalid.
     #[error(transparent)]
     Manoeuvre(#[from] scheduled::ManoeuvreError),
 }

@@ -1,4 +1,4 @@
-//! Why there is no uncertain model, or no robust controller.
+//! Why there is no uncertain model or no robust controller.
 
 use thiserror::Error;
 
@@ -6,15 +6,15 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum UncertainError {
-    /// The design has no section `[uncertainty]`, or it names nothing.
+    /// The design has no section `[uncertainty]`, or an empty one.
     #[error(
-        "the design {design} names nothing uncertain; add a section [uncertainty], as vehicles/squid/design.toml has"
+        "the design {design} declares no uncertainty; add a section [uncertainty], as in vehicles/squid/design.toml"
     )]
     NothingUncertain { design: String },
-    /// The reduction of the model leaves nothing of what is declared.
+    /// The model reduction removes everything that is declared.
     #[error(
-        "{design}: [uncertainty]: nothing of what is declared is left in the model: at {:.0} % of their ranges, none \
-            of {} moves the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
+        "{design}: [uncertainty]: no declared uncertainty is left in the model: at {:.0} % of their ranges, none of {} \
+            changes the linear model, or an actuator's gain its own input, by more than {:.1} %; declare larger \
             ranges, or other coefficients",
         100.0 * size,
         names.join(", "),
@@ -23,35 +23,36 @@ pub enum UncertainError {
     NothingLeft {
         design: String,
         names: Vec<String>,
-        /// The part of the ranges.
+        /// The fraction of the ranges.
         size: f64,
-        /// The relative change of the model that is allowed.
+        /// The allowed relative change of the model.
         tolerance: f64,
     },
-    /// A coefficient enters the motion otherwise than affinely.
+    /// A coefficient does not enter the equations of motion affinely.
     #[error(
-        "[uncertainty]: '{name}' does not enter the equations of motion linearly (off by {off:.1e} of them \
-            over its range), so it cannot be uncertain; name what it acts through, for instance 'form_factor' \
+        "[uncertainty]: '{name}' does not enter the equations of motion linearly (relative error {error:.1e} \
+            over its range), so it cannot be uncertain; declare what it acts through, for instance 'form_factor' \
             or 'drag_area' for friction"
     )]
     NotAffine {
         name: String,
         /// The relative difference.
-        off: f64,
+        error: f64,
     },
-    /// Three of the coefficients multiply one another.
+    /// Three of the coefficients are multiplied with one another.
     #[error(
-        "[uncertainty]: three of the coefficients multiply one another (off by {off:.1e} of the equations of \
-            motion); name two of them at most, for instance not density, form_factor and wetted_area together"
+        "[uncertainty]: three of the coefficients are multiplied together (relative error {error:.1e} in the \
+            equations of motion); declare two of them at most, for instance not density, form_factor and \
+            wetted_area together"
     )]
     ThreeMultiply {
         /// The relative difference.
-        off: f64,
+        error: f64,
     },
-    /// The coefficients at some corner of the ranges are not allowed.
+    /// The coefficients at some corner of the ranges are out of range.
     #[error("[uncertainty]: with every coefficient at an end of its range, {reason}")]
     Corner { reason: auv::CoefficientError },
-    /// The vehicle does not trim at some corner of the ranges.
+    /// The vehicle has no trim at some corner of the ranges.
     #[error("[uncertainty]: with every coefficient at an end of its range there is no trim: {reason}")]
     NoTrim { reason: auv::TrimError },
 }
@@ -63,25 +64,25 @@ pub enum RobustError {
     /// The nominal controller has no bound at any size of the uncertainty.
     #[error("--robust: {0}")]
     NoSize(#[from] lpv::robust::NoSize),
-    /// A bound has too small a margin to be proved.
+    /// The margin of a bound is too small for a proof.
     #[error("--robust: the bound of the {which} controller has too small a margin to be proved")]
     NotClear { which: &'static str },
 }
 
-/// Why no gain is proved for constant coefficients.
+/// Why no gain was proved for constant coefficients.
 #[derive(Debug, Error)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum ConstantError {
-    /// The search ended without multipliers.
+    /// The search found no multipliers.
     #[error("no bound: {0}")]
     NoBound(lpv::error::SynthesisError),
     /// Exact arithmetic does not confirm a bound.
     #[error("a bound that exact arithmetic does not confirm: {0}")]
     NotProved(certificate::Failure),
-    /// Nothing was proved for any part of the declared box that was tried.
+    /// Nothing was proved for any fraction of the declared box that was tried.
     #[error(
         "--constant: no gain within 1.25 times the nominal bound was proved for {:.1} % of the declared uncertainty or \
-            more; the design itself is as it was",
+            more; the design itself is unchanged",
         100.0 * least
     )]
     NoShare { least: f64 },

@@ -1,8 +1,8 @@
-//! Whether the actuators can give what the models of the tracked outputs ask for.
+//! Whether the actuators can follow the reference models of the tracked outputs.
 //!
-//! For a step r, a reference model of frequency w starts with the acceleration r w^2 of the pitch, and r w of the
-//! speed. The linear model says what the actuators give at their limits, and what it takes to hold the pitch at r.
-//! Where that is not enough, no weight helps: the actuators saturate.
+//! For a step r, a reference model of frequency w starts with the pitch acceleration r w^2, or the speed acceleration r
+//! w. The linear model gives the acceleration with the actuators at their limits, and the commands that hold the pitch
+//! at r. If these are insufficient, the actuators saturate, whatever the weights.
 
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
@@ -12,21 +12,21 @@ use lpv::matrix::Mat;
 use lpv::weights::ReferenceModel;
 use signals::{DEPTH, PITCH};
 
-/// Singular values below this part of the largest one count as zero.
+/// Singular values below this fraction of the largest are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// A part of the forces that may be left over by rounding.
-const LEFT: f64 = 1e-6;
+/// Relative tolerance of rounding.
+const ROUNDING: f64 = 1e-6;
 
-/// What is asked for, relative to what there is, at the speed at which most is missing.
-struct Short {
+/// The largest ratio of needed to available authority over the speeds, and its speed.
+struct Shortage {
     speed: f64,
     ratio: f64,
 }
 
-/// A warning where the actuators cannot hold the pitch step of the manoeuvre, and where they cannot accelerate pitch or
-/// speed as its model does: of that step, and of the scale of the speed. Of the depth, where its model takes a path
-/// steeper than 30 deg.
+/// Warnings: the actuators cannot hold the pitch step of the manoeuvre; they cannot accelerate the pitch by that step,
+/// or the speed by its scale, as the reference model does; the reference model of the depth takes a path steeper than
+/// 30 deg.
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
     let of_output = |tracked: &Tracked| match tracked.place {
         DEPTH => [too_steep(file, tracked, model), None],
@@ -36,21 +36,22 @@ pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<
     file.tracked.iter().flat_map(of_output).flatten().collect()
 }
 
-/// Where more than all is asked for.
-fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Short> {
-    let each = model.grid.iter().map(|(_, l)| Short { speed: l.trim.speed, ratio: ratio(l) });
-    each.max_by(|a, b| a.ratio.total_cmp(&b.ratio)).filter(|short| short.ratio > 1.0)
+/// The largest ratio, if it is above 1.
+fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Shortage> {
+    let each = model.grid.iter().map(|(_, l)| Shortage { speed: l.trim.speed, ratio: ratio(l) });
+    each.max_by(|a, b| a.ratio.total_cmp(&b.ratio)).filter(|shortage| shortage.ratio > 1.0)
 }
 
 fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<String> {
     let step = file.manoeuvre.pitch_step;
-    let Short { speed, ratio } = worst(model, |l| held(actuators, step, l))?;
+    let Shortage { speed, ratio } = worst(model, |l| holding_ratio(actuators, step, l))?;
     let degrees = step.to_degrees();
     let (speed, shown) = (rounded(speed), rounded(degrees));
     Some(if ratio.is_finite() {
         format!(
-            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times what the trim leaves of \
-             an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise model.speed_min",
+            "WARNING: at {speed} m/s holding the pitch {shown} deg off its trim takes {} times the output available \
+             from an actuator,\nby the linear model; lower manoeuvre.pitch_step to {} deg or less, or raise \
+             model.speed_min",
             rounded(ratio),
             rounded(degrees / ratio)
         )
@@ -62,29 +63,29 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     })
 }
 
-/// How steep a path \[rad\] (30 deg) the linear models, which are of level flight, are taken for.
+/// The steepest path \[rad\] (30 deg) for which the linear models of level flight are accepted.
 const STEEP: f64 = std::f64::consts::PI / 6.0;
 
-/// The largest rate of the response of a reference model to a step of 1 \[1/s\]: `w exp(-zeta t)` at the time `t =
-/// acos(zeta)/sqrt(1 - zeta^2)`, in units of 1/w, at which the response turns; w itself for one of first order.
+/// The largest rate of the unit step response of a reference model \[1/s\]: `w exp(-zeta t)` at its inflection point `t
+/// = acos(zeta)/sqrt(1 - zeta^2)`, in units of 1/w; w itself for a first-order model.
 fn steepest(model: &ReferenceModel) -> f64 {
-    let turns = |zeta: f64| match 1.0 - zeta * zeta {
-        left if left > LEFT => zeta.acos() / left.sqrt(),
-        left if left < -LEFT => zeta.acosh() / (-left).sqrt(),
+    let inflection = |zeta: f64| match 1.0 - zeta * zeta {
+        rest if rest > ROUNDING => zeta.acos() / rest.sqrt(),
+        rest if rest < -ROUNDING => zeta.acosh() / (-rest).sqrt(),
         _ => 1.0,
     };
-    model.frequency * model.damping.map_or(1.0, |zeta| (-zeta * turns(zeta)).exp())
+    model.frequency * model.damping.map_or(1.0, |zeta| (-zeta * inflection(zeta)).exp())
 }
 
-/// Where the heave is held by thrusters, depth needs no steep path.
+/// If thrusters hold the heave, depth needs no steep path.
 fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
     if matches!(file.pitch, Pitch::Held(_)) {
         return None;
     }
     let rate = file.manoeuvre.depth_step.abs() * steepest(tracked.model.as_ref()?);
-    let Short { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
+    let Shortage { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
     Some(format!(
-        "WARNING: for a step of {} m the model of the depth, {} rad/s, sinks or climbs at {} m/s: at {} m/s a path \
+        "WARNING: for a step of {} m the reference model of the depth, {} rad/s, moves at {} m/s: at {} m/s a path \
          steeper than {} deg,\nfar from the level flight of the linear models; lower its 'frequency' to {} rad/s or \
          less, or manoeuvre.depth_step",
         rounded(file.manoeuvre.depth_step),
@@ -101,13 +102,13 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     let is_pitch = tracked.place == PITCH;
     let step = if is_pitch { file.manoeuvre.pitch_step.abs() } else { tracked.scale };
     let asked = if is_pitch { step * frequency * frequency } else { step * frequency };
-    let Short { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
+    let Shortage { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
     let (factor, unit) = readable(tracked.signal().unit);
     let lower = if is_pitch { ratio.sqrt() } else { ratio };
     let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
     Some(format!(
-        "WARNING: the model of the {}, {} rad/s, asks for {} times the acceleration that all actuators give at {} \
-         m/s,\n\
+        "WARNING: the reference model of the {}, {} rad/s, needs {} times the acceleration available from all \
+         actuators at {} m/s,\n\
          for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
         tracked.signal().name,
         rounded(frequency),
@@ -118,19 +119,19 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
     ))
 }
 
-/// The largest acceleration of an output, with every actuator at its reach \[SI/s2 or SI/s\]; the pitch is turned by
-/// its rate.
+/// The largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its
+/// rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
     let [_, pitch_rate, _] = l.pitching();
     let driven = if tracked.place == PITCH { pitch_rate } else { tracked.signal().state };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
 }
 
-/// What it takes of an actuator, relative to what the trim leaves of its limits, to hold the pitch a step \[rad\] off
-/// the trim at the same forward speed; infinite where nothing holds it.
+/// The largest ratio over the actuators of the deflection that holds the pitch a step \[rad\] off the trim at the same
+/// forward speed, to the deflection available from the trim; infinite if the pitch cannot be held.
 ///
-/// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u, least in units of reach.
-pub fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
+/// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u with minimum norm, u in units of reach.
+pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
     let [heave, _, theta] = l.pitching();
     let coefficients = Mat::from_fn(theta, 1 + actuators.len(), |i, j| match j {
         0 => l.a[(i, heave)],
@@ -140,13 +141,13 @@ pub fn held(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
     let svd = coefficients.clone().svd(true, true);
     let largest = svd.singular_values.max();
     let Ok(found) = svd.solve(&wanted, RANK_TOLERANCE * largest) else { return f64::INFINITY };
-    if (&coefficients * &found - &wanted).amax() > LEFT * wanted.amax() {
+    if (&coefficients * &found - &wanted).amax() > ROUNDING * wanted.amax() {
         return f64::INFINITY;
     }
     let used = |(j, a): (usize, &Actuator)| {
         let (needed, trim) = (found[(1 + j, 0)] * a.reach(), l.trim.actuators[j]);
-        let room = if needed > 0.0 { a.max - trim } else { trim - a.min };
-        if needed == 0.0 { 0.0 } else { needed.abs() / room }
+        let available = if needed > 0.0 { a.max - trim } else { trim - a.min };
+        if needed == 0.0 { 0.0 } else { needed.abs() / available }
     };
     actuators.iter().enumerate().map(used).fold(0.0, f64::max)
 }
@@ -164,7 +165,7 @@ mod tests {
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
-    /// The response of `w^2/(s^2 + 2 zeta w s + w^2)` to a step of 1, followed by its differential equation.
+    /// The unit step response of `w^2/(s^2 + 2 zeta w s + w^2)`, integrated numerically.
     #[test]
     fn a_model_is_steepest_as_its_response_is() {
         for damping in [0.3, 0.97, 1.0, 1.0 + 1e-9, 3.0] {
@@ -181,7 +182,7 @@ mod tests {
         assert_eq!(steepest(&ReferenceModel { frequency: 0.7, damping: None }), 0.7);
     }
 
-    /// Of REMUS 100 holding a depth: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
+    /// REMUS 100 in depth control: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
         let mut inputs = shipped("remus100", "depth");
@@ -202,14 +203,14 @@ mod tests {
         words.split(unit).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
     }
 
-    /// What is advised is enough, and a little more than that is too much.
+    /// The advised value is sufficient, and a slightly larger one is not.
     #[test]
     fn the_advice_is_followed_once() {
         assert_eq!(warnings(|_| ()), Vec::<String>::new());
         let frequency =
             |w: f64| move |i: &mut Inputs| i.design.tracked[0].model.as_mut().unwrap().frequency = w;
         let [fast] = &warnings(frequency(20.0))[..] else { panic!() };
-        assert!(fast.starts_with("WARNING: the model of the pitch, 20 rad/s, asks for "), "{fast}");
+        assert!(fast.starts_with("WARNING: the reference model of the pitch, 20 rad/s, needs "), "{fast}");
         let advised = number_before(fast.split("'frequency' to ").nth(1).unwrap(), " rad/s");
         assert!(advised > 1.7 && warnings(frequency(advised)).is_empty(), "{advised}");
         assert_eq!(warnings(frequency(1.05 * advised)).len(), 1);

@@ -1,4 +1,4 @@
-//! How far the fits are from the true linearisations as frequency responses (the paper's Fig. 4).
+//! The errors of the fits against the true linearisations as frequency responses (the paper's Fig. 4).
 
 use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
@@ -20,17 +20,17 @@ pub fn system(ab: &Mat, states: States) -> StateSpace {
     to(ab, Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j])))
 }
 
-/// The system `[A B]` from the actuators to outputs C x.
+/// The system `[A B]` from the actuators to the outputs C x.
 fn to(ab: &Mat, c: Mat) -> StateSpace {
     let (a, b) = split(ab);
     let d = Mat::zeros(c.nrows(), b.ncols());
     StateSpace { a, b, c, d }
 }
 
-/// The outputs of [`system`], places in [`SIGNALS`].
+/// The outputs of [`system`], as indices in [`SIGNALS`].
 pub const OUTPUTS: [usize; 2] = [SPEED, PITCH];
 
-/// How far the fit of one order is off: the largest over the grid of speeds and the frequencies.
+/// The largest errors of the fit of one order over the speeds of the grid and the frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
     /// The order.
@@ -38,12 +38,12 @@ pub struct Errors {
     /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked
     /// outputs in units of their scales.
     pub scaled: f64,
-    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); not-a-number for an actuator
-    /// that does not move the output.
+    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); NaN for an actuator without
+    /// effect on the output.
     pub channels: Mat,
 }
 
-/// The actuator that moves pitch most, by its reach, at the lowest speed of the model.
+/// The actuator with the largest effect on pitch at its reach, at the lowest speed of the model.
 pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
         model.grid.first().map_or(0.0, |(_, l)| l.b[(l.pitching()[1], j)].abs() * actuators[j].reach())
@@ -60,13 +60,15 @@ pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec
         .iter()
         .filter_map(|r| Some((r.order, MatrixPolynomial::fit(&samples, r.order).ok()?)));
     let Some((_, first)) = model.grid.first() else { return vec![] };
-    fits.map(|(order, fit)| errors_of((actuators, tracked), order, (&samples, first.states), &fit)).collect()
+    fits.map(|(order, fit)| errors_of(actuators, tracked, order, &samples, first.states, &fit)).collect()
 }
 
 fn errors_of(
-    (actuators, tracked): (&[Actuator], &[Tracked]),
+    actuators: &[Actuator],
+    tracked: &[Tracked],
     order: usize,
-    (samples, states): (&[(f64, Mat)], States),
+    samples: &[(f64, Mat)],
+    states: States,
     fit: &MatrixPolynomial,
 ) -> Errors {
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
@@ -98,9 +100,8 @@ mod tests {
     use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
 
-    /// Other scales of the design leave the channels as they are, and move what is measured in units of them; the
-    /// channel of the paper's Fig. 4 is much farther off than speed and pitch in SI units together, which are mostly
-    /// speed.
+    /// Other scales of the design do not change the errors of the channels, only the scaled error. The channel of the
+    /// paper's Fig. 4 has a much larger error than speed and pitch together in SI units, where speed dominates.
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let mut inputs = shipped("squid", "design");
@@ -119,7 +120,7 @@ mod tests {
         }
         let second = at(&inputs);
         assert_eq!(first.channels, second.channels);
-        // In units of so small a scale pitch is all that counts.
+        // In units of so small a scale, pitch dominates.
         assert!(
             second.scaled > 2.0 * first.scaled || first.scaled > 0.02,
             "{} {}",

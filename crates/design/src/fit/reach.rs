@@ -1,8 +1,8 @@
-//! Whether the actuators reach every motion of the vehicle that does not come to rest by itself, and whether the
-//! measurements show it, at each speed of the range.
+//! Whether every motion of the vehicle that is not asymptotically stable is controllable by the actuators and
+//! observable by the measurements, at each speed of the range.
 //!
-//! Without that there is no controller, whatever is asked of it. The test is that of [`lpv::system::modes`]; here the
-//! motion is named, and what would act on it.
+//! Otherwise there is no controller, whatever the requirements. The test is that of [`lpv::system::modes`]; here the
+//! motion is named, and what would act on it or measure it.
 
 use crate::error::ModelError;
 use crate::fit::Model;
@@ -14,45 +14,45 @@ use lpv::system::modes::unreachable_mode;
 use nalgebra::Complex;
 use signals::STATES;
 
-/// A motion.
-struct Words {
+/// A motion, described for messages.
+struct Motion {
     /// The symbol of its state.
     symbol: &'static str,
-    /// What it is.
+    /// Its name.
     name: &'static str,
     /// What would act on it.
     acts: &'static str,
-    /// What would show it.
+    /// What would measure it.
     shows: &'static str,
 }
 
-const WORDS: [Words; STATES.len()] = [
-    Words {
+const MOTIONS: [Motion; STATES.len()] = [
+    Motion {
         symbol: "u",
         name: "surge speed",
         acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
         shows: "measure 'speed'",
     },
-    Words {
+    Motion {
         symbol: "w",
         name: "heave speed",
         acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
         shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
     },
-    Words {
+    Motion {
         symbol: "q",
         name: "pitch rate",
         acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
         shows: "measure 'pitch_rate' or 'pitch'",
     },
-    Words {
+    Motion {
         symbol: "theta",
         name: "pitch",
         acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
             a centre of gravity farther below that of buoyancy (z_G)",
         shows: "measure 'pitch'",
     },
-    Words { symbol: "z", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
+    Motion { symbol: "z", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
 ];
 
 /// Checks every linearisation of a model.
@@ -62,15 +62,15 @@ const WORDS: [Words; STATES.len()] = [
 pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result<(), ModelError> {
     let outputs = scaled_outputs(file.fed_back(), file.states);
     for (_, l) in &model.grid {
-        let (a, b) = parts(actuators, l);
+        let (a, b) = scaled_system(actuators, l);
         let speed = l.trim.speed;
         if let Some(mode) = unreachable_mode(&a, &b) {
-            let Words { name, acts, .. } = words(file, concerned(&a, &b, mode));
+            let Motion { name, acts, .. } = motion(file, dominant_state(&a, &b, mode));
             return Err(ModelError::NotReached { speed, motion: name, acts });
         }
         let (a, c) = (a.transpose(), outputs.transpose());
         if let Some(mode) = unreachable_mode(&a, &c) {
-            let Words { name, shows, .. } = words(file, concerned(&a, &c, mode));
+            let Motion { name, shows, .. } = motion(file, dominant_state(&a, &c, mode));
             return Err(ModelError::NotSeen { speed, motion: name, shows });
         }
     }
@@ -78,18 +78,18 @@ pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result
 }
 
 /// A, and B with inputs in units of their reach.
-fn parts(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
+fn scaled_system(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
     split(&scaled(actuators, stacked(l)))
 }
 
-/// The words for a state of the design, by its place.
-fn words(file: &DesignFile, place: usize) -> &'static Words {
-    WORDS.iter().find(|words| words.symbol == file.states[place].symbol).unwrap_or(&WORDS[0])
+/// The motion of a state of the design, by its index.
+fn motion(file: &DesignFile, place: usize) -> &'static Motion {
+    MOTIONS.iter().find(|motion| motion.symbol == file.states[place].symbol).unwrap_or(&MOTIONS[0])
 }
 
-/// The state that has most part in a mode that B does not reach: of the left vector x of the smallest singular value of
-/// `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
-fn concerned(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
+/// The dominant state of a mode that is not controllable through B: the largest entry of the left singular vector x of
+/// the smallest singular value of `[A - mode I, B]`, for which `x* [A - mode I, B] = 0`.
+fn dominant_state(a: &Mat, b: &Mat, mode: Complex<f64>) -> usize {
     let n = a.nrows();
     let pencil = nalgebra::DMatrix::from_fn(n, n + b.ncols(), |i, j| {
         let entry = if j < n { a[(i, j)] } else { b[(i, j - n)] };
@@ -112,7 +112,7 @@ mod tests {
         (inputs, model)
     }
 
-    /// The words for a model whose linearisation at the fourth speed is changed.
+    /// The message for a model whose linearisation at the fourth speed is changed.
     fn refusal((inputs, model): &(Inputs, Model), change: impl Fn(&mut Linearisation)) -> String {
         let mut model = model.clone();
         change(&mut model.grid[3].1);
@@ -124,23 +124,25 @@ mod tests {
         let squid = squid();
         assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
         let speed = squid.1.grid[3].1.trim.speed;
-        for (state, words) in WORDS.iter().take(squid.0.design.states.len()).enumerate() {
+        for (state, motion) in MOTIONS.iter().take(squid.0.design.states.len()).enumerate() {
             let found = refusal(&squid, |l| {
                 l.a.row_mut(state).fill(0.0);
                 l.b.row_mut(state).fill(0.0);
             });
-            let expected = ModelError::NotReached { speed, motion: words.name, acts: words.acts }.to_string();
+            let expected =
+                ModelError::NotReached { speed, motion: motion.name, acts: motion.acts }.to_string();
             assert_eq!(found, expected);
         }
     }
 
-    /// Of the measured pitch, speed and pitch rate none shows a heave that stays and moves nothing else.
+    /// None of the measured pitch, speed and pitch rate observes a constant heave that has no effect on the other
+    /// states.
     #[test]
     fn the_motion_that_no_measurement_shows_is_named_with_its_speed() {
         let squid = squid();
         let found = refusal(&squid, |l| l.a.column_mut(1).fill(0.0));
-        let (speed, Words { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &WORDS[1]);
+        let (speed, Motion { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &MOTIONS[1]);
         assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
-        assert_eq!(STATES.map(|state| state.symbol), WORDS.each_ref().map(|words| words.symbol));
+        assert_eq!(STATES.map(|state| state.symbol), MOTIONS.each_ref().map(|motion| motion.symbol));
     }
 }

@@ -1,7 +1,8 @@
 //! The slope of the trim as a rational function of rho.
 //!
-//! Level flight needs a lift that does not depend on speed, so that incidence and thrust go with inverse powers of the
-//! speed: with one common denominator a fit has the poles that a polynomial lacks, for as many channels.
+//! Level flight needs a lift that is independent of speed, so incidence and thrust vary with inverse powers of the
+//! speed. A rational fit with one common denominator has the poles that a polynomial lacks, with the same number of
+//! channels.
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
@@ -12,19 +13,19 @@ use lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
 use lpv::rational::MatrixRational;
 use proof::same_plant::NEAREST_POLE;
 
-/// The error, relative to the largest slope, that calls for a pole: below it the ball costs little, and poles near the
-/// range would cost more, for the controller has them, too.
-const CLOSE: f64 = 0.02;
+/// The error, relative to the largest slope, above which a pole is added. Below it the ball costs little, and poles
+/// near the range, which the controller has as well, would cost more.
+const ACCEPTED_ERROR: f64 = 0.02;
 
-/// By what factor a further pole must bring a fit nearer.
-const NEARER: f64 = 0.5;
+/// The factor by which a further pole must reduce the error.
+const REDUCTION: f64 = 0.5;
 
 /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
 ///
-/// The fits ([`MatrixRational::fit`]) have a numerator of the design's order, and no more poles than that, all of them
-/// at least [`NEAREST_POLE`] from 0. Without poles it is a polynomial. While the largest error at the speeds of `trims`
-/// is above a fiftieth of the largest slope, a further pole is taken where it halves that error. Inputs count in units
-/// of their reach.
+/// The fits ([`MatrixRational::fit`]) have a numerator of the design's order and at most as many poles, all at least
+/// [`NEAREST_POLE`] from 0; without poles the fit is a polynomial. A further pole is added while the largest error at
+/// the speeds of `trims` is above a fiftieth of the largest slope, provided that the pole halves the error. Inputs are
+/// in units of their reach.
 ///
 /// # Errors
 /// [`ModelError::Fit`]; [`ModelError::Coefficient`].
@@ -43,15 +44,15 @@ pub fn trim_slope(
         Mat::from_fn(units.len(), 1, |i, _| slope[i] / units[i])
     };
     let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, in_units(l))).collect();
-    let checked = trims.iter().map(|trim| {
+    let true_slopes = trims.iter().map(|trim| {
         Ok((design.rho(trim.speed), in_units(&auv::linearise_with(vehicle, trim, design.has_depth())?)))
     });
-    let checked = checked.collect::<Result<Vec<(f64, Mat)>, ModelError>>()?;
+    let true_slopes = true_slopes.collect::<Result<Vec<(f64, Mat)>, ModelError>>()?;
     let error = |lft: &Lft| {
-        let missed = |(rho, m): &(f64, Mat)| Ok(largest_singular_value(&(lft.evaluate(&[*rho])? - m)));
+        let error_at = |(rho, m): &(f64, Mat)| Ok(largest_singular_value(&(lft.evaluate(&[*rho])? - m)));
         Ok::<f64, ModelError>(largest(
             0.0,
-            checked.iter().map(missed).collect::<Result<Vec<f64>, ModelError>>()?,
+            true_slopes.iter().map(error_at).collect::<Result<Vec<f64>, ModelError>>()?,
         ))
     };
     let fit = |poles: usize| {
@@ -60,10 +61,10 @@ pub fn trim_slope(
     };
     let mut best = fit(0)?;
     let mut least = error(&best)?;
-    // Each pole needs a further speed.
-    let size = largest(0.0, checked.iter().map(|(_, m)| m.norm()));
+    // Each pole needs one more speed.
+    let size = largest(0.0, true_slopes.iter().map(|(_, m)| m.norm()));
     for poles in 1..=design.order.min(samples.len() - 1 - design.order) {
-        if least <= CLOSE * size {
+        if least <= ACCEPTED_ERROR * size {
             break;
         }
         let lft = fit(poles)?;
@@ -72,7 +73,7 @@ pub fn trim_slope(
             continue;
         }
         let error = error(&lft)?;
-        if error < NEARER * least {
+        if error < REDUCTION * least {
             (best, least) = (lft, error);
         }
     }

@@ -1,12 +1,12 @@
-//! Names of actuators, which must differ from those of the FMUs' other variables.
+//! The names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
 use auv::{COEFFICIENTS, Vehicle};
 use std::collections::BTreeSet;
 
-/// Variables of the three FMUs that may be there for any vehicle, besides its coefficients; and the column that every
-/// record begins with.
-const OWN: [&str; 40] = [
+/// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
+/// record.
+const RESERVED: [&str; 40] = [
     "current_horizontal",
     "current_vertical",
     "depth",
@@ -49,27 +49,28 @@ const OWN: [&str; 40] = [
     "wave_seed",
 ];
 
-/// A variable of the plants of vehicles that are given their speed.
+/// A variable of plants of vehicles with a given speed.
 const GIVEN: &str = "given_speed";
 
-/// Variables of the FMUs of designs that track the depth.
+/// Variables of the FMUs of designs that track depth.
 const OF_DEPTH: [&str; 3] = ["depth_reference", "depth_reference_used", "depth_step"];
 
-/// The variables that an actuator brings along.
-fn brought(name: &str) -> [String; 3] {
+/// The variables of an actuator.
+fn variables_of(name: &str) -> [String; 3] {
     [name.to_owned(), format!("{name}_output"), format!("trim_{name}")]
 }
 
-/// Asserts that no variable of the FMUs gets the name of another; `file` is for the message.
+/// Checks that no two variables of the FMUs have the same name; `file` is for the message.
 ///
 /// # Errors
 /// [`InputError::ActuatorName`].
 pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
-    let own = OWN.into_iter().chain(OF_DEPTH).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
-    let mut taken: BTreeSet<String> = own.map(str::to_owned).collect();
+    let reserved =
+        RESERVED.into_iter().chain(OF_DEPTH).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
+    let mut taken: BTreeSet<String> = reserved.map(str::to_owned).collect();
     for actuator in &vehicle.actuators {
-        for name in brought(&actuator.name) {
+        for name in variables_of(&actuator.name) {
             if !taken.insert(name.clone()) {
                 return Err(InputError::ActuatorName {
                     file: file.into(),
@@ -92,7 +93,7 @@ mod tests {
         Vehicle::parse(&text, "vehicle.toml").unwrap()
     }
 
-    /// The list is that of the committed model descriptions, no more and no less.
+    /// The list is exactly that of the committed model descriptions.
     #[test]
     fn the_list_is_that_of_the_fmus() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -104,13 +105,13 @@ mod tests {
                 xml.split("<ScalarVariable name=\"").skip(1).filter_map(|rest| rest.split('"').next());
             found.extend(names.filter(|name| !name.starts_with("der(")).map(str::to_owned));
         }
-        for name in vehicle.actuators.iter().flat_map(|one| brought(&one.name)) {
+        for name in vehicle.actuators.iter().flat_map(|one| variables_of(&one.name)) {
             assert!(found.remove(&name), "{name}");
         }
         for spec in COEFFICIENTS {
             assert!(found.remove(spec.key), "{}", spec.key);
         }
-        assert_eq!(found, OWN.map(str::to_owned).into());
+        assert_eq!(found, RESERVED.map(str::to_owned).into());
     }
 
     #[test]

@@ -1,26 +1,25 @@
-//! What the files of a design may say, but hardly mean.
+//! Values in the files of a design that are allowed but improbable.
 
 use crate::inputs::Inputs;
 use auv::rounded;
 use signals::{DEPTH, PITCH};
 
-/// An error of the pitch that counts as 1 is unusual beyond this (deg): the linear models hold for less.
+/// A unit of the pitch error above this (deg) is unusual: the linear models do not hold so far.
 const PITCH_SCALE: f64 = 45.0;
 
 impl Inputs {
-    /// Remarks on numbers of both files that are allowed but improbable, a sentence each; those on coefficients are of
-    /// [`auv::Vehicle::doubts`].
+    /// Remarks on improbable numbers in both files, one sentence each, including those of [`auv::Vehicle::doubts`].
     pub fn doubts(&self) -> Vec<String> {
         let (file, depth) = (&self.design.file, self.design.depth);
         let pitch = self.design.tracked.iter().filter(|t| t.place == PITCH).map(|t| t.scale.to_degrees());
         let pitch = pitch.filter(|scale| *scale > PITCH_SCALE * (1.0 + 1e-9)).map(|scale| {
             format!(
-                "{file}: an error of the pitch of {} deg counts as 1 ('track.scale'); more than {PITCH_SCALE} deg is \
+                "{file}: the unit of the pitch error ('track.scale') is {} deg; more than {PITCH_SCALE} deg is \
                  unusual: check its unit",
                 rounded(scale)
             )
         });
-        // Half of the hull is above the water where its axis is at the surface.
+        // With the axis at the surface, half of the hull is above the water.
         let submerged = self.vehicle.geometry.map_or(0.0, |hull| 0.5 * hull.diameter);
         let surfaced = (depth <= submerged).then(|| {
             format!(
@@ -45,7 +44,7 @@ impl Inputs {
 mod tests {
     use crate::inputs::tests::shipped;
 
-    /// The shipped designs get no remark; a pitch of an odd scale and trims at the surface get one each, with the
+    /// The shipped designs get no remark; an unusual pitch scale and trims at the surface get one each, with the
     /// numbers.
     #[test]
     fn odd_scales_and_depths_are_remarked_on() {
@@ -60,11 +59,15 @@ mod tests {
         inputs.design.tracked[0].scale = 1.0;
         let doubts = inputs.doubts();
         assert_eq!(doubts.len(), 2, "{doubts:?}");
-        assert!(doubts[0].contains("an error of the pitch of 57.2958 deg counts as 1"), "{}", doubts[0]);
+        assert!(
+            doubts[0].contains("the unit of the pitch error ('track.scale') is 57.2958 deg"),
+            "{}",
+            doubts[0]
+        );
         assert!(doubts[1].contains("'model.depth' is 0 m, where the hull is not submerged"), "{}", doubts[1]);
     }
 
-    /// 5 rad, where 5 deg was meant, is refused with what was found and what is allowed.
+    /// 5 rad, written in place of 5 deg, is refused with the value found and what is allowed.
     #[test]
     fn a_pitch_that_no_vehicle_is_off_is_refused() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/design.toml");

@@ -1,16 +1,16 @@
-//! A design in the weights of another.
+//! A design with the weights of another.
 
 use crate::error::InputError;
 use crate::inputs::design_file::DesignFile;
 use lpv::weights::RisingWeight;
 
 impl DesignFile {
-    /// The same loop in the weights of a design whose controller measures the tracking errors alone: the W_e, W_u and
-    /// disturbance of that one. The errors are those of the references themselves, whatever models the outputs follow;
-    /// references count alike at all frequencies, and there is no noise.
+    /// The loop of this design with the W_e, W_u and disturbance of a design whose controller measures only the
+    /// tracking errors. The errors are relative to the references themselves, without reference models; reference
+    /// weights are 1 at all frequencies, and there is no noise.
     ///
     /// # Errors
-    /// [`InputError::Weights`] where the other design measures more, or tracks other outputs or in other scales.
+    /// [`InputError::Weights`] if the other design has measurements, or other tracked outputs or scales.
     pub fn judged_by(&self, other: &Self) -> Result<Self, InputError> {
         let wrong = |why| InputError::Weights { design: self.name.clone(), weights: other.name.clone(), why };
         if !other.measured.is_empty() {
@@ -24,7 +24,7 @@ impl DesignFile {
         }
         let mut judged = self.with_even_references();
         (judged.judged, judged.sea) = (true, None);
-        judged.tracked.iter_mut().zip(&other.tracked).for_each(|(own, given)| own.weight = given.weight);
+        judged.tracked.iter_mut().zip(&other.tracked).for_each(|(this, given)| this.weight = given.weight);
         judged.measured.iter_mut().for_each(|m| m.noise = RisingWeight::constant(0.0));
         (judged.control_weight, judged.disturbance) = (other.control_weight, other.disturbance);
         Ok(judged)
@@ -51,7 +51,7 @@ mod tests {
         }
         assert_eq!((judged.control_weight, judged.disturbance), (former.control_weight, former.disturbance));
         assert!(judged.judged && judged.measured.iter().all(|m| m.noise.high == 0.0));
-        // The loop is its own: filter, measurements, lags.
+        // The loop itself is unchanged: filter, measurements, lags.
         assert_eq!((judged.reference_filter(), judged.lags), (own.reference_filter(), own.lags));
 
         let refused = |other: &DesignFile| own.judged_by(other).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! The frozen design: what the FMUs carry in their resources.
+//! The frozen design: the contents of the FMUs' resources.
 
 use crate::certify::lft_matrices;
 use crate::error::Error;
@@ -22,7 +22,7 @@ pub struct Frozen {
     pub plant: LpvModel,
 }
 
-/// Returns the contents of the frozen files of a design, `controller.json` and `plant.json`, without anti-windup.
+/// Returns the contents of the frozen files of a design, without anti-windup.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -44,7 +44,7 @@ pub fn freeze(
     frozen(vehicle, file, hashes, model, lft_matrices(k), gamma)
 }
 
-/// As [`freeze`], from the matrices and the gamma of a controller; all else follows from vehicle and design file.
+/// As [`freeze`], from the matrices and the gamma of a controller; the rest follows from vehicle and design file.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -57,7 +57,7 @@ pub fn frozen(
     gamma: Gamma,
 ) -> Result<Frozen, Error> {
     let trims = trim_table(vehicle, file)?;
-    // The depth follows from the other states; the plant has it by itself.
+    // The depth follows from the other states, so the plant computes it itself.
     let others = vehicle.coefficients.surge.states(false).len();
     let (mut a, mut b) = model.coefficients();
     a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
@@ -119,7 +119,7 @@ fn controller(
     }
 }
 
-/// What the controller takes in, in the order of y: the errors, or the references and then the measurements.
+/// The inputs of the controller, in the order of y: the errors, or the references and then the measurements.
 fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {
     let input = |signal: &Signal, kind: Kind, scale: f64| ControllerInput {
         signal: signal.name.into(),

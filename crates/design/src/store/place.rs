@@ -1,4 +1,4 @@
-//! Whose directory of a design it is, and what in it is of an earlier design.
+//! The owner of a design's directory, and its files of an earlier design.
 
 use crate::error::{Error, StoreError};
 use crate::inputs::Inputs;
@@ -7,19 +7,19 @@ use base::files::{read, reading};
 use scheduled::ControllerDesign;
 use std::path::{Path, PathBuf};
 
-/// The file that says which vehicle's directory the design is of.
+/// The file with the directory of the vehicle that the design belongs to.
 pub(super) const MARK: &str = ".squid-vehicle";
 
-/// The vehicle's directory as it is written down; `None` for a vehicle in memory.
+/// The content of that file; `None` for a vehicle in memory.
 pub(super) fn mark(inputs: &Inputs) -> Option<String> {
     let directory = &inputs.directory;
-    let whole = directory.canonicalize().ok().filter(|_| !directory.as_os_str().is_empty())?;
-    Some(format!("{}\n", whole.display()))
+    let path = directory.canonicalize().ok().filter(|_| !directory.as_os_str().is_empty())?;
+    Some(format!("{}\n", path.display()))
 }
 
-/// Checks that a directory has no design of another vehicle, which would be lost.
+/// Checks that a directory has no design of another vehicle, which would be overwritten.
 ///
-/// Vehicles of one name in two directories are two vehicles, as long as both are there.
+/// Vehicles of the same name in two directories are different vehicles, as long as both directories exist.
 ///
 /// # Errors
 /// [`StoreError::OfAnotherVehicle`].
@@ -42,7 +42,7 @@ pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> 
         }
         _ => {}
     }
-    // What cannot be read belongs to nobody.
+    // An unreadable design has no owner.
     let stored = read(&path).ok().and_then(|text| ControllerDesign::from_json(&text).ok());
     match stored.map(|stored| stored.vehicle.name).filter(|name| *name != inputs.vehicle.name) {
         Some(name) => Err(refused(format!("'{name}'"))),
@@ -50,10 +50,10 @@ pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> 
     }
 }
 
-/// The FMUs and the SSP in a directory that are of an earlier design than a finished one.
+/// The FMUs and the SSP in a directory that belong to an earlier design.
 ///
 /// # Errors
-/// Those of the files.
+/// The errors of the files.
 pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<Vec<PathBuf>, Error> {
     if is_written(&directory.join("controller.json"), finished)? {
         return Ok(vec![]);
@@ -63,16 +63,16 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
     Ok(packed.iter().map(|file| directory.join(file)).filter(|path| path.is_file()).collect())
 }
 
-/// Whether the source in the folder of `squid export` is of an earlier design than a finished one.
+/// Whether the source in the folder of `squid export` belongs to an earlier design.
 ///
 /// # Errors
-/// Those of the files.
+/// The errors of the files.
 pub fn is_source_outdated(directory: &Path, finished: &Finished) -> Result<bool, Error> {
-    let beside = directory.join("c/controller.json");
-    Ok(beside.is_file() && !is_written(&beside, finished)?)
+    let path = directory.join("c/controller.json");
+    Ok(path.is_file() && !is_written(&path, finished)?)
 }
 
-/// Whether a file has the controller of a finished design.
+/// Whether a file contains the controller of a finished design.
 fn is_written(path: &Path, finished: &Finished) -> Result<bool, Error> {
     let text = finished.frozen.controller.to_json()?;
     Ok(read(path).is_ok_and(|written| written == text))

@@ -1,8 +1,8 @@
-//! Whether the frozen files of a design are those that vehicle and design file make.
+//! Whether the frozen files of a design are those that vehicle and design file give.
 //!
-//! A certificate is about the controller's matrices. The FMU also multiplies by scales, adds trims, clamps at limits
-//! and runs at a sample time: these are computed again here, so that a proof is not reported for a controller that is
-//! flown with other ones.
+//! A certificate is about the controller's matrices. The FMU also multiplies by scales, adds trims, saturates at limits
+//! and runs at a sample time. These are recomputed here, so that no proof is reported for a controller flown with other
+//! values.
 
 use crate::error::{Error, StoreError};
 use crate::fit::Model;
@@ -13,16 +13,17 @@ use scheduled::ControllerDesign;
 use serde::Serialize;
 use serde_json::Value;
 
-/// How far a number may be from the one computed again: rounding on another processor.
+/// Tolerance of a number against the recomputed one: rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
 /// Compares everything but the controller's matrices and gamma, which the certificate contains, and the anti-windup,
-/// which its section `limits` contains where there is one.
+/// which its section `limits` contains if there is one.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
 pub fn check(
-    (controller, plant): (&ControllerDesign, &LpvModel),
+    controller: &ControllerDesign,
+    plant: &LpvModel,
     inputs: &Inputs,
     model: &Model,
 ) -> Result<(), Error> {
@@ -36,23 +37,23 @@ pub fn check(
 
 fn compare<T: Serialize>(file: &'static str, found: &T, expected: &T) -> Result<(), Error> {
     let json = |value: &T| serde_json::to_value(value).unwrap_or(Value::Null);
-    match unlike("", &json(found), &json(expected)) {
+    match first_difference("", &json(found), &json(expected)) {
         None => Ok(()),
         Some((key, found, expected)) => Err(StoreError::Edited { file, key, found, expected }.into()),
     }
 }
 
 /// The first key at which two values differ, with both.
-fn unlike(key: &str, found: &Value, expected: &Value) -> Option<(String, String, String)> {
+fn first_difference(key: &str, found: &Value, expected: &Value) -> Option<(String, String, String)> {
     let differs = || Some((key.to_owned(), found.to_string(), expected.to_string()));
     match (found, expected) {
         (Value::Object(a), Value::Object(b)) if a.len() == b.len() => a.iter().find_map(|(name, value)| {
             let below = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-            unlike(&below, value, b.get(name).unwrap_or(&Value::Null))
+            first_difference(&below, value, b.get(name).unwrap_or(&Value::Null))
         }),
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
             let mut pairs = a.iter().zip(b).enumerate();
-            pairs.find_map(|(index, (a, b))| unlike(&format!("{key}[{index}]"), a, b))
+            pairs.find_map(|(index, (a, b))| first_difference(&format!("{key}[{index}]"), a, b))
         }
         (Value::Number(a), Value::Number(b)) => {
             let (a, b) = (a.as_f64()?, b.as_f64()?);
@@ -71,16 +72,16 @@ mod tests {
     #[test]
     fn the_first_difference_is_named() {
         let value = json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.0}]});
-        assert_eq!(unlike("", &value, &value), None);
+        assert_eq!(first_difference("", &value, &value), None);
         let rounded = json!({"a": 1.0 + 1e-12, "b": [{"c": "x"}, {"c": 2.0}]});
-        assert_eq!(unlike("", &rounded, &value), None);
+        assert_eq!(first_difference("", &rounded, &value), None);
         for (other, key) in [
             (json!({"a": 1.1, "b": [{"c": "x"}, {"c": 2.0}]}), "a"),
             (json!({"a": 1.0, "b": [{"c": "y"}, {"c": 2.0}]}), "b[0].c"),
             (json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.1}]}), "b[1].c"),
             (json!({"a": 1.0, "b": [{"c": "x"}]}), "b"),
         ] {
-            assert_eq!(unlike("", &other, &value).unwrap().0, key);
+            assert_eq!(first_difference("", &other, &value).unwrap().0, key);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What `squid design --ladder` prints: what each assumption about the speed costs.
+//! The output of `squid design --ladder`: the cost of each assumption about the speed.
 
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
@@ -14,16 +14,16 @@ use std::time::Instant;
 /// Rates of speed at which the finished loop is analysed, m/s^2.
 const ACCELERATIONS: [f64; 4] = [0.01, 0.05, 0.125, 0.5];
 
-/// How close to the least each gamma of the ladder is, relative to itself.
+/// The relative accuracy of each gamma of the ladder.
 const LADDER_ACCURACY: f64 = 1e-3;
 
-/// Speeds for which a controller of their own is sought.
+/// The number of speeds for which a frozen controller is computed.
 const FROZEN_SPEEDS: usize = 6;
 
-/// Climbs the ladder of a finished design.
+/// Computes the ladder of a finished design.
 ///
 /// # Errors
-/// [`Error::Ladder`] when the design is not one of a scheduled plant.
+/// [`Error::Ladder`] if the plant is not scheduled.
 pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Result<String, Error> {
     let (centre, half_range) = file.scheduling();
     let speeds = Speeds { centre, half_range };
@@ -43,10 +43,10 @@ pub fn climb(file: &DesignFile, plant: &GeneralisedPlant, design: &Design) -> Re
     for disorder in rungs.disorders() {
         out += &contradiction(&disorder, speeds);
     }
-    Ok(out + &format!("\nClimbed in {:.1} s\n", started.elapsed().as_secs_f64()))
+    Ok(out + &format!("\nComputed in {:.1} s\n", started.elapsed().as_secs_f64()))
 }
 
-/// Between the scheduling parameter and speed.
+/// The relation between the scheduling parameter and speed.
 #[derive(Clone, Copy)]
 struct Speeds {
     centre: f64,
@@ -58,13 +58,13 @@ impl Speeds {
         self.centre + self.half_range * theta
     }
 
-    /// What a rung assumes.
+    /// The assumption of a rung.
     fn name(self, rung: LadderGain) -> String {
         match rung {
-            LadderGain::FrozenOptimum(theta) => format!("made for {:.2} m/s alone", self.speed(theta)),
+            LadderGain::FrozenOptimum(theta) => format!("designed for {:.2} m/s only", self.speed(theta)),
             LadderGain::Scheduled => "scheduled, for any trajectory of speed".into(),
-            LadderGain::ScheduledSymmetric => "the same, by symmetric scalings alone".into(),
-            LadderGain::FrozenGain => "speed held constant".into(),
+            LadderGain::ScheduledSymmetric => "the same, with symmetric scalings only".into(),
+            LadderGain::FrozenGain => "constant speed".into(),
             LadderGain::BoundedRate(rate) => {
                 format!("speed changing by at most {:.3} m/s^2", rate * self.half_range)
             }
@@ -87,10 +87,10 @@ fn best_controllers(found: &Ladder, speeds: Speeds) -> String {
         found.scheduled_symmetric.as_ref().copied(),
         hardest,
     );
-    out + "  (+ %: above the hardest speed alone. What one controller for all speeds costs, whatever the speed does)\n"
+    out + "  (+ %: above the hardest speed alone, the cost of one controller for all trajectories of speed)\n"
 }
 
-/// The least gamma of controllers that are made for a bounded rate.
+/// The least gamma of controllers for a bounded rate.
 fn at_bounded_rates(plant: &GeneralisedPlant, speeds: Speeds) -> String {
     let rows = ACCELERATIONS.map(|a| {
         let options = SlowOptions { accuracy: LADDER_ACCURACY, ..SlowOptions::at(a / speeds.half_range) };
@@ -120,7 +120,7 @@ fn finished_loop(found: &Ladder, speeds: Speeds, samples: usize, back_off: f64) 
     )
 }
 
-/// A rung: its name, its gamma or why there is none, and how far it is above another.
+/// A rung: its name, its gamma or why there is none, and its increase over another.
 fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> String {
     match value {
         Ok(gamma) => {
@@ -132,7 +132,7 @@ fn row<E: Display>(name: &str, value: Result<f64, E>, above: Option<f64>) -> Str
     }
 }
 
-/// Two numbers of which at least one is wrong.
+/// Two numbers at least one of which is wrong.
 fn contradiction(disorder: &Disorder, speeds: Speeds) -> String {
     let Disorder { lower, upper } = disorder;
     format!(
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn costs_are_relative_to_the_hardest_speed() {
         let words = best_controllers(&found(), SPEEDS);
-        assert!(words.contains("made for 3.00 m/s alone"), "{words}");
+        assert!(words.contains("designed for 3.00 m/s only"), "{words}");
         assert!(words.contains("1.0000   +25.0 %"), "{words}");
         assert!(words.contains("unknown: the matrix inequalities"), "{words}");
     }
@@ -186,9 +186,6 @@ mod tests {
     fn a_contradiction_names_both_numbers() {
         let disorder = Disorder { lower: (LadderGain::FrozenGain, 1.2), upper: (LadderGain::Certified, 1.1) };
         let words = contradiction(&disorder, SPEEDS);
-        assert!(
-            words.contains("'speed held constant' has 1.2000") && words.contains("has 1.1000"),
-            "{words}"
-        );
+        assert!(words.contains("'constant speed' has 1.2000") && words.contains("has 1.1000"), "{words}");
     }
 }

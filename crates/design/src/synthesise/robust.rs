@@ -1,12 +1,12 @@
 //! `squid design --robust`: a controller that tolerates more of the declared uncertainty at a slightly larger gain.
 //!
 //! ```text
-//! uncertain model over the range of speed -> fewer channels -> nominal controller's size at the gain
-//!     -> synthesis and analysis in turn -> proof in exact arithmetic
+//! uncertain model over the range of speed -> channel reduction -> nominal controller's size at the gain
+//!     -> alternating synthesis and analysis -> proof in exact arithmetic
 //! ```
 //!
-//! Both controllers are judged by the same inequality on the same model, in which the uncertain coefficients, like
-//! the speed, may change arbitrarily fast. See `docs/robust.md` for what that means.
+//! Both controllers are assessed by the same inequality on the same model, in which the uncertain coefficients, like
+//! the speed, may vary arbitrarily fast. See `docs/robust.md` for what that means.
 
 pub mod figures;
 pub mod stored;
@@ -22,7 +22,7 @@ use crate::uncertain::closed_loop::uncertain_loop;
 use crate::uncertain::errors::errors;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
-use crate::uncertain::truncate::{Truncated, thinned};
+use crate::uncertain::truncate::{Reduction, Truncated, reduced};
 use crate::uncertain::vehicle::{gain, values, vehicle_at};
 use crate::uncertain::{Fidelity, over_range};
 use base::progress::Progress;
@@ -39,24 +39,24 @@ use lpv::robust_bound::{RobustBound, RobustLoop};
 use lpv::synthesis::Design;
 use proof::claim::nominal as certificate_of;
 
-/// How far above the least gain each controller of the rounds is built, relative.
+/// The relative back-off from the least gain in each round.
 const BACK_OFF: f64 = 0.05;
 
-/// Rounds of synthesis and analysis, at most, and the relative gain in size below which they end.
+/// The maximum number of rounds of synthesis and analysis, and the relative increase in size below which they end.
 const ROUNDS: usize = 2;
 const LEAST_GAIN_IN_SIZE: f64 = 0.02;
 
-/// The sizes at which a proof is tried that fails at the largest size found, relative to that.
+/// Sizes relative to the largest found, tried in turn if the proof fails there.
 const SMALLER_SIZES: [f64; 4] = [0.99, 0.97, 0.94, 0.9];
 
-/// The part of the declared box in which channels are removed, and the relative change of `[A B]` allowed there. The
-/// change over the whole box is reported.
-const TRUNCATION: (f64, f64) = (0.5, 0.01);
+/// The fraction of the declared box in which channels are removed, and the relative change of `[A B]` allowed there.
+/// The change over the full box is reported.
+const REDUCTION: Reduction = Reduction { size: 0.5, tolerance: 0.01 };
 
-/// The part of the declared uncertainty, held constant, for which the worst-case gain is shown.
+/// The fraction of the declared uncertainty for which the worst-case gain with constant coefficients is shown.
 const CONSTANT_SIZE: f64 = 0.25;
 
-/// Speeds at which mu and worst-case gains are shown.
+/// The number of speeds at which mu and worst-case gains are shown.
 const SPEEDS: usize = 6;
 
 /// The result of the search.
@@ -64,32 +64,32 @@ const SPEEDS: usize = 6;
 pub struct Robust {
     /// The robust controller with its bound at Delta = 0, for the plant of the nominal design.
     pub design: Design,
-    /// The numbers side by side.
+    /// The figures of both controllers.
     pub figures: RobustFigures,
     /// The certificate of the robust controller at the size that it tolerates.
     pub certificate: Certificate,
 }
 
-/// The search alone: the model in which both controllers are judged, and the one that was found.
+/// The result of the search alone: the model on which both controllers are assessed, and the controller found.
 pub struct Searched {
-    whole: UncertainModel,
+    full: UncertainModel,
     truncated: Truncated,
     uncertain: UncertainPlant,
-    /// The nominal plant, its references unweighted over frequency.
+    /// The nominal plant with reference weights of 1 at all frequencies.
     even: GeneralisedPlant,
     /// The bound of the nominal controller without uncertainty.
-    known: GainBound,
-    /// The gain that the robust controller may have.
+    nominal_bound: GainBound,
+    /// The gain allowed for the robust controller.
     allowed: f64,
     outcome: RobustDesign,
     /// The controller with its bound at Delta = 0, for the plant of the nominal design.
     pub design: Design,
 }
 
-/// Looks for a controller that tolerates more uncertainty than that of a nominal design.
+/// Searches for a controller that tolerates more uncertainty than a nominal design.
 ///
 /// # Errors
-/// [`Error::Uncertain`] where the design names nothing uncertain; [`Error::Robust`];
+/// [`Error::Uncertain`] if the design declares no uncertainty; [`Error::Robust`];
 /// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
 pub fn robust(
     inputs: &Inputs,
@@ -100,26 +100,28 @@ pub fn robust(
 ) -> Result<Robust, Error> {
     let running = progress.begin("robust", "rounds of synthesis and analysis, some ten seconds each");
     let found = search(inputs, model, plant, nominal, progress)?;
-    let Searched { truncated, uncertain, known, outcome, .. } = &found;
-    let without = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
+    let Searched { truncated, uncertain, nominal_bound, outcome, .. } = &found;
+    let robust_bound = bound_in(&found.even, &outcome.controller, outcome.largest.bound.gamma, "robust")?;
     let (size, proved_gamma, certificate) = proved(uncertain, outcome)?;
     let figures = RobustFigures {
         gamma: found.allowed,
         proved: proved_gamma,
-        nominal_bears: outcome.given_largest.size,
-        robust_bears: size,
+        nominal_size: outcome.given_largest.size,
+        robust_size: size,
         ladder: ladder(
             uncertain,
-            [(&nominal.controller, known), (&outcome.controller, &without)],
+            &WithoutUncertainty { controller: &nominal.controller, bound: nominal_bound },
+            &WithoutUncertainty { controller: &outcome.controller, bound: &robust_bound },
             outcome,
-            (size, proved_gamma),
+            size,
+            proved_gamma,
         ),
         constant_size: CONSTANT_SIZE,
         frozen: frozen(inputs, [&nominal.controller, &outcome.controller])?,
         sizes: (truncated.model.blocks.len(), uncertain.unknown_channels(), uncertain.scheduled_channels()),
         model_error: truncated.error,
-        remainder: remainder(inputs, &found.whole)?,
-        left_out: truncated.gone.clone(),
+        remainder: remainder(inputs, &found.full)?,
+        left_out: truncated.removed.clone(),
         stop: outcome.stop.to_string(),
     };
     drop(running);
@@ -129,7 +131,7 @@ pub fn robust(
 /// The search of [`robust`] alone, without figures and proof.
 ///
 /// # Errors
-/// As [`robust`], but for the proof.
+/// As [`robust`], except the errors of the proof.
 pub fn search(
     inputs: &Inputs,
     model: &Model,
@@ -137,12 +139,12 @@ pub fn search(
     nominal: &Design,
     progress: &Progress,
 ) -> Result<Searched, Error> {
-    let whole = over_range(inputs, model, Fidelity::COARSE)?;
-    let (truncated, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
+    let full = over_range(inputs, model, Fidelity::COARSE)?;
+    let (truncated, uncertain) = reduced(inputs, &full, model, REDUCTION)?;
     progress.done("uncertain", &model_line(&truncated));
     let even = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), model.linear())?;
-    let known = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
-    let allowed = gain_allowed(known.gamma);
+    let nominal_bound = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
+    let allowed = gain_allowed(nominal_bound.gamma);
     let options = RobustOptions {
         // The proof raises gamma by GAMMA_SHARE: the proved gain is then the gain allowed.
         gamma: allowed / (1.0 + GAMMA_SHARE),
@@ -156,10 +158,10 @@ pub fn search(
         number += 1;
         progress.done("robust", &round_line(number, round));
     };
-    let outcome = more_robust(&uncertain, &nominal.controller, &known, options, &mut report_round)
+    let outcome = more_robust(&uncertain, &nominal.controller, &nominal_bound, options, &mut report_round)
         .map_err(RobustError::from)?;
     let design = at_zero(plant, nominal, &outcome)?;
-    Ok(Searched { whole, truncated, uncertain, even, known, allowed, outcome, design })
+    Ok(Searched { full, truncated, uncertain, even, nominal_bound, allowed, outcome, design })
 }
 
 /// The robust controller with its bound for the plant of the nominal design.
@@ -167,7 +169,7 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     if found.rounds.is_empty() {
         return Ok(nominal.clone());
     }
-    // It leaves room for the residual of the fit.
+    // The bound is not tight, which leaves a margin for the residual of the fit.
     let certified = bound_in(plant, &found.controller, found.largest.bound.gamma, "robust")?;
     let gamma_design = certified.gamma;
     Ok(Design {
@@ -180,7 +182,7 @@ fn at_zero(plant: &GeneralisedPlant, nominal: &Design, found: &RobustDesign) -> 
     })
 }
 
-/// The bound of a loop without uncertainty, near a guess.
+/// The bound of a loop without uncertainty, searched from an initial guess.
 fn bound_in(
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -205,13 +207,21 @@ fn bound_in(
     Ok(robust_loop.with_raised_gamma(&bound).unwrap_or(bound).bound)
 }
 
-/// Both controllers' bounds without uncertainty and at the sizes that each tolerates; for the robust one there the size
-/// and bound that were proved.
+/// A controller with the bound of its loop without uncertainty.
+struct WithoutUncertainty<'a> {
+    controller: &'a Controller,
+    bound: &'a GainBound,
+}
+
+/// The bounds of both controllers without uncertainty and at the sizes that each tolerates. At the size of the robust
+/// one, `size`, its bound is the proved one.
 fn ladder(
     uncertain: &UncertainPlant,
-    [(nominal, alone), (robust, without)]: [(&Controller, &GainBound); 2],
+    nominal: &WithoutUncertainty<'_>,
+    robust: &WithoutUncertainty<'_>,
     found: &RobustDesign,
-    (size, proved): (f64, f64),
+    size: f64,
+    proved: f64,
 ) -> Vec<(f64, Option<f64>, Option<f64>)> {
     let (low, high) = (&found.given_largest, &found.largest);
     let at = |k: &Controller, known: &RobustBound, size: f64| {
@@ -219,14 +229,14 @@ fn ladder(
     };
     let gamma = |bound: &GainBound| Some(bound.gamma);
     vec![
-        (0.0, gamma(alone), gamma(without)),
-        (low.size, gamma(&low.bound), at(robust, high, low.size)),
-        (size, at(nominal, low, size), Some(proved)),
+        (0.0, gamma(nominal.bound), gamma(robust.bound)),
+        (low.size, gamma(&low.bound), at(robust.controller, high, low.size)),
+        (size, at(nominal.controller, low, size), Some(proved)),
     ]
 }
 
-/// The tolerated size, the gain there and its certificate, proved, or at a size a little smaller where rounding hides
-/// that it holds.
+/// The tolerated size, the proved gain there and its certificate; at a slightly smaller size if rounding prevents a
+/// proof.
 fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, f64, Certificate), Error> {
     let closed = RobustLoop::new(uncertain, &found.controller);
     let at = |part: &f64| -> Result<(f64, f64, Certificate), Error> {
@@ -237,16 +247,17 @@ fn proved(uncertain: &UncertainPlant, found: &RobustDesign) -> Result<(f64, f64,
         certificate.prove()?;
         Ok((size, clear.bound.gamma, certificate))
     };
-    let (whole, smaller) = (at(&1.0), SMALLER_SIZES.iter());
-    whole.or_else(|failed| smaller.map(at).find_map(Result::ok).ok_or(failed))
+    let (at_full_size, smaller) = (at(&1.0), SMALLER_SIZES.iter());
+    at_full_size.or_else(|failed| smaller.map(at).find_map(Result::ok).ok_or(failed))
 }
 
-/// The relative error of the uncertain model against the vehicle trimmed again: least and largest over the speeds.
+/// The relative error of the uncertain model against the vehicle trimmed again: the least and the largest over the
+/// speeds.
 fn remainder(inputs: &Inputs, model: &UncertainModel) -> Result<(f64, f64), Error> {
     let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for speed in inputs.design.spread(SPEEDS) {
-        let off = errors(inputs, &at_speed(inputs, speed)?, model)?.remainder;
-        (least, largest) = (least.min(off), largest.max(off));
+        let error = errors(inputs, &at_speed(inputs, speed)?, model)?.remainder;
+        (least, largest) = (least.min(error), largest.max(error));
     }
     Ok((least, largest))
 }
@@ -257,10 +268,11 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
         let uncertain = at_speed(inputs, speed)?;
         let mut found = Frozen { speed, mu: [None; 2], worst: [None; 2], vehicle: [None; 2] };
         for (i, k) in controllers.into_iter().enumerate() {
-            let whole = Perturbable { size: CONSTANT_SIZE, ..uncertain_loop(inputs, &uncertain, k)? };
-            let mu = bound_over_frequency(&whole.stability(), &whole.structure, None);
+            let uncertain_loop =
+                Perturbable { size: CONSTANT_SIZE, ..uncertain_loop(inputs, &uncertain, k)? };
+            let mu = bound_over_frequency(&uncertain_loop.stability(), &uncertain_loop.structure, None);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
-            let worst = worst_case_gain(&whole).ok();
+            let worst = worst_case_gain(&uncertain_loop).ok();
             found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));
             let delta = worst.map(|worst| values(&uncertain, &worst.worst.delta));
             let vehicle = delta.and_then(|delta| vehicle_at(&inputs.vehicle, &uncertain, &delta));
@@ -274,12 +286,12 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
 fn model_line(truncated: &Truncated) -> String {
     let model = &truncated.model;
     let uncertain = model.channels() - model.scheduled;
-    let gone = match truncated.gone.as_slice() {
+    let removed = match truncated.removed.as_slice() {
         [] => "all parameters kept".into(),
         names => format!("left out: {}", names.join(", ")),
     };
     format!(
-        "{} parameters in {uncertain} channels, {} channels of rho; {gone};\nthe removed channels change [A B] by \
+        "{} parameters in {uncertain} channels, {} channels of rho; {removed};\nthe removed channels change [A B] by \
             {:.2} % at most over all of the box",
         model.blocks.len(),
         model.scheduled,

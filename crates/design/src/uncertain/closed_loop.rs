@@ -1,4 +1,4 @@
-//! The closed loop of the uncertain model with a controller, as mu analysis wants it.
+//! The closed loop of the uncertain model with a controller, in the form for mu analysis.
 //!
 //! ```text
 //!   +--[ Delta ]<--+        Delta = blkdiag(delta_i I_ri), |delta_i| <= 1, real
@@ -21,11 +21,11 @@ use lpv::mu::{Block, Structure};
 use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 
-/// The generalised plant of the design, with even references, for the uncertain model; its blocks are the model's
-/// repetitions, rho first.
+/// The generalised plant of the design, with reference weights of 1, for the uncertain model; its blocks are the
+/// model's repetitions, rho first.
 ///
 /// # Errors
-/// [`ModelError::Augment`](crate::error::ModelError::Augment), which would be a defect of this program.
+/// [`ModelError::Augment`](crate::error::ModelError::Augment), an internal error.
 pub fn uncertain_plant(
     inputs: &Inputs,
     model: &UncertainModel,
@@ -33,7 +33,7 @@ pub fn uncertain_plant(
 ) -> Result<GeneralisedPlant, Error> {
     let linear = LinearModel { ab: model.lft.clone(), ..nominal };
     let plant = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), linear)?;
-    // A parameter without a channel counts as well.
+    // A parameter without a channel has a block of size 0.
     let mut blocks = model.repetitions();
     blocks[0] += plant.sizes().t - model.channels();
     Ok(GeneralisedPlant { blocks, ..plant })
@@ -42,8 +42,8 @@ pub fn uncertain_plant(
 /// N(s) of the uncertain model at one speed, from (wd, w) to (zd, z), with the controller frozen at that speed's rho.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho;
-/// [`Error::MuAtSpeed`] where no parameter has a channel.
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the controller is not well posed at rho; [`Error::MuAtSpeed`]
+/// if no parameter has a channel.
 pub fn uncertain_loop(
     inputs: &Inputs,
     frozen: &FrozenUncertain,

@@ -10,26 +10,26 @@ use crate::uncertain::vehicle::with_gains;
 use auv::{Trim, Vehicle, linearise_with};
 use lpv::matrix::Mat;
 
-/// Corners of the box at which the models are compared.
+/// The number of corners of the box at which the models are compared.
 const CORNERS: usize = 40;
 
-/// Distances of `[A B]`, relative to `[A B]` of the vehicle at the same corner: Frobenius norms with inputs in units
-/// of their reach, the largest over the corners.
+/// Relative distances of `[A B]` from that of the vehicle at the same corner: Frobenius norms with inputs in units of
+/// their reach, the largest over the corners.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ModelErrors {
-    /// The nominal vehicle from the vehicle trimmed again: how much is uncertain at all.
+    /// The distance of the nominal vehicle from the vehicle trimmed again: the total effect of the uncertainty.
     pub movement: f64,
-    /// The vehicle with the nominal trim held from the vehicle trimmed again: how much of that comes through the trim.
+    /// The distance of the vehicle at the nominal trim from the vehicle trimmed again: the effect through the trim.
     pub through_trim: f64,
-    /// The model from the vehicle with the nominal trim held.
+    /// The distance of the model from the vehicle at the nominal trim.
     pub at_held_trim: f64,
-    /// The model, its parameters of the trim where the new trim puts them, from the vehicle trimmed again.
+    /// The distance of the model, with its trim parameters set to the new trim, from the vehicle trimmed again.
     pub remainder: f64,
 }
 
 impl ModelErrors {
-    /// The larger of each.
-    pub fn or(self, other: Self) -> Self {
+    /// The elementwise maximum.
+    pub fn max(self, other: Self) -> Self {
         Self {
             movement: self.movement.max(other.movement),
             through_trim: self.through_trim.max(other.through_trim),
@@ -39,23 +39,31 @@ impl ModelErrors {
     }
 }
 
-/// The deltas of a model for the coefficients at `point`, as fractions of their half ranges: those of the trim are what
-/// `of_trim` makes of the move to the trim of the changed vehicle. A parameter that the model does without has none.
+/// The vehicle with the coefficients at a point, as fractions of their half ranges, and its trim.
+struct Retrimmed<'a> {
+    vehicle: &'a Vehicle,
+    trim: &'a Trim,
+    point: &'a [f64],
+}
+
+/// The deltas of a model for a retrimmed vehicle. Those of the trim are `of_trim` of the change of the trim; a
+/// parameter that the model leaves out has none.
 fn deltas(
     vehicle: &Vehicle,
     frozen: &FrozenUncertain,
     model: &UncertainModel,
-    (changed, moved, point): (&Vehicle, &Trim, &[f64]),
+    retrimmed: &Retrimmed<'_>,
     of_trim: impl Fn(f64) -> f64,
 ) -> Vec<f64> {
     let delta = |b: &Block| {
         let Some(i) = frozen.parameters.iter().position(|a| a.uncertain == b.uncertain) else { return 0.0 };
         match b.uncertain {
             Uncertain::Parameter(p) if b.uncertain.is_of_trim() => {
-                let move_ = p.value(changed, moved) - p.value(vehicle, &frozen.nominal.trim);
-                of_trim(move_ / frozen.parameters[i].half_range)
+                let change =
+                    p.value(retrimmed.vehicle, retrimmed.trim) - p.value(vehicle, &frozen.nominal.trim);
+                of_trim(change / frozen.parameters[i].half_range)
             }
-            _ => point[i],
+            _ => retrimmed.point[i],
         }
     };
     model.blocks.iter().map(delta).collect()
@@ -85,33 +93,36 @@ pub fn errors(
             Ok(stacked(&with_gains(l, &frozen.parameters, &corner)))
         };
         let model_at = |of_trim: fn(f64) -> f64| {
-            model.evaluate(rho, &deltas(vehicle, frozen, model, (&changed, &moved, &corner), of_trim))
+            let changed = Retrimmed { vehicle: &changed, trim: &moved, point: &corner };
+            model.evaluate(rho, &deltas(vehicle, frozen, model, &changed, of_trim))
         };
         let (held, retrimmed) = (truth(trim)?, truth(&moved)?);
-        worst = worst.or(ModelErrors {
+        worst = worst.max(ModelErrors {
             movement: relative(&nominal, &retrimmed),
             through_trim: relative(&held, &retrimmed),
             at_held_trim: relative(&model_at(|_| 0.0)?, &held),
-            remainder: relative(&model_at(|move_| move_)?, &retrimmed),
+            remainder: relative(&model_at(|change| change)?, &retrimmed),
         });
     }
     Ok(worst)
 }
 
-/// What a model misses of `[A B]` of the vehicle with its coefficients at `point`, trimmed again: the model's
-/// parameters of the trim are where the new trim puts them, as far as `share` of their ranges goes.
+/// The error of a model in `[A B]` against the vehicle with its coefficients at `point`, trimmed again. The model's
+/// trim parameters are set to the new trim, within `share` of their ranges.
 ///
 /// # Errors
 /// [`ModelError::Lft`](crate::error::ModelError::Lft), [`Error::Uncertain`].
-pub fn missing(
+pub fn model_error(
     inputs: &Inputs,
     frozen: &FrozenUncertain,
     model: &UncertainModel,
-    (point, share): (&[f64], f64),
+    point: &[f64],
+    share: f64,
 ) -> Result<Mat, Error> {
     let (vehicle, all) = (&inputs.vehicle, &frozen.parameters);
     let (changed, moved) = retrim(vehicle, &frozen.nominal.trim, all, point)?;
-    let delta = deltas(vehicle, frozen, model, (&changed, &moved, point), |move_| move_.clamp(-share, share));
+    let retrimmed = Retrimmed { vehicle: &changed, trim: &moved, point };
+    let delta = deltas(vehicle, frozen, model, &retrimmed, |change| change.clamp(-share, share));
     let truth = with_gains(linearise_with(&changed, &moved, frozen.nominal.has_depth())?, all, point);
     Ok(stacked(&truth) - model.evaluate(inputs.design.rho(frozen.speed), &delta)?)
 }

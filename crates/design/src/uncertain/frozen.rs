@@ -10,16 +10,16 @@ use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
 use auv::Linearisation;
 
-/// The uncertain model at one speed, and what it came from.
+/// The uncertain model at one speed, and the data it was made of.
 #[derive(Debug, Clone)]
 pub struct FrozenUncertain {
     /// Speed along the path, m/s.
     pub speed: f64,
     /// The nominal linearisation and its trim.
     pub nominal: Linearisation,
-    /// How far the trim moves.
+    /// The range of the trim.
     pub trim_range: TrimRange,
-    /// All uncertain parameters, also those that the model does without.
+    /// All uncertain parameters, including those without a channel in the model.
     pub parameters: Vec<Block>,
     /// The model.
     pub model: UncertainModel,

@@ -5,28 +5,28 @@ use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
 use lpv::matrix::{Mat, block};
 
-/// What is smaller than this beside the equations of motion is rounding.
+/// Values below this, relative to the equations of motion, are rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;
 
-/// What a coefficient may be off being affine, relative to the equations of motion.
+/// Relative tolerance of affinity, in the equations of motion.
 const AFFINE: f64 = 1e-10;
 
 /// `[M C D]` at a trim and its derivatives by the normalised parameters; n x (2 n + m) each.
 #[derive(Debug, Clone)]
 pub struct Gradients {
-    /// At delta = 0.
+    /// The value at delta = 0.
     pub nominal: Mat,
-    /// By each parameter.
+    /// The derivative with respect to each parameter.
     pub first: Vec<Mat>,
-    /// By two parameters i < j; pairs that are not here do not multiply.
+    /// The second derivatives with respect to two parameters i < j; missing pairs are zero.
     pub second: Vec<(usize, usize, Mat)>,
 }
 
 impl Gradients {
-    /// Differentiates at the trim of a linear model, with its states, and checks that this is all there is.
+    /// Differentiates at the trim of a linear model, with its states, and checks that there are no further terms.
     ///
     /// # Errors
-    /// [`UncertainError`]: a coefficient that does not enter affinely, three that multiply, no vehicle at a corner.
+    /// [`UncertainError`]: a coefficient that does not enter affinely, a product of three, no vehicle at a corner.
     pub fn at(vehicle: &Vehicle, linear: &Linearisation, blocks: &[Block]) -> Result<Self, UncertainError> {
         let (trim, depth) = (&linear.trim, linear.has_depth());
         let nominal = Descriptor::at(vehicle, trim, depth).stacked();
@@ -63,17 +63,17 @@ impl Gradients {
             }
         }
         let gradients = Self { nominal, first, second };
-        gradients.check(vehicle, (trim, depth), blocks)?;
+        gradients.check(vehicle, trim, depth, blocks)?;
         Ok(gradients)
     }
 
-    /// `[M C D]` at a delta for each parameter.
+    /// `[M C D]` at given deltas.
     pub fn evaluate(&self, delta: &[f64]) -> Mat {
         let linear = self.first.iter().zip(delta).fold(self.nominal.clone(), |sum, (m, d)| sum + m * *d);
         self.second.iter().fold(linear, |sum, (i, j, m)| sum + m * (delta[*i] * delta[*j]))
     }
 
-    /// The size of `[C D]` in comparable units.
+    /// The norm of `[C D]` in comparable units.
     pub(crate) fn size(&self, units: &Mat) -> f64 {
         let scaled = &self.nominal * units;
         let (mass, columns) = scaled.shape();
@@ -83,10 +83,11 @@ impl Gradients {
     fn check(
         &self,
         vehicle: &Vehicle,
-        (trim, depth): (&Trim, bool),
+        trim: &Trim,
+        depth: bool,
         blocks: &[Block],
     ) -> Result<(), UncertainError> {
-        let off = |delta: &[f64]| {
+        let error_at = |delta: &[f64]| {
             let changed = perturbed(vehicle, blocks, delta);
             let truth = Descriptor::at(&changed, trim, depth).stacked();
             (self.evaluate(delta) - &truth).amax() / truth.amax()
@@ -97,31 +98,31 @@ impl Gradients {
             for end in [-1.0, 1.0] {
                 let mut delta = vec![0.0; blocks.len()];
                 delta[i] = end;
-                let off = off(&delta);
-                if off.is_nan() || off > AFFINE {
-                    return Err(UncertainError::NotAffine { name: b.name.clone(), off });
+                let error = error_at(&delta);
+                if error.is_nan() || error > AFFINE {
+                    return Err(UncertainError::NotAffine { name: b.name.clone(), error });
                 }
             }
         }
         for end in [-1.0, 1.0] {
             let delta: Vec<f64> = blocks.iter().map(|b| if coefficient(b) { end } else { 0.0 }).collect();
-            let off = off(&delta);
-            if off.is_nan() || off > AFFINE {
-                return Err(UncertainError::ThreeMultiply { off });
+            let error = error_at(&delta);
+            if error.is_nan() || error > AFFINE {
+                return Err(UncertainError::ThreeMultiply { error });
             }
         }
         self.check_corners(vehicle, blocks)
     }
 
-    /// The mass matrix is positive definite in the box if it is at its corners: its least eigenvalue is concave in each
-    /// coefficient.
+    /// The mass matrix is positive definite in the box if it is at the corners, because its least eigenvalue is concave
+    /// in each coefficient.
     fn check_corners(&self, vehicle: &Vehicle, blocks: &[Block]) -> Result<(), UncertainError> {
-        let heavy: Vec<usize> = (0..blocks.len())
+        let inertial: Vec<usize> = (0..blocks.len())
             .filter(|i| self.first[*i].columns(0, self.nominal.nrows()).amax() > 0.0)
             .collect();
-        for corner in 0..1_usize << heavy.len() {
+        for corner in 0..1_usize << inertial.len() {
             let mut delta = vec![0.0; blocks.len()];
-            for (bit, i) in heavy.iter().enumerate() {
+            for (bit, i) in inertial.iter().enumerate() {
                 delta[*i] = if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
             }
             let changed = perturbed(vehicle, blocks, &delta);
@@ -141,15 +142,15 @@ pub fn perturbed(vehicle: &Vehicle, blocks: &[Block], delta: &[f64]) -> Vehicle 
     })
 }
 
-/// Columns of `[M C D]` in units in which they compare: inputs in units of their reach.
+/// Units that make the columns of `[M C D]` comparable: inputs in units of their reach.
 pub(crate) fn units(vehicle: &Vehicle, states: usize) -> Mat {
     let inputs = vehicle.actuators.iter().map(auv::Actuator::reach);
     let all: Vec<f64> = std::iter::repeat_n(1.0, 2 * states).chain(inputs).collect();
     Mat::from_diagonal(&nalgebra::DVector::from_vec(all))
 }
 
-/// Leaves out of what the trim does the directions that are smaller than `detail` of `[C D]`, at all of the trims;
-/// the motion is of first order in the trim anyway.
+/// Leaves out directions of the trim's effect that are smaller than `detail` of `[C D]` at all of the trims; the model
+/// is first order in the trim in any case.
 pub fn coarsen(vehicle: &Vehicle, blocks: &[Block], detail: f64, samples: &mut [Gradients]) {
     let units = units(vehicle, samples.first().map_or(0, |g| g.nominal.nrows()));
     let inverse = units.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });

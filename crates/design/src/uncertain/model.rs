@@ -7,7 +7,7 @@ use lpv::lft::Lft;
 use lpv::matrix::Mat;
 use lpv::plant::channels;
 
-/// What is uncertain.
+/// An uncertain quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Uncertain {
     /// A coefficient, or a quantity of the trim.
@@ -25,7 +25,7 @@ impl Uncertain {
         }
     }
 
-    /// Whether it belongs to the trim, and so follows from the others.
+    /// Whether it belongs to the trim, and therefore follows from the coefficients.
     pub fn is_of_trim(self) -> bool {
         matches!(self, Self::Parameter(Parameter::Incidence | Parameter::Output(_)))
     }
@@ -34,33 +34,33 @@ impl Uncertain {
 /// One normalised uncertain parameter: `value + half_range delta`, |delta| <= 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// What.
+    /// The quantity.
     pub uncertain: Uncertain,
     /// Its name.
     pub name: String,
-    /// Its nominal value, SI; at the middle of the range of speed for what belongs to the trim.
+    /// Its nominal value, SI; for a quantity of the trim, that at the middle of the range of speed.
     pub value: f64,
-    /// How far it may be off to either side, SI; as above.
+    /// Its half range, SI; for a quantity of the trim, that at the middle of the range of speed.
     pub half_range: f64,
     /// Unit.
     pub unit: &'static str,
-    /// How often it is repeated: its number of channels.
+    /// The number of repetitions, which is its number of channels.
     pub repetitions: usize,
 }
 
 /// The linear model with its uncertain channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainModel {
-    /// The LFT of `[A B]`: its parameters are rho, where it has channels, and then the blocks.
+    /// The LFT of `[A B]`: its parameters are rho, if rho has channels, followed by the blocks.
     pub lft: Lft,
-    /// Channels of the scheduling parameter rho, the first ones; none at a frozen speed.
+    /// The number of channels of the scheduling parameter rho, which come first; 0 at a frozen speed.
     pub scheduled: usize,
-    /// The uncertain parameters in the order of their channels; none of them has no channel.
+    /// The uncertain parameters in the order of their channels; each has at least one.
     pub blocks: Vec<Block>,
 }
 
 impl UncertainModel {
-    /// From an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
+    /// The model of an LFT of `[A B]` whose parameter 0 is rho and parameter 1 + i is `all[i]`.
     pub(crate) fn from_lft(lft: Lft, all: &[Block]) -> Self {
         let mut scheduled = 0;
         let mut blocks = Vec::new();
@@ -80,16 +80,16 @@ impl UncertainModel {
         self.lft.size()
     }
 
-    /// Repetitions: of rho first where it has channels, then of every block.
+    /// The repetitions: those of rho first, if it has channels, then those of every block.
     pub fn repetitions(&self) -> Vec<usize> {
         let scheduled = (self.scheduled > 0).then_some(self.scheduled);
         scheduled.into_iter().chain(self.blocks.iter().map(|b| b.repetitions)).collect()
     }
 
-    /// `[A B]` at rho (nothing where the model is of one speed) and at one delta for each block.
+    /// `[A B]` at rho (ignored by a model at one speed) and at one delta per block.
     ///
     /// # Errors
-    /// [`ModelError::Lft`] where `I - Ddd Delta` is singular.
+    /// [`ModelError::Lft`] if `I - Ddd Delta` is singular.
     pub fn evaluate(&self, rho: f64, delta: &[f64]) -> Result<Mat, ModelError> {
         let scheduled = (self.scheduled > 0).then_some(rho);
         let values: Vec<f64> = scheduled.into_iter().chain(delta.iter().copied()).collect();

@@ -1,19 +1,19 @@
-//! `[M C D]` as an LFT in the uncertain parameters and rho, and the LFT of `[A B] = M^-1 [C D]` that follows.
+//! `[M C D]` as an LFT in the uncertain parameters and rho, and the resulting LFT of `[A B] = M^-1 [C D]`.
 
 use crate::error::Error;
 use crate::uncertain::gradients::{Gradients, ROUNDING, units};
-use crate::uncertain::reduce::range_beside;
+use crate::uncertain::reduce::range_basis;
 use auv::Vehicle;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, block};
 use lpv::polynomial::MatrixPolynomial;
 
-/// What is smaller than this beside `[C D]` is left out of what the trim does: fewer channels for an error that is
-/// measured with the rest, and small beside what is uncertain.
+/// Effects of the trim below this, relative to `[C D]`, are left out: this saves channels, and its error, which is
+/// measured with the rest, is small compared with the uncertainty.
 pub const DETAIL: f64 = 1e-3;
 
-/// The parts of `[M C D]` as constants or as LFTs in rho, the parameter 0; parameter i of `first` is parameter 1 + i
-/// of the LFT.
+/// The parts of `[M C D]` as constants or as LFTs in rho, which is parameter 0; parameter i of `first` is parameter 1 +
+/// i of the LFT.
 #[derive(Debug, Clone)]
 pub struct Pencil {
     /// `[A B]` at delta = 0.
@@ -25,7 +25,7 @@ pub struct Pencil {
 }
 
 impl Pencil {
-    /// At one speed, where the nominal `[A B]` is `nominal`.
+    /// The pencil at one speed, with the nominal `[A B]` `nominal`.
     pub fn frozen(gradients: &Gradients, nominal: &Mat) -> Self {
         let constant = |m: &Mat| Lft::constant(m.clone());
         Self {
@@ -36,8 +36,8 @@ impl Pencil {
         }
     }
 
-    /// Over the range of rho, each part a polynomial up to an order, fitted to the samples within `detail` of `[C D]`;
-    /// `nominal` is the LFT of `[A B]` in rho.
+    /// The pencil over the range of rho. Each part is a polynomial of at most `order`, fitted to the samples within
+    /// `detail` of `[C D]`; `nominal` is the LFT of `[A B]` in rho.
     ///
     /// # Errors
     /// [`ModelError::Fit`](crate::error::ModelError::Fit).
@@ -45,7 +45,8 @@ impl Pencil {
         vehicle: &Vehicle,
         samples: &[(f64, Gradients)],
         nominal: &Lft,
-        (order, detail): (usize, f64),
+        order: usize,
+        detail: f64,
     ) -> Result<Self, Error> {
         let Some((_, any)) = samples.first() else { return Err(lpv::error::FitError::NoSamples.into()) };
         let units = units(vehicle, any.nominal.nrows());
@@ -87,7 +88,7 @@ impl Pencil {
         let (mass, columns) = (self.mass.ncols(), sum.right.ncols());
         let r_m = sum.right.columns(0, mass).into_owned();
         let r_c = sum.right.columns(mass, columns - mass).into_owned();
-        // M is positive definite: `Gradients::at` checked it.
+        // M is positive definite, as checked by `Gradients::at`.
         let bd = lpv::matrix::solve(&self.mass, &sum.left).unwrap_or_else(|| sum.left.clone() * f64::NAN);
         let n = &self.nominal;
         let zero = Mat::zeros(n.size(), sum.size());
@@ -100,16 +101,15 @@ impl Pencil {
         }
     }
 
-    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as few channels of delta_i as the range of the bracket has
-    /// directions.
+    /// `delta_i (E_i + sum_j delta_j E_ij)`, j > i, with as many channels of delta_i as the rank of the bracket.
     fn term(&self, i: usize) -> Option<Lft> {
         let pairs = self.second.iter().filter(|(p, _, _)| *p == i);
         let bracket = pairs.fold(self.first[i].clone(), |sum, (_, j, both)| {
-            let rows = range_beside(&block(&[&[&both.constant], &[&both.right]]).transpose(), 0.0);
+            let rows = range_basis(&block(&[&[&both.constant], &[&both.right]]).transpose(), 0.0);
             let (into, out) = (Lft::constant(rows.clone()), Lft::constant(rows.transpose()));
             sum.add(&both.multiply(&into).multiply(&repeated(1 + j, rows.ncols())).multiply(&out))
         });
-        let basis = range_beside(&block(&[&[&bracket.constant, &bracket.left]]), 0.0);
+        let basis = range_basis(&block(&[&[&bracket.constant, &bracket.left]]), 0.0);
         if basis.ncols() == 0 {
             return None;
         }
@@ -135,8 +135,8 @@ fn repeated(parameter: usize, count: usize) -> Lft {
     }
 }
 
-/// The LFT of the polynomial of least order, up to `order`, that meets samples `(rho, m, allowed)` to what is allowed
-/// of each.
+/// The LFT of the polynomial of least order, up to `order`, that fits samples `(rho, m, allowed)` within the allowed
+/// error of each.
 fn fitted(samples: &[(f64, Mat, f64)], units: &Mat, order: usize) -> Result<Lft, Error> {
     let values: Vec<(f64, Mat)> = samples.iter().map(|(rho, m, _)| (*rho, m.clone())).collect();
     let largest = values.iter().map(|(_, m)| m.amax()).fold(0.0, f64::max);

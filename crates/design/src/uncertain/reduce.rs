@@ -1,7 +1,8 @@
-//! The smallest LFT among those that an exact projection reaches: unreachable and unobservable channels go.
+//! The smallest LFT obtainable by exact projection: uncontrollable and unobservable channels are removed.
 //!
-//! A channel direction that no input reaches, through other channels or not, or that no output sees, carries nothing.
-//! Each parameter keeps its own subspace, so the structure `blkdiag(delta_i I)` stays. The result is minimal when the
+//! A channel direction without effect, because no input reaches it directly or through other channels, or because no
+//! output depends on it, is removed. Each parameter keeps its own subspace, so the structure `blkdiag(delta_i I)` is
+//! kept. The result is minimal if the parameters are not assumed to commute.
 //! parameters are not assumed to commute.
 //!
 //! Source: C. L. Beck, J. Doyle, K. Glover, "Model reduction of multidimensional and uncertain systems", IEEE Trans.
@@ -13,12 +14,12 @@ use lpv::matrix::{Mat, block, svd};
 /// Directions smaller than this, relative to the largest of their parameter, are rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// The same LFT without unreachable and unobservable channels, its channels sorted by parameter and balanced.
+/// The LFT without uncontrollable and unobservable channels; channels are sorted by parameter and balanced.
 pub fn minimal(lft: &Lft) -> Lft {
-    let whole = lft.in_order();
-    let reached = project(&whole, &sizes(&whole));
-    let seen = transpose(&project(&transpose(&reached), &sizes(&transpose(&whole))));
-    balanced(&seen)
+    let sorted = lft.in_order();
+    let controllable = project(&sorted, &sizes(&sorted));
+    let observable = transpose(&project(&transpose(&controllable), &sizes(&transpose(&sorted))));
+    balanced(&observable)
 }
 
 /// The transposed LFT.
@@ -32,7 +33,7 @@ fn transpose(lft: &Lft) -> Lft {
     }
 }
 
-/// Each parameter of a sorted LFT, its first channel and the number of its channels.
+/// Each parameter of a sorted LFT, with its first channel and its number of channels.
 pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     let mut out: Vec<(usize, usize, usize)> = Vec::new();
     for (place, &parameter) in channels.iter().enumerate() {
@@ -44,53 +45,53 @@ pub fn runs(channels: &[usize]) -> Vec<(usize, usize, usize)> {
     out
 }
 
-/// The size of what goes into the channels of each parameter of a sorted LFT: what is rounding beside it is nothing.
+/// The norm of the channel inputs of each parameter of a sorted LFT, as a scale for rounding.
 fn sizes(lft: &Lft) -> Vec<(usize, f64)> {
     let size = |first, n| lft.right.rows(first, n).norm().max(lft.inner.rows(first, n).norm());
     runs(&lft.channels).into_iter().map(|(parameter, first, n)| (parameter, size(first, n))).collect()
 }
 
-/// Restricts the channels of a sorted LFT to what its inputs reach, beside the sizes of its parameters.
+/// Restricts the channels of a sorted LFT to their controllable subspace; `sizes` are the scales of the parameters.
 fn project(lft: &Lft, sizes: &[(usize, f64)]) -> Lft {
     let runs = runs(&lft.channels);
     let size = |parameter: usize| sizes.iter().find(|(p, _)| *p == parameter).map_or(0.0, |(_, size)| *size);
     let mut bases: Vec<Mat> = runs
         .iter()
-        .map(|&(parameter, first, n)| range_beside(&lft.right.rows(first, n).into_owned(), size(parameter)))
+        .map(|&(parameter, first, n)| range_basis(&lft.right.rows(first, n).into_owned(), size(parameter)))
         .collect();
     loop {
         let next: Vec<Mat> = runs
             .iter()
             .map(|&(parameter, first, n)| {
-                let mut reached = lft.right.rows(first, n).into_owned();
+                let mut images = lft.right.rows(first, n).into_owned();
                 for (basis, &(_, from, m)) in bases.iter().zip(&runs) {
                     let moved = lft.inner.view((first, from), (n, m)) * basis;
-                    reached = block(&[&[&reached, &moved]]);
+                    images = block(&[&[&images, &moved]]);
                 }
-                range_beside(&reached, size(parameter))
+                range_basis(&images, size(parameter))
             })
             .collect();
-        let settled = next.iter().zip(&bases).all(|(new, old)| new.ncols() == old.ncols());
+        let converged = next.iter().zip(&bases).all(|(new, old)| new.ncols() == old.ncols());
         bases = next;
-        if settled {
+        if converged {
             break;
         }
     }
-    let whole = lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
+    let basis = lpv::matrix::diagonal_blocks(&bases.iter().collect::<Vec<_>>());
     let kept = runs.iter().zip(&bases);
-    let channels = kept.flat_map(|(&(p, _, _), basis)| std::iter::repeat_n(p, basis.ncols())).collect();
-    lft.transformed(&whole.transpose(), &whole, channels)
+    let channels = kept.flat_map(|(&(p, _, _), own)| std::iter::repeat_n(p, own.ncols())).collect();
+    lft.transformed(&basis.transpose(), &basis, channels)
 }
 
-/// An orthonormal basis of the range of a matrix, where what is rounding beside `size` is nothing.
-pub fn range_beside(a: &Mat, size: f64) -> Mat {
+/// An orthonormal basis of the range of a matrix; singular values that are rounding relative to `size` are zero.
+pub fn range_basis(a: &Mat, size: f64) -> Mat {
     let decomposition = svd(a);
     let largest = decomposition.s.first().copied().unwrap_or(0.0).max(size);
     let rank = decomposition.s.iter().filter(|s| **s > ROUNDING * largest).count();
     decomposition.u.columns(0, rank).into_owned()
 }
 
-/// Scales the channels of each parameter so that what goes in and what comes out is of one size.
+/// Scales the channels of each parameter to inputs and outputs of equal norm.
 fn balanced(lft: &Lft) -> Lft {
     let mut scale = vec![1.0; lft.size()];
     for (_, first, n) in runs(&lft.channels) {
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// `a + b` with `a = 1 + theta_0`, written so that `a` stands three times: one channel each is enough.
+    /// `a + b` with `a = 1 + theta_0`, written with three copies of `a`: one channel each is sufficient.
     #[test]
     fn a_parameter_written_three_times_is_kept_once() {
         let (a, b) = (Lft::parameter(0, 1.0, 1.0), Lft::parameter(1, 2.0, 0.5));
@@ -125,16 +126,16 @@ mod tests {
         }
     }
 
-    /// What no output sees goes, too, and a parameter that cancels goes altogether.
+    /// Unobservable channels and parameters that cancel are removed.
     #[test]
-    fn what_cancels_is_gone() {
+    fn parameters_that_cancel_are_removed() {
         let (a, b) = (Lft::parameter(0, 1.0, 1.0), Lft::parameter(1, 2.0, 0.5));
         let minus = Lft::constant(dmatrix![-1.0]);
         let nothing = a.multiply(&b).add(&minus.multiply(&a.multiply(&b)));
         assert_eq!(minimal(&nothing).size(), 0);
         let product = minimal(&a.multiply(&b));
         assert_eq!(product.channels, vec![0, 1]);
-        // theta_0 theta_0 needs it twice.
+        // theta_0 theta_0 needs two channels.
         assert_eq!(minimal(&a.multiply(&a)).channels, vec![0, 0]);
     }
 }

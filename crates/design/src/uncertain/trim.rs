@@ -1,9 +1,8 @@
-//! How far uncertain coefficients move the trim.
+//! The effect of uncertain coefficients on the trim.
 //!
-//! The linear motion depends on the trim through the incidence, and through the deflection of control surfaces
-//! (thrusts at trim do not enter A and B). Both become parameters of the uncertain model, with the range that
-//! trimming again at corners of the box of coefficients gives. They are taken to be independent of the coefficients,
-//! which covers more than can happen.
+//! The linear motion depends on the trim through the incidence and the deflection of control surfaces (thrusts at trim
+//! do not enter A and B). Both become parameters of the uncertain model, with the ranges found by trimming again at
+//! corners of the box of coefficients. They are taken as independent of the coefficients, which is conservative.
 
 use crate::error::Error;
 use crate::error::UncertainError;
@@ -12,29 +11,29 @@ use crate::uncertain::gradients::perturbed;
 use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Linearisation, Parameter, Speed, Trim, TrimError, Vehicle, trim_with};
 
-/// Corners of the box at which the vehicle is trimmed, beside those to which each coefficient alone points.
+/// The number of random corners of the box at which the vehicle is trimmed, besides the corners along the gradients.
 const RANDOM_CORNERS: usize = 48;
 
-/// Limits of actuators are widened by this, so that a corner beyond them is measured and not refused.
-const WIDENED: f64 = 1e3;
+/// Factor on the limits of actuators, so that a corner beyond them is measured rather than refused.
+const LIMIT_FACTOR: f64 = 1e3;
 
-/// Moves of the trim smaller than this (rad, or N) count as zero.
-const STILL: f64 = 1e-9;
+/// Changes of the trim below this (rad, or N) are taken as zero.
+const NEGLIGIBLE: f64 = 1e-9;
 
-/// How far the trim moves over the box of coefficients.
+/// The range of the trim over the box of coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimRange {
-    /// The quantities of the trim on which A and B depend and that move, with the farthest move.
+    /// The quantities of the trim that vary and affect A and B, with their largest change.
     pub deviations: Vec<(Parameter, f64)>,
-    /// Corners at which the vehicle was trimmed.
+    /// The number of corners at which the vehicle was trimmed.
     pub corners: usize,
-    /// Among them, those at which an actuator would have to go beyond its limits.
+    /// The number of these at which an actuator would exceed its limits.
     pub beyond_limits: usize,
 }
 
 impl TrimRange {
-    /// The quantities that move at any of the trims, with no move.
-    pub(crate) fn all_that_move(ranges: &[Self]) -> Vec<Parameter> {
+    /// The quantities that vary at any of the trims.
+    pub(crate) fn varying(ranges: &[Self]) -> Vec<Parameter> {
         let mut out = Vec::new();
         for (parameter, _) in ranges.iter().flat_map(|r| &r.deviations) {
             if !out.contains(parameter) {
@@ -44,15 +43,15 @@ impl TrimRange {
         out
     }
 
-    /// The farthest moves of these quantities; 0 for those that do not move here.
-    pub(crate) fn of(&self, parameters: &[Parameter]) -> Vec<(Parameter, f64)> {
-        let of = |p: &Parameter| self.deviations.iter().find(|(q, _)| q == p).map_or(0.0, |(_, d)| *d);
-        parameters.iter().map(|p| (*p, of(p))).collect()
+    /// The largest changes of these quantities; 0 for those that do not vary here.
+    pub(crate) fn largest_changes(&self, parameters: &[Parameter]) -> Vec<(Parameter, f64)> {
+        let change = |p: &Parameter| self.deviations.iter().find(|(q, _)| q == p).map_or(0.0, |(_, d)| *d);
+        parameters.iter().map(|p| (*p, change(p))).collect()
     }
 }
 
-/// All uncertain parameters of the design: coefficients, then what of the trim they move and how far, then gains of
-/// actuators.
+/// All uncertain parameters of the design: coefficients, then quantities of the trim with their largest changes, then
+/// gains of actuators.
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`].
@@ -89,7 +88,7 @@ pub fn blocks(
     Ok(all)
 }
 
-/// Trims the vehicle with its coefficients at `delta`, at the speed and depth of a trim, as if actuators had no limits.
+/// Trims the vehicle with its coefficients at `delta`, at the speed and depth of a trim, ignoring actuator limits.
 ///
 /// # Errors
 /// [`UncertainError::NoTrim`], [`UncertainError::Corner`].
@@ -102,8 +101,8 @@ pub fn retrim(
     let changed = perturbed(vehicle, blocks, delta);
     let mut free = changed.clone();
     for actuator in &mut free.actuators {
-        actuator.min *= WIDENED;
-        actuator.max *= WIDENED;
+        actuator.min *= LIMIT_FACTOR;
+        actuator.max *= LIMIT_FACTOR;
     }
     let retrimmed = trim_with(&free, Speed::Path(nominal.speed), nominal.depth, &nominal.rule);
     let retrimmed = retrimmed.map_err(|reason| match reason {
@@ -113,8 +112,8 @@ pub fn retrim(
     Ok((changed, retrimmed))
 }
 
-/// Trims at corners of the box: each coefficient alone at its ends, all of them where the incidence and each
-/// deflection move farthest by that, and random corners.
+/// Trims at corners of the box: each coefficient alone at its ends, the corners along the gradients of the incidence
+/// and of each deflection, and random corners.
 ///
 /// # Errors
 /// [`UncertainError::NothingUncertain`], [`UncertainError::NoTrim`], [`UncertainError::Corner`].
@@ -123,32 +122,32 @@ pub fn trim_range(inputs: &Inputs, linear: &Linearisation) -> Result<TrimRange, 
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
     let all = blocks(inputs, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
-    let matters = |p: &Parameter| {
+    let has_effect = |p: &Parameter| {
         Descriptor::derivative(vehicle, nominal, linear.has_depth(), *p).stacked().amax() > 0.0
     };
     let quantities: Vec<Parameter> =
-        std::iter::once(Parameter::Incidence).chain(outputs).filter(matters).collect();
+        std::iter::once(Parameter::Incidence).chain(outputs).filter(has_effect).collect();
     let mut farthest = vec![0.0_f64; quantities.len()];
     let mut visit = |delta: &[f64]| -> Result<Vec<f64>, UncertainError> {
         let (changed, found) = retrim(vehicle, nominal, &all, delta)?;
-        let moves: Vec<f64> =
+        let changes: Vec<f64> =
             quantities.iter().map(|p| p.value(&changed, &found) - p.value(vehicle, nominal)).collect();
-        farthest.iter_mut().zip(&moves).for_each(|(most, move_)| *most = most.max(move_.abs()));
+        farthest.iter_mut().zip(&changes).for_each(|(most, change)| *most = most.max(change.abs()));
         let pairs = || vehicle.actuators.iter().zip(&found.actuators);
         range.corners += 1;
         range.beyond_limits += usize::from(pairs().any(|(a, output)| !(a.min..=a.max).contains(output)));
-        Ok(moves)
+        Ok(changes)
     };
-    let mut uphill = vec![vec![0.0; all.len()]; quantities.len()];
+    let mut gradients = vec![vec![0.0; all.len()]; quantities.len()];
     for i in 0..all.len() {
         let mut delta = vec![0.0; all.len()];
         for end in [-1.0, 1.0] {
             delta[i] = end;
-            let moves = visit(&delta)?;
-            uphill.iter_mut().zip(moves).for_each(|(slope, move_)| slope[i] += end * move_);
+            let changes = visit(&delta)?;
+            gradients.iter_mut().zip(changes).for_each(|(slope, change)| slope[i] += end * change);
         }
     }
-    for slope in &uphill {
+    for slope in &gradients {
         for side in [-1.0, 1.0] {
             visit(&slope.iter().map(|s| side * s.signum()).collect::<Vec<f64>>())?;
         }
@@ -156,12 +155,12 @@ pub fn trim_range(inputs: &Inputs, linear: &Linearisation) -> Result<TrimRange, 
     for delta in random_corners(all.len(), RANDOM_CORNERS, 1) {
         visit(&delta)?;
     }
-    let moved = quantities.into_iter().zip(farthest).filter(|(_, most)| *most > STILL);
+    let moved = quantities.into_iter().zip(farthest).filter(|(_, most)| *most > NEGLIGIBLE);
     range.deviations = moved.collect();
     Ok(range)
 }
 
-/// Corners of a box of `n` sides, for each seed the same ones every time.
+/// Pseudorandom corners of a box with `n` sides, reproducible for each seed.
 pub fn random_corners(n: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
     // A linear congruential generator; multiplier of Knuth, The Art of Computer Programming 2 (MMIX).
     let mut state = seed;

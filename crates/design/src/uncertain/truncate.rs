@@ -1,11 +1,11 @@
-//! Fewer channels for a small, measured error: what a robust synthesis can carry.
+//! Model reduction with a small, measured error, for a robust synthesis of moderate size.
 //!
-//! Channel directions that matter little go one by one. Of the channels of one parameter the least is the last
-//! singular direction of what they carry from the inputs to the outputs, other parameters' channels among both; of
-//! all parameters that one goes whose loss moves `[A B]` least, as long as that is within a tolerance. The gain of an
-//! actuator must also keep the actuator's own column within it, which may be small beside the others. The projection
-//! is the oblique one that balances what goes in with what comes out, as in B. C. Moore, IEEE Trans. Automatic
-//! Control 26(1), 1981.
+//! Channel directions with little effect are removed one at a time. The candidate of each parameter is the last
+//! singular direction of the map through its channels, from the inputs to the outputs and including the channels of
+//! other parameters. The candidate whose removal changes `[A B]` least is removed, as long as the total change is
+//! within a tolerance. The gain of an actuator must also keep the actuator's own column, which may be small, within it.
+//! The projection is oblique and balances channel inputs with outputs, as in B. C. Moore, IEEE Trans. Automatic Control
+//! 26(1), 1981.
 
 use crate::error::{Error, UncertainError};
 use crate::fit::Model;
@@ -20,104 +20,113 @@ use lpv::lft::Lft;
 use lpv::matrix::{Mat, block, svd};
 use lpv::robust::UncertainPlant;
 
+/// The extent of a reduction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reduction {
+    /// The fraction of the declared box in which the model is compared.
+    pub size: f64,
+    /// The allowed relative change of `[A B]` there.
+    pub tolerance: f64,
+}
+
 /// A model with fewer channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truncated {
-    /// The model; parameters that lost all their channels are gone.
+    /// The model, without parameters that have lost all their channels.
     pub model: UncertainModel,
-    /// The largest relative difference of `[A B]` from the model before, over points of the whole box.
+    /// The largest relative change of `[A B]`, over points of the full box.
     pub error: f64,
-    /// The names of the parameters that are gone.
-    pub gone: Vec<String>,
+    /// The names of the removed parameters.
+    pub removed: Vec<String>,
 }
 
-/// The uncertain model over the range of speed without the channels that move `[A B]` by no more than a relative
-/// tolerance in a part of the declared box, and the plant with its weights.
+/// The uncertain model over the range of speed without the channels that change `[A B]` by at most a relative tolerance
+/// in a fraction of the declared box, and its plant with the weights.
 ///
 /// # Errors
-/// [`UncertainError::NothingLeft`] where no parameter is left; [`ModelError::Lft`](crate::error::ModelError::Lft)
-/// where the model has no value; as [`uncertain_plant`].
-pub fn thinned(
+/// [`UncertainError::NothingLeft`] if no parameter is left; [`ModelError::Lft`](crate::error::ModelError::Lft) if the
+/// model has no value; as [`uncertain_plant`].
+pub fn reduced(
     inputs: &Inputs,
-    whole: &UncertainModel,
+    full: &UncertainModel,
     model: &Model,
-    (size, tolerance): (f64, f64),
+    Reduction { size, tolerance }: Reduction,
 ) -> Result<(Truncated, UncertainPlant), Error> {
-    let fewer = truncated(&inputs.vehicle.actuators, whole, size, tolerance)?;
-    if fewer.model.blocks.is_empty() {
-        let (design, names) = (inputs.design.file.clone(), fewer.gone);
+    let truncated = truncate(&inputs.vehicle.actuators, full, size, tolerance)?;
+    if truncated.model.blocks.is_empty() {
+        let (design, names) = (inputs.design.file.clone(), truncated.removed);
         return Err(UncertainError::NothingLeft { design, names, size, tolerance }.into());
     }
-    let plant = uncertain_plant(inputs, &fewer.model, model.linear())?;
-    Ok((fewer, UncertainPlant { plant, scheduled: 1 }))
+    let plant = uncertain_plant(inputs, &truncated.model, model.linear())?;
+    Ok((truncated, UncertainPlant { plant, scheduled: 1 }))
 }
 
-/// Values of rho at which models are compared.
+/// The values of rho at which models are compared.
 const RHOS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
-/// Corners of the box, at each rho: while searching, and for the reported error.
+/// The number of corners of the box at each rho: for the search, and for the reported error.
 const CORNERS: usize = 8;
 const REPORTED: usize = 200;
 
-/// An LFT with a channel less, of `parameter`.
-struct Shorter {
-    /// How far it is off, relative.
+/// An LFT with one channel of `parameter` removed.
+struct Candidate {
+    /// Its relative error.
     error: f64,
     parameter: usize,
-    /// How far it is off in the column of the actuator whose gain the parameter is.
-    in_own: f64,
+    /// The relative error in the column of the actuator, if the parameter is an actuator's gain.
+    own_error: f64,
     lft: Lft,
 }
 
-/// Takes channels off a scheduled model while `[A B]` moves by no more than `tolerance`, relative, anywhere in the
-/// box of `|delta_i| <= size`; those of an actuator's gain while its own column does not, either.
+/// Removes channels of a scheduled model while the relative change of `[A B]` is at most `tolerance` anywhere in the
+/// box of `|delta_i| <= size`, and, for an actuator's gain, that of its own column as well.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) where the model has no value.
-fn truncated(
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the model has no value.
+fn truncate(
     actuators: &[Actuator],
     model: &UncertainModel,
     size: f64,
     tolerance: f64,
 ) -> Result<Truncated, Error> {
-    let whole = &model.lft;
+    let full = &model.lft;
     let points = points(model, size, CORNERS);
-    let wanted = values(actuators, whole, &points)?;
-    let mut lft = whole.clone();
-    // What each actuator's column has lost by the removed channels of its gain.
-    let mut lost = vec![0.0; 1 + model.blocks.len()];
+    let wanted = values(actuators, full, &points)?;
+    let mut lft = full.clone();
+    // The relative error of each actuator's column from the removed channels of its gain.
+    let mut own_errors = vec![0.0; 1 + model.blocks.len()];
     loop {
         let now = values(actuators, &lft, &points)?;
-        let mut best: Option<Shorter> = None;
+        let mut best: Option<Candidate> = None;
         for (parameter, first, count) in runs(&lft.channels) {
             let Some(shorter) = without_least(actuators, &lft, first, count, size) else { continue };
             let found = values(actuators, &shorter, &points)?;
             let own = parameter.checked_sub(1).and_then(|i| column_of(model.blocks.get(i)?, actuators.len()));
-            let in_own =
+            let own_error =
                 own.map_or(0.0, |from_last| distance(&last(&found, from_last), &last(&now, from_last)));
-            let in_own = lost[parameter] + in_own;
-            let error = distance(&found, &wanted).max(in_own);
+            let own_error = own_errors[parameter] + own_error;
+            let error = distance(&found, &wanted).max(own_error);
             if best.as_ref().is_none_or(|least| error < least.error) {
-                best = Some(Shorter { error, parameter, in_own, lft: shorter });
+                best = Some(Candidate { error, parameter, own_error, lft: shorter });
             }
         }
         match best.filter(|best| best.error <= tolerance) {
             Some(best) => {
-                lost[best.parameter] = best.in_own;
+                own_errors[best.parameter] = best.own_error;
                 lft = best.lft;
             }
             None => break,
         }
     }
     let points = self::points(model, 1.0, REPORTED);
-    let error = distance(&values(actuators, &lft, &points)?, &values(actuators, whole, &points)?);
+    let error = distance(&values(actuators, &lft, &points)?, &values(actuators, full, &points)?);
     let left = UncertainModel::from_lft(lft, &model.blocks);
     let is_left = |name: &str| left.blocks.iter().any(|b| b.name == name);
-    let gone = model.blocks.iter().filter(|b| !is_left(&b.name)).map(|b| b.name.clone()).collect();
-    Ok(Truncated { model: left, error, gone })
+    let removed = model.blocks.iter().filter(|b| !is_left(&b.name)).map(|b| b.name.clone()).collect();
+    Ok(Truncated { model: left, error, removed })
 }
 
-/// Corners of the box at each rho, and its middle.
+/// The corners of the box and its centre, at each rho.
 fn points(model: &UncertainModel, size: f64, corners: usize) -> Vec<Vec<f64>> {
     let mut all = random_corners(model.blocks.len(), corners, 3);
     all.push(vec![0.0; model.blocks.len()]);
@@ -130,7 +139,7 @@ fn values(actuators: &[Actuator], lft: &Lft, points: &[Vec<f64>]) -> Result<Vec<
     points.iter().map(|point| Ok(scaled(actuators, lft.evaluate(point)?))).collect()
 }
 
-/// The column of `[A B]` that an actuator's gain scales, counted from the last: 1 is the last one.
+/// The column of `[A B]` that an actuator's gain scales, counted from the last, which is 1.
 fn column_of(block: &Block, actuators: usize) -> Option<usize> {
     match block.uncertain {
         Uncertain::Gain(actuator) => Some(actuators - actuator),
@@ -138,12 +147,12 @@ fn column_of(block: &Block, actuators: usize) -> Option<usize> {
     }
 }
 
-/// A column of each matrix, counted from the last.
+/// One column of each matrix, counted from the last.
 fn last(all: &[Mat], place: usize) -> Vec<Mat> {
     all.iter().map(|m| m.columns(m.ncols() - place, 1).into_owned()).collect()
 }
 
-/// The largest distance of two matrices at the same point, relative to the second; 0 for two that are the same.
+/// The largest relative distance of two matrices at the same point; 0 if they are equal.
 fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
     let relative = |(f, w): (&Mat, &Mat)| match (f - w).norm() {
         same if same <= 0.0 => 0.0,
@@ -152,11 +161,11 @@ fn distance(found: &[Mat], wanted: &[Mat]) -> f64 {
     found.iter().zip(wanted).map(relative).fold(0.0, f64::max)
 }
 
-/// The LFT without the least direction of `count` channels of one parameter.
+/// The LFT without the least significant direction of `count` channels of one parameter.
 fn without_least(actuators: &[Actuator], lft: &Lft, first: usize, count: usize, size: f64) -> Option<Lft> {
     let k = lft.size();
     let others: Vec<usize> = (0..k).filter(|i| *i < first || *i >= first + count).collect();
-    // Delta's channels count as far as Delta goes.
+    // Channels are weighted by the size of their parameter.
     let reach = |i: usize| if lft.channels[i] == 0 { 1.0 } else { size };
     let mut inner = lft.inner.clone();
     for i in 0..k {
@@ -199,29 +208,30 @@ mod tests {
     use crate::inputs::tests::shipped;
     use crate::uncertain::{Fidelity, over_range};
 
-    /// REMUS 100 with `actuator_gain` alone, as a design that `squid tune` begins.
-    fn of_gains(gain: f64) -> Result<Truncated, Error> {
+    /// REMUS 100 with `actuator_gain` alone, like a new design of `squid tune`.
+    fn with_gain(gain: f64) -> Result<Truncated, Error> {
         let mut inputs = shipped("remus100", "design");
         inputs.uncertain.clear();
         inputs.design.uncertainty.as_mut().unwrap().actuator_gain = gain;
         let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
-        let whole = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
-        thinned(&inputs, &whole, &model, (0.5, 0.01)).map(|(fewer, _)| fewer)
+        let full = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
+        reduced(&inputs, &full, &model, Reduction { size: 0.5, tolerance: 0.01 })
+            .map(|(truncated, _)| truncated)
     }
 
-    /// The propeller's column is small beside `[A B]`: all of its gain is less than the tolerance of that.
+    /// The propeller's column is small compared with `[A B]`: its entire gain is within the tolerance of `[A B]`.
     #[test]
     fn the_gain_of_a_weak_actuator_stays() {
-        let found = of_gains(0.1).unwrap();
-        assert_eq!(found.gone, Vec::<String>::new());
+        let found = with_gain(0.1).unwrap();
+        assert_eq!(found.removed, Vec::<String>::new());
         let names: Vec<&str> = found.model.blocks.iter().map(|b| b.name.as_str()).collect();
         assert_eq!(names, ["gain of propeller", "gain of stern_planes"]);
     }
 
     #[test]
     fn a_model_with_nothing_uncertain_left_is_refused() {
-        let refused = of_gains(0.001).unwrap_err().to_string();
-        assert!(refused.contains("nothing of what is declared is left in the model"), "{refused}");
+        let refused = with_gain(0.001).unwrap_err().to_string();
+        assert!(refused.contains("no declared uncertainty is left in the model"), "{refused}");
         assert!(refused.contains("gain of propeller, gain of stern_planes"), "{refused}");
     }
 }

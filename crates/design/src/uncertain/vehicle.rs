@@ -1,9 +1,9 @@
-//! The effect of a perturbation of the uncertain model on a vehicle: its coefficients and the gains of its actuators
-//! are changed, it is trimmed again and linearised.
+//! The effect of a perturbation of the uncertain model on a vehicle: the coefficients and the actuator gains are
+//! changed, and the vehicle is trimmed again and linearised.
 //!
-//! The model takes what belongs to the trim, the incidence, for parameters of their own, free of the coefficients. No
-//! vehicle has those: its trim follows from its coefficients. So what is found in the model need not be found in any
-//! vehicle.
+//! In the model the quantities of the trim, such as the incidence, are parameters that are independent of the
+//! coefficients. In a vehicle the trim follows from the coefficients, so a perturbation of the model need not
+//! correspond to any vehicle.
 
 use crate::augment::{LinearModel, augment};
 use crate::check::frozen_controller;
@@ -16,7 +16,7 @@ use auv::{Linearisation, Vehicle, linearise_with};
 use lpv::controller::Controller;
 use lpv::mu::CMat;
 
-/// The values of the parameters of a perturbation, which repeats each on its channels.
+/// The parameter values of a perturbation, which repeats each on its channels.
 pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     let mut top = 0;
     let value = |repetitions: usize| {
@@ -27,8 +27,8 @@ pub fn values(frozen: &FrozenUncertain, delta: &CMat) -> Vec<f64> {
     frozen.model.blocks.iter().map(|b| b.repetitions).map(value).collect()
 }
 
-/// The vehicle whose coefficients and gains are those of a perturbation, one entry a block of the model, trimmed again
-/// at the same speed; `None` where there is no such vehicle, or none that trims within the limits of its actuators.
+/// The vehicle with the coefficients and gains of a perturbation, one entry per block of the model, trimmed again at
+/// the same speed; `None` if there is no such vehicle, or it has no trim within its actuator limits.
 pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) -> Option<Linearisation> {
     let blocks = &frozen.model.blocks;
     let (changed, trim) = retrim(vehicle, &frozen.nominal.trim, blocks, delta).ok()?;
@@ -48,7 +48,7 @@ pub(crate) fn with_gains(mut l: Linearisation, blocks: &[Block], delta: &[f64]) 
     l
 }
 
-/// What each of so many actuators puts out, in multiples of what it is commanded.
+/// The output of each of `actuators` actuators relative to its command.
 pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
     let mut gains = vec![1.0; actuators];
     for (b, d) in blocks.iter().zip(delta) {
@@ -59,10 +59,10 @@ pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
     gains
 }
 
-/// The gain from w to z of a linearisation with the controller frozen at rho: infinite where the loop is unstable.
+/// The gain from w to z of a linearisation with the controller frozen at rho; infinite if the loop is unstable.
 ///
 /// # Errors
-/// [`ModelError::Lft`](crate::error::ModelError::Lft) where the controller is not well posed at rho.
+/// [`ModelError::Lft`](crate::error::ModelError::Lft) if the controller is not well posed at rho.
 pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Result<f64, Error> {
     let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
     let rho = file.rho(l.trim.speed);
@@ -70,13 +70,13 @@ pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Resu
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 
-/// Sizes that are tried along a perturbation, and how often the first that destabilises is narrowed down.
+/// The number of sizes tried along a perturbation, and of bisections for the first that destabilises.
 const SIZES: u32 = 100;
-const HALVED: u32 = 30;
+const BISECTIONS: u32 = 30;
 
-/// The smallest size found along a perturbation, without what it has of the trim, at which the loop of the vehicle is
-/// not stable, up to `farthest`: a part of the declared uncertainty. `None` when it stays stable as far as there are
-/// such vehicles.
+/// The smallest size found along a perturbation, as a fraction of the declared uncertainty up to `farthest`, at which
+/// the loop of the vehicle is unstable. The size does not include parameters of the trim. `None` if the loop is stable
+/// as far as there are such vehicles.
 pub fn destabilised_at(
     vehicle: &Vehicle,
     frozen: &FrozenUncertain,
@@ -96,7 +96,7 @@ pub fn destabilised_at(
     let first =
         (1..=SIZES).map_while(|k| stable(size(k)).map(|found| (k, found))).find(|(_, found)| !found)?.0;
     let (mut low, mut high) = (size(first - 1), size(first));
-    for _ in 0..HALVED {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if stable(middle)? { low = middle } else { high = middle }
     }
@@ -112,7 +112,7 @@ mod tests {
 
     const SPEED: f64 = 1.3;
 
-    /// Squid, its uncertain model, and a perturbation: parts of the half ranges by name.
+    /// Squid, its uncertain model, and a perturbation: fractions of the half ranges by name.
     fn squid(changes: &[(&str, f64)]) -> (Vehicle, FrozenUncertain, Vec<f64>) {
         let inputs = shipped("squid", "design");
         let frozen = at_speed(&inputs, SPEED).unwrap();
@@ -136,7 +136,7 @@ mod tests {
         let found = vehicle_at(&vehicle, &frozen, &delta).unwrap();
 
         let mut by_hand = vehicle.coefficients.clone();
-        // Of values below zero, up is nearer to zero.
+        // For negative values an increase is towards zero.
         by_hand.M_uw *= 1.0 - 0.3 * 0.5;
         by_hand.Z_w *= 1.0 + 0.7 * 0.8;
         by_hand.drag_area *= 1.3;
@@ -178,8 +178,8 @@ mod tests {
         assert!(vehicle_at(&vehicle, &frozen, &delta).is_none(), "more drag takes more thrust");
     }
 
-    /// Along a loss of thrust of 10 % the thrust is below 96.5 % from a size of 0.35 on; the incidence has no share in
-    /// the size.
+    /// Along a thrust loss of 10 % the thrust is below 96.5 % above a size of 0.35; the incidence does not affect the
+    /// size.
     #[test]
     fn the_first_size_that_is_not_stable_is_found() {
         let (vehicle, frozen, delta) = squid(&[("gain of lower", -0.5), ("incidence", 2.0)]);

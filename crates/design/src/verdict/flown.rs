@@ -10,38 +10,38 @@ use signals::{SIGNALS, SPEED};
 use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
 
-/// When a step comes, and how long is flown after it (s), as in the report.
+/// The time of the step, and the time flown after it (s), as in the report.
 const STEP_TIME: f64 = 1.0;
-const FOLLOWED: f64 = 60.0;
+const DURATION: f64 = 60.0;
 
-/// A speed reference that moves within this time (s), less than any sample time, steps.
+/// The duration of a step of the speed reference (s), less than any sample time.
 const AT_ONCE: f64 = 1e-6;
 
-/// The largest step of the speed, relative to half the range of speed: it stays in the range, towards whose middle it
-/// goes.
+/// The largest step of the speed, relative to half the range of speed; it is towards the middle, so it stays in the
+/// range.
 const SPEED_STEP: f64 = 0.2;
 
-/// A step of a reference at a speed, flown.
+/// A simulated step of a reference at a speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepAtSpeed {
-    /// The tracked output, by its name.
+    /// The name of the tracked output.
     pub output: &'static str,
     /// Speed along the path before the step, m/s.
     pub speed: f64,
     /// The height of the step, rad, m or m/s.
     pub height: f64,
-    /// Beyond the reference, relative to the step.
+    /// The excursion beyond the reference, relative to the step.
     pub overshoot: f64,
-    /// From 10 to 90 %, s.
+    /// The time from 10 to 90 %, s.
     pub rise_time: f64,
-    /// Within 2 %, s.
+    /// The time to within 2 %, s.
     pub settling_time: f64,
-    /// The largest use of an actuator, trim included, relative to its limits.
+    /// The largest use of an actuator, including the trim, relative to its limits.
     pub actuator_use: f64,
 }
 
 impl StepAtSpeed {
-    /// A step of each tracked output: of pitch and depth, that of the default flight; of the speed, its scale at most.
+    /// A step of each tracked output: for pitch and depth that of the default flight, for the speed at most its scale.
     pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
         let level = Manoeuvre {
             speed_from: speed,
@@ -50,7 +50,7 @@ impl StepAtSpeed {
             step_end: f64::MAX,
             ramp_start: STEP_TIME - 2.0 * AT_ONCE,
             ramp_duration: AT_ONCE,
-            duration: STEP_TIME + FOLLOWED,
+            duration: STEP_TIME + DURATION,
             ..inputs.design.manoeuvre.with_step(SPEED, 0.0)
         };
         let (middle, half_range) = inputs.design.scheduling();
@@ -68,7 +68,7 @@ impl StepAtSpeed {
         inputs.design.tracked.iter().map(step).collect()
     }
 
-    /// The figures of a flight with one step of a signal; `None` for one that was lost.
+    /// The figures of a flight with one step of a signal; `flight` is `None` if it was lost.
     fn flown(place: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
         let rows = flight.map_or(&[][..], |f| &f.rows);
         let height = match rows {
@@ -92,7 +92,7 @@ impl StepAtSpeed {
     }
 }
 
-/// A flight; `None` for one that cannot be followed to its end.
+/// A simulated flight; `None` if it was lost.
 fn flight(
     inputs: &Inputs,
     controller: &ControllerDesign,
@@ -101,12 +101,12 @@ fn flight(
     Ok(unless_lost(fly(&inputs.vehicle, controller, inputs.design.level(), manoeuvre))?)
 }
 
-/// How much of each actuator the default flight takes, relative to its limits: 1 is at a limit.
+/// The use of each actuator in the default flight, relative to its limits, where 1 is at a limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DefaultFlight {
-    /// Each actuator, in the order of the vehicle.
+    /// The uses, in the order of the vehicle's actuators.
     pub uses: Vec<Use>,
-    /// Where it ends early, if it does: in words.
+    /// Where the flight ends early, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost: Option<String>,
 }
@@ -116,25 +116,26 @@ pub struct DefaultFlight {
 pub struct Use {
     /// Its name.
     pub actuator: String,
-    /// The largest of the flight, trim included.
+    /// The largest use in the flight, including the trim.
     pub most: f64,
-    /// The largest that level flight at the speeds of the flight takes alone.
+    /// The largest use for level flight at the speeds of the flight.
     pub trim: f64,
-    /// The largest rate that its lag asks for, relative to the limit of the rate, if it has one: above 1 it is cut off.
+    /// The largest unsaturated rate of its lag relative to the rate limit, if there is one; above 1 the rate is
+    /// saturated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
 }
 
-/// The largest rate that the lag of an actuator asks for under commands that are held from tick to tick, the first of
-/// which it has reached \[N/s or rad/s\]; NaN without commands. It is largest when a command comes.
-fn fastest(actuator: &Actuator, commands: impl Iterator<Item = f64>, design: &DesignFile) -> f64 {
+/// The largest unsaturated rate of an actuator's lag under commands that are held between ticks, starting from the
+/// first command \[N/s or rad/s\]; NaN without commands. The rate is largest right after a tick.
+fn largest_rate(actuator: &Actuator, commands: impl Iterator<Item = f64>, design: &DesignFile) -> f64 {
     let mut output = None;
-    let asked = commands.map(|command| {
+    let rates = commands.map(|command| {
         let from = output.unwrap_or(command);
         output = Some(actuator.output_after(design.sample_time, from, command));
         (actuator.saturate(command) - from).abs() / actuator.lag
     });
-    asked.reduce(f64::max).unwrap_or(f64::NAN)
+    rates.reduce(f64::max).unwrap_or(f64::NAN)
 }
 
 impl DefaultFlight {
@@ -151,7 +152,9 @@ impl DefaultFlight {
                 actuator: a.name.clone(),
                 most: most.unwrap_or(f64::NAN),
                 trim: trims.reduce(f64::max).unwrap_or(f64::NAN),
-                rate: a.rate.map(|limit| fastest(a, rows.iter().map(|row| row.commands[j]), design) / limit),
+                rate: a
+                    .rate
+                    .map(|limit| largest_rate(a, rows.iter().map(|row| row.commands[j]), design) / limit),
             }
         });
         let uses = uses.collect();

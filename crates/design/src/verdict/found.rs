@@ -1,4 +1,4 @@
-//! What is found of a finished design.
+//! The figures of a finished design.
 
 use crate::certify::controller_of;
 use crate::error::Error;
@@ -11,44 +11,44 @@ use rayon::prelude::*;
 use scheduled::ControllerDesign;
 use serde::Serialize;
 
-/// At how many speeds, evenly spread over the range, things are looked at.
+/// The numbers of evenly spaced speeds at which the figures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// The frozen loops.
+    /// Speeds of the frozen loops.
     pub frozen: usize,
-    /// Whether these tell their gains between the ticks, too, which takes most of their time.
+    /// Whether the frozen loops include their gains between the ticks, which take most of their time.
     pub sampled: bool,
-    /// Steps flown.
+    /// Speeds of the simulated steps.
     pub flown: usize,
-    /// mu; 0 for none.
+    /// Speeds of mu; 0 for none.
     pub mu: usize,
 }
 
 impl Effort {
-    /// That of a finished design: the frozen loops at every other speed of its check, the rest at the six of the
-    /// report.
+    /// The effort for a finished design: the frozen loops at every other speed of its check, the rest at the six speeds
+    /// of the report.
     pub const FULL: Self = Self { frozen: 51, sampled: true, flown: 6, mu: 6 };
 }
 
 /// The figures of a finished design.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// The frozen loops.
+    /// The figures of the frozen loops.
     pub frozen: Vec<AtSpeed>,
-    /// The steps.
+    /// The figures of the simulated steps.
     pub steps: Vec<StepAtSpeed>,
     /// The default flight.
     pub flight: DefaultFlight,
-    /// mu.
+    /// The bounds on mu.
     pub mu: Vec<MuAtSpeed>,
 }
 
 impl Found {
-    /// Of a frozen controller of a design.
+    /// Computes the figures of a frozen controller of a design.
     ///
     /// # Errors
-    /// Those of trim, linearisation and freezing. A loop that is not stable, a flight that is lost and a mu that has no
-    /// bound are figures that are not known.
+    /// The errors of trim, linearisation and freezing. Figures of an unstable loop, of a lost flight, and mu without a
+    /// bound are unknown, not errors.
     pub fn of(inputs: &Inputs, controller: &ControllerDesign, effort: Effort) -> Result<Self, Error> {
         let k = controller_of(&controller.lft)?;
         let speeds = |count| speeds(inputs, count).into_par_iter();
@@ -62,7 +62,7 @@ impl Found {
         Ok(Self { frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
     }
 
-    /// The same with mu at so many speeds.
+    /// The figures with mu at `count` speeds.
     ///
     /// # Errors
     /// As [`Found::of`].
@@ -80,7 +80,7 @@ fn mu(inputs: &Inputs, k: &Controller, count: usize) -> Vec<MuAtSpeed> {
     speeds(inputs, count).into_par_iter().map(|speed| MuAtSpeed::of(inputs, k, speed)).collect()
 }
 
-/// So many speeds; none for 0.
+/// `count` evenly spaced speeds; none for 0.
 fn speeds(inputs: &Inputs, count: usize) -> Vec<f64> {
     if count == 0 { vec![] } else { inputs.design.spread(count) }
 }

@@ -14,20 +14,20 @@ use lpv::matrix::eigenvalues;
 use lpv::state_space::HinfNorm;
 use serde::{Serialize, Serializer};
 
-/// The figures of the loop at a speed; of [`Flown`] the least margins, which are null in a file where there is no
-/// limit or where the loop is not stable.
+/// The figures of the loop at a speed. A file has the least margins of [`Flown`], as null if they are infinite or the
+/// loop is unstable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtSpeed {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// All figures of the sampled loop; `None` where it is not stable.
+    /// All figures of the sampled loop; `None` if it is unstable.
     pub flown: Option<Flown>,
     /// The gain from w to z with the true linearisation, in continuous time.
     pub gain: HinfNorm,
-    /// Bounds on the same gain as the loop is sampled, between the ticks too, for w that is held from tick to tick;
-    /// `None` where it was not asked for.
+    /// Bounds on the gain from w to z of the sampled loop, including between the ticks, for w that is held between
+    /// ticks; `None` if not requested.
     pub sampled_gain: Option<SampledGain>,
-    /// The same for disturbances that change however fast, and are sampled as if they were slow.
+    /// The same bounds for arbitrarily fast disturbances, which are aliased by sampling.
     pub aliased_gain: Option<SampledGain>,
     /// The fastest mode of the controller, rad/s.
     pub fastest_mode: f64,
@@ -52,19 +52,19 @@ impl AtSpeed {
         })
     }
 
-    /// The least over all places at which the loop can be opened; not-a-number where it is not stable.
+    /// The least margin over all points at which the loop can be opened; NaN if the loop is unstable.
     pub fn least(&self, of: impl Fn(&Margins) -> f64) -> f64 {
         self.flown.as_ref().map_or(f64::NAN, |f| f.margins().map(of).fold(f64::INFINITY, f64::min))
     }
 
-    /// The least delay \[s\] at one place or in all commands at once that makes the loop unstable.
+    /// The least delay \[s\] at one point or in all commands at once that makes the loop unstable.
     pub fn delay(&self) -> f64 {
         let common = self.flown.as_ref().map_or(f64::NAN, |f| f.common_delay);
         self.least(|m| m.delay).min(common)
     }
 }
 
-/// The factor on the gain, up or down, in decibels.
+/// The gain margin in decibels, the lesser of increase and decrease.
 pub fn gain_margin(m: &Margins) -> f64 {
     20.0 * m.gain_up.min(1.0 / m.gain_down).log10()
 }
@@ -75,7 +75,7 @@ impl Serialize for AtSpeed {
         struct Shown {
             speed: f64,
             gain: f64,
-            /// Lower and upper bound; null where the loop is not stable.
+            /// Lower and upper bound; null if the loop is unstable.
             sampled_gain: Option<[f64; 2]>,
             aliased_gain: Option<[f64; 2]>,
             gain_margin_db: f64,

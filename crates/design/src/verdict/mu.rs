@@ -8,22 +8,22 @@ use lpv::controller::Controller;
 use lpv::mu::sweep::{FrequencyBound, bound_over_frequency};
 use serde::Serialize;
 
-/// A bound on mu of the frozen loop in continuous time, over all frequencies, for what the design declares uncertain.
+/// A bound on mu of the frozen loop in continuous time, over all frequencies, for the declared uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuAtSpeed {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// Above mu at every frequency; not-a-number where there is no bound.
+    /// An upper bound on mu at every frequency; NaN if there is none.
     pub upper: f64,
-    /// The frequency with the largest bound of its own, rad/s.
+    /// The frequency with the largest bound, rad/s.
     pub frequency: f64,
     /// Why there is no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Whether anything is declared uncertain.
+    /// Whether any uncertainty is declared.
     #[serde(skip)]
     pub declared: bool,
-    /// The bound, with the scalings that show it.
+    /// The bound with its scalings.
     #[serde(skip)]
     pub bound: Option<FrequencyBound>,
 }
@@ -48,7 +48,7 @@ impl MuAtSpeed {
                 bound: Some(bound),
             },
             Err(Error::Uncertain(UncertainError::NothingUncertain { .. })) => {
-                none(false, "nothing is declared uncertain".into())
+                none(false, "no uncertainty is declared".into())
             }
             Err(reason) => none(true, reason.to_string()),
         }

@@ -5,57 +5,57 @@ use crate::numbers::decimals;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::{self, Display, Formatter};
 
-/// Whether a figure is what was asked.
+/// Whether a figure meets its requirement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// On the right side of its limit.
+    /// The figure is on the right side of its limit.
     Met,
-    /// Not so, or not known.
+    /// The figure is on the wrong side of its limit, or unknown.
     Missed,
-    /// Nothing was asked.
+    /// There is no requirement.
     Reported,
 }
 
-/// A figure, and where it was found; not-a-number for one that is not known.
+/// A figure and its condition; NaN if it is unknown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// In the unit of its row.
+    /// The value in the unit of its row.
     #[serde(deserialize_with = "or_unknown")]
     pub value: f64,
     /// Speed along the path, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// rad/s.
+    /// Frequency, rad/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<f64>,
-    /// What else there is to say: the place in the loop, a reason.
+    /// A remark: the point in the loop, or a reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remark: Option<String>,
 }
 
-/// A number; what JSON has for one that is none is not-a-number.
+/// A number, where null is NaN.
 fn or_unknown<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Figure {
-    /// A figure of the whole.
+    /// A figure without a condition.
     pub(crate) fn new(value: f64) -> Self {
         Self { value, speed: None, frequency: None, remark: None }
     }
 
-    /// One at a speed (m/s).
+    /// A figure at a speed (m/s).
     pub(crate) fn at(value: f64, speed: f64) -> Self {
         Self { speed: Some(speed), ..Self::new(value) }
     }
 
-    /// The same with a remark.
-    pub(crate) fn because(self, remark: impl Into<String>) -> Self {
+    /// Adds a remark.
+    pub(crate) fn with_remark(self, remark: impl Into<String>) -> Self {
         Self { remark: Some(remark.into()), ..self }
     }
 
-    /// The worst of some figures, where not-a-number is worse than any number.
+    /// The worst of some figures; NaN is worse than any number.
     pub(crate) fn worst(sense: Sense, figures: impl IntoIterator<Item = Self>) -> Option<Self> {
         let badness = |v: f64| match sense {
             _ if v.is_nan() => f64::INFINITY,
@@ -67,7 +67,7 @@ impl Figure {
             .reduce(|worst, next| if badness(next.value) > badness(worst.value) { next } else { worst })
     }
 
-    /// Where it was found, and what else there is to say.
+    /// The condition at which it was found, with the remark.
     pub fn place(&self) -> String {
         let mut words = vec![];
         words.extend(self.speed.map(|speed| format!("{speed:.2} m/s")));
@@ -82,51 +82,51 @@ impl Figure {
 pub struct Row {
     /// The key of `[require]` that has its limit.
     pub key: &'static str,
-    /// What is judged, in words.
+    /// The assessed figure, in words.
     pub what: String,
     /// The unit of limit and figure.
     pub unit: &'static str,
-    /// Which side of the limit is asked for.
+    /// The required side of the limit.
     pub sense: Sense,
-    /// The limit; `None` where nothing is asked.
+    /// The limit; `None` if there is no requirement.
     pub limit: Option<f64>,
-    /// The worst of what was found.
+    /// The worst figure found.
     pub achieved: Figure,
     /// Met or missed.
     pub outcome: Outcome,
-    /// What to turn, of a row that is missed, where that has been looked for.
+    /// Advice for a missed row, if it was searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Advice>,
 }
 
-/// A row as `design.json` has it, as far as its figure goes.
+/// The part of a row in `design.json` that is read back.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct StoredRow {
     /// The key of `[require]` that has its limit.
     pub key: String,
-    /// What is judged, in words.
+    /// The assessed figure, in words.
     pub what: String,
-    /// The worst of what was found.
+    /// The worst figure found.
     pub achieved: Figure,
-    /// What to turn, of a row that is missed, where that has been looked for.
+    /// Advice for a missed row, if it was searched for.
     pub advice: Option<Advice>,
 }
 
-/// What to turn in the design file.
+/// Advice on a change of the design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
-    /// `None` where no key moves the row the right way.
+    /// The change; `None` if no key improves the row.
     pub turn: Option<Turn>,
-    /// The same for people, with what it gains and what it costs.
+    /// The advice in words, with its benefit and its cost.
     pub words: String,
 }
 
-/// A key that was turned.
+/// A change of one key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Turn {
-    /// Its name, with the signal of its table.
+    /// The name of the key, with the signal of its table.
     pub key: String,
-    /// By what its number was multiplied; above 1: raise it.
+    /// The factor on its number.
     pub factor: f64,
 }
 
@@ -140,11 +140,11 @@ impl Display for Outcome {
     }
 }
 
-/// What rounding may add to a figure without moving its last digit, in units of that digit.
+/// Tolerance of rounding in a figure, in units of its last digit.
 const EXACT: f64 = 1e-6;
 
-/// A figure with so many digits as tell it from its neighbours, rounded to the side that is worse: a bound stays one,
-/// and no limit is met by rounding.
+/// A figure with a suitable number of digits, rounded to the worse side, so that a bound stays a bound and rounding
+/// meets no limit.
 fn number(value: f64, sense: Sense) -> String {
     let digits = match value.abs() {
         _ if value.is_nan() => return "unknown".into(),
@@ -163,15 +163,15 @@ fn number(value: f64, sense: Sense) -> String {
 }
 
 impl Row {
-    /// What is asked, with its unit; empty where nothing is.
-    pub fn asked(&self) -> String {
+    /// The requirement with its unit; empty if there is none.
+    pub fn required(&self) -> String {
         let side = if self.sense == Sense::Below { "<" } else { ">" };
         self.limit.map_or_else(String::new, |limit| {
             format!("{side} {} {}", auv::number(limit), self.unit).trim_end().to_owned()
         })
     }
 
-    /// What is achieved, with its unit.
+    /// The achieved figure with its unit.
     pub fn found(&self) -> String {
         let value = self.achieved.value;
         let unit = if value.is_finite() { self.unit } else { "" };

@@ -14,21 +14,21 @@ use auv::rounded;
 use signals::{PITCH, SIGNALS};
 use std::f64::consts::TAU;
 
-/// As many per cent as 1.
+/// Conversion to per cent.
 const PER_CENT: f64 = 100.0;
 
-/// All rows, in the order of [`REQUIREMENTS`]. Where nothing is found of one, that of a stored design counts.
+/// All rows, in the order of [`REQUIREMENTS`]. If nothing was found for one, the stored rows are used.
 pub(super) fn rows(inputs: &Inputs, gamma: f64, found: &Found, stored: &[StoredRow]) -> Vec<Row> {
     let row = |requirement: &'static Requirement| -> Vec<Row> {
-        let mut judged = judged(requirement.key, inputs, gamma, found);
-        if judged.iter().all(|(_, figures)| figures.is_empty()) {
+        let mut assessed = figures_of(requirement.key, inputs, gamma, found);
+        if assessed.iter().all(|(_, figures)| figures.is_empty()) {
             let of_this = stored.iter().filter(|row| row.key == requirement.key);
-            judged = of_this.map(|row| (row.what.clone(), vec![row.achieved.clone()])).collect();
+            assessed = of_this.map(|row| (row.what.clone(), vec![row.achieved.clone()])).collect();
         }
         let worst = |(what, figures): (String, Vec<Figure>)| {
             Some(row(requirement, &inputs.design.require, what, Figure::worst(requirement.sense, figures)?))
         };
-        judged.into_iter().filter_map(worst).collect()
+        assessed.into_iter().filter_map(worst).collect()
     };
     REQUIREMENTS.iter().flat_map(row).collect()
 }
@@ -45,12 +45,12 @@ fn row(requirement: &Requirement, require: &Require, what: String, achieved: Fig
     Row { key, what, unit, sense, limit, achieved, outcome, advice: None }
 }
 
-/// What is known of a requirement: in words, the figures of which the worst counts.
-fn judged(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String, Vec<Figure>)> {
+/// The figures for a requirement by description; the worst of each determines the row.
+fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String, Vec<Figure>)> {
     let one = |what: &str, figures: Vec<Figure>| vec![(what.to_owned(), figures)];
     match key {
         "gamma" => one("gain of the weighted loop (gamma)", vec![nearest(gamma, found)]),
-        "sampled_gain" => one("gain of the same, sampled, at a constant speed", sampled_gains(found)),
+        "sampled_gain" => one("gain of the sampled loop at constant speed", sampled_gains(found)),
         "overshoot" => steps(inputs, None, "overshoot", found, |s| PER_CENT * s.overshoot),
         "pitch_rise" => steps(inputs, Some("pitch"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "pitch_settling" => steps(inputs, Some("pitch"), "settled within 2 %", found, |s| s.settling_time),
@@ -70,13 +70,13 @@ fn judged(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(String,
         "gust" => gust(inputs, found),
         "noise" => noise(inputs, found),
         "controller_mode" => {
-            one("fastest mode of the controller, of the sampling rate", modes(inputs, found))
+            one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
         }
         _ => vec![],
     }
 }
 
-/// The proved or, where it is not proved, computed bound; and where the frozen loop comes nearest to it.
+/// The proved, or else the computed bound, with the condition at which the frozen loop comes closest to it.
 fn nearest(bound: f64, found: &Found) -> Figure {
     let most = found.frozen.iter().max_by(|a, b| a.gain.value.total_cmp(&b.gain.value));
     Figure {
@@ -86,16 +86,16 @@ fn nearest(bound: f64, found: &Found) -> Figure {
     }
 }
 
-/// The upper bounds, beside the gain in continuous time.
+/// The upper bounds, each with the gain in continuous time.
 fn sampled_gains(found: &Found) -> Vec<Figure> {
     let figure = |at: &AtSpeed| {
         let words = format!("in continuous time {:.3}", at.gain.value);
-        Some(Figure::at(at.sampled_gain?.upper, at.speed).because(words))
+        Some(Figure::at(at.sampled_gain?.upper, at.speed).with_remark(words))
     };
     found.frozen.iter().filter_map(figure).collect()
 }
 
-/// A figure of the steps of each output, or of one.
+/// A figure of the steps of each output, or of one output.
 fn steps(
     inputs: &Inputs,
     only: Option<&str>,
@@ -114,8 +114,8 @@ fn steps(
 
 fn steady_errors(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     let row = |(i, name): (usize, &str)| {
-        let left = |f: &Flown| PER_CENT * f.steps[i].steady_error;
-        (format!("{name}: steady error"), frozen(found, left))
+        let error = |f: &Flown| PER_CENT * f.steps[i].steady_error;
+        (format!("{name}: steady error"), frozen(found, error))
     };
     inputs.design.tracked.iter().map(|t| t.signal().name).enumerate().map(row).collect()
 }
@@ -134,31 +134,31 @@ fn uses(found: &Found) -> Vec<(String, Vec<Figure>)> {
                 format!("level flight at the same speeds: {:.0} %", PER_CENT * used.trim),
             ),
         };
-        (format!("{} in the default flight", used.actuator), vec![Figure::new(value).because(remark)])
+        (format!("{} in the default flight", used.actuator), vec![Figure::new(value).with_remark(remark)])
     };
     found.flight.uses.iter().map(row).collect()
 }
 
-/// How much of the limits of their rates actuators are asked for: above 100 % they are cut off.
+/// The unsaturated rates of actuators relative to their rate limits: above 100 % the rate is saturated.
 fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     let row = |(used, a): (&Use, &auv::Actuator)| {
         let ((rate, limit), (factor, unit)) = (used.rate.zip(a.rate)?, readable(a.unit()));
         let (value, remark) = match &found.flight.lost {
             Some(reason) => (f64::NAN, reason.clone()),
             None => {
-                let [asked, limit] = [rate * limit, limit].map(|rate| rounded(factor * rate));
-                (PER_CENT * rate, format!("{asked} {unit}/s, limit {limit} {unit}/s"))
+                let [used, limit] = [rate * limit, limit].map(|rate| rounded(factor * rate));
+                (PER_CENT * rate, format!("{used} {unit}/s, limit {limit} {unit}/s"))
             }
         };
         Some((
             format!("rate of {} in the default flight", used.actuator),
-            vec![Figure::new(value).because(remark)],
+            vec![Figure::new(value).with_remark(remark)],
         ))
     };
     found.flight.uses.iter().zip(&inputs.vehicle.actuators).filter_map(row).collect()
 }
 
-/// The names of the places at which the loop can be opened: what is measured, or its errors, and the commands.
+/// The names of the points at which the loop can be opened: the measurements, or the errors, and the commands.
 fn places(inputs: &Inputs) -> Vec<String> {
     let commands = inputs.vehicle.actuators.iter().map(|a| a.name.clone());
     inputs
@@ -170,18 +170,18 @@ fn places(inputs: &Inputs) -> Vec<String> {
         .collect()
 }
 
-/// A margin at each place and speed.
+/// A margin at each point and speed.
 fn margins(inputs: &Inputs, found: &Found, of: impl Fn(&Margins) -> f64) -> Vec<Figure> {
     let places = places(inputs);
     let mut all = vec![];
     for at in &found.frozen {
         match &at.flown {
-            None => all.push(Figure::at(f64::NAN, at.speed).because("unstable")),
+            None => all.push(Figure::at(f64::NAN, at.speed).with_remark("unstable")),
             Some(flown) => all.extend(
                 places
                     .iter()
                     .zip(flown.margins())
-                    .map(|(place, m)| Figure::at(of(m), at.speed).because(format!("opened at {place}"))),
+                    .map(|(place, m)| Figure::at(of(m), at.speed).with_remark(format!("opened at {place}"))),
             ),
         }
     }
@@ -191,7 +191,7 @@ fn margins(inputs: &Inputs, found: &Found, of: impl Fn(&Margins) -> f64) -> Vec<
 fn delays(inputs: &Inputs, found: &Found) -> Vec<Figure> {
     let mut all = margins(inputs, found, |m| m.delay);
     let common = frozen(found, |f| f.common_delay);
-    all.extend(common.into_iter().map(|figure| figure.because("all commands at once")));
+    all.extend(common.into_iter().map(|figure| figure.with_remark("all commands at once")));
     all
 }
 
@@ -202,7 +202,7 @@ fn mu(found: &Found) -> Vec<Figure> {
         frequency: Some(m.frequency).filter(|omega| omega.is_finite()),
         remark: m.reason.clone(),
     };
-    // Of nothing there is nothing to say.
+    // Without declared uncertainty there is no row.
     found.mu.iter().filter(|m| m.declared).map(figure).collect()
 }
 

@@ -9,7 +9,7 @@ use lpv::polynomial::MatrixPolynomial;
 use proof::claim::parse;
 use proof::same_plant::NEAREST_POLE;
 use squid_design::augment::{LinearModel, augment};
-use squid_design::certify::missed::missed;
+use squid_design::certify::fit_residual::fit_residual;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
 use squid_design::linearise::{TRIM_ROWS, linearise_at, trim_slope};
@@ -20,8 +20,8 @@ fn moved(plant: &GeneralisedPlant, rho: f64) -> Mat {
     block(&[&[&parts.block(X, X), &parts.block(X, W), &parts.block(X, U)]])
 }
 
-/// At speeds that did not make the ball, the plant of the true linearisation and trim, in waves if the design is made
-/// for them, is one of the ball's, and its loop has a gain below the bound for the ball.
+/// At speeds between the samples of the ball, the plant of the true linearisation and trim, with waves if the design
+/// has them, is in the ball, and the gain of its loop is below the bound for the ball.
 #[test]
 fn the_ball_holds_the_plants_of_the_vehicle() {
     let at_sea = Made::at_sea("remus100");
@@ -58,7 +58,7 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
     }
 }
 
-/// A ball without its part for the slope, or a bit too small, does not hold the vehicle.
+/// A ball without its part for the slope, or slightly too small, does not contain the vehicle.
 #[test]
 fn a_ball_without_the_slope_is_refused() {
     let (inputs, stored) = committed();
@@ -67,7 +67,7 @@ fn a_ball_without_the_slope_is_refused() {
     let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
     let (ball, held) = (certificate.residual.unwrap(), certificate.limits.unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
-    let missed = missed(vehicle, file, &model).unwrap();
+    let missed = fit_residual(vehicle, file, &model).unwrap();
     missed.check(&ball, held).unwrap();
     assert!(missed.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
     let refusal = |ball: &Residual| missed.check(ball, held).unwrap_err().to_string();
@@ -81,17 +81,17 @@ fn a_ball_without_the_slope_is_refused() {
         .for_each(|entry| *entry *= 0.99);
     assert!(refusal(&smaller).contains("reach 1.0101 times"), "{}", refusal(&smaller));
     let without = Residual { fw: vec![], ..ball.clone() };
-    assert!(refusal(&without).contains("make no ball"), "{}", refusal(&without));
+    assert!(refusal(&without).contains("do not form a ball"), "{}", refusal(&without));
     let mut blind = ball.clone();
     blind.fw.iter_mut().flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&blind).contains("make no ball"), "{}", refusal(&blind));
+    assert!(refusal(&blind).contains("do not form a ball"), "{}", refusal(&blind));
     let mut flat = ball;
     flat.e.iter_mut().skip(file.states.len()).flatten().for_each(|entry| *entry = 0.0);
-    assert!(refusal(&flat).contains("make no ball"), "{}", refusal(&flat));
+    assert!(refusal(&flat).contains("do not form a ball"), "{}", refusal(&flat));
 }
 
-/// Over other ranges and orders, down to rest: no pole where it must not be, as many channels as the order at most, and
-/// no farther from the slopes than the polynomial is.
+/// Over other ranges and orders, down to rest: no pole near the range, at most as many channels as the order, and no
+/// larger error in the slopes than the polynomial.
 #[test]
 fn the_fit_of_the_slope_keeps_its_poles_away() {
     let mut rational = 0;
@@ -122,7 +122,7 @@ fn the_fit_of_the_slope_keeps_its_poles_away() {
             };
             let found = off(&|rho| model.trim_slope.evaluate(&[rho]).unwrap());
             let before = off(&|rho| polynomial.evaluate(rho));
-            // What is dropped of the LFT may count against it.
+            // The truncation of the LFT may increase its error.
             assert!(
                 found <= 1.1 * before + 1e-9,
                 "{name} from {from} m/s, order {order}: {found} against {before}"

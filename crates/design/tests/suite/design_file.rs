@@ -1,4 +1,4 @@
-//! The design file: every mistake is told with its line, its key, what was found and what is allowed.
+//! The design file: every mistake is reported with its line, its key, what was found and what is allowed.
 
 use auv::Pitch;
 use squid_design::inputs::Inputs;
@@ -10,7 +10,7 @@ fn squid() -> String {
     base::files::read(&path).unwrap()
 }
 
-/// The text that stands in the file where `*` is any number; a design is tuned, and with it the numbers change.
+/// A text of the file, where `*` is any number, because the numbers of a tuned design change.
 fn present(file: &str, sought: &str) -> String {
     let Some((start, end)) = sought.split_once('*') else { return sought.into() };
     let (_, rest) = file.split_once(&format!("\n{start}")).expect(sought);
@@ -18,7 +18,7 @@ fn present(file: &str, sought: &str) -> String {
     format!("{start}{number}{end}")
 }
 
-/// The words for the design of Squid with texts replaced, and the lines on which these stand.
+/// The message for the design of Squid with texts replaced, and the lines of the replacements.
 fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
     let (original, mut text) = (squid(), squid());
     let mut lines = Vec::new();
@@ -32,7 +32,7 @@ fn refused(edits: &[(&str, &str)]) -> (Vec<String>, Vec<usize>) {
     (words.lines().map(str::to_owned).collect(), lines)
 }
 
-/// Asserts that one text in place of another makes one mistake, on the line of the latter or so many below.
+/// Asserts that one replaced text gives one mistake, on its line or a given number of lines below.
 fn assert_refused(old: &str, new: &str, below: usize, words: &str) {
     let (found, lines) = refused(&[(old, new)]);
     assert_eq!(found.len(), 1, "{found:?}");
@@ -125,7 +125,7 @@ fn what_is_measured_is_checked() {
     assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
     let (second_order, _) = refused(&[("frequency = 1.11\n", "frequency = 1.11\ndamping = 0.7\n")]);
     assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
-    // Without [[measure]] the controller sees the errors: there is no model to follow.
+    // Without [[measure]] the controller measures the errors, and there are no reference models.
     let text = squid();
     let (start, rest) = text.split_once("[[measure]]").unwrap();
     let (_, end) = rest.split_once("[control]").unwrap();
@@ -134,7 +134,7 @@ fn what_is_measured_is_checked() {
     assert!(words.contains("unknown key 'track.frequency'"), "{words}");
 }
 
-/// One line each, in the order of the file; a misspelt key is not missing as well.
+/// One line per mistake, in the order of the file; a misspelt key is not reported as missing as well.
 #[test]
 fn all_mistakes_are_reported_at_once() {
     let (found, lines) = refused(&[
@@ -235,7 +235,7 @@ fn a_manoeuvre_stays_within_the_design() {
     assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
 }
 
-/// Waves that break, that carry the vehicle along, or about a hull of no size.
+/// Waves that break, that carry the vehicle along, or with a hull without dimensions.
 #[test]
 fn seas_that_cannot_be_are_refused() {
     let sea = |keys: &str| {

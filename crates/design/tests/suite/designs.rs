@@ -1,4 +1,4 @@
-//! The designs of the shipped vehicles, each made once.
+//! The designs of the shipped vehicles, each computed once.
 
 use base::progress::Progress;
 use lpv::plant::GeneralisedPlant;
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
-/// A design up to its controller, and what it is made from.
+/// A design up to its controller, with its inputs.
 pub struct Made {
     pub inputs: Inputs,
     pub model: Model,
@@ -41,7 +41,7 @@ impl Made {
         Self::of(inputs)
     }
 
-    /// The same without delay, made for waves of 1 m a metre above it, which count five times.
+    /// The default design without delay, in waves of 1 m at a depth of one metre, with weight 5.
     pub fn at_sea(name: &str) -> Self {
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
         let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
@@ -56,12 +56,12 @@ impl Made {
     }
 }
 
-/// The files of a vehicle.
+/// The input files of a vehicle.
 pub fn inputs(name: &str) -> Inputs {
     read(name, "design")
 }
 
-/// Those of one of its designs.
+/// The input files of one of its designs.
 pub fn read(name: &str, design: &str) -> Inputs {
     let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
     Inputs::read(&vehicles.join(name), design).unwrap()
@@ -75,7 +75,7 @@ pub fn committed() -> (Inputs, Stored) {
     (inputs, stored)
 }
 
-/// The default design of a vehicle, made when it is first asked for.
+/// The default design of a vehicle, computed at first use.
 pub fn made(name: &'static str) -> &'static Made {
     static MADE: Mutex<BTreeMap<&str, &OnceLock<Made>>> = Mutex::new(BTreeMap::new());
     let cell: &'static OnceLock<Made> =

@@ -1,4 +1,4 @@
-//! What the default designs are to reach as they fly, frozen at speeds over the range.
+//! Requirements on the default designs in flight, frozen at speeds over the range.
 
 use crate::designs::{Made, made};
 use auv::Pitch;
@@ -13,7 +13,7 @@ use squid_design::linearise::linearise_at;
 use squid_design::store::freeze::{Frozen, freeze};
 use squid_flight::flight::{Row, fly};
 
-/// The loops at five speeds, and the largest rms of each command under noise relative to what is allowed: 4 N, 0.5 deg.
+/// The loops at five speeds, and the largest rms of each command under noise relative to the allowed one: 4 N, 0.5 deg.
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
@@ -29,14 +29,14 @@ fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     (loops, noise)
 }
 
-/// Of all loops the worst.
+/// The worst of all loops.
 fn most(loops: &[Flown], of: impl Fn(&Flown) -> f64) -> f64 {
     loops.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Each vehicle: delay at least 0.15 s, phases at least 45 and 35 deg (REMUS 100: 40 and 30), steps of the speed that
-/// overshoot by at most 5 % (8 %), steady errors of at most 0.05 %, a gust that pitches by at most 4 deg (REMUS 100: 5,
-/// Tethys, which is slow: 9).
+/// Each vehicle: delay margin at least 0.15 s, phase and disk margins at least 45 and 35 deg (REMUS 100: 40 and 30),
+/// speed steps with at most 5 % overshoot (8 %), steady errors of at most 0.05 %, at most 4 deg of pitch after a gust
+/// (REMUS 100: 5, Tethys, which is slow: 9).
 #[test]
 fn the_default_designs_fly_as_they_should() {
     for (name, phase, disk, overshoot, gust) in [
@@ -62,8 +62,7 @@ fn the_default_designs_fly_as_they_should() {
     }
 }
 
-/// A box with vertical thrusters, from rest: held level, proved, and flown from 0 to 0.45 m/s with a pitch step on the
-/// way.
+/// A box with vertical thrusters, from rest: level, proved, and flown from 0 to 0.45 m/s with a pitch step on the way.
 #[test]
 fn a_box_flies_from_rest() {
     let made = made("bluerov2_heavy");

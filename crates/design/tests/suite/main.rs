@@ -1,4 +1,4 @@
-//! Designs of the shipped vehicles: what is read, proved, checked, stored and judged of them.
+//! Designs of the shipped vehicles: reading, proof, checks, storage and verdict.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod ball;

@@ -62,7 +62,7 @@ fn a_direct_path_is_not_of_a_vehicle() {
     assert!(check(&plant, &wanted.blocks, &wanted).unwrap_err().to_string().contains("D22"));
 }
 
-/// What is no number compares like nothing, and not like everything.
+/// NaN differs from everything.
 #[test]
 fn overflow_is_no_agreement() {
     let wanted = squid(2);
@@ -75,7 +75,7 @@ fn overflow_is_no_agreement() {
     assert!(message.contains("matrix A") || message.contains("well posed"), "{message}");
 }
 
-/// A pole between two points could hide anything there.
+/// A pole between two points could hide a difference there.
 #[test]
 fn a_pole_nearby_is_refused() {
     let wanted = squid(2);

@@ -1,4 +1,4 @@
-//! What is proved of the sampled loop, against lifting.
+//! The proof of the sampled loop, compared with lifting.
 
 use crate::designs::{Made, made};
 use lpv::analysis::{Exogenous, sampled_gain};
@@ -7,8 +7,8 @@ use squid_design::augment::augment;
 use squid_design::certify::sampled::sampled;
 use squid_design::check::sampled::trapezoidal;
 
-/// Sampling costs less than 3 % of the proved gain. At constant speeds the plant that the proof is of, advanced by the
-/// trapezoidal rule, has the gain of the plant itself under a hold, between the ticks too.
+/// Sampling increases the proved gain by less than 3 %. At constant speeds the plant of the proof, discretised by the
+/// trapezoidal rule, has the gain of the plant itself under a hold, including between the ticks.
 #[test]
 fn the_proved_gain_covers_the_lifted_one() {
     for (name, delay) in [("squid", 0.0), ("remus100", 0.0), ("remus100", 0.04)] {

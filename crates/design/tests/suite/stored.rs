@@ -1,4 +1,4 @@
-//! Designs in one folder: whoever writes at the same time, what is read is one design.
+//! Designs in one folder: with concurrent writers, a reader always gets one complete design.
 
 use crate::designs::read;
 use base::progress::Progress;
@@ -13,10 +13,10 @@ use squid_design::store::Stored;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How often each of the two designs is written.
+/// The number of times that each of the two designs is written.
 const TIMES: usize = 50;
 
-/// Whichever of two designs is stored.
+/// Either of two stored designs.
 fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored) {
     loop {
         for inputs in designs {
@@ -28,20 +28,20 @@ fn either<'a>(directory: &Path, designs: [&'a Inputs; 2]) -> (&'a Inputs, Stored
     }
 }
 
-/// All files are of the design whose hashes stand in controller.json: the certificate is of its controller, or there
-/// is none where nothing was proved.
+/// All files belong to the design whose hashes are in controller.json: the certificate is that of its controller, or
+/// missing if nothing was proved.
 fn assert_one_design(directory: &Path, proved: &Inputs, other: &Inputs) {
     let (inputs, stored) = either(directory, [proved, other]);
     if inputs.hashes == proved.hashes {
         let text = stored.certificate.unwrap();
         let certificate = parse(&text, "certificate.json").unwrap();
-        verify::matches(&stored.controller, &certificate).unwrap();
+        verify::check_design(&stored.controller, &certificate).unwrap();
     } else {
         assert!(stored.certificate.is_err(), "the certificate of the other design");
     }
 }
 
-/// Of the paper, since these are made soon.
+/// The paper's designs, because they are computed quickly.
 #[test]
 fn two_designs_at_once_leave_one() {
     let proved = read("squid", "paper");

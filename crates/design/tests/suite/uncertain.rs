@@ -47,7 +47,7 @@ fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
 static SUBJECTS: LazyLock<[Subject; 2]> =
     LazyLock::new(|| [subject("squid", [0.5, 1.3, 3.0]), subject("remus100", [1.4, 1.77, 2.2])]);
 
-/// The model's own linearisation: coefficients at delta, the trim held, gains at delta.
+/// The linearisation that the model represents: coefficients at delta, nominal trim, gains at delta.
 fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
     let changed = perturbed(&subject.inputs.vehicle, &frozen.model.blocks, delta);
     let mut found = stacked(&linearise(&changed, &frozen.nominal.trim).unwrap());
@@ -59,7 +59,7 @@ fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
     found
 }
 
-/// `delta` with 0 for what belongs to the trim.
+/// `delta` with 0 for quantities of the trim.
 fn with_trim_held(model: &UncertainModel, delta: &[f64]) -> Vec<f64> {
     model.blocks.iter().zip(delta).map(|(b, d)| if b.uncertain.is_of_trim() { 0.0 } else { *d }).collect()
 }
@@ -98,8 +98,8 @@ fn at_delta_zero_the_models_are_the_nominal_ones() {
     }
 }
 
-/// With all parameters but one held anywhere, `[A B]` is rational in that one, and no realisation has fewer channels
-/// than its McMillan degree: the rank of the product of observability and reachability. So repetitions that reach it
+/// With all parameters but one fixed, `[A B]` is rational in that one, and no realisation has fewer channels than its
+/// McMillan degree, the rank of the product of observability and controllability matrices. So repetitions equal to it
 /// are minimal.
 #[test]
 fn no_parameter_is_repeated_more_than_it_must() {
@@ -148,8 +148,7 @@ fn mcmillan_degree(left: &Mat, inner: &Mat, right: &Mat) -> usize {
     s.iter().filter(|v| **v > 1e-11 * s[0]).count()
 }
 
-/// N(s) closed by Delta is the loop that the controller makes with the perturbed vehicle; its first block is what it
-/// says.
+/// N(s) closed by Delta is the loop of the controller with the perturbed vehicle, and its first block maps wd to zd.
 #[test]
 fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
     for subject in SUBJECTS.iter() {
@@ -202,8 +201,8 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
     }
 }
 
-/// A sweep of the whole loop, slow states of weights and filters among the others, ends with a bound: at 2 m/s mu is
-/// nearly the same over decades of low frequencies, where intervals are tiny unless the level gives way.
+/// A sweep of the complete loop, including slow states of weights and filters, ends with a bound: at 2 m/s mu is nearly
+/// constant over decades of low frequencies, where intervals are tiny unless the level is raised.
 #[test]
 fn idle_states_do_not_keep_a_sweep_from_ending() {
     let inputs = &SUBJECTS[0].inputs;
@@ -241,8 +240,8 @@ fn closed_by(n: &Perturbable, delta: &Mat) -> StateSpace {
     }
 }
 
-/// Trimmed anew at corners of the box, the models stay within half a per cent at one speed, and over the range within
-/// one and a half or half a per cent, where the vehicle moves by 18 to 55 per cent.
+/// Against the vehicle trimmed again at corners of the box, the models have errors within half a per cent at one speed,
+/// and within one and a half or half a per cent over the range, where the vehicle changes by 18 to 55 per cent.
 #[test]
 fn the_models_follow_the_vehicle_trimmed_anew() {
     for subject in SUBJECTS.iter() {
@@ -259,7 +258,8 @@ fn the_models_follow_the_vehicle_trimmed_anew() {
     }
 }
 
-/// What enters through trim alone, and what multiplies: weight, buoyancy, mass and the centre of gravity together.
+/// Coefficients that act through the trim only, and products: weight, buoyancy, mass and the centre of gravity
+/// together.
 #[test]
 fn weight_and_centre_of_gravity_may_be_uncertain() {
     let inputs = naming(&[
@@ -308,11 +308,11 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     let begins = [
         (
             refused(&[("length", 0.5)]),
-            "[uncertainty]: 'length' does not enter the equations of motion linearly (off by ",
+            "[uncertainty]: 'length' does not enter the equations of motion linearly (relative error ",
         ),
         (
             refused(&[("density", 100.0), ("wetted_area", 0.3), ("form_factor", 0.2)]),
-            "[uncertainty]: three of the coefficients multiply one another (off by ",
+            "[uncertainty]: three of the coefficients are multiplied together (relative error ",
         ),
         (
             refused(&[("I_yy", 16.0), ("M_q_dot", 12.2), ("z_G", 0.5)]),
@@ -329,5 +329,5 @@ fn what_no_lft_can_hold_is_refused_by_name() {
     let mut nothing = naming(&[]);
     nothing.design.uncertainty = None;
     let message = at_speed(&nothing, 1.0).unwrap_err().to_string();
-    assert!(message.starts_with("the design design.toml names nothing uncertain"), "{message}");
+    assert!(message.starts_with("the design design.toml declares no uncertainty"), "{message}");
 }

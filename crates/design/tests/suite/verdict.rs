@@ -1,5 +1,5 @@
-//! The verdict on the committed design of Squid: every figure is found again another way, every requirement can be
-//! missed.
+//! The verdict on the committed design of Squid: every figure is recomputed in another way, and every requirement can
+//! be missed.
 
 use crate::designs::committed;
 use scheduled::{ControllerDesign, Manoeuvre};
@@ -25,14 +25,14 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid")
 }
 
-/// The files, and the verdict with the default limits; computed once.
+/// The input files, and the verdict with the default limits; computed once.
 static SQUID: LazyLock<(Inputs, Stored, Verdict)> = LazyLock::new(|| {
     let (inputs, stored) = committed();
     let verdict = Verdict::of(&inputs, &stored.controller, EFFORT).unwrap();
     (inputs, stored, verdict)
 });
 
-/// The same figures judged by the limits of a section [require].
+/// The same figures, assessed by the limits of a section [require].
 fn judged(section: &str) -> Verdict {
     let (inputs, stored, verdict) = &*SQUID;
     let text = base::files::read(&folder().join("design.toml")).unwrap() + "\n[require]\n" + section;
@@ -54,7 +54,7 @@ fn all(limit: impl Fn(Sense) -> f64) -> String {
     REQUIREMENTS.iter().map(|r| format!("{} = {:?}\n", r.key, limit(r.sense))).collect()
 }
 
-/// What the lag asks of a rate, by a plant that flies the commands of the flight; judged where there is a limit.
+/// The unsaturated rate of a lag, by a plant with the commands of the flight; assessed if there is a limit.
 #[test]
 fn the_use_of_a_rate_is_that_of_the_plant() {
     let (mut inputs, stored, _) = SQUID.clone();
@@ -89,12 +89,12 @@ fn the_default_design_meets_the_default_limits() {
     let (_, _, verdict) = &*SQUID;
     assert_eq!(verdict.missed().count(), 0, "{verdict}");
     let asked = verdict.rows.iter().filter(|row| row.outcome == Outcome::Met).count();
-    // Two steps overshoot, three actuators, three margins, mu, the modes.
+    // Overshoot of two steps, three actuators, three margins, mu, the modes.
     assert_eq!(asked, 10, "{verdict}");
     assert!(verdict.to_string().starts_with("all 10 requirements are met\n"), "{verdict}");
 }
 
-/// With the largest limit on margins and the smallest on the rest every row is missed, the other way round every one
+/// With the largest limits on margins and the smallest on the rest every row is missed; the other way round every one
 /// is met.
 #[test]
 fn every_requirement_can_be_missed_and_met() {
@@ -102,7 +102,7 @@ fn every_requirement_can_be_missed_and_met() {
     let hard = judged(&all(|sense| if sense == Sense::Above { 1e6 } else { 0.0 }));
     assert_eq!(hard.missed().count(), hard.rows.len(), "{hard}");
     assert_eq!(hard.rows.len(), verdict.rows.len());
-    // Squid's design tracks no depth.
+    // Squid's design does not track depth.
     for requirement in REQUIREMENTS.iter().filter(|one| !one.key.starts_with("depth")) {
         assert!(hard.rows.iter().any(|row| row.key == requirement.key), "{}", requirement.key);
     }
@@ -127,7 +127,7 @@ fn a_wrong_limit_is_refused_by_line() {
     }
 }
 
-/// Margins, gust, steady errors and noise are those of the frozen loops; gamma is the one that is proved.
+/// Margins, gust, steady errors and noise are those of the frozen loops; gamma is the proved one.
 #[test]
 fn frozen_figures_are_those_of_the_check() {
     let (inputs, stored, verdict) = &*SQUID;
@@ -155,7 +155,7 @@ fn frozen_figures_are_those_of_the_check() {
     near(found("gain of the weighted loop (gamma)"), stored.controller.gamma.bound);
 }
 
-/// Steps and the use of actuators, read off flights of their own.
+/// Steps and the use of actuators, read from separate flights.
 #[test]
 fn flown_figures_are_those_of_flights() {
     let (inputs, stored, verdict) = &*SQUID;
@@ -201,7 +201,7 @@ fn flown_figures_are_those_of_flights() {
     near(row(verdict, "lower in the default flight").achieved.value, 100.0 * most);
 }
 
-/// A vehicle that comes out of the water in its default flight has not met what is asked of its actuators.
+/// A vehicle that surfaces in its default flight misses the requirement on its actuators.
 #[test]
 fn a_flight_that_is_cut_short_is_missed() {
     let (inputs, stored, _) = &*SQUID;

@@ -8,7 +8,7 @@ use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
 use signals::PITCH;
-use squid_design::check::flown::{FOLLOWED, Flown, GUST};
+use squid_design::check::flown::{DURATION, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
 use squid_design::verdict::frozen::AtSpeed;
@@ -142,7 +142,7 @@ fn words(subject: &Subject) -> String {
             margin is |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk \
             margin is alpha = 1/max|S - 1/2| (P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), \
             2020), with the phase 2 atan(alpha/2): gain and phase may be off by as much at the same time. Steps are of \
-            the reference of each output, followed for {FOLLOWED:.0} s; settled: within 2 %; the steady error is |1 - \
+            the reference of each output, followed for {DURATION:.0} s; settled: within 2 %; the steady error is |1 - \
             T| at z = 1. Gust: the water begins to move vertically by {GUST} m/s at once, and heave through the water \
             jumps by as much. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on \
             speeds, 0.01 m on the depth; the rms of a command follows from a Lyapunov equation."
@@ -176,8 +176,8 @@ fn rows(subject: &Subject) -> Vec<Row> {
         add(of("rise, 10 to 90 % (s)"), 2, false, Box::new(move |f| f.steps[i].rise_time));
         add(of("settled (s)"), 2, false, Box::new(move |f| f.steps[i].settling_time));
         add(of("steady error (%)"), 3, false, Box::new(move |f| 100.0 * f.steps[i].steady_error));
-        let late = of(&format!("error after {FOLLOWED:.0} s (%)"));
-        add(late, 3, false, Box::new(move |f| 100.0 * f.steps[i].late_error));
+        let late = of(&format!("error after {DURATION:.0} s (%)"));
+        add(late, 3, false, Box::new(move |f| 100.0 * f.steps[i].remaining_error));
     }
     if subject.inputs.design.tracked.iter().any(|t| t.place == PITCH) {
         let gust = format!("pitch after a gust of {GUST} m/s (deg)");

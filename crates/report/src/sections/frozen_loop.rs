@@ -9,7 +9,7 @@ use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use lpv::weights::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
-use squid_design::check::sampled::{Wired, trapezoidal};
+use squid_design::check::sampled::{Interconnection, trapezoidal};
 use std::f64::consts::PI;
 
 /// Time between the points of a response that is drawn (s), about.
@@ -52,7 +52,7 @@ impl FrozenLoop {
         Ok(Self::of(subject, &subject.sampling().held(l), &sampled, Some(tick)))
     }
 
-    fn of(subject: &Subject, wired: &Wired, k: &StateSpace, sample_time: Option<f64>) -> Self {
+    fn of(subject: &Subject, wired: &Interconnection, k: &StateSpace, sample_time: Option<f64>) -> Self {
         let design = &subject.inputs.design;
         let outputs = 0..design.tracked.len();
         Self {

@@ -24,7 +24,7 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
         return Ok(vec![Part::Words(words.into())]);
     };
     let inputs = subject.inputs;
-    stored.confirm(inputs, &subject.model, &subject.stored.controller.lft)?;
+    stored.check(inputs, &subject.model, &subject.stored.controller.lft)?;
     let figures = &stored.figures;
     Ok(vec![
         Part::Words(about(figures)),
@@ -51,9 +51,9 @@ fn about(figures: &RobustFigures) -> String {
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         figures.gamma,
         gain_in_words(figures.gamma),
-        percent(figures.robust_bears),
+        percent(figures.robust_size),
         figures.declared(),
-        percent(figures.nominal_bears)
+        percent(figures.nominal_size)
     )
 }
 
@@ -61,7 +61,7 @@ fn proof(figures: &RobustFigures) -> String {
     format!(
         "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of {} the gain of \
             the robust controller is below {}. {}",
-        percent(figures.robust_bears),
+        percent(figures.robust_size),
         figures.declared(),
         above(figures.proved),
         figures.not_proved()

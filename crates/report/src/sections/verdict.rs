@@ -13,7 +13,7 @@ pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     let verdict = subject.verdict()?;
     let mut table = Table::new(["what", "asked", "achieved, at its worst", "", "where"]);
     let row = |row: &Row| {
-        vec![row.what.clone(), row.asked(), row.found(), row.outcome.to_string(), row.achieved.place()]
+        vec![row.what.clone(), row.required(), row.found(), row.outcome.to_string(), row.achieved.place()]
     };
     table.rows = verdict.rows.iter().map(row).collect();
     if verdict.missed().next().is_some() {

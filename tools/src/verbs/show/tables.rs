@@ -59,7 +59,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
             r.order,
             100.0 * r.a.relative_rms,
             100.0 * r.relative_to_variation,
-            r.whole.norms.iter().copied().fold(0.0, f64::max),
+            r.ab.norms.iter().copied().fold(0.0, f64::max),
             100.0 * whole,
             100.0 * pitch
         );
@@ -74,7 +74,7 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let names: Vec<&str> = states.iter().copied().chain(actuators).collect();
     for r in model.residuals.iter().filter(|r| r.order <= 2 || r.order == inputs.design.order) {
         out += &format!("\nLargest residual of each entry of [A B] over the grid, order {}\n", r.order);
-        out += &table(&r.whole.largest, &states, &names);
+        out += &table(&r.ab.largest, &states, &names);
     }
     out += &format!(
         "\nLFT: {} channels of rho, {:.1e} from the polynomial of order {} at most (largest singular value)\n",

@@ -17,7 +17,7 @@ pub fn fit(model: &Model) -> Value {
             "order": r.order,
             "rms_relative": r.a.relative_rms,
             "rms_relative_to_variation": r.relative_to_variation,
-            "largest": to_rows(&r.whole.largest),
+            "largest": to_rows(&r.ab.largest),
         })
     };
     json!({

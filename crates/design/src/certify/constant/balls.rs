@@ -1,15 +1,14 @@
-//! Balls around the uncertain model that contain what it misses of the vehicle, a ball for each row of `[A B]`.
+//! Balls around the uncertain model that contain its error against the vehicle, one ball per row of `[A B]`.
 //!
-//! The model is reduced, fitted over speed, and to first order in the trim. At speeds and values of the coefficients
-//! it is compared with the vehicle that has these coefficients, trimmed again and linearised; its parameters of the
-//! trim are put where that trim is, as far as the box goes. Row i of the difference is `Delta_i F_i` with a row
-//! `|Delta_i| <= 1`.
+//! The model is reduced, fitted over speed, and first order in the trim. At samples of speed and of the coefficients it
+//! is compared with the linearisation of the vehicle with these coefficients, trimmed again. Its trim parameters are
+//! set to that trim, as far as the box allows. Row i of the difference is `Delta_i F_i` with a row `|Delta_i| <= 1`.
 
 use crate::augment::place;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::scaled;
-use crate::uncertain::errors::missing;
+use crate::uncertain::errors::model_error;
 use crate::uncertain::frozen::at_speed;
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::trim::random_corners;
@@ -17,39 +16,48 @@ use lpv::matrix::Mat;
 use lpv::model_error::ModelError;
 use lpv::plant::GeneralisedPlant;
 
-/// Speeds, and at each the corners and the points inside at which the model is compared.
-const SPEEDS: usize = 26;
-const CORNERS: usize = 60;
-const INSIDE: usize = 20;
+/// The samples at which the model is compared with the vehicle.
+#[derive(Debug, Clone, Copy)]
+struct Samples {
+    speeds: usize,
+    /// Random corners of the box per speed.
+    corners: usize,
+    /// Random interior points per speed.
+    inside: usize,
+    seed: u64,
+}
 
-/// How much larger than measured the balls are.
-pub const WIDER: f64 = 1.6;
+const SAMPLES: Samples = Samples { speeds: 26, corners: 60, inside: 20, seed: 7 };
 
-/// Rows whose difference is below this are exact; columns count at least as this part of the largest of their row.
+/// The balls are larger than the sampled errors by this factor.
+pub const ENLARGEMENT: f64 = 1.6;
+
+/// Rows whose error is below this are exact. The half axis of a column is at least this fraction of the largest in its
+/// row.
 const EXACT: f64 = 1e-12;
 const LEAST_COLUMN: f64 = 1e-3;
 
-/// The balls for `share` of the declared box, in the coordinates of the plant of that share.
+/// The balls for the fraction `share` of the declared box, in the coordinates of the plant of that fraction.
 ///
 /// # Errors
-/// [`Error::Uncertain`], those of the linearisation.
+/// [`Error::Uncertain`], the errors of the linearisation.
 pub fn around(
     inputs: &Inputs,
     model: &UncertainModel,
     share: f64,
     plant: &GeneralisedPlant,
 ) -> Result<Vec<ModelError>, Error> {
-    let off = differences(inputs, model, share, (SPEEDS, CORNERS, INSIDE, 7))?;
+    let errors = sampled_errors(inputs, model, share, SAMPLES)?;
     let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
-    // What acts on the model, of the plant's states and u; what w adds is not in the balls.
+    // From the plant's states and u to the model; the balls do not cover the effect of w on it.
     let right =
         place(&inputs.vehicle.actuators, &inputs.design.with_even_references())?.right.remove_columns(n, w);
     let mut balls = vec![];
-    for (row, reach) in (0..states).zip(reaches(&off)).filter_map(|(row, reach)| Some((row, reach?))) {
+    for (row, axes) in (0..states).zip(half_axes(&errors)).filter_map(|(row, axes)| Some((row, axes?))) {
         let (mut e, mut f) = (Mat::zeros(n, 1), Mat::zeros(states + m, n + m));
         e[(row, 0)] = 1.0;
-        for (j, size) in reach.into_iter().enumerate() {
+        for (j, size) in axes.into_iter().enumerate() {
             match j.checked_sub(states) {
                 None => f[(j, j)] = size,
                 Some(input) => {
@@ -64,36 +72,36 @@ pub fn around(
     Ok(balls)
 }
 
-/// For each row, unless it is exact, the half axes of an ellipsoid that contains it at all samples, widened.
-fn reaches(off: &[Mat]) -> Vec<Option<Vec<f64>>> {
-    let rows = off.first().map_or(0, |m| m.nrows());
-    let reach = |row: usize| {
-        let columns = off.first().map_or(0, |m| m.ncols());
-        let most = |j: usize| off.iter().map(|m| m[(row, j)].abs()).fold(0.0, f64::max);
+/// For each row, unless it is exact, the half axes of an ellipsoid that contains it at all samples, enlarged.
+fn half_axes(errors: &[Mat]) -> Vec<Option<Vec<f64>>> {
+    let rows = errors.first().map_or(0, |m| m.nrows());
+    let axes_of = |row: usize| {
+        let columns = errors.first().map_or(0, |m| m.ncols());
+        let most = |j: usize| errors.iter().map(|m| m[(row, j)].abs()).fold(0.0, f64::max);
         let each: Vec<f64> = (0..columns).map(most).collect();
         let largest = each.iter().copied().fold(0.0, f64::max);
         let axes: Vec<f64> = each.iter().map(|v| v.max(LEAST_COLUMN * largest)).collect();
         let norm =
             |m: &Mat| axes.iter().enumerate().map(|(j, a)| (m[(row, j)] / a).powi(2)).sum::<f64>().sqrt();
-        let factor = WIDER * off.iter().map(norm).fold(0.0, f64::max);
+        let factor = ENLARGEMENT * errors.iter().map(norm).fold(0.0, f64::max);
         (largest > EXACT).then(|| axes.iter().map(|a| factor * a).collect())
     };
-    (0..rows).map(reach).collect()
+    (0..rows).map(axes_of).collect()
 }
 
-/// What the model misses, inputs in units of their reach: at so many speeds, and at each so many corners of the box and
-/// points inside, random from a seed on.
-fn differences(
+/// The errors of the model at the samples, with inputs in units of their reach.
+fn sampled_errors(
     inputs: &Inputs,
     model: &UncertainModel,
     share: f64,
-    (speeds, corners, inside, seed): (usize, usize, usize, u64),
+    Samples { speeds, corners, inside, seed }: Samples,
 ) -> Result<Vec<Mat>, Error> {
     let mut out = vec![];
     for (i, speed) in inputs.design.spread(speeds).into_iter().enumerate() {
         let frozen = at_speed(inputs, speed)?;
         let n = frozen.parameters.len();
-        // Of each two speeds other points; of two corners the one in the mean with the other's weights is inside.
+        // Each speed has its own points. An interior point is the mean of two corners, or half of one, by a random
+        // weight.
         let seed = seed + i as u64;
         let mut points = random_corners(n, corners, seed);
         let pairs = random_corners(n, 2 * inside, seed + 1000);
@@ -106,8 +114,8 @@ fn differences(
         points.push(vec![0.0; n]);
         for point in points {
             let point: Vec<f64> = point.into_iter().map(|d| share * d).collect();
-            let off = missing(inputs, &frozen, model, (&point, share))?;
-            out.push(scaled(&inputs.vehicle.actuators, off));
+            let error = model_error(inputs, &frozen, model, &point, share)?;
+            out.push(scaled(&inputs.vehicle.actuators, error));
         }
     }
     Ok(out)
@@ -120,17 +128,18 @@ mod tests {
     use crate::inputs::tests::shipped;
     use crate::uncertain::{Fidelity, over_range};
 
-    /// Other speeds, corners and points than those that made the balls lie inside them.
+    /// The balls contain errors at other speeds, corners and points than those they were made of.
     #[test]
     fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
         for name in ["squid", "remus100"] {
             let inputs = shipped(name, "design");
             let fit = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+            let other = Samples { speeds: 37, corners: 90, inside: 30, seed: 12345 };
             let model = over_range(&inputs, &fit, Fidelity::FINE).unwrap();
-            let sampled = differences(&inputs, &model, 1.0, (SPEEDS, CORNERS, INSIDE, 7)).unwrap();
-            let fresh = differences(&inputs, &model, 1.0, (37, 90, 30, 12345)).unwrap();
-            for (row, reach) in reaches(&sampled).into_iter().enumerate() {
-                let Some(axes) = reach else { continue };
+            let sampled = sampled_errors(&inputs, &model, 1.0, SAMPLES).unwrap();
+            let fresh = sampled_errors(&inputs, &model, 1.0, other).unwrap();
+            for (row, axes) in half_axes(&sampled).into_iter().enumerate() {
+                let Some(axes) = axes else { continue };
                 let norm = |m: &Mat| {
                     axes.iter().enumerate().map(|(j, a)| (m[(row, j)] / a).powi(2)).sum::<f64>().sqrt()
                 };

@@ -6,23 +6,23 @@ use auv::{number, rounded};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
 use std::f64::consts::FRAC_PI_2;
 
-/// How long after the end of the flight the step of the default manoeuvre lasts, s.
+/// Time from the end of the flight to the end of the step of the default manoeuvre, s.
 const NEVER: f64 = 1e6;
 
-/// What the design allows a manoeuvre; `None` where that could not be read.
+/// The limits of the design on a manoeuvre; `None` for those that could not be read.
 pub(super) struct Limits {
     /// The range of speed, m/s.
     pub speeds: Option<(f64, f64)>,
-    /// The largest pitch reference that the design is made for, rad; `None` where pitch is not tracked.
+    /// The largest pitch reference of the design, rad; `None` if pitch is not tracked.
     pub pitch: Option<f64>,
-    /// The same of the depth, m.
+    /// The largest depth reference of the design, m; `None` if depth is not tracked.
     pub depth: Option<f64>,
-    /// Of the flight, s.
+    /// The longest flight, s.
     pub duration: Option<f64>,
 }
 
 impl Limits {
-    /// The default manoeuvre: a step that counts as 1 at most, at speeds for which there is a controller.
+    /// The default manoeuvre: a step of at most the scale, at speeds in the range of the design.
     pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
         table.allow_only(&[
             "pitch_step",
@@ -35,7 +35,7 @@ impl Limits {
             "ramp_duration",
             "duration",
         ]);
-        // A design of neither has a pitch step, for which its FMU has a parameter.
+        // A design that tracks neither has a pitch step, because its FMU has that parameter.
         let pitch_step = if self.pitch.is_some() || self.depth.is_none() {
             angle(table).and_then(|factor| self.pitch_step(table, factor))
         } else {
@@ -94,7 +94,7 @@ impl Limits {
     }
 }
 
-/// No step of an output that is not tracked: its keys must not be there.
+/// A step of 0 for an output that is not tracked; its keys must be absent.
 fn no_step(table: &Table<'_>, keys: &[&str], output: &str) -> Option<f64> {
     let given = keys.iter().find(|key| table.has(key));
     given.iter().for_each(|key| {
@@ -103,7 +103,7 @@ fn no_step(table: &Table<'_>, keys: &[&str], output: &str) -> Option<f64> {
     given.is_none().then_some(0.0)
 }
 
-/// The step of the depth \[m\], of a size that counts as 1 at most.
+/// The step of the depth \[m\], at most its scale.
 fn depth_step(table: &Table<'_>, scale: f64) -> Option<f64> {
     let words = format!(
         "other than 0 and at most {} (m) in size, the 'scale' of depth: the largest reference that the design is made \

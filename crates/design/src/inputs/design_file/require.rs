@@ -1,4 +1,4 @@
-//! Reads the section `[require]`: what the finished loop must reach as it flies.
+//! Reads the section `[require]`: the requirements on the finished loop in flight.
 
 use auv::number;
 use auv::toml_file::Table;
@@ -8,9 +8,9 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sense {
-    /// It must be above its limit.
+    /// The figure must be above its limit.
     Above,
-    /// It must be below its limit.
+    /// The figure must be below its limit.
     Below,
 }
 
@@ -21,9 +21,9 @@ pub struct Requirement {
     pub key: &'static str,
     /// The unit of its limit.
     pub unit: &'static str,
-    /// Which side of the limit is met.
+    /// The side of the limit that meets the requirement.
     pub sense: Sense,
-    /// The limit where the file gives none; `None` for what is then only reported.
+    /// The limit if the file gives none; `None` for a figure that is only reported.
     pub default: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ impl Default for Require {
 }
 
 impl Require {
-    /// Reads the section; a key that is not there has its default.
+    /// Reads the section; a missing key has its default.
     pub(super) fn of(table: &Table<'_>) -> Option<Self> {
         table.allow_only(&REQUIREMENTS.map(|requirement| requirement.key));
         let mut require = Self::default();

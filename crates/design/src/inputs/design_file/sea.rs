@@ -1,35 +1,35 @@
-//! The sea that a controller is made for: the table `[sea]`.
+//! The sea for which a controller is designed: the table `[sea]`.
 
 use auv::{Linearisation, RegularWaves};
 use lpv::matrix::Mat;
 use squid_flight::sea::Swell;
 use squid_sea::ShapingFilter;
 
-/// The sea that a controller is made for.
+/// The sea for which a controller is designed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkingSea {
-    /// The depth at which it works \[m\].
+    /// The depth of the vehicle \[m\].
     pub depth: f64,
-    /// The waves there.
+    /// The waves.
     pub waves: Swell,
-    /// By how much they count more than they are.
+    /// Factor on the wave amplitude.
     pub weight: f64,
 }
 
 impl WorkingSea {
-    /// The waves as noise through a filter, as they are met at a speed \[m/s\]; `None` where they carry the vehicle
-    /// along.
+    /// The waves as filtered noise, in the encounter frequency at a speed \[m/s\]; `None` if the waves carry the
+    /// vehicle along.
     pub fn filter(&self, speed: f64) -> Option<ShapingFilter> {
         ShapingFilter::met(&self.waves.spectrum, self.waves.heading, speed)
     }
 
-    /// The waves of the peak, as the vehicle knows them.
+    /// The regular waves at the peak frequency.
     pub fn regular(&self) -> RegularWaves {
         let (frequency, heading) = (self.waves.spectrum.peak(), self.waves.heading);
         RegularWaves { frequency, heading, depth: self.depth }
     }
 
-    /// What they add to the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
+    /// The effect of the waves on the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
     /// [`lpv::tracking::TrackingProblem::waves`]. Noise of 1 at the peak is a wave whose amplitude is half the
     /// significant height.
     pub fn acting(&self, l: &Linearisation) -> Option<Mat> {

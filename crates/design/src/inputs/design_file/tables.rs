@@ -13,14 +13,14 @@ use scheduled::MOST_DELAY_TICKS;
 use signals::{DEPTH, PITCH, states};
 use squid_flight::sea::Swell;
 
-/// Ticks of a flight: its record is kept in memory, some 200 bytes each.
+/// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
 
-/// The words for a pitch of zero, and for that of least effort.
+/// The values for a pitch of zero, and for the pitch of least effort.
 const LEVEL: &str = "level";
 const FREE: &str = "free";
 
-/// The largest pitch that can be held in level trim, deg: steeper flight is not level flight with an incidence.
+/// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
 const SECTIONS: [&str; 12] = [
@@ -49,7 +49,7 @@ impl DesignFile {
     }
 }
 
-/// The whole file; `None` if a mistake was taken down that leaves no value.
+/// The design of a file; `None` if a recorded mistake leaves a value undefined.
 fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let root = document.root();
     root.allow_only(&SECTIONS);
@@ -80,7 +80,7 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: scale(DEPTH),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
-    let manoeuvre = root.required_table("manoeuvre", "what the FMU of the whole loop flies");
+    let manoeuvre = root.required_table("manoeuvre", "the default manoeuvre of the FMU of the complete loop");
     let manoeuvre = manoeuvre.and_then(|table| limits.manoeuvre(&table));
     let uncertainty = root.table("uncertainty").map(|table| uncertainty::read(document, &table));
     let require = root.table("require").map_or_else(|| Some(Require::default()), |table| Require::of(&table));
@@ -131,7 +131,7 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
     Some(Pitch::Held(factor? * angle?))
 }
 
-/// The section `[sea]`, for a range of speed \[m/s\] where that could be read.
+/// The section `[sea]`; the range of speed \[m/s\] is `None` if it could not be read.
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
     let waves = Swell::of(table, &["depth", "weight"]);
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");

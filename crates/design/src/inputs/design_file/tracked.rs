@@ -1,4 +1,4 @@
-//! Reads what is tracked and what is measured: the tables `[[track]]` and `[[measure]]`.
+//! Reads the tracked outputs and the measurements: the tables `[[track]]` and `[[measure]]`.
 
 use crate::inputs::design_file::values::{rising, within};
 use crate::inputs::design_file::{
@@ -9,31 +9,31 @@ use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
 use signals::{PITCH, SIGNALS, SPEED};
 use std::f64::consts::FRAC_PI_2;
 
-/// What rounding may add to an angle, relative.
+/// Relative tolerance of an angle: rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The tracked outputs; with references apart from measurements they may have a model to follow.
-pub(super) fn tracked(root: &Table<'_>, apart: bool) -> Option<Vec<Tracked>> {
+/// The tracked outputs. They may have reference models if references and measurements are separate.
+pub(super) fn tracked(root: &Table<'_>, separate: bool) -> Option<Vec<Tracked>> {
     if !root.requires("track", "what is tracked, each output in a table [[track]]") {
         return None;
     }
     let tables = root.tables("track");
     let mut taken: Vec<usize> = Vec::new();
-    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, apart, &mut taken)).collect();
+    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, separate, &mut taken)).collect();
     each.into_iter().collect()
 }
 
-fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
+fn track(table: &Table<'_>, separate: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
     let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
-    keys.extend(apart.then_some(["frequency", "damping"]).into_iter().flatten());
+    keys.extend(separate.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
     let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
-    let scale = within(table, "scale", SCALE).filter(|scale| is_an_error(table, place, unit * scale));
+    let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, place, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
     let references = references(table);
-    let model = if apart { reference_model(table, place) } else { Some(None) };
+    let model = if separate { reference_model(table, place) } else { Some(None) };
     Some(Tracked {
         place,
         scale: unit * scale?,
@@ -43,19 +43,18 @@ fn track(table: &Table<'_>, apart: bool, taken: &mut Vec<usize>) -> Option<Track
     })
 }
 
-/// Records a pitch (rad) that counts as 1 and that no vehicle can be off.
-fn is_an_error(table: &Table<'_>, place: usize, scale: f64) -> bool {
+/// Records a mistake if the unit of the pitch error (rad) is larger than any possible error.
+fn is_possible_error(table: &Table<'_>, place: usize, scale: f64) -> bool {
     let allowed = place != PITCH || scale <= FRAC_PI_2 * (1.0 + ROUNDING);
     if !allowed {
         let found = format!("{} rad, or {} deg", auv::rounded(scale), auv::rounded(scale.to_degrees()));
-        let words =
-            "at most 90 deg, the error of the pitch that counts as 1 (degrees with the unit \"rad\"?)";
+        let words = "at most 90 deg, the unit of the pitch error (degrees with the unit \"rad\"?)";
         table.not_allowed("scale", found, words);
     }
     allowed
 }
 
-/// How much more slow references count; the same at all frequencies where it is not given.
+/// The emphasis of slow references; none if it is not given.
 fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
     if !table.has("follow") && !table.has("corner") {
         return Some(ReferenceWeight { follow: 1.0, corner: 1.0 });
@@ -64,7 +63,7 @@ fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
     Some(ReferenceWeight { follow: follow?, corner: corner? })
 }
 
-/// The model that an output follows. That of the speed is of first order, since the trim moves with it.
+/// The reference model of an output. That of the speed is of first order, because the trim moves with it.
 fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceModel>> {
     if place == SPEED {
         let frequency = within(table, "frequency", FREQUENCY);
@@ -82,7 +81,7 @@ fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceMo
     Some(Some(ReferenceModel { frequency: frequency?, damping: damping? }))
 }
 
-/// What is measured; none where there is no such table.
+/// The measurements; empty without such a table.
 pub(super) fn measured(root: &Table<'_>) -> Option<Vec<Measured>> {
     let mut taken: Vec<usize> = Vec::new();
     let each: Vec<Option<Measured>> =
@@ -98,7 +97,7 @@ fn measure(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Measured> {
     Some(Measured { place, scale: unit * scale?, noise: noise? })
 }
 
-/// The place of a signal among the first `count`, and the SI value of its unit; each may be named once.
+/// The index of a signal among the first `count`, and its unit in SI; each may be named once.
 fn signal(table: &Table<'_>, key: &str, count: usize, taken: &mut Vec<usize>) -> Option<(usize, f64)> {
     let names: Vec<&str> = SIGNALS[..count].iter().map(|signal| signal.name).collect();
     let place = table.one_of(key, &names);

@@ -1,4 +1,4 @@
-//! The section `[uncertainty]` of a design file: which numbers of the vehicle are uncertain, and how far.
+//! The section `[uncertainty]` of a design file: the uncertain numbers of the vehicle, and their ranges.
 
 use auv::number;
 use auv::toml_file::{Document, FileError, FileProblem, Mistake, Table, cited};
@@ -9,7 +9,7 @@ const COEFFICIENT: &str = "uncertainty.coefficients";
 const EITHER: &str = "a relative half range such as 0.3, or { absolute = 0.005, unit = \"m\" }";
 const RELATIVE: &str = "above 0 and below 1, or it would change sign; it is the half range over the value";
 
-/// What is uncertain, checked but for what the vehicle must know.
+/// The declared uncertainty, before it is checked against the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Half range of every actuator's gain, relative; 0 for none.
@@ -23,27 +23,27 @@ pub struct Uncertainty {
 pub struct UncertainCoefficient {
     /// Its name in the vehicle file.
     pub name: String,
-    /// How far it may be off.
+    /// The half range.
     pub half_range: HalfRange,
     /// The line of the design file.
     pub line: usize,
 }
 
-/// How far a coefficient may be off its value, to either side.
+/// The half range of a coefficient about its value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HalfRange {
     /// As a fraction of its value.
     Relative(f64),
     /// In a unit.
     Absolute {
-        /// How far.
+        /// The half range.
         value: f64,
-        /// In what, which must be the coefficient's own unit.
+        /// The unit, which must be the coefficient's own.
         unit: String,
     },
 }
 
-/// The section, with everything that can be checked without the vehicle; what cannot be read is left out.
+/// The section, with everything checked that does not need the vehicle; unreadable entries are left out.
 pub(super) fn read(document: &Document<'_>, table: &Table<'_>) -> Uncertainty {
     table.allow_only(&["actuator_gain", "coefficients"]);
     let gain = table.or("actuator_gain", 0.0, |table, key| {
@@ -78,11 +78,11 @@ fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
 /// A coefficient of the vehicle with its range, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UncertainParameter {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
     /// Its value in the vehicle file.
     pub value: f64,
-    /// How far it may be off, to either side.
+    /// The half range.
     pub half_range: f64,
 }
 
@@ -90,8 +90,8 @@ impl Uncertainty {
     /// The coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for messages.
     ///
     /// # Errors
-    /// [`FileError`]: names that the vehicle does not have, other units than the coefficients', relative ranges of
-    /// coefficients that are 0, ranges that leave what a coefficient may be.
+    /// [`FileError`]: unknown coefficients, wrong units, relative ranges of coefficients that are 0, ranges that exceed
+    /// what is allowed for the coefficient.
     pub fn resolve(&self, vehicle: &Vehicle, file: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let (mut found, mut mistakes) = (Vec::new(), Vec::new());
         for coefficient in &self.coefficients {
@@ -152,7 +152,7 @@ mod tests {
     use crate::inputs::design_file::DesignFile;
     use std::path::Path;
 
-    /// The design of Squid with another section, resolved for the vehicle; the section begins on line 1.
+    /// The design of Squid with this section, resolved for the vehicle; the section begins on line 1.
     fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let text = std::fs::read_to_string(directory.join(vehicle).join("vehicle.toml")).unwrap();
@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// One line each, in the order of the file.
+    /// One line per mistake, in the order of the file.
     #[test]
     fn all_mistakes_are_reported_at_once() {
         let section = "[uncertainty.coefficients]\nZ_vw = 0.3\nM_q = 0.3\nx_G = 0.3\n";

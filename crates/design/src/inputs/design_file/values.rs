@@ -1,18 +1,18 @@
-//! Reads values of which several tables have one.
+//! Readers of values that several tables have.
 
 use crate::inputs::design_file::{FREQUENCY, RISE, Range};
 use auv::toml_file::Table;
 use lpv::weights::RisingWeight;
 
-/// A part of a step, a speed or a tick by which it may exceed what is allowed, for the rounding of units.
+/// The relative tolerance of the limits of a step, a speed or a tick, for the rounding of units.
 pub(super) const ROUNDING: f64 = 1e-9;
 
-/// A number in the unit of its key.
+/// A number in a range, in the unit of its key.
 pub(super) fn within(table: &Table<'_>, key: &str, range: Range) -> Option<f64> {
     table.number(key, |v| range.allows(v), range.words)
 }
 
-/// A weight `key` at low frequencies that rises by the factor `rise` beyond `corner`: both or neither is given.
+/// A weight `key` at low frequencies that rises by the factor `rise` above `corner`; both are given or neither.
 pub(super) fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> Option<RisingWeight> {
     let low = within(table, key, range).map(|low| low * unit);
     if !table.has("rise") && !table.has("corner") {
@@ -23,7 +23,7 @@ pub(super) fn rising(table: &Table<'_>, key: &str, range: Range, unit: f64) -> O
     Some(RisingWeight { low, high: low * rise?, corner })
 }
 
-/// A factor from the unit that is named to SI.
+/// The factor to SI from the unit in the table.
 pub(super) fn angle(table: &Table<'_>) -> Option<f64> {
     table.one_of("unit", &["deg", "rad"]).map(|place| [1f64.to_radians(), 1.0][place])
 }

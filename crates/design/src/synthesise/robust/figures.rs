@@ -1,89 +1,90 @@
-//! The numbers of a robust design beside those of the nominal one: as a file, and as text.
+//! The figures of a robust design and of the nominal one: as a file, and as text.
 
 use crate::numbers::above;
 use serde::{Deserialize, Serialize};
 
-/// The gain that the weights of the design ask for.
-pub const AS_ASKED: f64 = 1.0;
+/// The gain that corresponds to the weights of the design.
+pub const AS_WEIGHTED: f64 = 1.0;
 
-/// The gain that a controller may have where that is larger, relative to the bound of the nominal one.
+/// The allowed gain relative to the bound of the nominal controller, if that is larger.
 pub const PRICE: f64 = 1.25;
 
-/// The gain at which both controllers are judged, where the bound of the nominal one is `nominal`.
+/// The gain at which both controllers are assessed, for a bound `nominal` of the nominal one.
 pub fn gain_allowed(nominal: f64) -> f64 {
-    (PRICE * nominal).max(AS_ASKED)
+    (PRICE * nominal).max(AS_WEIGHTED)
 }
 
-/// What [`gain_allowed`] is, in words.
+/// A description of [`gain_allowed`].
 pub fn gain_in_words(gamma: f64) -> String {
-    if gamma > AS_ASKED {
+    if gamma > AS_WEIGHTED {
         format!("{PRICE} times the bound of the nominal controller")
     } else {
-        "what the weights ask for".into()
+        "the gain that the weights specify".into()
     }
 }
 
-/// The two controllers side by side, as `robust.json` contains them; sizes are fractions of the declared uncertainty.
+/// The figures of both controllers in `robust.json`; sizes are fractions of the declared uncertainty.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobustFigures {
-    /// The gain that neither may exceed.
+    /// The gain allowed for both.
     pub gamma: f64,
-    /// The bound of the robust controller's gain at the size that it tolerates, which the certificate proves.
+    /// The proved bound on the gain of the robust controller at the size that it tolerates.
     pub proved: f64,
     /// The size that the nominal controller tolerates at this gain.
-    pub nominal_bears: f64,
+    #[serde(rename = "nominal_bears")]
+    pub nominal_size: f64,
     /// The size that the robust controller tolerates at this gain.
-    pub robust_bears: f64,
-    /// Sizes, and at each the bound of the nominal and of the robust controller where there is one.
+    #[serde(rename = "robust_bears")]
+    pub robust_size: f64,
+    /// Sizes, and at each the bounds of the nominal and of the robust controller, if any.
     pub ladder: Vec<(f64, Option<f64>, Option<f64>)>,
     /// The size of [`Frozen::worst`].
     pub constant_size: f64,
     /// Both controllers frozen at several speeds, with constant uncertainty.
     pub frozen: Vec<Frozen>,
-    /// Uncertain parameters, their channels, and the channels of rho.
+    /// The numbers of uncertain parameters, of their channels, and of channels of rho.
     pub sizes: (usize, usize, usize),
-    /// The relative error of the model by its removed channels, over all of the declared box.
+    /// The relative error of the model by its removed channels, over the full declared box.
     pub model_error: f64,
-    /// The relative error of the model with all its channels against the vehicle trimmed again, at corners of all of
-    /// the declared box: the least and the largest over the speeds.
+    /// The relative error of the model with all its channels against the vehicle trimmed again, at corners of the full
+    /// declared box: the least and the largest over the speeds.
     pub remainder: (f64, f64),
-    /// Parameters that were left out.
+    /// Parameters without channels in the model.
     pub left_out: Vec<String>,
-    /// Why there were no more rounds.
+    /// Why the rounds ended.
     pub stop: String,
 }
 
-/// What constant uncertainty does at one speed, to the nominal and the robust controller.
+/// The effect of constant uncertainty at one speed on the nominal and the robust controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frozen {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// mu for robust stability is below this at every frequency; none where no bound closes.
+    /// An upper bound on mu for robust stability at every frequency; `None` if no bound was found.
     pub mu: [Option<f64>; 2],
-    /// The worst-case gain at a size: below the first, and at least the second; none where the loop is not shown to
-    /// stay stable.
+    /// Upper and lower bound on the worst-case gain at a size; `None` if the loop is not shown to be stable.
     pub worst: [Option<(f64, f64)>; 2],
-    /// The gain of a vehicle with the coefficients of the worst perturbation, trimmed again.
+    /// The gain of the vehicle with the coefficients of the worst perturbation, trimmed again.
     #[serde(default)]
     pub vehicle: [Option<f64>; 2],
 }
 
 impl RobustFigures {
-    /// The text for a terminal.
+    /// The figures as text for a terminal.
     pub fn words(&self) -> String {
         let number = |g: Option<f64>| g.map_or_else(|| "none".into(), above);
         let mut out = format!(
-            "At a gain of {:.4}, {}, each tolerates a part of {}, changing arbitrarily fast:\n\
+            "At a gain of {:.4}, {}, each tolerates a fraction of {}, varying arbitrarily fast:\n\
              \x20 the nominal controller {:.1} %, the robust controller {:.1} %, which is {:.2} times as much \
              (proved: a gain below {})\n\
-             The gain is below this at a part of the declared uncertainty, changing arbitrarily \
-             fast\n        part     nominal      robust\n",
+             The gain is below this at a fraction of the declared uncertainty, varying arbitrarily \
+             fast\n    fraction     nominal      robust\n",
             self.gamma,
             gain_in_words(self.gamma),
             self.declared(),
-            100.0 * self.nominal_bears,
-            100.0 * self.robust_bears,
-            self.robust_bears / self.nominal_bears,
+            100.0 * self.nominal_size,
+            100.0 * self.robust_size,
+            self.robust_size / self.nominal_size,
             above(self.proved)
         );
         for (size, nominal, robust) in &self.ladder {
@@ -117,12 +118,12 @@ impl RobustFigures {
         out + &format!("No more rounds: {}\n{}\n", self.stop, self.not_proved())
     }
 
-    /// What is tolerated in part or in whole: what is declared, less what the model leaves out of it.
+    /// The uncertainty that sizes refer to: the declared one without the parameters that the model leaves out.
     pub fn declared(&self) -> String {
         declared_without(&self.left_out)
     }
 
-    /// What the proof leaves out, with its size, in a sentence or two.
+    /// What the proof does not cover, with its size, in a sentence or two.
     pub fn not_proved(&self) -> String {
         let (least, most) = self.remainder;
         let held = match self.left_out.as_slice() {
@@ -151,7 +152,7 @@ pub fn declared_without(left_out: &[String]) -> String {
     }
 }
 
-/// A, B and C.
+/// A list in words: A, B and C.
 fn listed(names: &[String]) -> String {
     match names {
         [] => String::new(),

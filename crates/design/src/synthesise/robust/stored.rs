@@ -1,12 +1,12 @@
-//! A robust design in its directory: figures and certificate, written, read back and confirmed.
+//! The stored files of a robust design: figures and certificate, written, read and checked.
 
 use crate::certify::verify;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::synthesise::robust::figures::{RobustFigures, declared_without};
-use crate::synthesise::robust::{Robust, TRUNCATION};
-use crate::uncertain::truncate::thinned;
+use crate::synthesise::robust::{REDUCTION, Robust};
+use crate::uncertain::truncate::reduced;
 use crate::uncertain::{Fidelity, over_range};
 use base::files::{self, Files, read};
 use certificate::Certificate;
@@ -34,13 +34,13 @@ impl Robust {
     }
 }
 
-/// Takes away what an earlier robust design left: it is of another controller.
-pub fn forget(files: &mut Files, directory: &Path) {
+/// Removes the files of an earlier robust design, which belong to another controller.
+pub fn remove_from(files: &mut Files, directory: &Path) {
     files.remove(directory.join(CERTIFICATE));
     files.remove(directory.join(FIGURES));
 }
 
-/// A robust design as it was stored.
+/// A stored robust design.
 #[derive(Debug, Clone)]
 pub struct StoredRobust {
     /// The figures.
@@ -65,50 +65,51 @@ pub fn stored(directory: &Path) -> Result<Option<StoredRobust>, Error> {
 }
 
 impl StoredRobust {
-    /// Proves the certificate again, and checks that it is of this controller, of the gain in the figures, and of the
-    /// uncertain model at the size in the figures.
+    /// Proves the certificate again, and checks that it belongs to this controller, to the gain in the figures, and to
+    /// the uncertain model at the size in the figures.
     ///
     /// # Errors
-    /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], those of the uncertain model.
-    pub fn confirm(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
+    /// [`ProofError::Unproved`], [`ProofError::Mismatch`], [`ProofError::WrongPlant`], the errors of the
+    /// uncertain model.
+    pub fn check(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
         verify::same_controller(controller, &self.certificate)?;
         if self.certificate.gamma().map(f64::to_bits) != Some(self.figures.proved.to_bits()) {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
-        let whole = over_range(inputs, model, Fidelity::COARSE)?;
-        let (_, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
-        let sized = uncertain.sized(self.figures.robust_bears);
+        let full = over_range(inputs, model, Fidelity::COARSE)?;
+        let (_, uncertain) = reduced(inputs, &full, model, REDUCTION)?;
+        let sized = uncertain.sized(self.figures.robust_size);
         same_plant::check_in_box(&self.certificate.plant, &self.certificate.blocks, &sized)?;
         Ok(self.certificate.prove().map(|_| ())?)
     }
 }
 
-/// What the plant of a robust certificate is found to be.
+/// The uncertainty covered by a robust certificate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfInputs {
-    /// The part of the declared uncertainty.
-    pub part: f64,
-    /// What that is a part of, in words.
+pub struct CoveredUncertainty {
+    /// The fraction of the declared uncertainty.
+    pub fraction: f64,
+    /// The uncertainty that this is a fraction of, in words.
     pub declared: String,
 }
 
-/// Checks that the plant of a certificate is the uncertain model of the inputs at some part of what they declare;
-/// `None` for a certificate that has no uncertain parameter.
+/// Checks that the plant of a certificate is the uncertain model of the inputs for some fraction of the declared
+/// uncertainty; `None` for a certificate without uncertain parameters.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`], those of the uncertain model.
-pub fn of_inputs(
+/// [`ProofError::WrongPlant`], the errors of the uncertain model.
+pub fn check_inputs(
     certificate: &Certificate,
     inputs: &Inputs,
     model: &Model,
-) -> Result<Option<OfInputs>, Error> {
+) -> Result<Option<CoveredUncertainty>, Error> {
     if certificate.blocks.len() < 2 {
         return Ok(None);
     }
-    let whole = over_range(inputs, model, Fidelity::COARSE)?;
-    let (fewer, uncertain) = thinned(inputs, &whole, model, TRUNCATION)?;
-    let part = same_plant::part_of(&certificate.plant, &certificate.blocks, &uncertain)?;
-    Ok(Some(OfInputs { part, declared: declared_without(&fewer.gone) }))
+    let full = over_range(inputs, model, Fidelity::COARSE)?;
+    let (truncated, uncertain) = reduced(inputs, &full, model, REDUCTION)?;
+    let fraction = same_plant::fraction_of(&certificate.plant, &certificate.blocks, &uncertain)?;
+    Ok(Some(CoveredUncertainty { fraction, declared: declared_without(&truncated.removed) }))
 }
 
 #[cfg(test)]
@@ -122,8 +123,8 @@ mod tests {
     use lpv::robust_bound::RobustLoop;
     use proof::claim::nominal;
 
-    /// Of Squid's nominal controller, at a small part of the declared uncertainty: no figure is confirmed that the
-    /// certificate beside it does not prove.
+    /// Squid's nominal controller at a small fraction of the declared uncertainty: figures that the certificate does
+    /// not prove are refused.
     #[test]
     fn only_what_is_proved_is_confirmed() {
         let inputs = shipped("squid", "design");
@@ -131,25 +132,25 @@ mod tests {
         let model = Model::new(&inputs.vehicle, file).unwrap();
         let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
-        let whole = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
-        let (_, uncertain) = thinned(&inputs, &whole, &model, TRUNCATION).unwrap();
+        let full = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
+        let (_, uncertain) = reduced(&inputs, &full, &model, REDUCTION).unwrap();
         let found =
             RobustLoop::new(&uncertain, &design.controller).at_small_size(&design.certified, 1.0).unwrap();
         let certificate = nominal(&uncertain.sized(found.size), &design.controller, &found.bound);
         let k = &design.controller;
         let controller = lft_matrices(k);
 
-        let confirmed = |proved: f64, robust_bears: f64| {
-            let figures = RobustFigures { proved, robust_bears, ..RobustFigures::default() };
+        let confirmed = |proved: f64, robust_size: f64| {
+            let figures = RobustFigures { proved, robust_size, ..RobustFigures::default() };
             let stored = StoredRobust { figures, certificate: certificate.clone() };
-            stored.confirm(&inputs, &model, &controller)
+            stored.check(&inputs, &model, &controller)
         };
         let (gamma, size, found_bound) = (found.bound.gamma, found.size, found.bound);
         confirmed(gamma, size).unwrap();
-        let found = of_inputs(&certificate, &inputs, &model).unwrap().unwrap();
-        assert!((found.part / size - 1.0).abs() < 1e-9, "{} of {size}", found.part);
+        let found = check_inputs(&certificate, &inputs, &model).unwrap().unwrap();
+        assert!((found.fraction / size - 1.0).abs() < 1e-9, "{} of {size}", found.fraction);
         let beyond = nominal(&uncertain.sized(1.1), &design.controller, &found_bound);
-        let refusal = of_inputs(&beyond, &inputs, &model).unwrap_err().to_string();
+        let refusal = check_inputs(&beyond, &inputs, &model).unwrap_err().to_string();
         assert!(refusal.contains("the size of the uncertainty"), "{refusal}");
 
         let refused = |proved, size| confirmed(proved, size).unwrap_err();

@@ -1,0 +1,54 @@
+//! The residual of the fit against the true linearisations and the slope of the trim over the range of speed. The ball
+//! of models ([`proof::ball`]) contains it.
+
+use crate::augment::{LinearModel, place};
+use crate::error::Error;
+use crate::fit::Model;
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::linearise_at;
+use auv::Vehicle;
+use lpv::matrix::Mat;
+use lpv::tracking::ModelPlace;
+use proof::ball::ModelResidual;
+
+/// The number of speeds at which the residual is computed.
+pub const SAMPLES: usize = 1001;
+
+/// The residual of the fit. The subtracted LFTs are those used for the design, so the residual includes their
+/// truncation error.
+///
+/// # Errors
+/// The errors of the linearisation.
+pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<ModelResidual, Error> {
+    let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
+    // The trim of an input without a lag or a delay drives no state.
+    let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
+    let fit = model.linear();
+    let at = |v: f64| -> Result<Mat, Error> {
+        let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
+        let residual = truth.matrix(0.0)? - fit.matrix(file.rho(v))?;
+        Ok(residual.select_rows(&rows).columns(0, right.nrows()).into_owned())
+    };
+    let residuals = file.spread(SAMPLES).into_iter().map(at).collect::<Result<_, Error>>()?;
+    let scales = vehicle.actuators.iter().map(|actuator| actuator.reach()).collect();
+    Ok(ModelResidual {
+        left: left.select_columns(&rows),
+        right,
+        residuals,
+        states: file.states.len(),
+        scales,
+    })
+}
+
+/// Whether the range of speed has 0 in its interior, and the residual has its sharpest bend there.
+///
+/// # Errors
+/// The errors of the linearisation.
+pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<bool, Error> {
+    if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
+        return Ok(false);
+    }
+    let bend = fit_residual(vehicle, file, model)?.largest_bend();
+    let speeds = file.spread(SAMPLES);
+    Ok(bend.is_some_and(|i| speeds[i] <= 0.0 && 0.0 <= speeds[i + 2]))
+}
