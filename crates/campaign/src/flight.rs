@@ -9,7 +9,7 @@ use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Block;
 use squid_design::uncertain::vehicle::gains;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, Row as Tick, Surfacing, Varied, fly_varied, out_of_water};
+use squid_flight::flight::{Flight, Row as Tick, Surfacing, Variations, fly_varied, out_of_water};
 use squid_flight::metrics::{StepFigures, rms};
 use squid_flight::sea::Sea;
 
@@ -231,8 +231,8 @@ impl Plan<'_> {
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let level = self.inputs.design.level();
-        let varied = Varied { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
-        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &varied)
+        let variations = Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
+        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &variations)
     }
 
     fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES_OF_A_ROW]) {

@@ -285,7 +285,7 @@ pub(crate) mod tests {
             fn frozen(&self, speed: f64) -> Option<lpv::state_space::StateSpace> {
                 Scheduled(self.0).frozen(speed)
             }
-            fn start(&self) -> Option<law::Ticking<'_>> {
+            fn start(&self) -> Option<law::RunningLaw<'_>> {
                 let k = self.frozen(self.0.speeds[2])?;
                 let mut x = lpv::matrix::Mat::zeros(k.a.nrows(), 1);
                 Some(Box::new(move |_, y, _| {
@@ -307,7 +307,8 @@ pub(crate) mod tests {
                     above_trim: signals::only(signals::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
                     current: auv::Current::default(),
                 };
-                law::fly(&subject, law, (&inputs.vehicle, &[1.0; 3]), (6.0, demand)).unwrap().rows
+                let course = squid_flight::flight::Course { duration: 6.0, demand };
+                law::fly(&subject, law, &inputs.vehicle, &[1.0; 3], course).unwrap().rows
             };
             for (one, other) in fly(&Scheduled(&subject)).iter().zip(fly(&Frozen(&subject))) {
                 // The speed, and with it the scheduled controller, hardly changes.

@@ -12,7 +12,7 @@ use signals::{SPEED, place};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
-use squid_flight::flight::{Row, Surfacing, fly, fly_open_loop};
+use squid_flight::flight::{ActuatorStep, Row, Surfacing, fly, fly_open_loop};
 use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
 use std::path::Path;
@@ -148,16 +148,17 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
 /// The vehicle alone after a small step of its first actuator, at three speeds: the plot's title, and the plot.
 fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
-    let step = 0.02 * actuator.reach();
+    let height = 0.02 * actuator.reach();
+    let step = ActuatorStep { actuator: 0, height };
     let mut lines = Vec::new();
     for speed in inputs.design.spread(STEP_SPEEDS).into_iter().take(3) {
         let (level, interval) = (inputs.design.level(), stored.controller.sample_time);
-        let rows = fly_open_loop(&inputs.vehicle, level, speed, (0, step), interval, FLOWN)?;
+        let rows = fly_open_loop(&inputs.vehicle, level, speed, step, interval, FLOWN)?;
         let points = rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect();
         lines.push(line(inputs, speed, points));
     }
     let title = format!(
-        "{}: without control, {} stepped by {step:.2} {}",
+        "{}: without control, {} stepped by {height:.2} {}",
         heading(inputs),
         actuator.name,
         actuator.unit()

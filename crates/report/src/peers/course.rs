@@ -7,7 +7,7 @@ use auv::Current;
 use signals::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Demand, Row};
+use squid_flight::flight::{Course, Demand, Row};
 
 /// When things happen (s).
 const UP: f64 = 2.0;
@@ -86,7 +86,8 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigu
             current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
         }
     };
-    let rows = match fly(subject, law, (&subject.inputs.vehicle, &[]), (END, demand)) {
+    let course = Course { duration: END, demand };
+    let rows = match fly(subject, law, &subject.inputs.vehicle, &[], course) {
         Ok(flight) if flight.surfacing.is_none() => flight.rows,
         Ok(_) => return Ok(CourseFigures::LOST),
         Err(reason @ Error::Flight(FlightError::Trim { .. })) => return Err(reason),
@@ -119,8 +120,8 @@ impl CourseFigures {
 /// What the design's manoeuvre came to, a pitch step on a ramp of speed, with the largest speed error (m/s).
 pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
     let m = &subject.stored.manoeuvre;
-    let course = (m.duration, |time| Demand::of(m, time));
-    let flown = fly(subject, law, (&subject.inputs.vehicle, &[]), course);
+    let course = Course { duration: m.duration, demand: |time| Demand::of(m, time) };
+    let flown = fly(subject, law, &subject.inputs.vehicle, &[], course);
     let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
         return (Step::LOST, f64::INFINITY);
     };

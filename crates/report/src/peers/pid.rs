@@ -1,6 +1,6 @@
 //! One PID for pitch and, where it is not given, one PI for the speed, with gains scheduled on speed.
 
-use crate::peers::law::{Law, Room, Ticking, between};
+use crate::peers::law::{Law, Limits, RunningLaw, between};
 use crate::subject::Subject;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, pseudo_inverse};
@@ -139,9 +139,9 @@ impl Law for Pid {
         })
     }
 
-    fn start(&self) -> Option<Ticking<'_>> {
+    fn start(&self) -> Option<RunningLaw<'_>> {
         let mut integrals = [0.0; 2];
-        Some(Box::new(move |speed, y, room: Room| {
+        Some(Box::new(move |speed, y, limits: Limits| {
             let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
             let value = |(place, scale): (usize, f64)| scale * y[place];
             let Inputs { reference, pitch, rate, speed, .. } = self.inputs;
@@ -155,7 +155,7 @@ impl Law for Pid {
                     let push = n[(j, axis)] * growth[axis];
                     (u[j] >= *high && push > 0.0) || (u[j] <= *low && push < 0.0)
                 };
-                if !room.iter().enumerate().any(pushes) {
+                if !limits.iter().enumerate().any(pushes) {
                     integrals[axis] += self.sample_time * growth[axis];
                 }
             }

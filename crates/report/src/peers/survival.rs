@@ -9,7 +9,7 @@ use squid_design::error::UncertainError;
 use squid_design::linearise::linearise_at;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;
-use squid_flight::flight::{Demand, Row};
+use squid_flight::flight::{Course, Demand, Row};
 
 /// When the step comes and when the flight ends (s): what the trim of another vehicle disturbs has settled by then.
 const STEP_TIME: f64 = 15.0;
@@ -77,7 +77,7 @@ pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> 
         current: Current::default(),
     };
     let overshoot_of_survivor = |(vehicle, gains): &(Vehicle, Vec<f64>)| -> Option<f64> {
-        let flight = fly(subject, law, (vehicle, gains), (END, demand)).ok()?;
+        let flight = fly(subject, law, vehicle, gains, Course { duration: END, demand }).ok()?;
         let tail: Vec<&Row> = flight.rows.iter().filter(|row| row.time > 0.9 * END).collect();
         let off = tail.iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max);
         let survives = flight.surfacing.is_none() && !tail.is_empty() && off <= LOST * step.abs();

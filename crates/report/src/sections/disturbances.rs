@@ -20,7 +20,7 @@ use signals::{EachTracked, SIGNALS};
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Demand, Flight};
+use squid_flight::flight::{Course, Demand, Flight};
 use std::f64::consts::PI;
 
 /// When the water begins to move forward, too (s).
@@ -56,7 +56,7 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME) },
     };
-    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (SHOWN, demand))
+    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: SHOWN, demand })
 }
 
 /// How much of their reach the commands take for the noise of each sensor, over its frequency.

@@ -14,7 +14,7 @@ use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
 use signals::{EachTracked, SPEED};
 use squid_design::numbers::readable;
-use squid_flight::flight::{Demand, Flight, Row};
+use squid_flight::flight::{Course, Demand, Flight, Row};
 
 /// The section on steps of each reference.
 ///
@@ -71,7 +71,7 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current::default(),
     };
-    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (FLOWN, demand))
+    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: FLOWN, demand })
 }
 
 /// The least that the axes of pitch (deg) or depth (m), and of speed (m/s) span: what is less is no motion.

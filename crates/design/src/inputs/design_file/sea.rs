@@ -2,7 +2,7 @@
 
 use auv::{Linearisation, RegularWaves};
 use lpv::matrix::Mat;
-use squid_flight::sea::Swell;
+use squid_flight::sea::WaveParameters;
 use squid_sea::ShapingFilter;
 
 /// The sea that a controller is made for.
@@ -11,7 +11,7 @@ pub struct WorkingSea {
     /// The depth at which it works \[m\].
     pub depth: f64,
     /// The waves there.
-    pub waves: Swell,
+    pub waves: WaveParameters,
     /// By how much they count more than they are.
     pub weight: f64,
 }

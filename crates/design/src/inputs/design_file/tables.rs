@@ -11,7 +11,7 @@ use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
 use scheduled::MOST_DELAY_TICKS;
 use signals::{DEPTH, PITCH, states};
-use squid_flight::sea::Swell;
+use squid_flight::sea::WaveParameters;
 
 /// Ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
@@ -133,7 +133,7 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
 
 /// The section `[sea]`, for a range of speed \[m/s\] where that could be read.
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
-    let waves = Swell::of(table, &["depth", "weight"]);
+    let waves = WaveParameters::of(table, &["depth", "weight"]);
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
     let weight = table.or("weight", 1.0, |table, key| within(table, key, WAVE_WEIGHT));
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };

@@ -153,7 +153,7 @@ fn about(sea: &Sea, depth: f64) -> String {
             swell.heading.to_degrees()
         )
     });
-    let wanders = if sea.wandering.is_some() { ", which wanders" } else { "" };
+    let wanders = if sea.gauss_markov.is_some() { ", which wanders" } else { "" };
     format!(
         "Level at a constant speed, from {} m below still water: {waves}; a current of {} m/s there{wanders}; sensors \
          with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \

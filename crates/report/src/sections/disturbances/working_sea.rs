@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use squid_design::run::run;
     use squid_design::store::{load, save};
-    use squid_flight::sea::Swell;
+    use squid_flight::sea::WaveParameters;
     use squid_sea::{Spectrum, Waves};
     use std::path::Path;
 
@@ -168,7 +168,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
         let mut inputs = Inputs::read(&folder, "design").unwrap();
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
-        let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
+        let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
         let steep = Manoeuvre { pitch_step: 0.08, ..inputs.design.manoeuvre.clone() };
         inputs.design =
