@@ -9,7 +9,7 @@ use crate::inputs::design_file::{
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
-use scheduled::MOST_DELAY_TICKS;
+use scheduled::MAX_DELAY_TICKS;
 use signals::{DEPTH, PITCH, states};
 use squid_flight::sea::WaveParameters;
 
@@ -183,7 +183,7 @@ impl Autopilot {
         table.allow_only(&["sample_time", "delay", "anti_windup"]);
         let sample_time = within(table, "sample_time", SAMPLE_TIME);
         let in_ticks = |ticks: f64| {
-            (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
+            (0.0..=MAX_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
         };
         let in_ticks = |delay: f64| sample_time.is_none_or(|time| in_ticks(delay / time));
         let delay = table.or("delay", 0.0, |table, key| {
