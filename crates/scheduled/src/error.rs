@@ -31,7 +31,7 @@ pub enum DesignError {
     #[error("lft.blocks has {found} parameters, but only the speed can be scheduled on")]
     SeveralParameters { found: usize },
     /// A range with its ends swapped or equal.
-    #[error("{key} is from {minimum} to {maximum}, which is empty")]
+    #[error("{key} ranges from {minimum} to {maximum}, which is empty")]
     EmptyRange { key: String, minimum: f64, maximum: f64 },
     /// Centre and half range that disagree with minimum and maximum.
     #[error("scheduling: {end} m/s gives rho = {rho}, but must give {expected}")]

@@ -101,7 +101,7 @@ fn rejects_invalid_designs() {
     assert_refused(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
     assert_refused(|d| d.sample_time = f64::INFINITY, "sample_time is inf");
     assert_refused(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
-    assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
+    assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling ranges from 0.5 to 0.4");
     assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
     assert_refused(|d| d.controller_inputs.clear(), "controller_inputs is empty");
     assert_refused(
@@ -117,7 +117,7 @@ fn rejects_invalid_designs() {
     assert_refused(|d| d.actuators.clear(), "actuators is empty");
     assert_refused(|d| d.actuators[1].name = "thruster_1".to_owned(), "actuators[1].name is 'thruster_1'");
     assert_refused(|d| d.actuators[1].name = "a b".to_owned(), "actuators[1].name is 'a b'");
-    assert_refused(|d| d.actuators[2].minimum = 100.0, "actuators[2] reaches from 100 to 100");
+    assert_refused(|d| d.actuators[2].minimum = 100.0, "actuators[2] ranges from 100 to 100");
     assert_refused(|d| d.lft.blocks = vec![1, 1], "lft.blocks has 2 parameters");
     assert_refused(|d| d.lft.blocks = vec![3], "lft.Bt[0] has 2 entries, but must have 3");
     assert_refused(|d| d.lft.a[1].push(0.0), "lft.A[1] has 3 entries, but must have 2");
