@@ -65,7 +65,7 @@ impl Model for Controller {
         state.reals(&mut outputs.commands)?;
         state.each(&mut [&mut outputs.scheduling_parameter, &mut outputs.trim_pitch])?;
         state.boolean(&mut outputs.out_of_range)?;
-        state.reals(&mut snapshot.waiting)?;
+        state.reals(&mut snapshot.delayed)?;
         state.real(&mut snapshot.start)?;
         state.integer(&mut snapshot.ticks)?;
         state.boolean(&mut snapshot.outside)?;

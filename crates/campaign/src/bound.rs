@@ -1,10 +1,9 @@
-//! The gains of the vehicles that were drawn, beside the gain that is guaranteed for the whole model.
+//! The gains of the drawn vehicles, and the guaranteed gain of the uncertain model.
 //!
-//! Both are of the same loop: the uncertain linear model at a speed (`squid_design::uncertain`) with the controller
-//! frozen there, in continuous time, from w to z of the design. The guaranteed one is an upper bound for every constant
-//! value of the uncertain numbers in their ranges, by mu with a block for performance ([`lpv::mu::worst_case`]). A
-//! vehicle that was drawn is one of these values: its coefficients, the gains of its actuators, and where its own trim
-//! puts what belongs to the trim.
+//! Both are gains of the same loop from w to z of the design, in continuous time: the uncertain linear model at a speed
+//! (`squid_design::uncertain`) with the controller frozen there. The guaranteed gain is an upper bound for all constant
+//! values of the uncertain numbers in their ranges, by mu with a performance block ([`lpv::mu::worst_case`]). A drawn
+//! vehicle has one of these values: its coefficients, the gains of its actuators, and the parameters of its own trim.
 
 use crate::error::Error;
 use crate::plan::Plan;
@@ -20,33 +19,33 @@ use squid_design::uncertain::frozen::{FrozenUncertain, at_speed};
 use squid_design::uncertain::model::{Block as Channels, Uncertain};
 use squid_design::uncertain::trim::retrim;
 
-/// Speeds, evenly spread over the range of the design: those of mu in its report.
+/// The number of speeds, evenly spaced over the range of the design, as for mu in its report.
 const SPEEDS: usize = 6;
 
 /// Gains at a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gains {
-    /// Along the path, m/s.
+    /// Speed along the path, m/s.
     pub speed: f64,
-    /// Of each vehicle with its flight; infinite where its loop is unstable.
+    /// The flight and gain of each vehicle; infinite if its loop is unstable.
     pub drawn: Vec<(u64, f64)>,
-    /// Vehicles without a gain: none of them trims at that speed within what the model allows its trim.
+    /// Number of vehicles without a gain: they have no trim at the speed within the ranges of the model.
     pub outside: usize,
-    /// Below this is the gain everywhere in the model; none where mu does not show that.
+    /// Upper bound of the gain over the model; `None` if mu gives none.
     pub guaranteed: Option<f64>,
 }
 
 impl Gains {
-    /// The largest that was drawn, with its flight.
+    /// The flight with the largest gain, and the gain.
     pub fn largest(&self) -> Option<(u64, f64)> {
         self.drawn.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
-/// The gains of the vehicles of some flights, and those guaranteed, at each speed; none where nothing is uncertain.
+/// The gains of the vehicles of some flights and the guaranteed gain at each speed; empty if nothing is uncertain.
 ///
 /// # Errors
-/// Those of trim and linearisation at a speed.
+/// The errors of trim and linearisation at a speed.
 pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
     if plan.uncertain.is_empty() {
         return Ok(Vec::new());
@@ -61,15 +60,15 @@ fn at(plan: &Plan<'_>, flights: &[u64], controller: &Controller, speed: f64) -> 
     let all = uncertain_loop(plan.inputs, &frozen, controller)?;
     let guaranteed = worst_case_gain(&all).ok().map(|found| found.upper);
     let one = |flight: &u64| {
-        let delta = place(plan, &frozen, *flight)?;
-        Some((*flight, all.closed(&delta).map_or(f64::INFINITY, |own| own.hinf_norm().value)))
+        let delta = delta_of(plan, &frozen, *flight)?;
+        Some((*flight, all.closed(&delta).map_or(f64::INFINITY, |closed| closed.hinf_norm().value)))
     };
     let drawn: Vec<(u64, f64)> = flights.par_iter().filter_map(one).collect();
     Ok(Gains { speed, outside: flights.len() - drawn.len(), drawn, guaranteed })
 }
 
-/// Where in the uncertain model the vehicle of a flight is; `None` where its trim is beyond what the model has.
-fn place(plan: &Plan<'_>, frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
+/// The uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.
+fn delta_of(plan: &Plan<'_>, frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
     let (drawn, nominal) = (plan.draw(flight), &frozen.nominal.trim);
     let (vehicle, trim) = retrim(&plan.inputs.vehicle, nominal, &plan.uncertain, &drawn.delta).ok()?;
     let of = |uncertain: Uncertain| match uncertain {

@@ -1,32 +1,32 @@
-//! Why a campaign ended.
+//! Errors of a campaign.
 
 #[cfg(feature = "parquet")]
 use parquet::errors::ParquetError;
 use thiserror::Error as ThisError;
 
-/// Why a campaign ended.
+/// Why a campaign failed.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// A file of the design or of the results is wrong.
+    /// A file of the design or of the results is invalid.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] base::files::Error),
-    /// The sea does not go with the vehicle.
+    /// The sea is not possible for the vehicle.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// Results that cannot be read.
     #[error("{path} is not a file of results: {reason}")]
     Results { path: String, reason: String },
-    /// Results that something else made.
+    /// Results of another campaign.
     #[error(
-        "{path} is of another campaign: {what} differs. Name another directory with --to, or remove that one to fly \
-         all anew"
+        "{path} is of another campaign: {what} differs. Name another directory with --to, or remove this one to fly \
+         all flights again"
     )]
     Other { path: String, what: String },
-    /// What FMUs cannot fly.
+    /// The campaign contains something that FMUs do not support.
     #[error("FMUs cannot fly {what}; fly the campaign without them")]
     NotOfFmus { what: String },
     /// Rows that cannot be written as Parquet.
@@ -38,7 +38,7 @@ pub enum Error {
         "{path}: there is no such file; run `squid campaign` first, and name the directory of its results"
     )]
     NoCampaign { path: String },
-    /// A flight that is not there.
+    /// A flight that does not exist.
     #[error("there is no flight {flight} in {path}: its flights are 0 to {last}")]
     NoFlight { path: String, flight: u64, last: u64 },
 }

@@ -9,29 +9,29 @@ use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Block;
 use squid_design::uncertain::vehicle::gains;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Flight, Row as Tick, Surfacing, Varied, fly_varied, out_of_water};
+use squid_flight::flight::{Flight, Row as Tick, Surfacing, Variations, fly_varied, out_of_water};
 use squid_flight::metrics::{StepFigures, rms};
 use squid_flight::sea::Sea;
 
-/// A flight whose mean pitch error over the last tenth of the time after the step is above this part of the step is
-/// lost.
+/// A flight is lost if its mean error over the last tenth of the time after the step is above this fraction of the
+/// step.
 const LOST: f64 = 0.1;
 
 /// How a flight ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// At its time, with the pitch that was asked for.
+    /// It ended as planned, at the reference.
     Flown,
-    /// At its time, with another pitch, or before it, because numbers grew beyond all bounds.
+    /// It ended away from the reference, or it diverged.
     Lost,
-    /// At the surface.
+    /// It ended at the surface.
     Surfaced,
-    /// It never began: the actuators of that vehicle do not hold it in trim at the first speed.
+    /// It did not start: the actuators cannot hold the vehicle in trim at the initial speed.
     NoTrim,
 }
 
 impl Outcome {
-    /// All of them.
+    /// All outcomes.
     pub const ALL: [Self; 4] = [Self::Flown, Self::Lost, Self::Surfaced, Self::NoTrim];
 
     /// Its word in the results.
@@ -45,8 +45,8 @@ impl Outcome {
     }
 }
 
-/// Names and units of the figures of a row, in their order; NaN where one is not known, infinity where it never comes.
-/// See [`Plan::figures`].
+/// Names and units of the figures of a row, in order. A figure is NaN if unknown, and a time infinite if it is never
+/// reached. See [`Plan::figures`].
 const FIGURES: [(&str, &str); FIGURES_OF_A_ROW] = [
     ("time", "s"),
     ("overshoot", "1"),
@@ -60,16 +60,16 @@ const FIGURES: [(&str, &str); FIGURES_OF_A_ROW] = [
     ("saturated", "1"),
 ];
 
-/// How many figures a row has.
+/// The number of figures in a row.
 pub const FIGURES_OF_A_ROW: usize = 10;
 
-/// The place of the error of the output that steps.
+/// The index of the error of the stepped output.
 pub const ERROR: usize = 7;
 
-/// The figures of a flight without any.
+/// All figures unknown.
 const UNKNOWN: [f64; FIGURES_OF_A_ROW] = [f64::NAN; FIGURES_OF_A_ROW];
 
-/// What is drawn of the speed, with units.
+/// The drawn speeds, with units.
 const SPEEDS: [(&str, &str); 2] = [("speed_from", "m/s"), ("speed_to", "m/s")];
 
 /// A row of the results.
@@ -79,20 +79,19 @@ pub struct Row {
     pub flight: u64,
     /// How it ended.
     pub outcome: Outcome,
-    /// The two speeds, the step, then how far off its trim the flight began in each signal that was, then each
-    /// uncertain number in its unit.
+    /// The two speeds, the step, the initial deviations from trim, and the uncertain numbers, in their units.
     pub drawn: Vec<f64>,
-    /// As [`Plan::figures`].
+    /// The figures, as in [`Plan::figures`].
     pub figures: [f64; FIGURES_OF_A_ROW],
 }
 
 impl Row {
-    /// The largest difference of two rows of a flight, in parts of the larger of 1 and the number; 0 where they are the
-    /// same to the bit, infinite where they end in other ways or one has a number that the other has not.
+    /// The largest difference of two rows of a flight, relative to the larger of 1 and the number; 0 if all bits are
+    /// equal, infinite if the outcomes differ or only one has a number.
     pub fn differs_from(&self, other: &Self) -> f64 {
         let numbers = |row: &Self| row.drawn.iter().chain(&row.figures).copied().collect::<Vec<f64>>();
-        let (own, others) = (numbers(self), numbers(other));
-        if self.outcome != other.outcome || own.len() != others.len() {
+        let (ours, others) = (numbers(self), numbers(other));
+        if self.outcome != other.outcome || ours.len() != others.len() {
             return f64::INFINITY;
         }
         let difference = |(a, b): (&f64, &f64)| {
@@ -102,11 +101,11 @@ impl Row {
             } else if off.is_nan() {
                 f64::INFINITY
             } else {
-                // The least number above 0 where only the sign of a zero differs.
+                // The least number above 0 if only the sign of a zero differs.
                 off.max(f64::MIN_POSITIVE)
             }
         };
-        own.iter().zip(&others).map(difference).fold(0.0, f64::max)
+        ours.iter().zip(&others).map(difference).fold(0.0, f64::max)
     }
 }
 
@@ -119,12 +118,11 @@ impl Plan<'_> {
         Ok(self.fly(number)?.0)
     }
 
-    /// The row of a flight that something else flew with the numbers drawn for it, by its ticks and the distance \[m\]
-    /// at each: none where it could not begin, and fewer than asked for where its numbers grew beyond all bounds. What
-    /// it did after it broke the surface is left out.
+    /// The row of a flight that was simulated elsewhere, from its ticks and the distance \[m\] at each. There are no
+    /// ticks if it could not start, and too few if it diverged. Ticks after it broke the surface are ignored.
     ///
     /// # Errors
-    /// Those of the sea.
+    /// The errors of the sea.
     pub fn judge(&self, number: u64, mut rows: Vec<Tick>, distance: &[f64]) -> Result<Row, Error> {
         let drawn = self.draw(number);
         let vehicle = self.vehicle_of(&drawn);
@@ -136,7 +134,7 @@ impl Plan<'_> {
         rows.truncate(end.unwrap_or(rows.len()));
         let ticks = (drawn.manoeuvre.duration / self.stored.controller.sample_time).round() as usize + 1;
         let (outcome, figures) = match (rows.len(), surfacing) {
-            (0, None) if self.begins_out_of_waves(&vehicle, &drawn) => (Outcome::Surfaced, UNKNOWN),
+            (0, None) if self.starts_out_of_water(&vehicle, &drawn) => (Outcome::Surfaced, UNKNOWN),
             (0, None) => (Outcome::NoTrim, UNKNOWN),
             (0, Some(_)) => (Outcome::Surfaced, UNKNOWN),
             (found, None) if found < ticks => (Outcome::Lost, UNKNOWN),
@@ -145,20 +143,20 @@ impl Plan<'_> {
         Ok(self.row_of(number, &drawn, outcome, figures))
     }
 
-    /// Of a flight that could not begin: whether that was for the waves, since the vehicle has a trim.
-    fn begins_out_of_waves(&self, vehicle: &Vehicle, drawn: &Drawn) -> bool {
+    /// Whether a flight could not start because of the waves, since the vehicle has a trim.
+    fn starts_out_of_water(&self, vehicle: &Vehicle, drawn: &Drawn) -> bool {
         let (depth, rule) = self.inputs.design.level();
         let speed = Speed::Path(drawn.manoeuvre.speed_reference(0.0));
         let sea = self.sea.as_ref().filter(|sea| sea.waves.is_some());
         sea.is_some_and(|sea| trim_with(vehicle, speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
-    /// The place in [`SIGNALS`] of the output that steps.
+    /// The index in [`SIGNALS`] of the stepped output.
     pub fn stepped(&self) -> usize {
         self.inputs.design.stepped()
     }
 
-    /// Names and units of the figures of a row: the error is that of the output that steps.
+    /// Names and units of the figures of a row; the error is that of the stepped output.
     pub fn figures(&self) -> [(&'static str, &'static str); FIGURES_OF_A_ROW] {
         let mut figures = FIGURES;
         if self.stepped() == DEPTH {
@@ -167,23 +165,23 @@ impl Plan<'_> {
         figures
     }
 
-    /// Names and units of what is drawn for a row.
+    /// Names and units of the drawn numbers of a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
         let stepped = &SIGNALS[self.stepped()];
         let step = (format!("{}_step", stepped.name), stepped.unit);
-        let beside = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain([step]);
+        let speeds_and_step = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain([step]);
         let starts = self.identity.starts.off();
         let starts = starts.map(|(_, signal)| (format!("{}_off_trim", signal.name), signal.unit));
-        beside
+        speeds_and_step
             .chain(starts)
             .chain(self.uncertain.iter().map(|block| (block.name.clone(), block.unit)))
             .collect()
     }
 
-    /// Flies a flight.
+    /// Simulates a flight.
     ///
     /// # Errors
-    /// That of a flight that cannot be flown at all; how a vehicle fails is an [`Outcome`].
+    /// An error in the inputs; the failure of a vehicle is an [`Outcome`].
     pub fn fly(&self, number: u64) -> Result<(Row, Option<Flight>), FlightError> {
         let drawn = self.draw(number);
         let (outcome, figures, flight) = match self.flown(&drawn) {
@@ -208,13 +206,13 @@ impl Plan<'_> {
         Row { flight, outcome, drawn, figures }
     }
 
-    /// What is uncertain, with its value of a flight.
+    /// The uncertain numbers, with their values in a flight.
     pub fn values<'p>(&'p self, drawn: &'p Drawn) -> impl Iterator<Item = (&'p Block, f64)> {
         let pairs = self.uncertain.iter().zip(&drawn.delta);
         pairs.map(|(block, d)| (block, block.value + block.half_range * d))
     }
 
-    /// What each actuator puts out, in multiples of what it is commanded.
+    /// The ratio of output to command of each actuator.
     pub fn gains(&self, drawn: &Drawn) -> Vec<f64> {
         gains(self.inputs.vehicle.actuators.len(), &self.uncertain, &drawn.delta)
     }
@@ -231,8 +229,8 @@ impl Plan<'_> {
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let level = self.inputs.design.level();
-        let varied = Varied { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
-        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &varied)
+        let variations = Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
+        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &variations)
     }
 
     fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES_OF_A_ROW]) {

@@ -1,13 +1,13 @@
-//! Many flights of a design: over its declared uncertainty, its speeds, and a sea.
+//! Monte Carlo campaigns of a design: flights over its declared uncertainty, its speeds and a sea.
 //!
 //! ```text
-//! plan       what a campaign is made of; the numbers drawn for its flight n
-//! starts     how far off its trim a flight may begin
-//! flight     one flight, and the row of figures that it comes to
-//! table      rows as a Parquet file, and back
-//! run        the flights that are missing, on all cores; what is done is kept
-//! summary    what all rows say
-//! bound      gains of vehicles drawn beside the guaranteed one
+//! plan       the definition of a campaign, and the random numbers of each flight
+//! starts     the initial deviations from trim
+//! flight     one flight, and its row of figures
+//! table      rows to and from a Parquet file
+//! run        runs the missing flights on all cores; finished ones are kept
+//! summary    statistics of all rows
+//! bound      gains of the drawn vehicles, and the guaranteed gain
 //! ```
 //!
 //! `table` and `run` need the feature `parquet`.

@@ -1,4 +1,4 @@
-//! What a campaign is made of, and what is drawn for each of its flights.
+//! The definition of a campaign, and the random numbers of each flight.
 
 use crate::error::Error;
 use crate::starts::Starts;
@@ -15,38 +15,38 @@ use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::trim::blocks;
 use squid_flight::sea::Sea;
 
-/// Where in the box of the declared uncertainty the vehicles of a campaign are.
+/// The distribution of the vehicles over the box of the declared uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Points {
-    /// Anywhere, all places alike.
+    /// Uniform over the box.
     Uniform,
-    /// Anywhere, more evenly: on a Sobol sequence, scrambled by the seed, which has speeds and steps, too.
+    /// A Sobol sequence, scrambled by the seed; it includes speeds and steps.
     Sobol,
-    /// At its corners.
+    /// At the vertices of the box.
     Corners,
 }
 
-/// Points in a sequence of the library.
+/// The number of points in a Sobol sequence of the library.
 const SOBOL_LENGTH: u64 = 1 << 16;
 
-/// What tells a campaign from every other: flights of two campaigns with the same identity are the same.
+/// The identity of a campaign: flights of two campaigns with the same identity are the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Of the vehicle file, SHA-256.
+    /// SHA-256 of the vehicle file.
     pub vehicle: String,
-    /// Of the design file, SHA-256.
+    /// SHA-256 of the design file.
     pub design: String,
-    /// The text of the sea's file.
+    /// The text of the sea file.
     pub sea: Option<String>,
-    /// Of all that is drawn.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Where the vehicles are.
+    /// The distribution of the vehicles.
     pub points: Points,
-    /// How far off their trim its flights may begin.
+    /// Initial deviations from trim.
     #[serde(default, skip_serializing_if = "Starts::in_trim")]
     pub starts: Starts,
-    /// Whether the FMUs of the design flew it.
+    /// Whether the FMUs of the design are used.
     pub fmus: bool,
     /// The version of squid.
     pub version: String,
@@ -76,32 +76,32 @@ pub struct Plan<'a> {
     pub inputs: &'a Inputs,
     /// The finished design.
     pub stored: &'a Stored,
-    /// The sea, drawn anew for each flight.
+    /// The sea, drawn for each flight.
     pub sea: Option<Sea>,
-    /// What tells it from others.
+    /// Its identity.
     pub identity: Identity,
-    /// What is uncertain.
+    /// The uncertain numbers.
     pub uncertain: Vec<Block>,
 }
 
-/// What is drawn for a flight.
+/// The random numbers of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
-    /// Of each uncertain number, within \[-1, 1\] of its range.
+    /// The normalised value of each uncertain number, from -1 to 1 over its range.
     pub delta: Vec<f64>,
-    /// The default manoeuvre between two speeds of its range, its step up or down.
+    /// The default manoeuvre, between two speeds in its range and with the step up or down.
     pub manoeuvre: Manoeuvre,
-    /// How far off its trim the flight begins in each signal, SI.
+    /// Initial deviation of each signal from its trim, SI.
     pub off_trim: Each<f64>,
-    /// Of the waves, the current and the errors of sensors; at most [`i32::MAX`], as FMUs have it.
+    /// Seed of the waves, the current and the sensor errors; at most [`i32::MAX`], as FMUs require.
     pub sea_seed: u64,
 }
 
 impl<'a> Plan<'a> {
-    /// A campaign of a design, in a sea by the text of its file.
+    /// A campaign of a design, optionally in a sea, which comes with the text of its file.
     ///
     /// # Errors
-    /// [`Error::Flight`]: waves, and a vehicle without size; [`Error::Design`].
+    /// [`Error::Flight`]: waves, but no size of the hull; [`Error::Design`].
     pub fn new(
         inputs: &'a Inputs,
         stored: &'a Stored,
@@ -133,18 +133,18 @@ impl<'a> Plan<'a> {
         Ok(Self { inputs, stored, sea, identity, uncertain })
     }
 
-    /// The same campaign with flights that begin off their trim.
+    /// This campaign with initial deviations from trim.
     #[must_use]
     pub fn starting(mut self, starts: Starts) -> Self {
         self.identity.starts = starts;
         self
     }
 
-    /// The same campaign, flown by the FMUs of the design.
+    /// This campaign with the FMUs of the design.
     ///
     /// # Errors
-    /// [`Error::NotOfFmus`]: FMUs begin in trim, have usual waves and a steady current, no parameters of actuators, and
-    /// no thrust behind a curve to multiply.
+    /// [`Error::NotOfFmus`]: FMUs start in trim, have a default number of wave components, a steady current and no
+    /// parameters of actuators, and cannot scale the thrust of a thruster with a curve.
     pub fn by_fmus(mut self) -> Result<Self, Error> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
@@ -158,10 +158,10 @@ impl<'a> Plan<'a> {
             _ if !self.identity.starts.in_trim() => "starts off the trim".to_owned(),
             (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {
-                format!("an uncertain {}: it is no parameter of the vehicle's FMU", block.name)
+                format!("an uncertain {}, which is not a parameter of the vehicle's FMU", block.name)
             }
             (.., Some(block)) => {
-                format!("an uncertain {}: the vehicle's FMU takes no thrust of it", block.name)
+                format!("an uncertain {}: the input of the vehicle's FMU is not its thrust", block.name)
             }
             _ => {
                 self.identity.fmus = true;
@@ -171,7 +171,7 @@ impl<'a> Plan<'a> {
         Err(Error::NotOfFmus { what })
     }
 
-    /// What is drawn for a flight: by its number and the seed alone, whatever flies before, after or beside it.
+    /// The random numbers of a flight. They depend on its number and the seed only, not on the order of flights.
     pub fn draw(&self, flight: u64) -> Drawn {
         let stream = |number| {
             let mut numbers = ChaCha8Rng::seed_from_u64(self.identity.seed);
@@ -179,12 +179,12 @@ impl<'a> Plan<'a> {
             numbers
         };
         let mut numbers = stream(flight);
-        // Beyond its length another sequence begins, and beyond its dimensions a block of another.
+        // Another sequence starts beyond its length, and another block of it beyond its dimensions.
         let sequence = stream(flight / SOBOL_LENGTH).next_u32();
         let mut dimension = 0;
         let mut uniform = |numbers: &mut ChaCha8Rng| match self.identity.points {
             Points::Uniform | Points::Corners => {
-                /// 2^-53: the distance of the numbers.
+                /// 2^-53, the spacing of the numbers.
                 const STEP: f64 = f64::EPSILON / 2.0;
                 (numbers.next_u64() >> 11) as f64 * STEP
             }
@@ -211,7 +211,7 @@ impl<'a> Plan<'a> {
         let (pitch_step, depth_step) = (sign * default.pitch_step, sign * default.depth_step);
         let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, depth_step, ..default.clone() };
         let sea_seed = numbers.next_u64() >> 33;
-        // Last, so that all else is drawn alike with starts and without.
+        // Last, so that the other numbers are the same with and without initial deviations.
         let mut off_trim = self.identity.starts.0;
         for (place, _) in self.identity.starts.off() {
             off_trim[place] *= 2.0 * uniform(&mut numbers) - 1.0;

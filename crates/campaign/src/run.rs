@@ -1,8 +1,8 @@
-//! The flights that are missing, on all cores.
+//! Runs the missing flights on all cores.
 //!
-//! Each batch is a file, written when all its flights are flown: what is killed costs the batches under way, and
-//! begins there again. A flight depends on its number and the seed alone, so that neither the number of cores nor an
-//! interruption changes a bit of the results.
+//! Each batch is a file, written after its last flight: a killed run loses only its unfinished batches, and can be
+//! continued. A flight depends on its number and the seed only, so that neither the number of cores nor an interruption
+//! changes a bit of the results.
 
 use crate::error::Error;
 use crate::flight::Row;
@@ -15,10 +15,10 @@ use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Flights a file: some seconds of a core's work.
+/// Flights per file: a few seconds of a core's time.
 pub const BATCH: u64 = 64;
 
-/// The flights that a directory does not have, in parts of neighbours, each of which becomes a file.
+/// The flights missing in a directory, in contiguous parts; each part becomes a file.
 ///
 /// # Errors
 /// As [`results`].
@@ -38,10 +38,10 @@ pub fn missing(
     Ok(parts)
 }
 
-/// Flies the flights of each part, and calls back after each file with the number of flights that were flown.
+/// Simulates the flights of each part, and calls `back` after each file with the number of flights so far.
 ///
 /// # Errors
-/// [`Error`], that of a flight; what was flown before is kept.
+/// [`Error`], or the error of a flight; finished files are kept.
 pub fn run<E: From<Error> + Send>(
     plan: &Plan<'_>,
     parts: &[RangeInclusive<u64>],
@@ -60,10 +60,10 @@ pub fn run<E: From<Error> + Send>(
     })
 }
 
-/// All rows that a directory has of a campaign, by their flights.
+/// All rows of a campaign in a directory, in the order of the flights.
 ///
 /// # Errors
-/// [`Error::Results`]; [`Error::Other`] where a file is of another campaign.
+/// [`Error::Results`]; [`Error::Other`] if a file is of another campaign.
 pub fn results(plan: &Plan<'_>, directory: &Path) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for path in files(directory)? {
@@ -77,7 +77,7 @@ pub fn results(plan: &Plan<'_>, directory: &Path) -> Result<Vec<Row>, Error> {
     Ok(rows)
 }
 
-/// The files of results in a directory, which need not be there.
+/// The files of results in a directory; none if it does not exist.
 fn files(directory: &Path) -> Result<Vec<PathBuf>, Error> {
     if !directory.exists() {
         return Ok(Vec::new());
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_listed_cannot_be_read() {
+    fn an_unreadable_directory_is_an_error() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let message = files(file.path()).unwrap_err().to_string();
         assert!(message.contains(": cannot be read: "), "{message}");

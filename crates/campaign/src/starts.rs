@@ -1,11 +1,11 @@
-//! How far off its trim a flight may begin.
+//! Initial deviations from trim.
 
 use serde::{Deserialize, Serialize};
 use signals::{Each, SIGNALS, Signal};
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-/// How far off the trim of its vehicle a flight may begin, in each of [`SIGNALS`] \[SI\]; 0 where it begins in trim.
+/// The largest initial deviation from the trim of the vehicle in each of [`SIGNALS`] \[SI\]; 0 to start in trim.
 ///
 /// As text it is a list such as `pitch=10deg,heave=0.1m/s`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -13,17 +13,17 @@ use std::str::FromStr;
 pub struct Starts(pub Each<f64>);
 
 impl Starts {
-    /// Whether all flights begin in trim.
+    /// Whether all flights start in trim.
     pub fn in_trim(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The signals in which flights begin off their trim, each with its place.
+    /// The signals with an initial deviation, each with its index.
     pub fn off(&self) -> impl Iterator<Item = (usize, &'static Signal)> {
         SIGNALS.iter().enumerate().filter(|(place, _)| self.0[*place] > 0.0)
     }
 
-    /// What is to be said of it after a campaign's name; nothing where all begin in trim.
+    /// The suffix of a campaign's name; empty if all flights start in trim.
     pub fn words(&self) -> String {
         let names: Vec<&str> = self.off().map(|(_, signal)| signal.name).collect();
         if names.is_empty() { String::new() } else { format!(", begun off trim in {}", names.join(", ")) }
@@ -46,7 +46,7 @@ impl FromStr for Starts {
         for part in text.split(',') {
             let (place, size) = start(part).ok_or_else(|| format!("'{part}' is none of {}", allowed()))?;
             if starts.0[place] > 0.0 {
-                return Err(format!("{} is there twice", SIGNALS[place].name));
+                return Err(format!("{} occurs twice", SIGNALS[place].name));
             }
             starts.0[place] = size;
         }
@@ -54,7 +54,7 @@ impl FromStr for Starts {
     }
 }
 
-/// The place of a signal, and how far off it may be, SI.
+/// The index of a signal, and its largest deviation, SI.
 fn start(part: &str) -> Option<(usize, f64)> {
     let (name, size) = part.split_once('=')?;
     let place = SIGNALS.iter().position(|signal| signal.name == name)?;
@@ -63,7 +63,7 @@ fn start(part: &str) -> Option<(usize, f64)> {
     (size > 0.0 && size.is_finite()).then_some((place, size))
 }
 
-/// What can be off, in its units.
+/// The allowed signals and units, in words.
 fn allowed() -> String {
     let units = |signal: &Signal| signal.units.iter().map(|unit| unit.name).collect::<Vec<_>>().join(" or ");
     let one = |signal: &Signal| format!("{}=NUMBER in {}", signal.name, units(signal));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_start_is_refused() {
+    fn an_invalid_list_is_rejected() {
         for text in
             ["", "pitch", "pitch=10", "pitch=-1deg", "pitch=0deg", "pitch=infrad", "roll=1deg", "heave=1deg"]
         {
@@ -111,6 +111,6 @@ mod tests {
             );
         }
         let twice = "pitch=1deg,pitch=2deg".parse::<Starts>();
-        assert_eq!(twice, Err("pitch is there twice".into()));
+        assert_eq!(twice, Err("pitch occurs twice".into()));
     }
 }

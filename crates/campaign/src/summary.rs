@@ -1,33 +1,32 @@
-//! What the rows of a campaign say.
+//! Statistics of the rows of a campaign.
 
 use crate::flight::{ERROR, Outcome, Row};
 use crate::plan::Plan;
 use serde::Serialize;
 
-/// The normal distribution's 97.5 % point: an interval of 95 %.
+/// The 97.5 % quantile of the normal distribution, for an interval of 95 %.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Quantiles that are printed.
+/// The printed quantiles.
 pub const QUANTILES: [f64; 3] = [0.5, 0.95, 0.99];
 
-/// How many flights ended in a way.
+/// The fraction of flights with an outcome.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {
     /// The word of the [`Outcome`].
     pub outcome: &'static str,
-    /// Flights.
+    /// Number of flights.
     pub flights: usize,
-    /// Of all flights.
+    /// Fraction of all flights.
     pub share: f64,
-    /// In which the share of a campaign without end lies, with 95 %: E. B. Wilson, J. American Statistical Association
-    /// 22(158), 1927.
+    /// 95 % confidence interval of the probability: E. B. Wilson, J. American Statistical Association 22(158), 1927.
     pub interval: [f64; 2],
 }
 
-/// A figure over all flights that have it.
+/// The distribution of a figure over all flights in which it is known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
-    /// As in [`Plan::figures`].
+    /// Name, as in [`Plan::figures`].
     pub figure: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -37,11 +36,11 @@ pub struct Spread {
     pub largest: f64,
     /// The flight of the largest.
     pub flight: u64,
-    /// What was drawn, with the rank correlation between it and the figure, strongest first.
+    /// The drawn numbers with their rank correlation to the figure, strongest first.
     pub pushed_by: Vec<(String, f64)>,
 }
 
-/// How the flights of a campaign ended.
+/// The fractions of the outcomes.
 pub fn shares(rows: &[Row]) -> Vec<Share> {
     let of = |outcome: Outcome| {
         let flights = rows.iter().filter(|row| row.outcome == outcome).count();
@@ -62,7 +61,7 @@ fn wilson(found: usize, of: usize) -> [f64; 2] {
     [-1.0, 1.0].map(|side| ((middle + side * half) / (1.0 + z2 / n)).clamp(0.0, 1.0))
 }
 
-/// Each figure of a plan over the flights that have it.
+/// The distribution of each figure.
 pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
     let of = |(place, (figure, unit)): (usize, (&'static str, &'static str))| {
@@ -72,20 +71,19 @@ pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
         let (largest, row) = *known.last()?;
         let at = |part: f64| known[((known.len() - 1) as f64 * part).round() as usize].0;
         let ranked = ranks(&known.iter().map(|(value, _)| *value).collect::<Vec<_>>());
-        let pushes = |(k, name): (usize, &String)| {
+        let correlated = |(k, name): (usize, &String)| {
             let drawn: Vec<f64> = known.iter().map(|(_, row)| row.drawn[k]).collect();
             (name.clone(), correlation(&ranked, &ranks(&drawn)))
         };
-        let mut pushed_by: Vec<(String, f64)> = names.iter().enumerate().map(pushes).collect();
+        let mut pushed_by: Vec<(String, f64)> = names.iter().enumerate().map(correlated).collect();
         pushed_by.sort_by(|(_, a), (_, b)| b.abs().total_cmp(&a.abs()));
         Some(Spread { figure, unit, quantiles: QUANTILES.map(at), largest, flight: row.flight, pushed_by })
     };
     plan.figures().into_iter().enumerate().filter_map(of).collect()
 }
 
-/// The flights that came out worst, at most so many, the worst first: lost ones before those at the surface before all
-/// others, the larger rms of the error of what steps first. Those that have no figures, and nothing to show, are left
-/// out.
+/// The worst flights, at most `count`, the worst first: lost ones, then surfaced ones, then others, and among these by
+/// decreasing RMS error of the stepped output. Flights without figures are left out.
 pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     const ORDER: [Outcome; 3] = [Outcome::Lost, Outcome::Surfaced, Outcome::Flown];
     let place = |row: &Row| ORDER.iter().position(|outcome| *outcome == row.outcome);
@@ -95,7 +93,7 @@ pub fn worst(rows: &[Row], count: usize) -> Vec<&Row> {
     known
 }
 
-/// The rank of each value; equal ones have the middle of theirs.
+/// The rank of each value; equal values share their mean rank.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -108,7 +106,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Pearson's correlation; 0 where one does not vary.
+/// Pearson's correlation; 0 if one is constant.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (ma, mb) = (mean(a), mean(b));
@@ -122,7 +120,7 @@ mod tests {
     use super::*;
     use crate::flight::FIGURES_OF_A_ROW;
 
-    /// Ten of a hundred: 0.1148 -+ 0.0596.
+    /// Ten of a hundred: 0.1148 +- 0.0596.
     #[test]
     fn wilson_by_hand() {
         let [low, high] = wilson(10, 100);

@@ -1,5 +1,6 @@
-//! Rows as a Parquet file: a column each for the number of the flight, its outcome, what was drawn and its figures;
-//! and other columns of flights. The metadata of a file has the identity of the campaign and the unit of each column.
+//! Rows of a campaign as a Parquet file, with a column each for the number of the flight, its outcome, its drawn
+//! numbers and its figures; and other tables. The metadata contain the identity of the campaign and the unit of each
+//! column.
 
 use crate::error::Error;
 use crate::flight::{FIGURES_OF_A_ROW, Outcome, Row};
@@ -18,32 +19,33 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Keys of the metadata.
+/// The metadata key of the campaign's identity.
 const IDENTITY: &str = "squid.campaign";
+/// The metadata key of the units.
 const UNITS: &str = "squid.units";
 
-/// The columns before those that were drawn.
+/// The number of columns before the drawn numbers.
 const FIRST: usize = 2;
 
 /// The values of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
-    /// Whole numbers.
+    /// Integers.
     Whole(Vec<i64>),
-    /// Words.
+    /// Texts.
     Words(Vec<&'static str>),
-    /// Numbers.
+    /// Real numbers.
     Numbers(Vec<f64>),
 }
 
 /// A column of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// The unit of numbers.
+    /// The unit; empty for integers and texts.
     pub unit: String,
-    /// Its values.
+    /// The values.
     pub values: Values,
 }
 
@@ -118,7 +120,7 @@ fn add<T: DataType>(
     Ok(())
 }
 
-/// The rows of a file, and the campaign that they are of.
+/// The rows of a file, and the identity of their campaign.
 ///
 /// # Errors
 /// [`Error::Results`].

@@ -32,7 +32,7 @@ fn fly(plan: &Plan<'_>, flights: u64, cores: usize, directory: &Path) -> BTreeMa
         .collect()
 }
 
-/// One core or two, all at once or with a part lost on the way: the same files, to the byte.
+/// With one core or two, uninterrupted or with a lost part, the files are the same, byte for byte.
 #[test]
 fn cores_and_interruptions_change_nothing() {
     let (inputs, stored) = squid();
@@ -55,15 +55,15 @@ fn cores_and_interruptions_change_nothing() {
         assert_eq!((&again.drawn, again.flight), (&row.drawn, row.flight));
     }
 
-    // Asked for more, it flies what is missing alone.
+    // For more flights, only the missing ones are simulated.
     let more = fly(&plan, FLIGHTS + 1, 2, two.path());
     assert_eq!(more.len(), 4);
     assert_eq!(results(&plan, two.path()).unwrap().len() as u64, FLIGHTS + 1);
 }
 
-/// What is drawn lies in its ranges, at the ends of them in a campaign of corners, and depends on the seed.
+/// Drawn numbers lie in their ranges, at the ends for [`Points::Corners`], and depend on the seed.
 #[test]
-fn what_is_drawn() {
+fn draws_lie_in_their_ranges() {
     let (inputs, stored) = squid();
     let draws = |points, seed| {
         let plan = Plan::new(&inputs, &stored, None, seed, points).unwrap();
@@ -86,7 +86,7 @@ fn what_is_drawn() {
     assert!((70..130).contains(&up), "{up}");
 }
 
-/// Of the first 64 flights of a Sobol sequence each 64th of every range has one, and the next sequence is another.
+/// Each 64th of every range contains one of the first 64 flights of a Sobol sequence; the next sequence differs.
 #[test]
 fn a_sobol_sequence_is_even() {
     let (inputs, stored) = squid();
@@ -109,10 +109,9 @@ fn a_sobol_sequence_is_even() {
     assert!(plan.draw(1 << 16) != drawn[0] && plan.draw(1 << 16) == plan.draw(1 << 16));
 }
 
-/// Flights begin off the trim by what was drawn for them, and all else is drawn as without; in trim the first row is
-/// the trim's.
+/// Flights start with the drawn deviations from trim, which do not change the other drawn numbers.
 #[test]
-fn starts_off_the_trim() {
+fn flights_start_off_trim() {
     let (inputs, stored) = squid();
     let plan = |points, starts: &str| {
         let plan = Plan::new(&inputs, &stored, None, 1, points).unwrap();
@@ -146,9 +145,9 @@ fn starts_off_the_trim() {
     assert_eq!([speed, pitch_rate], [trim[1], trim[3]]);
 }
 
-/// Another seed, and a file that is none.
+/// Another seed, and a file that is not Parquet.
 #[test]
-fn results_of_something_else_are_refused() {
+fn other_results_are_rejected() {
     let (inputs, stored) = squid();
     let directory = tempfile::tempdir().unwrap();
     let plan = |seed| Plan::new(&inputs, &stored, None, seed, Points::Uniform).unwrap();
@@ -160,8 +159,7 @@ fn results_of_something_else_are_refused() {
     assert!(words.contains("z.parquet is not a file of results"), "{words}");
 }
 
-/// At every speed the worst vehicle that was drawn is below what is guaranteed, and near it: the bound is not
-/// empty, and what is drawn is not the nominal vehicle.
+/// At every speed the largest drawn gain is below the guaranteed one and close to it, and the gains vary.
 #[test]
 fn no_gain_is_above_the_guaranteed_one() {
     let (inputs, stored) = squid();

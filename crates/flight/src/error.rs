@@ -1,40 +1,42 @@
-//! Why a flight could not be flown.
+//! Errors of a flight simulation.
 
 use thiserror::Error as ThisError;
 
-/// Why a flight could not be flown.
+/// Why a flight could not be simulated.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// The frozen controller is wrong.
+    /// The frozen controller is invalid.
     #[error(transparent)]
     ControllerDesign(#[from] scheduled::DesignError),
     /// A coefficient of the vehicle is not allowed.
     #[error(transparent)]
     Coefficient(#[from] auv::CoefficientError),
-    /// The vehicle does not trim where the flight begins.
+    /// The vehicle has no trim at the start of the flight.
     #[error("{reason}")]
     Trim {
         /// Speed along the path, m/s.
         speed: f64,
         reason: auv::TrimError,
     },
-    /// A step of what the design has no reference of.
-    #[error("the manoeuvre has a step of the {signal}, of which the design has no reference: leave it out")]
+    /// A step in a signal without a reference in the design.
+    #[error(
+        "the manoeuvre has a step in {signal}, but the design has no reference for {signal}: leave the step out"
+    )]
     NoReference { signal: &'static str },
-    /// The sea cannot be.
+    /// The sea is not possible.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),
-    /// Waves, and a vehicle without size.
+    /// Waves, but a vehicle file without the size of the hull.
     #[error(
-        "the vehicle file of {vehicle} has no [geometry], and the load of waves depends on it: add length and diameter \
-            of the hull there, or leave [waves] out of the sea"
+        "the vehicle file of {vehicle} has no [geometry], which the wave loads need: add length and diameter of the \
+            hull there, or leave [waves] out of the sea"
     )]
     NoGeometry { vehicle: String },
-    /// A flight that begins at the surface.
+    /// A flight that starts at the surface.
     #[error(
-        "at the depth of {depth} m where the flight begins, the hull is out of the water: it must begin deeper, by \
-            `depth` of the sea"
+        "at {depth} m, the depth at the start of the flight, the hull is out of the water: set a larger `depth` in the \
+            sea file"
     )]
     AtTheSurface { depth: f64 },
     /// The autopilot could not compute a tick.

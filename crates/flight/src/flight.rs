@@ -1,4 +1,4 @@
-//! A flight of vehicle and autopilot in one loop, in this process.
+//! Closed-loop simulation of vehicle and autopilot in this process.
 
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
@@ -10,11 +10,11 @@ use std::array::from_fn;
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// s.
+    /// Time, s.
     pub time: f64,
-    /// What is measured and wanted of each signal, SI.
+    /// Measured values and references, SI.
     pub signals: Measured,
-    /// m.
+    /// Depth, m.
     pub depth: f64,
     /// The scheduling parameter.
     pub rho: f64,
@@ -25,23 +25,23 @@ pub struct Row {
 }
 
 impl Row {
-    /// What is measured of the signal at a place in [`signals::SIGNALS`].
+    /// The measured value of the signal at a place in [`signals::SIGNALS`].
     pub fn measured(&self, place: usize) -> f64 {
         self.signals.measured[place]
     }
 
-    /// What it is to follow, if it can be tracked.
+    /// The reference of a signal that can be tracked.
     pub fn reference(&self, place: usize) -> f64 {
         self.signals.references[place]
     }
 
-    /// How far it is off.
+    /// Reference minus measured value.
     pub fn error(&self, place: usize) -> f64 {
         self.reference(place) - self.measured(place)
     }
 }
 
-/// A vehicle that has come so far out of the water \[m\] has left it; less is rounding, of a flight that begins at
+/// A vehicle farther than this above the surface \[m\] has left the water; less is rounding in a flight that starts at
 /// the surface.
 const OUT_OF_WATER: f64 = 1e-3;
 
@@ -50,10 +50,10 @@ pub fn out_of_water(depth: f64) -> bool {
     depth < -OUT_OF_WATER
 }
 
-/// Where a flight ended early.
+/// The early end of a flight at the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfacing {
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// Forward speed through the water, m/s.
     pub speed: f64,
@@ -68,28 +68,28 @@ impl std::fmt::Display for Surfacing {
 /// A flight from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flight {
-    /// A row for each tick, all in the water.
+    /// One row per tick, all in the water.
     pub rows: Vec<Row>,
-    /// Where the vehicle left the water, if it did.
+    /// When the vehicle left the water, if it did.
     pub surfacing: Option<Surfacing>,
-    /// What the sea did at each tick; empty in still water.
+    /// The sea at each tick; empty in still water.
     pub sea: Vec<SeaRow>,
 }
 
-/// What the sea did at a tick.
+/// The sea at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeaRow {
-    /// The surface above the still water, over the vehicle, m.
+    /// Elevation of the surface above still water at the vehicle, m.
     pub elevation: f64,
-    /// How the water moved where the vehicle was.
+    /// Velocity of the water at the vehicle.
     pub water: Current,
-    /// What the sensors read of each signal, SI.
+    /// The sensor readings, SI.
     pub read: Each<f64>,
 }
 
-/// What a control law answers at a tick.
+/// The output of a control law at a tick.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
+pub struct LawOutput {
     /// Commands, N or rad.
     pub commands: Vec<f64>,
     /// The scheduling parameter.
@@ -98,8 +98,8 @@ pub struct Answer {
     pub out_of_range: bool,
 }
 
-/// Flies the vehicle from level trim, at a depth \[m\] and with a rule for its pitch, under its autopilot, in still
-/// water.
+/// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a rule for its
+/// pitch.
 ///
 /// # Errors
 /// As [`fly_course`]; [`Error::NoReference`], [`Error::ControllerDesign`], [`Error::Tick`].
@@ -109,11 +109,12 @@ pub fn fly(
     level: (f64, &Pitch),
     manoeuvre: &Manoeuvre,
 ) -> Result<Flight, Error> {
-    fly_varied(vehicle, design, level, manoeuvre, &Varied::default())
+    fly_varied(vehicle, design, level, manoeuvre, &Variations::default())
 }
 
-/// The same in a sea. The autopilot gets what the sensors read; the rows of the flight have what is there. It begins in
-/// trim through the water, at the depth of the sea if that has one, and ends where the hull breaks the surface.
+/// Simulates the vehicle under its autopilot in a sea. The autopilot gets the sensor readings; the rows of the flight
+/// contain the true values. The flight starts in trim through the water, at the depth of the sea if it has one, and
+/// ends when the hull breaks the surface.
 ///
 /// # Errors
 /// As [`fly`]; [`Error::Sea`], [`Error::NoGeometry`], [`Error::AtTheSurface`].
@@ -124,22 +125,22 @@ pub fn fly_at_sea(
     manoeuvre: &Manoeuvre,
     sea: &Sea,
 ) -> Result<Flight, Error> {
-    fly_varied(vehicle, design, level, manoeuvre, &Varied { sea: Some(sea), ..Varied::default() })
+    fly_varied(vehicle, design, level, manoeuvre, &Variations { sea: Some(sea), ..Variations::default() })
 }
 
-/// In what a flight differs from one of the plain vehicle in still water.
+/// Differences of a flight from that of the nominal vehicle in still water.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Varied<'a> {
-    /// The sea, if it is not still.
+pub struct Variations<'a> {
+    /// The sea; `None` for still water.
     pub sea: Option<&'a Sea>,
-    /// What actuators put out in multiples of what they are commanded, up to their limits, in the order of the
-    /// actuators; 1 where there is none. The rows of the flight have what they put out.
+    /// Ratio of output to command of each actuator, up to its limits, in the order of the actuators; 1 if left out.
+    /// The rows of the flight contain the outputs.
     pub gains: &'a [f64],
-    /// How far off its trim the vehicle begins in each signal, SI.
+    /// Initial deviation of each signal from its trim, SI.
     pub off_trim: Each<f64>,
 }
 
-/// The same, varied.
+/// Simulates the vehicle under its autopilot with some variations.
 ///
 /// # Errors
 /// As [`fly_at_sea`].
@@ -148,19 +149,21 @@ pub fn fly_varied(
     design: &ControllerDesign,
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Varied { sea, gains, off_trim }: &Varied<'_>,
+    &Variations { sea, gains, off_trim }: &Variations<'_>,
 ) -> Result<Flight, Error> {
     let steps = manoeuvre.steps();
     if let Some(place) = (0..steps.len()).find(|i| steps[*i] != 0.0 && !design.has_reference(*i)) {
         return Err(Error::NoReference { signal: SIGNALS[place].name });
     }
-    let conditions = sea.map(|sea| sea.draw(vehicle, design.sample_time)).transpose()?;
+    let sample_time = design.sample_time;
+    let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);
     let mut autopilot = Autopilot::new(design)?;
-    let table = autopilot.trim().clone();
+    let trims = autopilot.trim().clone();
     let mut started = false;
-    let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
-    fly_in(vehicle, level, course, (design.sample_time, &table), (conditions, off_trim), |measured| {
+    let course = Course { duration: manoeuvre.duration, demand: |time| Demand::of(manoeuvre, time) };
+    let start = Start::new(vehicle, level, course.initial_speed(), conditions, off_trim)?;
+    start.fly(course, &Sampling { sample_time, trims: &trims }, |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -170,23 +173,23 @@ pub fn fly_varied(
         for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
-        Ok(Answer { commands, rho, out_of_range })
+        Ok(LawOutput { commands, rho, out_of_range })
     })
 }
 
-/// What is wanted at a time, and how the water moves.
+/// The demanded flight and the current at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// Speed V along the path through the water, m/s.
     pub speed: f64,
-    /// Each reference above that of the trim, and the depth above that of the start, SI; the speed apart.
+    /// Each reference minus its trim value, the depth minus the initial depth, SI; without the speed.
     pub above_trim: EachTracked<f64>,
-    /// The current. Where it steps, the velocity through the water does.
+    /// The current. A step of it is a step of the velocity through the water.
     pub current: Current,
 }
 
 impl Demand {
-    /// That of a manoeuvre, in still water.
+    /// The demand of a manoeuvre in still water.
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
@@ -196,79 +199,124 @@ impl Demand {
     }
 }
 
-/// Flies the vehicle from trim on a course, a duration \[s\] and the demand at each time: a control law at each tick,
-/// `t = k T`, the nonlinear vehicle in between. The table of trims turns the demand into references. The flight ends
-/// at the surface, for the equations of motion are those of deep water.
+/// A course to fly: the demand at each time.
+#[derive(Debug, Clone, Copy)]
+pub struct Course<F> {
+    /// Duration, s.
+    pub duration: f64,
+    /// The demand as a function of time (s).
+    pub demand: F,
+}
+
+impl<F: Fn(f64) -> Demand> Course<F> {
+    /// Speed V along the path at the start, m/s.
+    fn initial_speed(&self) -> f64 {
+        (self.demand)(0.0).speed
+    }
+}
+
+/// The sampling of a control law, and the trim table that turns a demand into references.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampling<'a> {
+    /// Time between two ticks, s.
+    pub sample_time: f64,
+    /// The trim table.
+    pub trims: &'a Trim,
+}
+
+/// Simulates the nonlinear vehicle on a course, from trim, under a control law that runs at `t = k T`. The flight ends
+/// at the surface, since the equations of motion hold in deep water only.
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], those of the law.
+/// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], and the errors of the law.
 pub fn fly_course(
     vehicle: &Vehicle,
     level: (f64, &Pitch),
-    course: (f64, impl Fn(f64) -> Demand),
-    ticks: (f64, &Trim),
-    law: impl FnMut(&Measured) -> Result<Answer, Error>,
+    course: Course<impl Fn(f64) -> Demand>,
+    sampling: &Sampling<'_>,
+    law: impl FnMut(&Measured) -> Result<LawOutput, Error>,
 ) -> Result<Flight, Error> {
-    fly_in(vehicle, level, course, ticks, (None, Each::default()), law)
+    let start = Start::new(vehicle, level, course.initial_speed(), None, Each::default())?;
+    start.fly(course, sampling, law)
 }
 
-fn fly_in(
-    vehicle: &Vehicle,
-    level: (f64, &Pitch),
-    (duration, course): (f64, impl Fn(f64) -> Demand),
-    (sample_time, table): (f64, &Trim),
-    (mut conditions, off_trim): (Option<Conditions>, Each<f64>),
-    mut law: impl FnMut(&Measured) -> Result<Answer, Error>,
-) -> Result<Flight, Error> {
-    let speed = course(0.0).speed;
-    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1)
-        .map_err(|reason| Error::Trim { speed, reason })?;
-    let mut plant = Plant::new(vehicle)?;
-    if let Some(sea) = &conditions {
-        plant = plant.with_water(sea.water());
-    }
-    plant.start(0.0, &start)?;
-    plant.set_state(&displaced(plant.state(), off_trim));
-    let steps = (duration / sample_time).round() as u64;
-    let mut flight =
-        Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
-    for k in 0..=steps {
-        let time = k as f64 * sample_time;
-        let Demand { speed, above_trim, current } = course(time);
-        let demanded = table.forward_speed(speed);
-        let level = table.signals(demanded, level.0);
-        let references = from_fn(|place| level[place] + above_trim[place]);
-        plant.set_current(current + conditions.as_ref().map(Conditions::wandering).unwrap_or_default())?;
-        plant.set_given_speed(demanded)?;
-        let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
-        let clearance =
-            conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
-        if out_of_water(clearance) {
-            flight.surfacing = Some(Surfacing { time, speed: u });
-            break;
-        }
-        let signals = Measured { measured: measured([u, w, q, theta, depth]), references };
-        let mut read = signals;
-        if let Some(sea) = &mut conditions {
-            read.measured = sea.read(&signals.measured);
-            let elevation = sea.surroundings().elevation(time, x);
-            flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
-            sea.advance(sample_time);
-        }
-        let Answer { commands, rho, out_of_range } = law(&read)?;
-        for (i, command) in commands.iter().enumerate() {
-            plant.set_command(i, *command)?;
-        }
-        flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
-        plant.advance((k + 1) as f64 * sample_time)?;
-    }
-    if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: level.0 }) } else { Ok(flight) }
+/// A vehicle at the start of a flight.
+struct Start {
+    plant: Plant,
+    depth: f64,
+    conditions: Option<Conditions>,
 }
 
-/// A flight, or none where it cannot be followed to its end: the autopilot or the motion cannot be computed any more.
+impl Start {
+    /// A vehicle in trim at a depth, with a rule for its pitch and at a speed along the path, but for a deviation of
+    /// each signal.
+    fn new(
+        vehicle: &Vehicle,
+        (depth, pitch): (f64, &Pitch),
+        speed: f64,
+        conditions: Option<Conditions>,
+        off_trim: Each<f64>,
+    ) -> Result<Self, Error> {
+        let trim = trim_with(vehicle, Speed::Path(speed), depth, pitch)
+            .map_err(|reason| Error::Trim { speed, reason })?;
+        let mut plant = Plant::new(vehicle)?;
+        if let Some(sea) = &conditions {
+            plant = plant.with_water(sea.water());
+        }
+        plant.start(0.0, &trim)?;
+        plant.set_state(&displaced(plant.state(), off_trim));
+        Ok(Self { plant, depth, conditions })
+    }
+
+    fn fly(
+        self,
+        course: Course<impl Fn(f64) -> Demand>,
+        &Sampling { sample_time, trims }: &Sampling<'_>,
+        mut law: impl FnMut(&Measured) -> Result<LawOutput, Error>,
+    ) -> Result<Flight, Error> {
+        let Self { mut plant, depth: initial_depth, mut conditions } = self;
+        let steps = (course.duration / sample_time).round() as u64;
+        let mut flight =
+            Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
+        for k in 0..=steps {
+            let time = k as f64 * sample_time;
+            let Demand { speed, above_trim, current } = (course.demand)(time);
+            let forward_speed = trims.forward_speed(speed);
+            let level = trims.signals(forward_speed, initial_depth);
+            let references = from_fn(|place| level[place] + above_trim[place]);
+            let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
+            plant.set_current(current + gauss_markov)?;
+            plant.set_given_speed(forward_speed)?;
+            let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
+            let clearance =
+                conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
+            if out_of_water(clearance) {
+                flight.surfacing = Some(Surfacing { time, speed: u });
+                break;
+            }
+            let signals = Measured { measured: measured([u, w, q, theta, depth]), references };
+            let mut read = signals;
+            if let Some(sea) = &mut conditions {
+                read.measured = sea.read(&signals.measured);
+                let elevation = sea.surroundings().elevation(time, x);
+                flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
+                sea.advance(sample_time);
+            }
+            let LawOutput { commands, rho, out_of_range } = law(&read)?;
+            for (i, command) in commands.iter().enumerate() {
+                plant.set_command(i, *command)?;
+            }
+            flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
+            plant.advance((k + 1) as f64 * sample_time)?;
+        }
+        if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: initial_depth }) } else { Ok(flight) }
+    }
+}
+
+/// A flight; `None` if the autopilot or the motion diverged before its end.
 ///
 /// # Errors
-/// All others.
+/// All other errors.
 pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error> {
     match flown {
         Err(Error::Tick(_) | Error::Simulation(_)) => Ok(None),
@@ -276,7 +324,7 @@ pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error
     }
 }
 
-/// A state with another motion, by what is added to each signal; the same to the bit where that is 0.
+/// A state with an offset added to each signal; an offset of 0 changes no bit.
 fn displaced(state: State, by: Each<f64>) -> State {
     let State { motion: Motion { u, w, q, theta }, depth, .. } = state;
     let mut motion = [u, w, q, theta, depth];
@@ -287,8 +335,17 @@ fn displaced(state: State, by: Each<f64>) -> State {
     State { motion: Motion { u, w, q, theta }, depth, ..state }
 }
 
-/// The vehicle alone: from trim at a speed, one actuator (its index, and by how much) stepped. Time (s) and pitch
-/// from trim (rad), up to the surface if it comes there.
+/// A step of one actuator's command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActuatorStep {
+    /// Index of the actuator.
+    pub actuator: usize,
+    /// Height of the step, N or rad.
+    pub height: f64,
+}
+
+/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and pitch from trim (rad), until
+/// the vehicle reaches the surface, if it does.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -296,7 +353,7 @@ pub fn fly_open_loop(
     vehicle: &Vehicle,
     level: (f64, &Pitch),
     speed: f64,
-    (actuator, step): (usize, f64),
+    step: ActuatorStep,
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
@@ -304,7 +361,7 @@ pub fn fly_open_loop(
         .map_err(|reason| Error::Trim { speed, reason })?;
     let mut plant = Plant::new(vehicle)?;
     plant.start(0.0, &start)?;
-    plant.set_command(actuator, start.actuators[actuator] + step)?;
+    plant.set_command(step.actuator, start.actuators[step.actuator] + step.height)?;
     let steps = (duration / interval).round() as u64;
     let mut rows = vec![(0.0, 0.0)];
     for k in 1..=steps {
@@ -324,8 +381,8 @@ mod tests {
     use squid_design::inputs::Inputs;
     use std::path::Path;
 
-    /// The committed design of Squid, 10 degrees bow up from a metre below the surface: it comes out of the water,
-    /// and no row is above.
+    /// The committed design of Squid, pitching up 10 degrees from a metre below the surface: it leaves the water, and
+    /// all rows are below the surface.
     #[test]
     fn a_flight_ends_at_the_surface() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
@@ -342,7 +399,7 @@ mod tests {
         let last = flight.rows.last().unwrap();
         assert!((last.time + design.sample_time - time).abs() < 1e-9, "{time}");
         assert!(last.depth.abs() < 0.05 && flight.rows.iter().all(|row| !out_of_water(row.depth)));
-        // The step comes at 10 s; from a metre down at 1 m/s and 10 degrees it takes some 5 s.
+        // The step is at 10 s; rising a metre at 1 m/s and 10 degrees takes about 5 s.
         assert!((12.0..20.0).contains(&time) && (0.6..2.9).contains(&speed), "{time} s, {speed} m/s");
         let words = flight.surfacing.unwrap().to_string();
         assert!(words.starts_with("the vehicle reaches the surface at 1"), "{words}");

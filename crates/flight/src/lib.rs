@@ -1,4 +1,4 @@
-//! Flights of a vehicle and its autopilot in one loop, and their figures.
+//! Closed-loop simulation of a vehicle with its autopilot, and the metrics of a flight.
 
 pub mod error;
 pub mod flight;

@@ -1,29 +1,29 @@
-//! Figures of a flight: what a control engineer reads off the plot.
+//! Metrics of a flight, as a control engineer reads them off a plot.
 
 use crate::flight::{Flight, Row};
 use signals::{DEPTH, SPEED};
 
-/// The band around the new reference, relative to the step, within which a response counts as settled.
+/// The band around the new reference, relative to the step, within which a response is settled.
 pub const SETTLED: f64 = 0.02;
 
-/// The time \[s\] that a step may take before its error counts as one of tracking.
+/// The time \[s\] after a step in which the error is not a tracking error.
 pub const GRACE: f64 = 10.0;
 
-/// A pitch reference that moves this far \[rad\] (1 deg) within a sample has stepped; ramps of the trim pitch are
-/// slower.
+/// A change of the pitch reference \[rad\] within a sample above this (1 deg) is a step; ramps of the trim pitch
+/// are slower.
 const JUMP: f64 = std::f64::consts::PI / 180.0;
 
-/// The same of a depth reference \[m\]: one that is followed moves by less, 2.5 m/s at 100 Hz.
-const JUMP_OF_DEPTH: f64 = 0.025;
+/// A change of the depth reference \[m\] within a sample above this, 2.5 m/s at 100 Hz, is a step.
+const DEPTH_JUMP: f64 = 0.025;
 
-/// What a step response amounts to.
+/// Metrics of a step response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepFigures {
     /// Largest excursion beyond the new reference, relative to the step.
     pub overshoot: f64,
-    /// From 10 % to 90 % of the step, s.
+    /// Time from 10 % to 90 % of the step, s.
     pub rise_time: f64,
-    /// From the step until the output stays within [`SETTLED`], s; infinity if it does not.
+    /// Time from the step until the output stays within [`SETTLED`], s; infinite if it does not.
     pub settling_time: f64,
     /// Mean error over the last tenth of the record, relative to the step.
     pub steady_error: f64,
@@ -34,7 +34,7 @@ pub struct StepFigures {
 }
 
 impl StepFigures {
-    /// Of a flight that ended before the step: none is known.
+    /// All unknown: the flight ended before the step.
     const NONE: Self = Self {
         overshoot: f64::NAN,
         rise_time: f64::NAN,
@@ -44,8 +44,8 @@ impl StepFigures {
         actuator_use: f64::NAN,
     };
 
-    /// Reads the figures off a record with one step at `step_time` (s), of the signal at a place in
-    /// [`signals::SIGNALS`] and by `height` in its unit.
+    /// The metrics of a record with one step at `step_time` (s) of `height`, in the unit of the signal at a place in
+    /// [`signals::SIGNALS`].
     pub fn of(rows: &[Row], place: usize, (step_time, height): (f64, f64), limits: &[(f64, f64)]) -> Self {
         let after: Vec<&Row> = rows.iter().filter(|r| r.time >= step_time).collect();
         if after.is_empty() {
@@ -67,13 +67,13 @@ impl StepFigures {
         }
     }
 
-    /// The figures of a flight with one such step; of one that ended at the surface, those that are known.
+    /// The metrics of a flight with one step; for a flight that ended at the surface, those that are known.
     pub fn of_flight(flight: &Flight, place: usize, step: (f64, f64), limits: &[(f64, f64)]) -> Self {
         let figures = Self::of(&flight.rows, place, step, limits);
         if flight.surfacing.is_some() { figures.cut_short() } else { figures }
     }
 
-    /// The figures of a flight that ended before its time: it might have left the band again, and no error is steady.
+    /// The metrics of a flight that ended early: it might have left the band again, and no error is steady.
     #[must_use]
     pub fn cut_short(self) -> Self {
         let rise_time = if self.rise_time.is_finite() { self.rise_time } else { f64::NAN };
@@ -81,24 +81,24 @@ impl StepFigures {
     }
 }
 
-/// A step of a reference in a flight, and the response to it.
+/// A step of a reference, and the response to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// When it came, s.
+    /// Time of the step, s.
     pub time: f64,
-    /// Its height, rad or m, signed.
+    /// Signed height, rad or m.
     pub height: f64,
-    /// Of the response, up to the next step.
+    /// Metrics of the response up to the next step.
     pub figures: StepFigures,
 }
 
-/// What a whole flight amounts to.
+/// Metrics of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlightFigures {
     /// The steps of the reference, in order.
     pub steps: Vec<Step>,
-    /// Largest error \[rad or m\] from the first step on, without the [`GRACE`] after each; that of the whole flight
-    /// where there is no step. None when the flight ends before any such time.
+    /// Largest error \[rad or m\] from the first step on, except for [`GRACE`] after each step; over the entire flight
+    /// if there is no step. `None` if the flight ends before any such time.
     pub error: Option<f64>,
     /// Largest deviation of the speed from its reference, m/s.
     pub speed_deviation: f64,
@@ -107,12 +107,12 @@ pub struct FlightFigures {
 }
 
 impl FlightFigures {
-    /// Reads the figures of an output, by its place in [`signals::SIGNALS`], off a record. `limits` are the least and
-    /// the largest command of each actuator, in the order of the commands.
+    /// The metrics of a record for the output at a place in [`signals::SIGNALS`]. `limits` are the minimum and maximum
+    /// of each command.
     #[must_use]
     pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
         let jump = |i: usize| rows[i].reference(place) - rows[i - 1].reference(place);
-        let least = if place == DEPTH { JUMP_OF_DEPTH } else { JUMP };
+        let least = if place == DEPTH { DEPTH_JUMP } else { JUMP };
         let begins: Vec<usize> = (1..rows.len()).filter(|i| jump(*i).abs() > least).collect();
         let ends = begins.iter().skip(1).copied().chain([rows.len()]);
         let step = |(begin, end): (&usize, usize)| {
@@ -132,12 +132,13 @@ impl FlightFigures {
 
 fn error(rows: &[Row], place: usize, steps: &[Step]) -> Option<f64> {
     let first = steps.first().map_or(f64::NEG_INFINITY, |step| step.time);
-    let counts = |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
-    let errors = rows.iter().filter(|r| counts(r.time)).map(|r| r.error(place).abs());
+    let is_tracking =
+        |time: f64| time > first && steps.iter().all(|s| time < s.time || time > s.time + GRACE);
+    let errors = rows.iter().filter(|r| is_tracking(r.time)).map(|r| r.error(place).abs());
     errors.reduce(f64::max)
 }
 
-/// The root mean square of the error of the signal at a place in [`signals::SIGNALS`], in its unit.
+/// The RMS error of the signal at a place in [`signals::SIGNALS`], in its unit.
 pub fn rms(rows: &[Row], place: usize) -> f64 {
     (rows.iter().map(|row| row.error(place).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
@@ -151,12 +152,12 @@ fn actuator_use(rows: &[Row], limits: &[(f64, f64)]) -> f64 {
     each.map(|(command, (low, high))| used_fraction(*command, *low, *high)).fold(0.0, f64::max)
 }
 
-/// How much of an actuator a command uses: 0 at rest, 1 at a limit. Where the range does not contain 0, rest is its
-/// middle.
+/// The fraction of an actuator's range that a command uses: 0 at rest, 1 at a limit. If the range does not contain 0,
+/// rest is its middle.
 pub fn used_fraction(command: f64, low: f64, high: f64) -> f64 {
     let rest = if low <= 0.0 && high >= 0.0 { 0.0 } else { 0.5 * (low + high) };
-    let room = if command >= rest { high - rest } else { rest - low };
-    if room > 0.0 { (command - rest).abs() / room } else { 0.0 }
+    let span = if command >= rest { high - rest } else { rest - low };
+    if span > 0.0 { (command - rest).abs() / span } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -165,7 +166,7 @@ mod tests {
     use scheduled::Inputs;
     use signals::PITCH;
 
-    /// A flight at constant speed, by pitch and reference (rad) over time (s).
+    /// A flight at constant speed, from pitch and reference (rad) over time (s).
     fn flown(duration: f64, step: f64, at: impl Fn(f64) -> (f64, f64)) -> Vec<Row> {
         let row = |i: u32| {
             let time = step * f64::from(i);
@@ -177,7 +178,7 @@ mod tests {
         (0..(duration / step) as u32).map(row).collect()
     }
 
-    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, leaves 2 % last at 8.08 s and
+    /// A second-order system with damping 0.5 overshoots by exp(-pi/sqrt(3)) = 16.3 %, settles to 2 % in 8.08 s and
     /// rises in 1.64 s.
     #[test]
     fn figures_of_a_known_response() {
@@ -224,7 +225,7 @@ mod tests {
         assert_eq!((found.speed_deviation, found.actuator_use), (0.25, 0.0));
     }
 
-    /// A step's own error does not count as one of tracking, nor does what a flight begins with before its first step.
+    /// The error right after a step is not a tracking error, nor is the one before the first step.
     #[test]
     fn pitch_error_leaves_out_what_follows_a_step() {
         let error = |events: &'static [f64], at: fn(f64) -> f64| {
@@ -253,7 +254,7 @@ mod tests {
         assert_eq!(used_fraction(3.0, 2.0, 4.0), 0.0);
     }
 
-    /// A flight that ended at the surface: no panic, and no number for what it does not tell.
+    /// A flight that ended at the surface: no panic, and NaN for unknown metrics.
     #[test]
     fn figures_of_a_flight_that_was_cut_short() {
         assert!(StepFigures::of(&[], PITCH, (5.0, 0.2), &[]).settling_time.is_nan());

@@ -1,11 +1,11 @@
-//! The record of a flight: columns by the names of the outputs of `squid.fmu`.
+//! The record of a flight; its columns are named as the outputs of `squid.fmu`.
 
 use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
 use scheduled::ControllerDesign;
 use signals::{SIGNALS, tracked};
 
-/// The values of each variable over time, SI; in a CSV file each is headed `name [unit]`, or `name` without a unit.
+/// Time histories of the variables, SI; the heading in a CSV file is `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record(Vec<Column>);
 
@@ -16,12 +16,12 @@ struct Column {
 }
 
 impl Column {
-    /// Without the unit.
+    /// The heading without the unit.
     fn name(&self) -> &str {
         self.split().0
     }
 
-    /// Name and unit; 1 where there is none.
+    /// Name and unit; the unit is 1 if there is none.
     fn split(&self) -> (&str, &str) {
         let split = self.heading.split_once(" [");
         split.map_or((&self.heading, "1"), |(name, unit)| (name, unit.trim_end_matches(']')))
@@ -29,13 +29,13 @@ impl Column {
 }
 
 impl Record {
-    /// Columns of one length, each with its heading.
+    /// A record of columns of equal length, each with its heading.
     pub fn new(columns: Vec<(String, Vec<f64>)>) -> Self {
         Self(columns.into_iter().map(|(heading, values)| Column { heading, values }).collect())
     }
 
-    /// The record of a flight in this process; at sea it also has the surface over the vehicle, the velocity of the
-    /// water, and what the sensors read.
+    /// The record of a flight in this process; at sea also the surface elevation above the vehicle, the velocity of
+    /// the water and the sensor readings.
     pub fn of(flight: &Flight, actuators: &[Actuator], design: &ControllerDesign) -> Self {
         let mut columns = Vec::new();
         let mut add = |name: &str, unit: &str, of: &dyn Fn(&Row) -> f64| {
@@ -43,10 +43,10 @@ impl Record {
             columns.push((heading, flight.rows.iter().map(of).collect()));
         };
         add("time", "s", &|r| r.time);
-        for (place, (signal, wanted)) in tracked().enumerate() {
+        for (place, (signal, reference)) in tracked().enumerate() {
             add(signal.name, signal.unit, &|r| r.measured(place));
             if design.has_reference(place) {
-                add(&format!("{}_used", wanted.name), signal.unit, &|r| r.reference(place));
+                add(&format!("{}_used", reference.name), signal.unit, &|r| r.reference(place));
             }
         }
         add("scheduling_parameter", "", &|r| r.rho);
@@ -78,7 +78,7 @@ impl Record {
         self.0.iter().rfind(|column| column.name() == name).map(|column| column.values.as_slice())
     }
 
-    /// Leaves out all rows but the first ones.
+    /// Keeps only the first `rows` rows.
     pub fn truncate(&mut self, rows: usize) {
         self.0.iter_mut().for_each(|column| column.values.truncate(rows));
     }

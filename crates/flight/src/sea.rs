@@ -1,4 +1,4 @@
-//! A sea: waves, current and sensors of a flight.
+//! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
 use auv::{Current, Surroundings, Vehicle, Water};
@@ -6,62 +6,62 @@ use signals::{Each, SIGNALS};
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
 use std::sync::Arc;
 
-/// A sea as its file says it: nothing random is drawn yet.
+/// The environment as its file describes it; nothing random is drawn yet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sea {
-    /// Of all that is random.
+    /// Seed of everything random.
     pub seed: u64,
-    /// The depth at which flights begin \[m\]; that of the design where it is `None`.
+    /// The depth at which flights start \[m\]; `None` for the depth of the design.
     pub depth: Option<f64>,
     /// The waves.
-    pub waves: Option<Swell>,
-    /// The current along the way the vehicle faces.
+    pub waves: Option<WaveParameters>,
+    /// The current along the vehicle's heading, over depth.
     pub layers: Layers,
     /// The vertical current \[m/s\], positive down.
     pub vertical: f64,
-    /// What wanders about the current along the way the vehicle faces.
-    pub wandering: Option<Wandering>,
+    /// The Gauss-Markov part of the current along the vehicle's heading.
+    pub gauss_markov: Option<Wandering>,
     /// The errors of each sensor.
     pub sensors: Each<SensorErrors>,
 }
 
-/// What the waves of a sea are drawn from.
+/// Parameters from which the waves are drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Swell {
-    /// Their spectrum.
+pub struct WaveParameters {
+    /// The wave spectrum.
     pub spectrum: Spectrum,
-    /// Where they go, from the way the vehicle faces \[rad\].
+    /// Direction of propagation relative to the vehicle's heading \[rad\].
     pub heading: f64,
-    /// How many there are.
+    /// Number of wave components.
     pub components: usize,
 }
 
-/// A sea as it is for one vehicle.
+/// The environment drawn for one vehicle.
 #[derive(Debug)]
 pub(crate) struct Conditions {
     water: Arc<Surroundings>,
-    wandering: Option<GaussMarkov>,
+    gauss_markov: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
 }
 
 impl Sea {
-    /// Waves alone, in still water and with sensors without errors, for a flight that begins at a depth \[m\].
+    /// Waves only, without current or sensor errors, for a flight that starts at a depth \[m\].
     ///
     /// # Errors
     /// [`Error::Sea`].
-    pub fn of_waves(waves: Swell, depth: f64, seed: u64) -> Result<Self, Error> {
+    pub fn of_waves(waves: WaveParameters, depth: f64, seed: u64) -> Result<Self, Error> {
         Ok(Self {
             seed,
             depth: Some(depth),
             waves: Some(waves),
             layers: Layers::new(&[[0.0, 0.0]])?,
             vertical: 0.0,
-            wandering: None,
+            gauss_markov: None,
             sensors: PERFECT,
         })
     }
 
-    /// Checks that a vehicle can be flown in it: waves need its `[geometry]`.
+    /// Checks that a vehicle can be simulated in this sea: waves need its `[geometry]`.
     ///
     /// # Errors
     /// [`Error::NoGeometry`].
@@ -73,11 +73,11 @@ impl Sea {
         }
     }
 
-    /// What it has beside waves of the usual number of components and a steady current, in words.
+    /// The first feature, in words, other than a steady current and waves of the default number of components.
     pub fn beyond_steady(&self) -> Option<String> {
-        let components = self.waves.as_ref().map_or(Waves::USUAL, |swell| swell.components);
+        let components = self.waves.as_ref().map_or(Waves::USUAL, |waves| waves.components);
         let erring = SIGNALS.iter().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
-        match (self.layers.steady(), &self.wandering, erring) {
+        match (self.layers.steady(), &self.gauss_markov, erring) {
             (None, ..) => Some("a current in layers".into()),
             (_, Some(_), _) => Some("a Gauss-Markov current".into()),
             (.., Some((signal, _))) => Some(format!("errors of the sensor of {}", signal.name)),
@@ -88,7 +88,7 @@ impl Sea {
         }
     }
 
-    /// The water about a vehicle, but for the current that wanders.
+    /// The water around a vehicle, without the Gauss-Markov current.
     ///
     /// # Errors
     /// As [`Sea::check`]; [`Error::Sea`].
@@ -96,45 +96,48 @@ impl Sea {
         self.check(vehicle)?;
         let coefficients = &vehicle.coefficients;
         let water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
-        let Some((swell, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else { return Ok(water) };
-        let waves = Waves::new(&swell.spectrum, swell.heading, swell.components, self.seed)?;
+        let Some((drawn_from, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else {
+            return Ok(water);
+        };
+        let waves = Waves::new(&drawn_from.spectrum, drawn_from.heading, drawn_from.components, self.seed)?;
         Ok(water.with_waves(waves, geometry, coefficients)?)
     }
 
-    /// Draws what is random, for a vehicle and an autopilot of this sample time \[s\].
+    /// Draws everything random, for a vehicle and the sample time of its autopilot \[s\].
     ///
     /// # Errors
     /// As [`Sea::check`]; [`Error::Sea`].
-    pub(crate) fn draw(&self, vehicle: &Vehicle, tick: f64) -> Result<Conditions, Error> {
+    pub(crate) fn draw(&self, vehicle: &Vehicle, sample_time: f64) -> Result<Conditions, Error> {
         let water = self.about(vehicle)?;
-        let wandering = self.wandering.map(|numbers| GaussMarkov::new(numbers, self.seed));
-        let sensor = |(number, errors): (u32, &SensorErrors)| Sensor::new(*errors, tick, self.seed, number);
+        let gauss_markov = self.gauss_markov.map(|numbers| GaussMarkov::new(numbers, self.seed));
+        let sensor =
+            |(number, errors): (u32, &SensorErrors)| Sensor::new(*errors, sample_time, self.seed, number);
         Ok(Conditions {
             water: Arc::new(water),
-            wandering: wandering.transpose()?,
+            gauss_markov: gauss_markov.transpose()?,
             sensors: (0..).zip(&self.sensors).map(sensor).collect::<Result<_, _>>()?,
         })
     }
 }
 
 impl Conditions {
-    /// The water, for a plant.
+    /// The water, as a plant needs it.
     pub(crate) fn water(&self) -> Arc<dyn Water> {
         self.water.clone()
     }
 
-    /// The part of the current that wanders, now.
-    pub(crate) fn wandering(&self) -> Current {
-        let horizontal = self.wandering.as_ref().map_or(0.0, GaussMarkov::value);
+    /// The present Gauss-Markov part of the current.
+    pub(crate) fn gauss_markov(&self) -> Current {
+        let horizontal = self.gauss_markov.as_ref().map_or(0.0, GaussMarkov::value);
         Current { horizontal, vertical: 0.0 }
     }
 
-    /// Lets it wander for a time \[s\].
+    /// Advances the Gauss-Markov process by a time \[s\].
     pub(crate) fn advance(&mut self, step: f64) {
-        self.wandering.iter_mut().for_each(|process| process.advance(step));
+        self.gauss_markov.iter_mut().for_each(|process| process.advance(step));
     }
 
-    /// What the sensors read of the signals at the next tick.
+    /// The sensor readings of the signals at the next tick.
     pub(crate) fn read(&mut self, signals: &Each<f64>) -> Each<f64> {
         let mut read = *signals;
         read.iter_mut().zip(&mut self.sensors).for_each(|(value, sensor)| *value = sensor.read(*value));
@@ -147,5 +150,5 @@ impl Conditions {
     }
 }
 
-/// Sensors without errors.
+/// No errors in any sensor.
 pub(crate) const PERFECT: Each<SensorErrors> = [SensorErrors::NONE; SIGNALS.len()];

@@ -1,6 +1,6 @@
-//! Reads the file of a sea (TOML); every key is explained in `vehicles/sea.toml`.
+//! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
-use crate::sea::{PERFECT, Sea, Swell};
+use crate::sea::{PERFECT, Sea, WaveParameters};
 use auv::number;
 use auv::toml_file::{Document, FileError, Table};
 use signals::{Each, SIGNALS};
@@ -8,11 +8,11 @@ use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];
 
-/// What a depth must be.
+/// The allowed depths.
 const DEPTH: &str = "0 or above (m)";
 
 impl Sea {
-    /// Reads and checks the text of the file of a sea; `file` is its name in messages.
+    /// Reads and checks the text of a sea file; `file` is its name in messages.
     ///
     /// # Errors
     /// [`FileError`]: every mistake with file, line, key, value and what is allowed.
@@ -27,31 +27,31 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
     root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor"]);
     let seed = root.whole("seed", |_| true, "0 or above: another seed is another sea of the same kind");
     let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
-    let waves = root.table("waves").map(|table| Swell::of(&table, &["components"]));
+    let waves = root.table("waves").map(|table| WaveParameters::of(&table, &["components"]));
     let current = current(root.table("current").as_ref());
-    let wandering = root.table("gauss_markov").map(|table| wandering(&table));
+    let gauss_markov = root.table("gauss_markov").map(|table| gauss_markov(&table));
     let sensors = sensors(&root.tables("sensor"));
     let (layers, vertical) = current?;
     Some(Sea {
         seed: seed? as u64,
-        depth: sound(depth)?,
-        waves: sound(waves)?,
+        depth: unless_faulty(depth)?,
+        waves: unless_faulty(waves)?,
         layers,
         vertical,
-        wandering: sound(wandering)?,
+        gauss_markov: unless_faulty(gauss_markov)?,
         sensors: sensors?,
     })
 }
 
-/// What is not there, or is there and could be read.
-fn sound<T>(found: Option<Option<T>>) -> Option<Option<T>> {
+/// An optional value, absent or read; `None` if it is present and faulty.
+fn unless_faulty<T>(found: Option<Option<T>>) -> Option<Option<T>> {
     match found {
         None => Some(None),
         Some(read) => read.map(Some),
     }
 }
 
-/// A velocity of the water, 0 where it is not there.
+/// A velocity of the water; 0 by default.
 fn velocity(table: &Table<'_>, key: &str) -> Option<f64> {
     table.or(key, 0.0, |table, key| table.number(key, is_current, CURRENTS))
 }
@@ -60,8 +60,8 @@ fn required(table: &Table<'_>, key: &str, meaning: &str) -> Option<f64> {
     table.requires(key, meaning).then(|| table.float(key, &format!("a number: {meaning}"))).flatten()
 }
 
-/// Records what a sea cannot be at the key that is at fault.
-fn blamed<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
+/// Records an impossible value of a sea at its key.
+fn at_its_key<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
     match made {
         Ok(made) => return Some(made),
         Err(SeaError::NotAllowed { key, found, allowed }) => table.not_allowed(key, number(found), allowed),
@@ -78,15 +78,15 @@ fn blamed<T>(table: &Table<'_>, made: Result<T, SeaError>) -> Option<T> {
     None
 }
 
-impl Swell {
-    /// Reads the keys of waves from a table, which may have `others` beside them; `None` after a mistake.
+impl WaveParameters {
+    /// Reads the wave keys from a table that may also contain the keys `others`; `None` after a mistake.
     pub fn of(table: &Table<'_>, others: &[&str]) -> Option<Self> {
         let own = ["spectrum", "height", "period", "gamma", "heading"];
         table.allow_only(&[&own, others].concat());
         let peaked = table.one_of("spectrum", &SPECTRA).map(|place| place == 0);
         let height = required(table, "height", "significant height Hs (m)");
         let period = required(table, "period", "peak period Tp (s)");
-        let heading = required(table, "heading", "where the waves go (deg), 180 for a head sea");
+        let heading = required(table, "heading", "direction of the waves (deg), 180 for a head sea");
         let gamma = match peaked {
             Some(true) => required(table, "gamma", "height of the peak, 3.3 on average"),
             _ => Some(1.0),
@@ -99,25 +99,25 @@ impl Swell {
             );
         }
         let components = table.or("components", Waves::USUAL, |table, key| {
-            table.whole(key, |_| true, "how many waves make the sea")
+            table.whole(key, |_| true, "number of wave components")
         });
         let (height, period, gamma) = (height?, period?, gamma?);
         let (heading, components) = (heading?, components?);
-        let spectrum = blamed(table, Spectrum::jonswap(height, period, gamma))?;
+        let spectrum = at_its_key(table, Spectrum::jonswap(height, period, gamma))?;
         let heading = heading.to_radians();
-        blamed(table, Waves::new(&spectrum, heading, components, 0))?;
+        at_its_key(table, Waves::new(&spectrum, heading, components, 0))?;
         Some(Self { spectrum, heading, components })
     }
 }
 
-/// The current in layers, and the vertical one; none without the table.
+/// The current over depth, and the vertical one; zero without the table.
 fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     let Some(table) = table else { return Some((Layers::new(&[[0.0, 0.0]]).ok()?, 0.0)) };
     table.allow_only(&["horizontal", "layers", "vertical"]);
     let vertical = velocity(table, "vertical");
     let layers = if table.has("layers") {
         if table.has("horizontal") {
-            table.not_allowed("horizontal", "given", "left out beside 'layers', which say it at each depth");
+            table.not_allowed("horizontal", "given", "left out beside 'layers', which give it at each depth");
         }
         table.pairs("layers", Layers::ALLOWED)
     } else {
@@ -125,31 +125,31 @@ fn current(table: Option<&Table<'_>>) -> Option<(Layers, f64)> {
     };
     let (layers, vertical) = (layers?, vertical?);
     if let Some([_, fast]) = layers.iter().find(|[_, velocity]| !is_current(*velocity)) {
-        table.not_allowed("layers", format!("at {fast} m/s somewhere"), format!("at each depth {CURRENTS}"));
+        table.not_allowed("layers", format!("{fast} m/s at one depth"), format!("at each depth {CURRENTS}"));
         return None;
     }
-    Some((blamed(table, Layers::new(&layers))?, vertical))
+    Some((at_its_key(table, Layers::new(&layers))?, vertical))
 }
 
-/// Whether water moves so fast: the fastest tidal streams do not reach 11 m/s.
+/// Whether a velocity of the water is plausible: the fastest tidal streams do not reach 11 m/s.
 fn is_current(velocity: f64) -> bool {
     velocity.abs() <= 12.0
 }
 
 const CURRENTS: &str = "a number from -12 to 12 (m/s)";
 
-fn wandering(table: &Table<'_>) -> Option<Wandering> {
+fn gauss_markov(table: &Table<'_>) -> Option<Wandering> {
     table.allow_only(&["mu", "noise", "min", "max"]);
-    let mu = required(table, "mu", "how fast it comes back (1/s)");
-    let noise = required(table, "noise", "density of the noise that drives it (m/s per sqrt(s))");
-    let min = required(table, "min", "the least that it takes off the current (m/s)");
-    let max = required(table, "max", "the most that it adds to the current (m/s)");
+    let mu = required(table, "mu", "inverse of the correlation time (1/s)");
+    let noise = required(table, "noise", "density of the driving noise (m/s per sqrt(s))");
+    let min = required(table, "min", "lower bound of its part of the current (m/s)");
+    let max = required(table, "max", "upper bound of its part of the current (m/s)");
     let numbers = Wandering { mu: mu?, noise: noise?, min: min?, max: max? };
-    blamed(table, numbers.check())?;
+    at_its_key(table, numbers.check())?;
     Some(numbers)
 }
 
-/// The errors of each sensor; one without a table has none.
+/// The errors of each sensor; zero without a table.
 fn sensors(tables: &[Table<'_>]) -> Option<Each<SensorErrors>> {
     let (mut all, mut sound, mut taken) = (PERFECT, true, Vec::new());
     for table in tables {
@@ -168,11 +168,13 @@ fn sensors(tables: &[Table<'_>]) -> Option<Each<SensorErrors>> {
     sound.then_some(all)
 }
 
-/// Errors of a sensor up to which a flight may be meant, in SI of any signal, and the least rate \[Hz\].
+/// Larger errors of a sensor, in SI of any signal, are taken for a mistake.
 const LARGEST_ERROR: f64 = 10.0;
+
+/// The least rate of a sensor \[Hz\].
 const SLOWEST: f64 = 1e-3;
 
-/// The place of a signal, and the errors of its sensor in SI.
+/// The index of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
     let number = |key: &str, default: f64| table.or(key, default, |table, key| table.float(key, "a number"));
@@ -183,7 +185,7 @@ fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
     let unit = signal.units[table.one_of("unit", &names)?];
     let factor = unit.factor;
     let errors = SensorErrors { noise: noise?, bias: bias?, quantum: quantum?, rate: rate?, delay: delay? };
-    blamed(table, errors.check())?;
+    at_its_key(table, errors.check())?;
     let SensorErrors { noise, bias, quantum, .. } = errors;
     for (key, found) in [("noise", noise), ("bias", bias), ("quantum", quantum)] {
         if found.abs() * factor > LARGEST_ERROR {

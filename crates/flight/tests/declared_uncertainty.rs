@@ -1,5 +1,5 @@
-//! The default designs, flown on nonlinear vehicles all over their declared uncertainty: sampled, with lags, limits and
-//! the trim of the nominal vehicle.
+//! The default designs on nonlinear vehicles throughout their declared uncertainty: sampled, with lags, limits and the
+//! trim of the nominal vehicle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use auv::{Actuator, Trim, Vehicle, linearise};
@@ -13,20 +13,20 @@ use squid_design::store::load;
 use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::Uncertain;
 use squid_design::uncertain::trim::retrim;
-use squid_flight::flight::{Varied, fly_varied};
+use squid_flight::flight::{Variations, fly_varied};
 use squid_flight::metrics::StepFigures;
 use std::path::Path;
 
-/// When the step comes (s): what the trim of another vehicle disturbs has settled by then.
+/// Time of the step (s), when the transient from the nominal vehicle's trim has settled.
 const STEP_TIME: f64 = 20.0;
 
-/// The worst of many flights.
+/// The worst metrics over many flights.
 #[derive(Debug, Default)]
 struct Worst {
     flights: usize,
-    /// Vehicles whose actuators cannot hold the trim, or the pitch that is asked for, at the speed.
+    /// Vehicles whose actuators cannot hold the trim or the pitch reference at the speed.
     too_weak: usize,
-    /// Flights that did not end within a tenth of the step.
+    /// Flights with a final error above a tenth of the step.
     lost: usize,
     overshoot: f64,
     rise_time: f64,
@@ -42,8 +42,8 @@ fn random(seed: &mut u64) -> f64 {
     (*seed >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Flies a pitch step at some speeds (m/s): at corners of the box (all at one end, each alone at the other, random
-/// ones), and at random points.
+/// Simulates a pitch step at some speeds (m/s) for vertices of the box (all parameters at one end, a single one at the
+/// other end, random signs) and for random points.
 fn fly_over_the_box(
     inputs: &Inputs,
     design: &ControllerDesign,
@@ -91,8 +91,8 @@ fn fly_over_the_box(
                 worst.too_weak += 1;
                 continue;
             }
-            let varied = Varied { gains: &gains, ..Varied::default() };
-            let flown = fly_varied(&changed, design, file.level(), &manoeuvre, &varied);
+            let variations = Variations { gains: &gains, ..Variations::default() };
+            let flown = fly_varied(&changed, design, file.level(), &manoeuvre, &variations);
             worst.flights += 1;
             let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
                 worst.lost += 1;
@@ -112,13 +112,13 @@ fn fly_over_the_box(
     worst
 }
 
-/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order, at the same
-/// forward speed, by `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
+/// Whether the actuators, with their gains, can hold the trim and then a pitch step: to first order at the same
+/// forward speed, from `0 = A [0 w 0 step] + B outputs` with the least outputs in units of reach.
 fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) -> bool {
     let l = linearise(vehicle, trim).unwrap();
     let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
     let mut m = DMatrix::zeros(3, 1 + reach.len());
-    // Heave comes free beside the actuators.
+    // Heave costs nothing.
     m.column_mut(0).copy_from(&(l.a.view((0, 1), (3, 1)) * 1e6));
     for (j, reach) in reach.iter().enumerate() {
         m.column_mut(1 + j).copy_from(&(l.b.view((0, j), (3, 1)) * *reach));
@@ -135,7 +135,7 @@ fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) ->
     })
 }
 
-/// The default design of a vehicle: the committed one of Squid, that of another made anew.
+/// The default design of a vehicle: the committed one for Squid, a new one for another vehicle.
 fn designed(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
     let inputs = Inputs::read(&folder, "design").unwrap();
@@ -159,7 +159,7 @@ fn no_vehicle_of_the_box_is_lost() {
     }
 }
 
-/// For the figures in docs/benchmarks.md: `cargo test --release -p squid-flight -- --ignored --nocapture`.
+/// Prints the figures in docs/benchmarks.md: `cargo test --release -p squid-flight -- --ignored --nocapture`.
 #[test]
 #[ignore = "night: two thousand flights"]
 fn five_hundred_points_at_four_speeds() {

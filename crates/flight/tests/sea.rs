@@ -1,4 +1,4 @@
-//! Flights at sea: Squid's committed design, with the size of its hull.
+//! Simulations of Squid's committed design at sea, with the size of its hull.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use auv::{Geometry, Vehicle};
@@ -14,7 +14,7 @@ fn vehicles() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
 }
 
-/// Vehicle, controller, design and a manoeuvre of 30 s at 1.5 m/s with a step of the pitch.
+/// Squid's inputs and design, and a manoeuvre of 30 s at 1.5 m/s with a pitch step.
 struct Squid {
     inputs: Inputs,
     design: ControllerDesign,
@@ -51,7 +51,7 @@ fn rms(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
 }
 
 #[test]
-fn a_sea_without_anything_is_still_water() {
+fn an_empty_sea_file_is_still_water() {
     let squid = Squid::new();
     let flight = squid.at_sea("seed = 1").unwrap();
     assert_eq!(flight.rows, squid.calm());
@@ -59,9 +59,9 @@ fn a_sea_without_anything_is_still_water() {
     assert!(flight.sea.iter().zip(&flight.rows).all(|(sea, row)| sea.read == row.signals.measured));
 }
 
-/// An FMU of a vehicle has usual waves and a steady current.
+/// The FMU of a vehicle has waves with the default number of components and a steady current only.
 #[test]
-fn what_is_beyond_a_steady_sea_is_named() {
+fn features_beyond_a_steady_sea_are_named() {
     let words = |text: &str| Sea::parse(text, "sea.toml").unwrap().beyond_steady();
     let steady = format!("seed = 1\ndepth = 3.0\n{WAVES}[current]\nhorizontal = 0.2\nvertical = 0.1\n");
     assert_eq!(words(&steady), None);
@@ -87,7 +87,7 @@ fn the_seed_decides() {
     }
 }
 
-/// Pitch and speed are disturbed by the waves near the surface, and by nothing at 50 m.
+/// Waves disturb pitch near the surface, and hardly at 50 m.
 #[test]
 fn waves_fade_with_depth() {
     let squid = Squid::new();
@@ -106,10 +106,9 @@ fn waves_fade_with_depth() {
     assert!(below < 0.5 * near && deep < 0.05 * near, "{below}, {deep}");
 }
 
-/// A current that is the same everywhere moves water and vehicle alike: the flight through the water is that in still
-/// water, and the way over ground is not.
+/// A uniform current carries water and vehicle alike: the motion through the water is that in still water.
 #[test]
-fn a_steady_current_is_not_felt() {
+fn a_steady_current_does_not_disturb() {
     let squid = Squid::new();
     let flight = squid.at_sea("seed = 1\n[current]\nhorizontal = 0.4").unwrap();
     for (found, calm) in flight.rows.iter().zip(squid.calm()) {
@@ -121,10 +120,9 @@ fn a_steady_current_is_not_felt() {
     assert!(flight.sea.iter().all(|row| row.water.horizontal == 0.4 && row.water.vertical == 0.0));
 }
 
-/// Who climbs into a faster layer is late by what the layer gains: the speed through the water drops by it, and comes
-/// back.
+/// A vehicle that climbs into a faster layer at first loses speed through the water by the difference.
 #[test]
-fn layers_are_met_where_they_are() {
+fn layers_act_at_their_depth() {
     let squid = Squid::new();
     let layers = "layers = [[0.0, 0.5], [48.0, 0.5], [49.0, 0.0]]";
     let flight = squid.at_sea(&format!("seed = 1\n[current]\n{layers}")).unwrap();
@@ -140,9 +138,9 @@ fn layers_are_met_where_they_are() {
     assert!(deep < 1e-9 && within > 0.01, "{deep}, {within}");
 }
 
-/// What the controller gets is what the sensor reads: a bias of the pitch is flown, the other way.
+/// The controller gets the sensor reading: a pitch bias appears in the true pitch with the opposite sign.
 #[test]
-fn sensors_stand_between_vehicle_and_autopilot() {
+fn the_autopilot_gets_sensor_readings() {
     let squid = Squid::new();
     let flight = squid
         .at_sea("seed = 1\n[[sensor]]\nsignal = \"pitch\"\nunit = \"deg\"\nbias = 0.5\nquantum = 0.01\nrate = 10.0")
@@ -155,9 +153,9 @@ fn sensors_stand_between_vehicle_and_autopilot() {
     assert!(changes.count() <= 300);
 }
 
-/// Bow up by 10 degrees at 1.5 m/s, from 4 m: out of the water before the end, the hull before its middle.
+/// Pitching up 10 degrees at 1.5 m/s from 4 m: the vehicle surfaces before the end, the hull before its middle.
 #[test]
-fn the_flight_ends_where_the_hull_breaks_the_surface() {
+fn the_flight_ends_when_the_hull_breaks_the_surface() {
     let squid = Squid::new();
     let flight = squid.at_sea(&format!("seed = 2\ndepth = 4.0\n{WAVES}")).unwrap();
     let surfacing = flight.surfacing.unwrap();
@@ -180,8 +178,8 @@ fn waves_need_the_size_of_the_hull() {
     assert!(words.contains("has no [geometry]") && !words.contains('\n'), "{words}");
 }
 
-/// A vehicle with the displacement of Squid that weighs nothing against it goes with long waves: the vertical speed
-/// through the water stays far below that of the water, and pitch hardly moves.
+/// A neutrally buoyant vehicle moves with long waves: its vertical speed through the water stays far below that of the
+/// water.
 #[test]
 fn long_waves_carry_the_vehicle() {
     let squid = Squid::new();
@@ -200,7 +198,7 @@ fn long_waves_carry_the_vehicle() {
     assert!(water > 0.04 && through < 0.1 * water, "{through} of {water}");
 }
 
-/// The file that is shipped, and every mistake by its line.
+/// The example file is read, and every mistake is reported with its line.
 #[test]
 fn a_sea_is_read_from_its_file() {
     let text = std::fs::read_to_string(vehicles().join("sea.toml")).unwrap();

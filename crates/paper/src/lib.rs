@@ -20,7 +20,7 @@ use squid_report::page::section::{Boxed, Part, Section, Table};
 use squid_report::page::words::capital;
 use squid_report::report::{self, Report, section};
 use squid_report::subject::Subject;
-use squid_report::threads::side_by_side;
+use squid_report::threads::in_parallel;
 
 /// Anchor and title of a section, and what computes it.
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Found, Error>);
@@ -39,7 +39,7 @@ pub fn report(subject: &Subject) -> Report {
     let mut report = report::report(subject);
     let claims_of = [sensitivity::claims, mu::claims, fit::claims];
     let mut claims: Vec<Claim> = claims_of.iter().flat_map(|of| of(subject)).collect();
-    for (section, found) in side_by_side(SECTIONS.iter(), |maker| made(subject, maker)) {
+    for (section, found) in in_parallel(SECTIONS.iter(), |maker| made(subject, maker)) {
         report.sections.push(section);
         claims.extend(found);
     }

@@ -2,7 +2,7 @@
 
 use crate::claims::{Claim, Found, each_smaller};
 use squid_design::numbers::readable;
-use squid_flight::flight::fly_open_loop;
+use squid_flight::flight::{ActuatorStep, fly_open_loop};
 use squid_flight::metrics::SETTLED;
 use squid_report::error::Error;
 use squid_report::page::axis::Axis;
@@ -91,7 +91,8 @@ fn claim(pairs: &[(f64, f64)]) -> Claim {
 /// Time (s) and pitch from trim (deg) of the vehicle alone.
 fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
     let (interval, level) = (subject.stored.controller.sample_time, subject.inputs.design.level());
-    let rows = fly_open_loop(&subject.inputs.vehicle, level, speed, (index, step), interval, FLOWN)?;
+    let step = ActuatorStep { actuator: index, height: step };
+    let rows = fly_open_loop(&subject.inputs.vehicle, level, speed, step, interval, FLOWN)?;
     Ok(rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect())
 }
 

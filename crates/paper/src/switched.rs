@@ -4,9 +4,9 @@ use lpv::matrix::Mat;
 use lpv::state_space::StateSpace;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::error::CertifyError;
-use squid_flight::flight::{Demand, Row};
+use squid_flight::flight::{Course, Demand, Row};
 use squid_report::error::Error;
-use squid_report::peers::law::{Law, Ticking, fly};
+use squid_report::peers::law::{Law, RunningLaw, fly};
 use squid_report::subject::Subject;
 
 /// What becomes of the states when another controller takes charge.
@@ -67,7 +67,7 @@ impl Law for Switched<'_> {
         self.controllers.get(nearest(self.speeds, speed)).cloned()
     }
 
-    fn start(&self) -> Option<Ticking<'_>> {
+    fn start(&self) -> Option<RunningLaw<'_>> {
         let states = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
         let (controllers, handover) = (self.controllers.clone(), self.handover);
         let mut bank = Bank { controllers, states, active: 0, handover };
@@ -88,8 +88,8 @@ pub fn fly_switched(subject: &Subject, bank: &[StateSpace], handover: Handover) 
     let sampled = |k: &StateSpace| trapezoidal(k, subject.stored.controller.sample_time);
     let controllers = bank.iter().map(sampled).collect::<Result<Vec<StateSpace>, CertifyError>>()?;
     let law = Switched { speeds: &subject.speeds, controllers, handover };
-    let course = (manoeuvre.duration, |time| Demand::of(manoeuvre, time));
-    Ok(fly(subject, &law, (vehicle, &[]), course)?.rows)
+    let course = Course { duration: manoeuvre.duration, demand: |time| Demand::of(manoeuvre, time) };
+    Ok(fly(subject, &law, vehicle, &[], course)?.rows)
 }
 
 fn nearest(speeds: &[f64], v: f64) -> usize {

@@ -21,7 +21,7 @@ use squid_report::page::section::{Part, Table};
 use squid_report::page::words::seconds;
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
-use squid_report::threads::side_by_side;
+use squid_report::threads::in_parallel;
 
 /// The bandwidths of Fig. 5 a, b and c (rad/s), and the one that the paper prefers.
 const TRIED: [(f64, &str); 3] = [(0.46, "a"), (0.1, "b"), (0.23, "c")];
@@ -69,7 +69,7 @@ struct Tuned {
 /// [`Error::PitchNotTracked`]; [`Error::Design`] when a bandwidth allows no controller; as
 /// [`squid_flight::flight::fly`].
 pub fn tuning(subject: &Subject) -> Result<Found, Error> {
-    let all = side_by_side(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
+    let all = in_parallel(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
     let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
     let step = subject.stored.manoeuvre.pitch_step.to_degrees();
     let words = format!(

@@ -1,11 +1,11 @@
-//! Designs a controller for a generalised plant, and writes the certificate of the loop.
+//! Designs a controller for a generalised plant, and writes the certificate of the closed loop.
 //!
 //! ```text
 //! cargo run --release -p squid-problem --example certify -- PROBLEM.json CERTIFICATE.json [BALL]
 //! ```
 //!
-//! PROBLEM.json is what `squid lpv synth` reads. With BALL the certificate also covers errors of `[A B2]` up to that
-//! size in the largest singular value, at a gamma found by trial.
+//! PROBLEM.json is a problem file of `squid lpv synth`. With BALL the certificate also covers errors of `[A B2]` with
+//! a largest singular value up to BALL, at a gamma found by trial.
 
 use certificate::{Certificate, Residual};
 use lpv::direct_path::synthesise;
@@ -37,8 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Adds the claim for `||[dA dB2]|| <= ball`, with X, S and T of the nominal claim and the first lambda and gamma of
-/// a table that prove it.
+/// Adds the claim for `||[dA dB2]|| <= ball`, with X, S and T of the nominal claim and the first lambda and gamma of a
+/// table that prove it.
 fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
     let nominal = certificate.any_rate.clone()?;
     let (n, u) = (certificate.plant.a.len(), certificate.plant.d12.first().map_or(0, Vec::len));

@@ -1,4 +1,4 @@
-//! `squid lpv check`: whether a certificate is of the plant in a problem file.
+//! `squid lpv check`: whether a certificate is for the plant in a problem file.
 
 use crate::error::Error;
 use crate::problem_file::{Problem, finished, problem as read_problem};
@@ -7,23 +7,23 @@ use certificate::Theorem;
 use proof::claim::{direct_path_rows, first_difference, parse, plant_rows};
 use proof::error::ProofError;
 
-/// Proves a certificate and checks that it is of the plant in a problem file.
+/// Proves a certificate and checks that it is for the plant in a problem file.
 ///
 /// # Errors
 /// [`ProofError::Unproved`]; [`ProofError::WrongPlant`] with the first matrix of the plant that differs.
 pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     let certificate = parse(&certificate.text, &certificate.name)?;
     let of = &certificate.plant;
-    // The file of a finished loop has no matrices of controls and measurements.
+    // The file of a closed loop has no matrices of controls and measurements.
     let is_finished = of.c2.is_empty() && of.d12.iter().all(Vec::is_empty);
     let read = if is_finished { finished } else { read_problem };
     let Problem { plant, d22, rate, discrete, limits } = read(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
-    // Without the section, the claim is of any rate.
+    // Without the section, the claim holds for any rate.
     let proved_at = certificate.bounded_rate.as_ref().map_or(f64::INFINITY, |claim| claim.rate);
-    let nearer = |limits: &Vec<f64>| {
-        // One without claims at the limits is of the plant all the same.
+    let beyond = |limits: &Vec<f64>| {
+        // A certificate without claims about saturation is for the plant with any limits.
         let Some(energy) = &certificate.energy else { return false };
         energy.limits.len() != limits.len() || energy.limits.iter().zip(limits).any(|(at, limit)| at > limit)
     };
@@ -32,7 +32,7 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
         ("dt", is_discrete != certificate.discrete),
         ("blocks", plant.blocks != certificate.blocks),
         ("rate", rate.map_or(certificate.any_rate.is_none(), |rate| proved_at < rate)),
-        ("limits", limits.as_ref().is_some_and(nearer)),
+        ("limits", limits.as_ref().is_some_and(beyond)),
     ];
     let matrix =
         first_difference(&plant_rows(&plant).named(), &of.named()).map(|name| format!("matrix {name}"));
@@ -46,7 +46,7 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
 /// Proves a certificate.
 ///
 /// # Errors
-/// [`ProofError::Unproved`]; [`ProofError::Certificate`] where it cannot be read.
+/// [`ProofError::Unproved`]; [`ProofError::Certificate`] if it cannot be read.
 pub fn prove(certificate: &Source) -> Result<Theorem, Error> {
     Ok(parse(&certificate.text, &certificate.name)?.prove().map_err(ProofError::from)?)
 }

@@ -1,23 +1,23 @@
-//! Why a problem has no answer.
+//! Errors of a problem.
 
 use base::files;
 use proof::error::ProofError;
 use thiserror::Error as ThisError;
 
-/// Why a problem has no answer.
+/// Why a problem could not be solved.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] files::Error),
-    /// A certificate does not prove.
+    /// A certificate fails its proof.
     #[error(transparent)]
     Proof(#[from] ProofError),
-    /// The text is wrong.
+    /// The text is invalid.
     #[error("{file}: {reason}")]
     Problem { file: String, reason: String },
-    /// mu has no bound.
+    /// mu cannot be bounded.
     #[error("{file}: {reason}")]
     Mu { file: String, reason: lpv::mu::sweep::SweepError },
 }

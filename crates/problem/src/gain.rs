@@ -1,12 +1,12 @@
-//! `squid lpv gain`: from a problem file without controls to bounds on the gain of a finished loop.
+//! `squid lpv gain`: bounds on the gain of the closed loop of a problem file without controls.
 //!
 //! ```json
 //! {"kind": "lpvgain", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "Ct": .., "C1": .., "Dtt": .., "Dt1": ..,
 //!  "D1t": .., "D11": ..}, "blocks": [r_1, ..], "rate": ..}}
 //! ```
 //!
-//! However fast the parameters move, it is the synthesis for a plant on which nothing acts: its least gamma is that of
-//! the loop. At a bounded rate the loop is analysed as it is.
+//! For an arbitrary rate of the parameters this is a synthesis for a plant without controls: its least gamma is that of
+//! the loop. For a bounded rate the loop is analysed directly.
 
 use crate::error::Error;
 use crate::problem_file::{self, Problem};
@@ -35,49 +35,47 @@ use std::time::Instant;
 /// The result, as `--json` prints it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// `proved`: there is a bound, for every trajectory of the parameters or for those at the rate; `not_found`: none
-    /// was found.
+    /// `proved`: there is a bound for an arbitrary or the given rate of the parameters; `not_found`: none was found.
     pub status: &'static str,
-    /// The lowest bound found for parameters that move however fast, symmetric and skew scalings: in floating point.
+    /// The lowest bound found for an arbitrary rate, with symmetric and skew scalings: in floating point.
     pub gamma: Option<f64>,
-    /// Whether `gamma` is shown, in floating point, to be the least of the inequalities within 0.1 %.
+    /// Whether `gamma` is shown, in floating point, to be the infimum of the inequalities within 0.1 %.
     pub least: bool,
-    /// The same with symmetric scalings alone.
+    /// The lowest bound found with symmetric scalings only.
     pub gamma_symmetric: Option<f64>,
-    /// The gain is below this however fast the parameters move: proved in exact arithmetic. `null` where none was
-    /// found.
+    /// Bound of the gain for an arbitrary rate, proved in exact arithmetic; `null` if none was found.
     pub proved: Option<f64>,
-    /// The bound on the parameter's rate in the problem.
+    /// The rate bound of the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The gain at that rate is below this: proved in exact arithmetic. At most `proved`, which holds at every rate.
+    /// Bound of the gain for that rate, proved in exact arithmetic; at most `proved`, which holds for every rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub proved_at_rate: Option<f64>,
-    /// The gain for constant parameters is below this, at every frequency.
+    /// Upper bound of the gain for constant parameters, over all frequencies.
     pub constant_upper: Option<f64>,
     /// The gain for the worst constant parameters found.
     pub constant_lower: Option<f64>,
     /// Those parameters.
     pub constant_theta: Option<Vec<f64>>,
-    /// Why there is no bound, and what is doubtful.
+    /// Why there is no bound, and doubts.
     pub reasons: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
-    /// What was proved.
+    /// The proved theorem.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
-    /// What shows it.
+    /// Its certificate.
     #[serde(skip)]
     pub certificate: Option<Certificate>,
 }
 
-/// How near the proved bound is sought to the least one: the loop is there already, so that nothing is lost by it.
+/// The back-off of the proved bound from the least one; it can be small, since there is no controller to build.
 const BACK_OFF: f64 = 1e-3;
 
 /// Bounds the gain of the loop of a file.
 ///
 /// # Errors
-/// Those of the file; that no bound is found is a [`Report`].
+/// The errors of the file; a loop without a bound has a [`Report`].
 pub fn run(source: &Source) -> Result<Report, Error> {
     let problem = problem_file::finished(source)?;
     let started = Instant::now();
@@ -92,14 +90,14 @@ pub fn run(source: &Source) -> Result<Report, Error> {
 }
 
 impl Report {
-    /// The certificate, if it proves.
+    /// The certificate, if it is proved.
     pub fn proved(&self) -> Option<&Certificate> {
         self.certificate.as_ref().filter(|_| self.theorem.is_some())
     }
 
-    /// Bounds for parameters that move however fast, and at the rate of the problem, both proved.
+    /// Proves bounds for an arbitrary rate and for the rate of the problem.
     fn bound(&mut self, problem: &Problem, none: &Controller) {
-        // In discrete time what was given is proved, and not its bilinear transform.
+        // In discrete time the proof is for the given plant, not for its bilinear transform.
         let plant = problem.discrete.as_ref().map_or(&problem.plant, |given| &given.plant);
         let fast = self.any_rate(problem);
         let mut certificate =
@@ -107,7 +105,7 @@ impl Report {
         certificate.discrete = problem.discrete.is_some();
         if let Some(rate) = problem.rate {
             match finished(&problem.plant.open(), rate) {
-                // A bound for any rate holds at this one, too.
+                // A bound for any rate also holds at this rate.
                 Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
                 Ok(slow) => certificate.bounded_rate = Some(without_error(&slow)),
                 Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
@@ -116,7 +114,7 @@ impl Report {
         self.prove(certificate);
     }
 
-    /// The bound of the loop for parameters that move however fast.
+    /// The bound of the loop for an arbitrary rate.
     fn any_rate(&mut self, problem: &Problem) -> Option<GainBound> {
         let Problem { plant, d22, .. } = problem;
         let design = match synthesise(plant, d22, Options { back_off: BACK_OFF, ..Options::default() }) {
@@ -135,7 +133,7 @@ impl Report {
             }
         }
         self.least = self.gamma.is_some_and(|gamma| is_least(plant, gamma, design.lower));
-        // The synthesis adds a controller that nothing connects to the plant, whose part comes first.
+        // The synthesis adds an unconnected controller; the blocks of the plant come first.
         let (n, r) = (plant.a().nrows(), plant.dtt().nrows());
         let corner = |m: &Mat, size: usize| m.view((0, 0), (size, size)).into_owned();
         let found = design.certified;
@@ -143,12 +141,12 @@ impl Report {
         Some(GainBound { x, s, t, ..found })
     }
 
-    /// Proves the claims of a certificate, or where that fails one of them.
-    fn prove(&mut self, whole: Certificate) {
-        let mut tried = vec![whole.clone()];
-        if whole.any_rate.is_some() && whole.bounded_rate.is_some() {
-            tried.push(Certificate { bounded_rate: None, ..whole.clone() });
-            tried.push(Certificate { any_rate: None, ..whole });
+    /// Proves the claims of a certificate, or one of them if that fails.
+    fn prove(&mut self, full: Certificate) {
+        let mut tried = vec![full.clone()];
+        if full.any_rate.is_some() && full.bounded_rate.is_some() {
+            tried.push(Certificate { bounded_rate: None, ..full.clone() });
+            tried.push(Certificate { any_rate: None, ..full });
         }
         for certificate in tried.into_iter().filter(|c| c.any_rate.is_some() || c.bounded_rate.is_some()) {
             match certificate.prove() {
@@ -161,7 +159,7 @@ impl Report {
                     return;
                 }
                 Err(reason) => {
-                    self.reasons.push(format!("a bound was computed, but does not prove: {reason}"));
+                    self.reasons.push(format!("a bound was computed, but its proof fails: {reason}"));
                 }
             }
         }
@@ -169,7 +167,8 @@ impl Report {
 
     /// The worst-case gain for constant parameters.
     fn constant(&mut self, plant: &GeneralisedPlant) {
-        let found = constant(plant).and_then(|whole| worst_case_gain(&whole).map_err(|why| why.to_string()));
+        let found =
+            constant(plant).and_then(|system| worst_case_gain(&system).map_err(|why| why.to_string()));
         match found {
             Ok(gain) => {
                 self.constant_upper = Some(gain.upper);
@@ -187,7 +186,7 @@ impl Report {
         }
     }
 
-    /// Writes `certificate.json` if there is a proof; that of an earlier run goes.
+    /// Writes `certificate.json` if there is a proof, else removes that of an earlier run.
     ///
     /// # Errors
     /// [`files::Error`](base::files::Error).
@@ -230,8 +229,7 @@ impl Report {
     }
 }
 
-/// Why there is no bound for parameters that move however fast: in words of a loop, since the error's are of a
-/// synthesis.
+/// Why there is no bound for an arbitrary rate, in terms of the loop instead of the synthesis.
 fn no_bound(error: &SynthesisError, scalings: &str) -> String {
     match error {
         SynthesisError::NotStabilisable { re, im } | SynthesisError::NotDetectable { re, im } => {
@@ -246,7 +244,7 @@ fn no_bound(error: &SynthesisError, scalings: &str) -> String {
     }
 }
 
-/// The loop with constant parameters: each a real scalar, repeated.
+/// The loop with constant parameters, as repeated real scalars.
 fn constant(plant: &GeneralisedPlant) -> Result<Perturbable, String> {
     let blocks = plant.blocks.iter().filter(|repetitions| **repetitions > 0).map(|r| Block::Real(*r));
     let structure = Structure::new(blocks.collect()).map_err(|why| why.to_string())?;

@@ -1,17 +1,17 @@
-//! Problems of any plant, as JSON: what is asked in a text, what was found in a report.
+//! LPV problems for any plant: read from JSON text, answered by a report.
 //!
 //! ```text
-//! source        a text, with the name that messages give it
+//! source        a text with its name in messages
 //! matrices      its matrices; errors name the key
 //! problem_file  a generalised plant
 //! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
 //! synth         least gamma, controller, proof: a `report`
-//! check         whether a certificate is of a plant
-//! gain          the gain of a finished loop
-//! sampled       the gain of a sampled loop
+//! check         whether a certificate is for a given plant
+//! gain          the gain of a closed loop
+//! sampled       the gain of a sampled-data loop
 //! mu            the structured singular value
-//! words         numbers as people read them
+//! words         rounded numbers for terminal output
 //! ```
 
 pub mod check;

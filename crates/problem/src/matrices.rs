@@ -12,7 +12,7 @@ const LARGEST: f64 = 1e100;
 /// The keys and values of an object.
 pub type Entries = [(String, Json)];
 
-/// What a file says of itself, beside `data`, or in it with the plant: it decides nothing.
+/// Keys of comments in a file, next to `data` or in it; they have no effect.
 pub const NOTES: [&str; 12] = [
     "kind",
     "name",
@@ -33,31 +33,31 @@ pub fn find<'a>(entries: &'a Entries, key: &str) -> Option<&'a Json> {
     entries.iter().find(|(k, _)| k == key).map(|(_, value)| value)
 }
 
-/// Whether a word is another but for its case, or, if it is long enough for that, one letter.
+/// Whether two words differ only in case or, if long enough, in one letter.
 fn is_near(found: &str, word: &str) -> bool {
     const LONG: usize = 4;
     found.eq_ignore_ascii_case(word) || (word.len() >= LONG && strsim::levenshtein(found, word) == 1)
 }
 
-/// The size of a matrix where its rows do not show it.
+/// The size of a matrix if its entries do not give it.
 #[derive(Debug, Clone, Copy)]
 pub struct Size {
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Columns.
+    /// Number of columns.
     pub columns: usize,
     /// Whether it is required even without entries.
     pub required: bool,
 }
 
 impl Size {
-    /// A required matrix whose size is that of its entries.
-    pub fn own() -> Self {
+    /// A required matrix with the size of its entries.
+    pub fn of_entries() -> Self {
         Self { rows: 0, columns: 0, required: true }
     }
 }
 
-/// Reads parts of one file; every error names it.
+/// Reads parts of one file and names it in every error.
 #[derive(Debug)]
 pub struct Reader {
     file: String,
@@ -74,13 +74,13 @@ impl Reader {
         Ok((reader, value))
     }
 
-    /// The entries of the object `data`, or of the whole where there is none.
+    /// The entries of the object `data`, or of the top-level object if there is none.
     pub fn data<'a>(&self, value: &'a Json) -> Result<&'a Entries, Error> {
         let top = self.object(value, "")?;
         find(top, "data").map_or(Ok(top), |data| self.object(data, "data"))
     }
 
-    /// Refuses a key at `place`, as in "in 'data'", that is none of those `here`; those `elsewhere` stand in another
+    /// Rejects a key at `place`, such as "in 'data'", that is not one of `here`; the keys `elsewhere` belong to another
     /// object.
     pub fn only(
         &self,
@@ -103,8 +103,7 @@ impl Reader {
         Err(self.wrong(key, format!("is not known{near} (allowed {place}: {allowed})")))
     }
 
-    /// Refuses an unknown key beside `data`, where there is one: besides it stands what a file says of itself, which
-    /// decides nothing.
+    /// Rejects an unknown key next to `data`, if there is one: only comments are allowed there.
     pub fn only_notes_beside_data(&self, value: &Json, elsewhere: (&[&str], &str)) -> Result<(), Error> {
         let top = self.object(value, "")?;
         if find(top, "data").is_none() {
@@ -113,12 +112,12 @@ impl Reader {
         self.only(top, "beside 'data'", &[&["data"], &NOTES[..]].concat(), elsewhere)
     }
 
-    /// The error that something is wrong at a line.
+    /// An error at a line.
     fn wrong_at(&self, line: usize, reason: String) -> Error {
         Error::Problem { file: format!("{}:{line}", self.file), reason }
     }
 
-    /// The error that `key`, if one is named, is wrong.
+    /// An error in `key`; an empty key is not named.
     pub fn wrong(&self, key: &str, reason: String) -> Error {
         let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
         Error::Problem { file: self.file.clone(), reason: format!("{key}{reason}") }
@@ -152,14 +151,14 @@ impl Reader {
         list.iter().enumerate().map(repetitions).collect()
     }
 
-    /// A matrix; one without rows has as many columns as `columns` says.
+    /// A matrix; without rows it has `columns` columns.
     fn matrix(&self, key: &str, value: &Json, columns: usize) -> Result<Mat, Error> {
         let rows = self.rows(key, value, "numbers", |entry, place| self.number(key, entry, place))?;
         let width = rows.first().map_or(columns, Vec::len);
         from_rows(&rows, width).ok_or_else(|| self.ragged(key, width))
     }
 
-    /// The rows of a matrix of `what`, each entry read by `read` with its row and column.
+    /// The rows of a matrix of `what`; `read` reads an entry at a row and column.
     pub fn rows<T>(
         &self,
         key: &str,
@@ -178,12 +177,12 @@ impl Reader {
         list.iter().enumerate().map(row).collect()
     }
 
-    /// The error of a matrix whose rows are not all as long as the first.
+    /// The error of a matrix with rows of different lengths.
     pub fn ragged(&self, key: &str, width: usize) -> Error {
         self.wrong(key, format!("has rows of different lengths; the first has {width} numbers"))
     }
 
-    /// The number of a key, if the key is there; `allowed` says what `is_allowed` accepts.
+    /// The number of a key, if present; `allowed` describes `is_allowed`.
     pub fn optional_number(
         &self,
         entries: &Entries,
@@ -198,7 +197,7 @@ impl Reader {
         }
     }
 
-    /// A finite number that is an entry of a matrix.
+    /// A finite entry of a matrix.
     pub fn number(&self, key: &str, entry: &Json, (row, column): (usize, usize)) -> Result<f64, Error> {
         let wrong = |found: String, words: &str| {
             self.wrong(key, format!("is {found} in row {row}, column {column}; it must be {words}"))
@@ -219,7 +218,7 @@ impl Reader {
     }
 }
 
-/// The error of a text that cannot be read, with its line. JSON has no infinity, but programs write one: Python
+/// The error of a text that cannot be read, with its line. JSON has no infinity, but some programs write one: Python
 /// `Infinity`, others 1e999.
 fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
     let message = error.to_string();
@@ -248,7 +247,7 @@ fn not_json(reader: &Reader, error: &serde_json::Error, text: &str) -> Error {
 pub struct Matrices<'a> {
     /// Names the file in errors.
     pub reader: &'a Reader,
-    /// Those of the object with the matrices.
+    /// The object with the matrices.
     pub entries: &'a Entries,
 }
 
@@ -257,7 +256,7 @@ impl Matrices<'_> {
         find(self.entries, key).map(|value| self.reader.matrix(key, value, columns)).transpose()
     }
 
-    /// A matrix. One that has no entries may be left out, unless it is required.
+    /// A matrix; if it has no entries and is not required, it may be omitted.
     pub fn get(&self, key: &str, size: Size) -> Result<Mat, Error> {
         let is_optional = (size.rows == 0 || size.columns == 0) && !size.required;
         match self.find(key, size.columns)? {
@@ -267,7 +266,7 @@ impl Matrices<'_> {
         }
     }
 
-    /// A matrix of zeros where it is left out.
+    /// A matrix; zero if omitted.
     ///
     /// # Errors
     /// [`Error::Problem`] when it cannot be read or has another shape.

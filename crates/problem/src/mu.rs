@@ -1,4 +1,4 @@
-//! `squid lpv mu`: from a problem file to bounds on mu from both sides.
+//! `squid lpv mu`: upper and lower bounds on mu for a problem file.
 
 use crate::error::Error;
 use crate::mu_file::{MuProblem, Perturbed, mu_problem};
@@ -18,25 +18,25 @@ use std::time::Instant;
 /// The result, as `--json` prints it.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// `bounded`, or `error`.
+    /// `bounded` or `error`.
     pub status: &'static str,
-    /// mu is at most this; of a system at every frequency from 0 to infinity.
+    /// Upper bound of mu; for a system, over all frequencies from 0 to infinity.
     pub upper: Option<f64>,
-    /// mu is at least this; 0 without a perturbation to show it.
+    /// Lower bound of mu; 0 if no perturbation was found.
     pub lower: Option<f64>,
-    /// Where the upper bound is largest, rad/s; none for a matrix.
+    /// The frequency of the largest upper bound, rad/s; `None` for a matrix.
     #[serde(serialize_with = "frequency")]
     pub frequency: Option<f64>,
-    /// Where the perturbation puts a pole on the axis, rad/s.
+    /// The frequency of the pole that the perturbation puts on the imaginary axis, rad/s.
     #[serde(serialize_with = "frequency")]
     pub lower_frequency: Option<f64>,
-    /// The perturbation that shows the lower bound: rows of `[re, im]`.
+    /// The perturbation of the lower bound: rows of `[re, im]`.
     pub delta: Option<Vec<Vec<[f64; 2]>>>,
     /// The least singular value of `I - M Delta`, relative to the largest.
     pub residual: Option<f64>,
-    /// Number of intervals, each with its scalings, that cover the frequencies from 0 to infinity.
+    /// Number of frequency intervals from 0 to infinity, each with its scalings.
     pub intervals: Option<usize>,
-    /// Where the problem has inputs and outputs of performance: robust performance and the worst-case gain.
+    /// Robust performance and the worst-case gain, if the problem has performance inputs and outputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub performance: Option<Performance>,
     /// Wall-clock time.
@@ -51,16 +51,16 @@ pub struct Report {
 /// Robust performance and the worst-case gain.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Performance {
-    /// mu with a full block from z to w is at most this: for every perturbation smaller than its inverse the gain is
+    /// Upper bound of mu with a full block from z to w: for every perturbation smaller than its inverse the gain is
     /// below it.
     pub upper: f64,
-    /// The same mu is at least this; 0 without a perturbation to show it.
+    /// Lower bound of this mu; 0 if no perturbation was found.
     pub lower: f64,
-    /// The size of the perturbation for the worst-case gain.
+    /// The size of the perturbations for the worst-case gain.
     pub size: f64,
-    /// The gain is below this for every perturbation of that size; none when the loop is not shown to stay stable.
+    /// Upper bound of the gain for perturbations of that size; `None` if stability is not shown.
     pub gain_upper: Option<f64>,
-    /// The gain with the worst perturbation of that size that the search reached.
+    /// The gain with the worst perturbation of that size found.
     pub gain_lower: Option<f64>,
     /// The frequency of that gain, rad/s.
     #[serde(serialize_with = "frequency")]
@@ -69,7 +69,7 @@ pub struct Performance {
     pub gain_delta: Option<Vec<Vec<[f64; 2]>>>,
 }
 
-/// JSON has no infinity: infinite frequency is written as a word.
+/// Writes an infinite frequency as a word, since JSON has no infinity.
 fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Error> {
     match omega {
         Some(w) if w.is_infinite() => out.serialize_str("infinity"),
@@ -80,7 +80,7 @@ fn frequency<S: Serializer>(omega: &Option<f64>, out: S) -> Result<S::Ok, S::Err
 /// Bounds mu of the problem of a file.
 ///
 /// # Errors
-/// Those of the file; [`Error::Mu`] when the system is unstable or the sweep does not close.
+/// The errors of the file; [`Error::Mu`] if the system is unstable or the sweep fails.
 pub fn run(source: &Source) -> Result<Report, Error> {
     let MuProblem { perturbed, structure, discrete } = mu_problem(source)?;
     let wrong = |reason| Error::Mu { file: source.name.clone(), reason };
@@ -93,30 +93,30 @@ pub fn run(source: &Source) -> Result<Report, Error> {
             lower_bound_below(&m, &structure, Some(&upper)).map_err(|e| wrong(e.into()))?
         }
         Perturbed::System(system) => report.over_frequency(&system, &structure).map_err(wrong)?,
-        Perturbed::Performing(system, size) => {
-            let whole = Perturbable { system, structure, size };
-            let lower = report.over_frequency(&whole.stability(), &whole.structure).map_err(wrong)?;
-            report.performance = Some(performance(&whole).map_err(wrong)?);
+        Perturbed::WithPerformance(system, size) => {
+            let augmented = Perturbable { system, structure, size };
+            let lower = report.over_frequency(&augmented.stability(), &augmented.structure).map_err(wrong)?;
+            report.performance = Some(performance(&augmented).map_err(wrong)?);
             lower
         }
     };
     report.set_lower(lower);
     if let Some(transform) = discrete {
-        report.take_to_discrete(&transform);
+        report.frequencies_to_discrete(&transform);
     }
     report.seconds = Some(begin.elapsed().as_secs_f64());
     Ok(report)
 }
 
-fn performance(whole: &Perturbable) -> Result<Performance, SweepError> {
-    let both = mu_over_frequency(&whole.system, &whole.with_performance()?)?;
+fn performance(augmented: &Perturbable) -> Result<Performance, SweepError> {
+    let both = mu_over_frequency(&augmented.system, &augmented.with_performance()?)?;
     let mut out = Performance {
         upper: both.upper.upper,
         lower: both.lower.map_or(0.0, |bound| bound.value * (1.0 - SINGULAR_RESIDUAL)),
-        size: whole.size,
+        size: augmented.size,
         ..Performance::default()
     };
-    match worst_case_gain(whole) {
+    match worst_case_gain(augmented) {
         Ok(gain) => {
             out.gain_upper = Some(gain.upper);
             out.gain_lower = Some(gain.worst.gain);
@@ -133,15 +133,16 @@ fn pairs(delta: &CMat) -> Vec<Vec<[f64; 2]>> {
     delta.row_iter().map(|row| row.iter().map(|v| [v.re, v.im]).collect()).collect()
 }
 
-/// Relative gap between the bounds below which the perturbation of the lower one is taken to be at the peak.
+/// Relative gap between the bounds below which the lower one is taken to be at the peak.
 const CLOSED_GAP: f64 = 2e-4;
 
-/// The golden-section search for the peak: half its range of frequencies, as a ratio, and its steps.
+/// The golden-section search for the peak covers frequencies up to this ratio on both sides.
 const SEARCH_RATIO: f64 = 1.1;
+/// The steps of the golden-section search.
 const SEARCH_STEPS: usize = 24;
 
-/// An estimate of the frequency where mu is largest (rad/s): that of the perturbation, if the bounds meet; else the
-/// maximum of the upper bound, by golden-section search around the largest value of the sweep.
+/// An estimate of the frequency of the largest mu (rad/s): that of the lower bound if the bounds meet, else the maximum
+/// of the upper bound by golden-section search around the largest value of the sweep.
 fn peak(system: &StateSpace, structure: &Structure, mu: &FrequencyMu) -> f64 {
     let near = mu.upper.frequency;
     if let Some(lower) = mu.lower.as_ref().filter(|l| l.value >= mu.upper.upper * (1.0 - CLOSED_GAP))
@@ -182,7 +183,7 @@ impl Report {
         Self { status: "error", reason: Some(error.to_string()), ..Self::default() }
     }
 
-    /// Sets the upper bound of a system; returns the lower one with its perturbation.
+    /// Sets the upper bound for a system, and returns the lower one.
     fn over_frequency(
         &mut self,
         system: &StateSpace,
@@ -204,8 +205,8 @@ impl Report {
         self.delta = Some(pairs(&lower.delta));
     }
 
-    /// Takes frequencies back to discrete time.
-    fn take_to_discrete(&mut self, transform: &Bilinear) {
+    /// Maps the frequencies to discrete time.
+    fn frequencies_to_discrete(&mut self, transform: &Bilinear) {
         self.fastest = transform.frequency(0.0).max(transform.frequency(f64::INFINITY));
         let gain = self.performance.as_mut().map(|found| &mut found.gain_frequency);
         for omega in [&mut self.frequency, &mut self.lower_frequency].into_iter().chain(gain) {
@@ -213,7 +214,7 @@ impl Report {
         }
     }
 
-    /// The text for a terminal, with bounds rounded to the safe side.
+    /// The text for a terminal, with conservatively rounded bounds.
     pub fn words(&self) -> String {
         let (upper, lower) = (self.upper.unwrap_or(f64::INFINITY), self.lower.unwrap_or(0.0));
         let (most, size) = (digits(upper, f64::ceil), digits(1.0 / lower, f64::ceil));

@@ -6,14 +6,14 @@
 //! {"kind": "mu", "data": {"P": .., "blocks": .., "performance": [p, q], "size": 1}}
 //! ```
 //!
-//! With `performance` the last p inputs of P are w and its last q outputs z: robust performance and the worst-case
-//! gain are from w to z. `size` is that of the perturbation for the latter, 1 if not given.
+//! With `performance` the last p inputs of P are w and its last q outputs z; robust performance and the worst-case gain
+//! are from w to z. `size` is the size of the perturbations for the worst-case gain, 1 by default.
 //!
-//! `dt`, beside P, is the sample time (s) of a system in discrete time, `x+` in place of `x'`: mu is that over the unit
+//! `dt`, next to P, is the sample time (s) of a system in discrete time, with `x+` for `x'`; mu is over the unit
 //! circle, `z = exp(j omega dt)`.
 //!
-//! An entry of M is a pair of numbers, or a plain number where it is real. No key may occur twice, and no other key is
-//! allowed but what a file says of itself (see `problem_file`).
+//! An entry of M is a pair of numbers, or a plain number if it is real. No key may occur twice. Other keys are not
+//! allowed, except for comments (see `problem_file`).
 
 use crate::discrete::POLES_AT_BOTH_ENDS;
 use crate::error::Error;
@@ -26,36 +26,35 @@ use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 
-/// What is perturbed: `z = M w`, `w = Delta z`.
+/// The perturbed matrix or system: `z = M w`, `w = Delta z`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Perturbed {
     /// A constant matrix.
     Matrix(CMat),
     /// A system, at all frequencies.
     System(StateSpace),
-    /// A system whose last inputs and outputs are those of performance, and the size of the perturbation.
-    Performing(StateSpace, f64),
+    /// A system whose last inputs and outputs are performance channels, and the size of the perturbations.
+    WithPerformance(StateSpace, f64),
 }
 
 /// Largest number of rows, columns or repetitions; more are taken for a mistake.
 const LARGEST_BLOCK: f64 = 1000.0;
 
-/// A problem of a file.
+/// The problem of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuProblem {
-    /// What is perturbed, in continuous time.
+    /// The perturbed matrix or system, in continuous time.
     pub perturbed: Perturbed,
     /// The structure of the perturbation.
     pub structure: Structure,
-    /// The transform of a system in discrete time.
+    /// The bilinear transform of a discrete-time system.
     pub discrete: Option<Bilinear>,
 }
 
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`Error::Problem`] with file and key,
-/// also when the blocks do not fit.
+/// [`Error::Problem`] with file and key, also if the blocks do not fit.
 pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
     const KEYS: [&str; 6] = ["M", "P", "blocks", "performance", "size", "dt"];
     let (reader, value) = Reader::open(source)?;
@@ -82,20 +81,21 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
             return Err(reader.wrong(key, "goes with a system P, not with a matrix M".into()));
         }
     }
-    fits(&reader, &perturbed, &structure, performance.map_or((0, 0), |(w, z, _)| (w, z)))?;
+    let (w, z) = performance.map_or((0, 0), |(w, z, _)| (w, z));
+    check_shape(&reader, &perturbed, &structure, w, z)?;
     let mut discrete = None;
     if let (Perturbed::System(system), Some(time)) = (&mut perturbed, sample_time) {
         let (transform, continuous) = in_continuous_time(&reader, system, time)?;
         (*system, discrete) = (continuous, Some(transform));
     }
     let perturbed = match (perturbed, performance) {
-        (Perturbed::System(system), Some((_, _, size))) => Perturbed::Performing(system, size),
+        (Perturbed::System(system), Some((_, _, size))) => Perturbed::WithPerformance(system, size),
         (perturbed, _) => perturbed,
     };
     Ok(MuProblem { perturbed, structure, discrete })
 }
 
-/// A system in discrete time as one in continuous time, with the same mu.
+/// A discrete-time system in continuous time, with the same mu.
 fn in_continuous_time(
     reader: &Reader,
     system: &StateSpace,
@@ -113,7 +113,7 @@ fn in_continuous_time(
     found.ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))
 }
 
-/// A pair of whole numbers, from `least` to [`LARGEST_BLOCK`].
+/// A pair of integers from `least` to [`LARGEST_BLOCK`].
 fn pair(value: &Json, least: f64) -> Option<(i64, i64)> {
     let whole = |entry: &Json| match entry {
         Json::Number(v) if v.fract() == 0.0 && (least..=LARGEST_BLOCK).contains(v) => Some(*v as i64),
@@ -125,7 +125,7 @@ fn pair(value: &Json, least: f64) -> Option<(i64, i64)> {
     }
 }
 
-/// The numbers of inputs w and outputs z, and the size of the perturbation.
+/// The numbers of inputs w and outputs z, and the size of the perturbations.
 fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, f64)>, Error> {
     const ALLOWED: &str =
         "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
@@ -142,7 +142,7 @@ fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, 
     }
 }
 
-/// `[[-r, 0], [r, 0], [p, q], ..]`.
+/// The structure from `[[-r, 0], [r, 0], [p, q], ..]`.
 fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
     const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
         times, [r, 0] for a complex one, [p, q] for a full complex block, none larger than 1000";
@@ -190,13 +190,13 @@ fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Compl
     }
 }
 
-/// A system of A, B, C and D under a key.
+/// The system with A, B, C and D under a key.
 pub fn system(reader: &Reader, entries: &Entries, key: &str) -> Result<StateSpace, Error> {
     reader.only(entries, &format!("in '{key}'"), &["A", "B", "C", "D"], (&[], ""))?;
     let m = Matrices { reader, entries };
-    let a = m.get("A", Size::own())?;
+    let a = m.get("A", Size::of_entries())?;
     let n = a.nrows();
-    let d = m.get("D", Size::own())?;
+    let d = m.get("D", Size::of_entries())?;
     let (outputs, inputs) = d.shape();
     let b = m.get("B", Size { rows: n, columns: inputs, required: n > 0 })?;
     let c = m.get("C", Size { rows: outputs, columns: n, required: n > 0 })?;
@@ -213,15 +213,17 @@ pub fn system(reader: &Reader, entries: &Entries, key: &str) -> Result<StateSpac
     Ok(StateSpace { a, b, c, d })
 }
 
-fn fits(
+/// Checks the shape of the matrix or of D for `w` performance inputs and `z` performance outputs.
+fn check_shape(
     reader: &Reader,
     perturbed: &Perturbed,
     structure: &Structure,
-    (w, z): (usize, usize),
+    w: usize,
+    z: usize,
 ) -> Result<(), Error> {
     let (key, found) = match perturbed {
         Perturbed::Matrix(m) => ("M", m.shape()),
-        Perturbed::System(p) | Perturbed::Performing(p, _) => ("D", p.d.shape()),
+        Perturbed::System(p) | Perturbed::WithPerformance(p, _) => ("D", p.d.shape()),
     };
     let (rows, columns) = (structure.cols() + z, structure.rows() + w);
     if found == (rows, columns) {

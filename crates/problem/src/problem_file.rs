@@ -7,23 +7,22 @@
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
-//! A certificate is a problem file, too: its plant is read. Matrices are lists of rows; the partition is that of
-//! `lpv::plant`. Sizes follow from any matrix that shows them: a plant without states has `"A": []`, and its inputs and
-//! outputs are those of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur
-//! twice, and no other key is allowed but what a file says of itself: `kind`, `name`, `source`, `tests`, `expected`,
-//! `note`, `notes`, `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
+//! A certificate is also a problem file: its plant is read. Matrices are lists of rows; the partition is that of
+//! `lpv::plant`. Sizes follow from any matrix that has them: a plant without states has `"A": []`, and the numbers of
+//! inputs and outputs of `D11`, `D12` and `D21`. The text is read as strictly as a certificate: no key may occur twice,
+//! and other keys are not allowed, except for comments: `kind`, `name`, `source`, `tests`, `expected`, `note`, `notes`,
+//! `right` and `unit`, and `convention`, `Bt_scale` and `G` of published cases.
 //!
-//! `rate`, beside `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
-//! time; without it the parameters move however fast. `dt`, in either kind, is the sample time (s) of a plant in
-//! discrete time, `x+` in place of `x'`; of the plant of a certificate in discrete time it is 1, if it is not there.
+//! `rate`, next to `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
+//! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time (s) of a plant in discrete time,
+//! with `x+` for `x'`; for the plant of a discrete-time certificate it is 1 by default.
 //!
-//! `limits`, in either kind, has a number for each control: how far it can go either way. The controller then gets an
-//! anti-windup gain, and the gain of the loop with limits is proved, too.
+//! `limits`, in either kind, has the symmetric limit of each control. The controller then gets an anti-windup gain, and
+//! the gain of the loop with saturation is also proved.
 //!
-//! Weights are part of the plant, so a weight that is not proper cannot be written down: it has no state-space form
-//! with finite matrices. Attempts to write one are refused by name: `E` of a descriptor system `E x' = A x + ..`
-//! unless it is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0
-//! by default.
+//! Weights are part of the plant, so they must be proper: an improper weight has no state-space form with finite
+//! matrices. Attempts to write one are rejected with a reason: `E` of a descriptor system `E x' = A x + ..` unless it
+//! is the identity, and numbers that are not finite. The direct path from u to y, `D22`, is optional and 0 by default.
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
@@ -35,50 +34,49 @@ use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
 
-/// A generalised plant in continuous time with a direct path from u to y, and how fast its parameter moves.
+/// A generalised plant in continuous time with a direct path from u to y, and the rate bound of its parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The plant without the direct path.
     pub plant: GeneralisedPlant,
     /// The direct path from u to y.
     pub d22: Mat,
-    /// The bound on `|theta'|` of the only parameter; `None` for parameters that move however fast.
+    /// The bound on `|theta'|` of the only parameter; `None` for arbitrary rates.
     pub rate: Option<f64>,
-    /// What is in the file, where that is a plant in discrete time.
+    /// The plant of the file if it is in discrete time.
     pub discrete: Option<Discrete>,
-    /// How far each control can go either way; `None` without limits.
+    /// The limit of each control in both directions; `None` without limits.
     pub limits: Option<Vec<f64>>,
 }
 
 /// Reads a problem file.
 ///
 /// # Errors
-/// [`Error::Problem`] with file and key,
-/// also when matrices do not fit together.
+/// [`Error::Problem`] with file and key, also if matrices do not fit together.
 pub fn problem(source: &Source) -> Result<Problem, Error> {
-    read(source, true, &OF_PLANT, "sample_time")
+    read(source, true, &PLANT_KEYS, "sample_time")
 }
 
-/// Reads the plant of the problem file of a sampled loop, in continuous time.
+/// Reads the plant of the problem file of a sampled-data loop, in continuous time.
 ///
 /// # Errors
 /// As [`problem`].
-pub fn of_sampled_loop(source: &Source) -> Result<Problem, Error> {
-    read(source, true, &OF_SAMPLED_LOOP, "dt")
+pub fn sampled_loop_plant(source: &Source) -> Result<Problem, Error> {
+    read(source, true, &SAMPLED_LOOP_KEYS, "dt")
 }
 
-/// Reads the problem file of a finished loop: a plant without controls and measurements, whose matrices are left out.
+/// Reads the problem file of a closed loop: a plant without controls and measurements; their matrices are omitted.
 ///
 /// # Errors
-/// As [`problem`]; where there are controls or measurements.
+/// As [`problem`]; also if there are controls or measurements.
 pub fn finished(source: &Source) -> Result<Problem, Error> {
-    let problem = read(source, false, &OF_PLANT, "sample_time")?;
+    let problem = read(source, false, &PLANT_KEYS, "sample_time")?;
     let sizes = problem.plant.sizes();
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
             let reason = format!(
-                "'{key}' and others have {count} {what}; the gain is that of a finished loop: close it and leave them \
-                 out, or have a controller made by `squid lpv synth`"
+                "'{key}' and others have {count} {what}; the gain is that of a closed loop: close it and leave them \
+                 out, or design a controller with `squid lpv synth`"
             );
             return Err(Error::Problem { file: source.name.clone(), reason });
         }
@@ -86,17 +84,17 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
     Ok(problem)
 }
 
-/// The keys beside a plant with parameters.
-const OF_PLANT: [&str; 4] = ["blocks", "rate", "limits", "dt"];
+/// The keys next to a plant with parameters.
+const PLANT_KEYS: [&str; 4] = ["blocks", "rate", "limits", "dt"];
 
-/// The keys beside the plant of a sampled loop.
-const OF_SAMPLED_LOOP: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held"];
+/// The keys next to the plant of a sampled-data loop.
+const SAMPLED_LOOP_KEYS: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held"];
 
-/// Those of them that a plant without parameters has no use for.
-const OF_PARAMETERS: [&str; 2] = ["blocks", "rate"];
+/// The keys only for plants with parameters.
+const PARAMETER_KEYS: [&str; 2] = ["blocks", "rate"];
 
-/// The keys of a certificate beside the plant.
-const OF_CERTIFICATE: [&str; 13] = [
+/// The keys of a certificate next to the plant.
+const CERTIFICATE_KEYS: [&str; 13] = [
     "format",
     "discrete",
     "controller_blocks",
@@ -112,8 +110,7 @@ const OF_CERTIFICATE: [&str; 13] = [
     "energy",
 ];
 
-/// Reads a problem file with the keys `beside` the plant, and without the key `other`, which is of another kind of
-/// problem.
+/// Reads a problem file with the keys `beside` the plant. The key `other` belongs to another kind of problem.
 fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Result<Problem, Error> {
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
@@ -122,9 +119,9 @@ fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Re
     if find(data, other).is_some() {
         let words = match other {
             "dt" => {
-                "makes a plant one in discrete time; that of a sampled loop is in continuous time: leave it out"
+                "is for plants in discrete time; the plant of a sampled loop is in continuous time: leave it out"
             }
-            _ => "is of sampled loops; the sample time of a plant in discrete time is 'dt'",
+            _ => "is for sampled loops; the sample time of a plant in discrete time is 'dt'",
         };
         return Err(reader.wrong(other, words.into()));
     }
@@ -132,11 +129,12 @@ fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Re
     let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
     match nested {
         Some((key, _)) => {
-            let of_certificate: &[&str] = if find(data, "format").is_some() { &OF_CERTIFICATE } else { &[] };
+            let certificate_keys: &[&str] =
+                if find(data, "format").is_some() { &CERTIFICATE_KEYS } else { &[] };
             reader.only(
                 data,
                 "in 'data'",
-                &[beside, &["P", "plant"], of_certificate, &NOTES].concat(),
+                &[beside, &["P", "plant"], certificate_keys, &NOTES].concat(),
                 (&[], ""),
             )?;
             reader.only(
@@ -148,25 +146,25 @@ fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Re
         }
         None => {
             let plain: Vec<&str> =
-                beside.iter().filter(|key| !OF_PARAMETERS.contains(key)).copied().collect();
+                beside.iter().filter(|key| !PARAMETER_KEYS.contains(key)).copied().collect();
             let words = "beside a plant 'P' with parameters";
             reader.only(
                 data,
                 "in 'data'",
                 &[&matrices[..], &plain, &NOTES].concat(),
-                (&OF_PARAMETERS, words),
+                (&PARAMETER_KEYS, words),
             )?;
         }
     }
     let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
     let matrices = Matrices { reader: &reader, entries };
     let parts = partition(&matrices, &blocks, with_control)?;
-    let shown =
+    let shape_of =
         |row, column| parts.iter().find(|part| (part.0, part.1) == (row, column)).map(|part| part.2.shape());
-    if shown(X, W).is_some_and(|(_, columns)| columns == 0) {
+    if shape_of(X, W).is_some_and(|(_, columns)| columns == 0) {
         return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
     }
-    if shown(Z, X).is_some_and(|(rows, _)| rows == 0) {
+    if shape_of(Z, X).is_some_and(|(rows, _)| rows == 0) {
         return Err(reader.wrong("C1", no_performance("rows", "no output z")));
     }
     let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| reader.wrong("", shape.to_string()))?;
@@ -186,7 +184,7 @@ fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Re
     Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
 }
 
-/// How far each control can go.
+/// The limit of each control in both directions.
 fn limits(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) -> Result<Vec<f64>, Error> {
     let (controls, (least, most)) = (plant.sizes().u, LIMITS);
     let allowed =
@@ -208,13 +206,13 @@ fn limits(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) ->
     list.iter().enumerate().map(limit).collect()
 }
 
-/// Limits that may be meant: beyond, their squares leave the range in which inequalities are solved.
+/// The range of limits: their squares must stay in the range in which inequalities are solved.
 const LIMITS: (f64, f64) = (1e-9, 1e9);
 
 /// The sample time of a plant in discrete time.
 ///
 /// # Errors
-/// [`Error::Problem`] when it is no number in the range.
+/// [`Error::Problem`] if it is not a number in the range.
 pub fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {
     let (least, most) = SAMPLE_TIMES;
     let allowed = format!("a sample time from {least:e} to {most:e} s");
@@ -223,7 +221,7 @@ pub fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error
     Ok(given.or(discrete.then_some(1.0)))
 }
 
-/// Sample times that may be meant, s: beyond, the rates of the transform to continuous time overflow.
+/// The range of sample times, s: beyond, the transform to continuous time overflows.
 const SAMPLE_TIMES: (f64, f64) = (1e-9, 1e9);
 
 /// The bound on the rate of the parameter.
@@ -246,19 +244,19 @@ fn rate(reader: &Reader, data: &Entries, plant: &GeneralisedPlant, d22: &Mat) ->
     Ok(rate)
 }
 
-/// The largest bound on a rate: far beyond it the parameter may as well jump.
+/// The largest bound on a rate: beyond it the rate is practically arbitrary.
 const FASTEST: f64 = 1e6;
 
 fn no_performance(part: &str, missing: &str) -> String {
     format!(
         "has no {part}, so there is {missing}; a problem needs a performance channel, from w (B1, D11, D21) to \
-            z (C1, D11, D12), whose gain is to be small"
+            z (C1, D11, D12), whose gain is minimised"
     )
 }
 
-/// The plant's blocks; a matrix without rows or columns may be left out, unless the sizes follow from it.
+/// The plant's blocks; a matrix without rows or columns may be omitted, unless it determines sizes.
 fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<Vec<NamedBlock>, Error> {
-    let a = m.get("A", Size::own())?;
+    let a = m.get("A", Size::of_entries())?;
     let n = a.nrows();
     m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
     let (w, u) = (m.shape(&["B1", "D11", "D21", "Dt1"])?.1, m.shape(&["B2", "D12", "Dt2"])?.1);
@@ -320,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_meant_to_be_a_key_is_not_ignored() {
+    fn a_misspelt_key_is_not_ignored() {
         let matrices = PLAIN.trim().trim_start_matches('{').trim_end_matches('}');
         let nested = |beside: &str, inside: &str, above: &str| {
             format!(r#"{{"data": {{"P": {{{matrices}{inside}}}, "blocks": []{beside}}}{above}}}"#)
@@ -330,7 +328,7 @@ mod tests {
         for (beside, inside, above, words) in [
             (r#", "limit": [1]"#, "", "", "'limit' is not known; did you mean 'limits'?"),
             (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
-            (r#", "sample_time": 0.1"#, "", "", "'sample_time' is of sampled loops; the sample time of"),
+            (r#", "sample_time": 0.1"#, "", "", "'sample_time' is for sampled loops; the sample time of"),
             ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
             (
                 r#", "speed": 1"#,
@@ -349,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_performance_channel_is_demanded() {
+    fn a_performance_channel_is_required() {
         let no_w = r#"{"A": [[1]], "B1": [[]], "B2": [[1]], "C1": [[1]], "C2": [[1]],
             "D11": [[]], "D12": [[1]], "D21": [[]]}"#;
         let no_z = r#"{"A": [[1]], "B1": [[1]], "B2": [[1]], "C1": [], "C2": [[1]],

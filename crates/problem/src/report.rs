@@ -1,4 +1,4 @@
-//! What `squid lpv synth` found: its report, on the terminal and in files.
+//! The report of `squid lpv synth`, on the terminal and in files.
 
 use crate::error::Error;
 use crate::words::{at_least, at_most};
@@ -9,23 +9,22 @@ use proof::claim::text;
 use serde::Serialize;
 use std::path::Path;
 
-/// The outcomes.
+/// The outcome of a synthesis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// There is a controller, with a proved bound.
+    /// There is a controller with a proved bound.
     Feasible,
-    /// It is shown, in floating point, that there is none of the kind that is sought.
+    /// It is shown, in floating point, that no such controller exists.
     Infeasible,
-    /// There are controllers, but none of those computed keeps the limit on the fastest mode; whether another does is
-    /// not known.
+    /// No computed controller meets the limit on the fastest mode; another one may.
     TooFast,
     /// Nothing is known.
     #[default]
     NumericalFailure,
 }
 
-/// A bound of the gain while commands are cut off, from rest, proved in exact arithmetic.
+/// A bound of the gain from rest with saturated commands, proved in exact arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WithLimits {
     /// The bound.
@@ -34,18 +33,19 @@ pub struct WithLimits {
     pub energy: Option<f64>,
 }
 
-/// A controller as in `controller.json`.
+/// The content of `controller.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct ControllerFile {
     /// Repetitions of each parameter in its channels.
     pub blocks: Vec<usize>,
-    /// Its matrices.
+    /// The matrices of the controller.
     #[serde(flatten)]
     pub matrices: Controller,
-    /// By it and what the limits cut off of u its states move faster, states x controls.
+    /// Anti-windup gain, states x controls: its product with the excess of u over the limits is added to the state
+    /// derivatives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
-    /// How far each control can go either way.
+    /// The limit of each control in both directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<Vec<f64>>,
 }
@@ -55,52 +55,50 @@ pub struct ControllerFile {
 pub struct Report {
     /// The outcome.
     pub status: Status,
-    /// The lowest gamma found, with symmetric and skew scalings; absent beside `numerical_failure`. At a bounded rate:
-    /// that of the inequalities at seven values of the parameter, and not a bound.
+    /// The lowest gamma found with symmetric and skew scalings; absent after a numerical failure. For a bounded rate it
+    /// is that of the inequalities at seven values of the parameter, and not a bound.
     pub gamma: Option<f64>,
-    /// Whether `gamma` is shown, in floating point, to be the least within 0.1 %: without parameters of any controller,
-    /// with them of the synthesis inequalities. Otherwise a better one may exist.
+    /// Whether `gamma` is shown, in floating point, to be the infimum within 0.1 %: over all controllers without
+    /// parameters, else of the synthesis inequalities. Otherwise a better one may exist.
     pub least: bool,
-    /// No controller of any order has a gain below this: proved in exact arithmetic for the plant as given. Absent
-    /// where that is not proved, and for every plant with parameters or in discrete time.
+    /// Lower bound of the gain for controllers of any order, proved in exact arithmetic for the given plant. Absent if
+    /// it is not proved, and for plants with parameters or in discrete time.
     pub gamma_lower: Option<f64>,
-    /// The lowest gamma found with symmetric scalings alone.
+    /// The lowest gamma found with symmetric scalings only.
     pub gamma_symmetric: Option<f64>,
-    /// The gamma at which the controller was built; of the plant with weight and noise added, where a remark names
-    /// them.
+    /// The gamma at which the controller was built; with added weight and noise in the plant if a remark names them.
     pub gamma_design: Option<f64>,
-    /// How far that is above `gamma`, `gamma_design/gamma - 1`; more than was asked where nothing closer could be
-    /// built.
+    /// `gamma_design/gamma - 1`; more than requested if no controller closer to `gamma` could be built.
     pub back_off: Option<f64>,
-    /// The bound of the controller that was built, proved in exact arithmetic, however fast the parameters move;
-    /// `null` where there is one at the rate alone.
+    /// The bound of the controller for an arbitrary rate, proved in exact arithmetic; `null` if there is one for the
+    /// given rate only.
     pub certified_gamma: Option<f64>,
-    /// The bound on the parameter's rate in the problem.
+    /// The rate bound of the problem.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The bound of the controller at that rate, proved in exact arithmetic: at most `certified_gamma`, which holds
-    /// there, too.
+    /// The bound of the controller for that rate, proved in exact arithmetic: at most `certified_gamma`, which also
+    /// holds there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
-    /// What was proved of the loop with the limits of the problem.
+    /// The proved bounds with the limits of the problem.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub with_limits: Vec<WithLimits>,
-    /// States of the controller.
+    /// Number of states of the controller.
     pub controller_states: Option<usize>,
     /// Why there is no controller.
     pub reason: Option<String>,
-    /// What in the problem makes gains grow and numerics fail, with the remedy, whatever the outcome; then deviations
-    /// from what was asked.
+    /// Features of the problem that cause large gains or numerical failure, with remedies, then deviations from the
+    /// request.
     pub remarks: Vec<String>,
     /// Wall-clock time.
     pub seconds: f64,
-    /// What was proved.
+    /// The proved theorem.
     #[serde(skip)]
     pub theorem: Option<Theorem>,
-    /// What there is none of, where `status` is infeasible.
+    /// The statement of infeasibility, if `status` is infeasible.
     #[serde(skip)]
     pub infeasible: &'static str,
-    /// Whether weight or noise was added for the design: gamma_design is then of the plant with it.
+    /// Whether weight or noise was added to the plant for the design; gamma_design is then that of the changed plant.
     #[serde(skip)]
     pub regularised: bool,
     /// The certificate, which contains the controller.
@@ -108,15 +106,14 @@ pub struct Report {
     pub certificate: Option<Certificate>,
 }
 
-const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound is to be, the \
-    larger the gains, and no controller is near the least; give every control a weight and every measurement \
-    noise";
+const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound, the larger the \
+    gains, and no controller attains the infimum; give every control a weight and every measurement noise";
 
-/// A back-off this much larger than asked is not worth a remark.
-const NEARLY: f64 = 1.001;
+/// Factor on the requested back-off below which there is no remark.
+const TOLERANCE: f64 = 1.001;
 
 impl Report {
-    /// Proves what was designed.
+    /// Proves the certificate of a design.
     pub fn prove(&mut self, certificate: Certificate) {
         match certificate.prove() {
             Ok(theorem) => {
@@ -129,14 +126,13 @@ impl Report {
                 self.theorem = Some(theorem);
             }
             Err(failure) => {
-                self.reason =
-                    Some(format!("a controller was computed, but its certificate does not prove: {failure}"));
+                self.reason = Some(format!("a controller was computed, but its proof fails: {failure}"));
             }
         }
         self.certificate = Some(certificate);
     }
 
-    /// Takes back a gamma that no controller comes with, and remarks on one that is not shown to be the least.
+    /// Removes gamma after a numerical failure, and adds a remark if it is not shown to be the least.
     pub fn doubt_gamma(&mut self) {
         if self.status == Status::NumericalFailure {
             (self.gamma, self.gamma_symmetric, self.gamma_design, self.least) = (None, None, None, false);
@@ -144,14 +140,14 @@ impl Report {
         let Some(bound) = self.certified_gamma.filter(|_| !self.least) else { return };
         let lower = self
             .gamma_lower
-            .map_or_else(String::new, |lower| format!("; none has one below {}", at_least(lower)));
+            .map_or_else(String::new, |lower| format!("; none has a gain below {}", at_least(lower)));
         self.remarks.push(format!(
             "a controller with a gain below {} was found; a better one may exist{lower}",
             at_most(Some(bound))
         ));
     }
 
-    /// Computes the back-off, and remarks on it when it is more than asked.
+    /// Computes the back-off, and adds a remark if it is larger than requested.
     pub fn compare_back_off(&mut self, asked: f64) {
         let (Some(built), Some(least)) = (self.gamma_design, self.gamma) else { return };
         if self.certified_gamma.is_some_and(|bound| is_zero(least, bound)) {
@@ -159,18 +155,18 @@ impl Report {
             return;
         }
         self.back_off = Some(built / least - 1.0).filter(|b| b.is_finite());
-        let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + NEARLY * asked) * least;
+        let far = |bound: &f64| self.rate.is_none() && *bound > (1.0 + TOLERANCE * asked) * least;
         if let Some(bound) = self.certified_gamma.filter(far) {
             self.remarks.push(format!(
-                "the certified gamma is {:.1} % above the lowest gamma found where {:.1} % was asked: no controller \
-                    nearer to it was found whose bound 16 digits prove",
+                "the certified gamma is {:.1} % above the lowest gamma found instead of {:.1} %: no controller \
+                    closer to it has a bound that double precision can prove",
                 100.0 * (bound / least - 1.0),
                 100.0 * asked
             ));
         }
         if let Some(back_off) = self.back_off.filter(|b| *b > 1.01 * asked && !self.regularised) {
             self.remarks.push(format!(
-                "the controller was built {:.1} % above the lowest gamma found where {:.1} % was asked: nothing closer \
+                "the controller was built {:.1} % above the lowest gamma found instead of {:.1} %: none closer \
                     could be built",
                 100.0 * back_off,
                 100.0 * asked
@@ -178,12 +174,12 @@ impl Report {
         }
     }
 
-    /// The certificate, if it proves.
+    /// The certificate, if it is proved.
     pub fn proved(&self) -> Option<&Certificate> {
         self.certificate.as_ref().filter(|_| self.theorem.is_some())
     }
 
-    /// The controller that it is of.
+    /// The controller of the proved certificate.
     pub fn controller(&self) -> Option<ControllerFile> {
         self.proved().map(|proved| ControllerFile {
             blocks: proved.controller_blocks.clone(),
@@ -199,7 +195,7 @@ impl Report {
     /// [`files::Error`](base::files::Error).
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let mut files = Files::default();
-        // Without a proof nothing is kept, and files of an earlier run are removed.
+        // Without a proof, files of an earlier run are removed.
         let [path, controller] = ["certificate.json", "controller.json"].map(|name| directory.join(name));
         if let Some(certificate) = self.proved() {
             files.add(path.clone(), text(certificate, &path)?);
@@ -263,7 +259,7 @@ impl Report {
         out + &format!("  {:.2} s\n", self.seconds)
     }
 
-    /// 0 for a controller, 2 for none possible, 3 for a numerical failure, 4 for controllers that are all too fast.
+    /// 0 if feasible, 2 if infeasible, 3 after a numerical failure, 4 if all controllers are too fast.
     pub fn exit_code(&self) -> u8 {
         match self.status {
             Status::Feasible => 0,

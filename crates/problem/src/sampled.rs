@@ -1,4 +1,4 @@
-//! `squid lpv sampled`: from a problem file to bounds on the gain of a sampled loop.
+//! `squid lpv sampled`: bounds on the gain of the sampled-data loop of a problem file.
 //!
 //! ```json
 //! {"kind": "sampled", "data": {"P": {"A": [[..]], "B1": .., ..}, "blocks": [],
@@ -6,12 +6,12 @@
 //! ```
 //!
 //! P is a plant without parameters in continuous time, K a controller in discrete time from y to u. `delay` is in
-//! ticks; with `held` all of w is held from tick to tick.
+//! ticks; with `held`, w is constant between ticks.
 
 use crate::error::Error;
 use crate::matrices::{Reader, find};
 use crate::mu_file::system;
-use crate::problem_file::of_sampled_loop;
+use crate::problem_file::sampled_loop_plant;
 use crate::source::Source;
 use crate::words::digits;
 use certificate::Json;
@@ -25,9 +25,9 @@ use std::time::Instant;
 pub struct Report {
     /// `bounded`, `unstable` or `error`.
     pub status: &'static str,
-    /// The gain is at least this; none for a loop that is not stable.
+    /// Lower bound of the gain; `None` if the loop is unstable.
     pub lower: Option<f64>,
-    /// The gain is below this; none for a loop that is not stable.
+    /// Upper bound of the gain; `None` if the loop is unstable.
     pub upper: Option<f64>,
     /// Wall-clock time.
     pub seconds: Option<f64>,
@@ -43,9 +43,9 @@ const SAMPLE_TIMES: &str = "a number above 0, in seconds";
 /// Bounds the gain of the loop of a file.
 ///
 /// # Errors
-/// Those of the file; [`Error::Problem`] where the loop has no gain that can be computed.
+/// The errors of the file; [`Error::Problem`] if the gain cannot be computed.
 pub fn run(source: &Source) -> Result<Report, Error> {
-    let mut plant = of_sampled_loop(source)?;
+    let mut plant = sampled_loop_plant(source)?;
     let (reader, value) = Reader::open(source)?;
     let data = reader.data(&value)?;
     let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;

@@ -1,4 +1,4 @@
-//! A text to read, with the name that messages give it.
+//! A text with its name in messages.
 
 use crate::error::Error;
 use base::files;
@@ -7,17 +7,17 @@ use std::path::Path;
 /// A text and its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// The name in messages, of a file or a function.
+    /// The name of a file or a function, for messages.
     pub name: String,
-    /// What is read.
+    /// The text.
     pub text: String,
 }
 
 impl Source {
-    /// That of a file.
+    /// Reads a file.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// The file cannot be read.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Ok(Self { name: path.display().to_string(), text: files::read(path)? })
     }

@@ -1,4 +1,4 @@
-//! `squid lpv synth`: from a problem file to gamma, controller and certificate.
+//! `squid lpv synth`: gamma, controller and certificate for a problem file.
 
 use crate::error::Error;
 use crate::problem_file;
@@ -23,11 +23,11 @@ use std::time::Instant;
 /// Solves the problem of a file.
 ///
 /// # Errors
-/// Only those of the file; that a problem has no solution is a [`Report`].
+/// The errors of the file; a problem without a solution has a [`Report`].
 pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Error> {
     let problem = problem_file::problem(source)?;
     if problem.rate.is_some() {
-        unlimited(source, options, reduce)?;
+        check_options_with_rate(source, options, reduce)?;
     }
     Ok(solve(&problem, options, reduce))
 }
@@ -49,8 +49,8 @@ pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
     report
 }
 
-/// Checks that nothing is asked for that a synthesis for a bounded rate does not do.
-fn unlimited(source: &Source, options: Options, reduce: bool) -> Result<(), Error> {
+/// Rejects options that a synthesis for a bounded rate does not support.
+fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> Result<(), Error> {
     let given = [
         ("--gamma-limit", options.gamma_limit.is_some()),
         ("--fastest-mode", options.fastest_mode.is_some()),
@@ -83,12 +83,12 @@ fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut R
     report.doubt_gamma();
 }
 
-/// Designs and proves for a parameter that moves at a bounded rate.
+/// Designs and proves for a parameter with a bounded rate.
 fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report) {
     let found = match lpv::bounded_rate::synthesise(&problem.plant, options) {
         Ok(found) => found,
         Err(error) => {
-            // Anything else may be had by Lyapunov matrices of a higher order.
+            // Otherwise Lyapunov matrices of a higher order may exist.
             let none = matches!(
                 error,
                 SynthesisError::NotStabilisable { .. } | SynthesisError::NotDetectable { .. }
@@ -113,17 +113,17 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
         return;
     };
     let mut certificate = nominal(&problem.plant, &found.controller, &fast);
-    // A bound for any rate holds at this one, too.
+    // A bound for any rate also holds at this rate.
     certificate.bounded_rate = Some(section).filter(|section| section.slow.gamma < fast.gamma);
-    prove(problem, (&found.controller, &fast), certificate, report);
+    prove(problem, &found.controller, &fast, certificate, report);
 }
 
-const NOT_FAST: &str = "the bound is for this rate: none was found for a parameter that moves faster";
+const NOT_FAST: &str = "the bound is for this rate only: none was found for an arbitrary rate";
 
 const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
-    bound for a parameter that moves however fast";
+    bound for an arbitrary rate";
 
-/// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may keep the limit with
+/// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may meet the limit with
 /// fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22, .. } = problem;
@@ -140,7 +140,7 @@ fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, S
     if fastest <= limit { Ok(reduced) } else { full }
 }
 
-/// The least gamma with symmetric scalings alone, where `both` is that with skew ones, too; or why it is not known.
+/// The least gamma with symmetric scalings only, or why it is unknown; `both` is that with skew ones too.
 pub(crate) fn symmetric(plant: &GeneralisedPlant, both: f64) -> Result<f64, SynthesisError> {
     if plant.blocks.is_empty() {
         return Ok(both);
@@ -170,15 +170,16 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
         report.remarks.push(added.to_string());
     }
     match certificate(problem, design) {
-        Some(certificate) => prove(problem, (&design.controller, &design.certified), certificate, report),
+        Some(certificate) => prove(problem, &design.controller, &design.certified, certificate, report),
         None => report.reason = Some(NOT_BACK.into()),
     }
 }
 
-/// Proves a certificate, with what is found for the limits of the problem, or a remark why nothing is.
+/// Proves a certificate, with claims for the limits of the problem if they are found, else with a remark.
 fn prove(
     problem: &Problem,
-    (controller, bound): (&Controller, &GainBound),
+    controller: &Controller,
+    bound: &GainBound,
     mut certificate: Certificate,
     report: &mut Report,
 ) {
@@ -193,7 +194,7 @@ fn prove(
     report.prove(certificate);
 }
 
-/// The certificate of a design, of the plant as it is given.
+/// The certificate of a design for the given plant.
 fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
     let (mut certificate, d22) = match &problem.discrete {
         None => (nominal(&problem.plant, &design.controller, &design.certified), &problem.d22),
@@ -207,11 +208,11 @@ fn certificate(problem: &Problem, design: &Design) -> Option<Certificate> {
     Some(certificate)
 }
 
-const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot bring back to \
+const NOT_BACK: &str = "a controller was computed, but it has a mode that the bilinear transform cannot map to \
     discrete time; change the back-off";
 
-/// The lower bound that the multipliers prove. None in discrete time: what is proved of the plant in continuous time is
-/// not of the one that was given.
+/// The lower bound that the multipliers prove. `None` in discrete time, since the proof is for the continuous-time
+/// plant.
 fn proved_lower(problem: &Problem, multipliers: &[DualMultipliers]) -> Option<f64> {
     if problem.discrete.is_none() { proof::claim::lower_bound(&problem.plant, multipliers) } else { None }
 }

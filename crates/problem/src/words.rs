@@ -1,6 +1,6 @@
-//! Numbers as people read them: a bound from above is rounded up, one from below down.
+//! Rounded numbers for terminal output: an upper bound is rounded up, a lower bound down.
 
-/// Six digits, rounded by `round`; all digits of a number too large or too small for that.
+/// Six significant digits, rounded by `round`; all digits of a number that is too large or too small for that.
 pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -17,12 +17,12 @@ pub fn digits(value: f64, round: fn(f64) -> f64) -> String {
     }
 }
 
-/// A bound from above, if it is known.
+/// An upper bound, if it is known.
 pub fn at_most(bound: Option<f64>) -> String {
     bound.map_or_else(|| "unknown".into(), |v| digits(v, f64::ceil))
 }
 
-/// A bound from below.
+/// A lower bound.
 pub fn at_least(bound: f64) -> String {
     digits(bound, f64::floor)
 }
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bound_stays_one() {
+    fn a_rounded_bound_is_still_a_bound() {
         for (value, expected) in [
             (0.560_244_39, "0.560245"),
             (2.240_977_5, "2.24098"),

@@ -1,4 +1,4 @@
-//! A flight at sea beside the same in still water.
+//! A flight at sea compared with the same flight in still water.
 
 use crate::error::Error;
 use crate::page::plot::draw;
@@ -16,32 +16,32 @@ use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use std::path::Path;
 
-/// What a flight amounts to, as what is there, not as what sensors read.
+/// Figures of a flight, from true values, not sensor readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
-    /// Root mean square of the error of the output that steps, rad or m.
+    /// RMS error of the stepped output, rad or m.
     pub error: f64,
-    /// Root mean square of the speed error, m/s.
+    /// RMS speed error, m/s.
     pub speed_error: f64,
     /// Largest use of an actuator, relative to its limits.
     pub actuator_use: f64,
 }
 
-/// The default manoeuvre, flown twice.
+/// The default manoeuvre at sea and in still water.
 #[derive(Debug, Clone)]
 pub struct Compared {
     /// The figures as text.
     pub words: String,
     /// The flight at sea.
     pub at_sea: Figures,
-    /// As long a flight in still water.
+    /// The flight in still water, over the same time.
     pub still: Figures,
-    /// When the vehicle broke the surface and the flight ended, s.
+    /// When the vehicle reached the surface and the flight ended, s.
     pub surfacing: Option<f64>,
 }
 
-/// Flies the default manoeuvre at sea and in still water, writes the record and the plot of the former, `sea.csv` and
-/// `sea.svg`, to `directory`, and returns the figures of both.
+/// Simulates the default manoeuvre at sea and in still water, writes record and plot of the flight at sea, `sea.csv`
+/// and `sea.svg`, to `directory`, and returns the figures of both.
 ///
 /// # Errors
 /// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
@@ -60,11 +60,11 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     files.add(directory.join("sea.csv"), record.csv());
     files.save(directory)?;
 
-    let as_long = flown.rows.len().min(still.rows.len());
+    let common = flown.rows.len().min(still.rows.len());
     let step = Step::of(inputs, &stored.manoeuvre);
-    let figures = |rows: &[Row]| Figures::of(&rows[..as_long], step.place, &inputs.limits());
+    let figures = |rows: &[Row]| Figures::of(&rows[..common], step.place, &inputs.limits());
     let (at_sea, calm) = (figures(&flown.rows), figures(&still.rows));
-    let duration = flown.rows[as_long - 1].time;
+    let duration = flown.rows[common - 1].time;
     let of = |place: &str, flight: &Flight| {
         early_end(place, flight.surfacing) + &out_of_range(place, &flight.rows, inputs)
     };
@@ -84,7 +84,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, sea: &Sea, directory: &Path) -> Res
     Ok(Compared { words, at_sea, still: calm, surfacing })
 }
 
-/// How often the peak of the waves is met at the slow and the fast end of the manoeuvre.
+/// The encounter frequency of the wave peak at the two speeds of the manoeuvre, in words.
 fn waves_met(sea: &Sea, speeds: [f64; 2]) -> String {
     let Some(waves) = &sea.waves else { return String::new() };
     let peak = waves.spectrum.peak();

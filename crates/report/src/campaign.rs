@@ -1,4 +1,4 @@
-//! A campaign as a page: how its flights ended, the spread of each figure, and what pushes it.
+//! The page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
 
 use crate::page::axis::Axis;
 use crate::page::chart::{Chart, Curve};
@@ -15,22 +15,17 @@ use squid_campaign::plan::{Plan, Points};
 use squid_campaign::summary::{QUANTILES, Share, Spread};
 use squid_design::numbers::{above, decimals};
 
-/// Steps of a distribution that is drawn.
+/// Number of steps of a drawn distribution.
 const STEPS: usize = 200;
 
-/// Flights that are drawn as points, the first ones: more would hide one another.
+/// Number of flights drawn as points: more would hide one another.
 const DRAWN: usize = 500;
 
-/// Rank correlations that are named: weaker ones say little.
+/// Rank correlations below this are not shown.
 pub const STRONG: f64 = 0.2;
 
-/// The page of a campaign: its rows, what they say, and the gains of its first vehicles.
-pub fn page(
-    plan: &Plan<'_>,
-    rows: &[Row],
-    (shares, spreads): (&[Share], &[Spread]),
-    gains: &[Gains],
-) -> String {
+/// The page of a campaign, from its rows, their statistics, and the gains of its first vehicles.
+pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread], gains: &[Gains]) -> String {
     let inputs = plan.inputs;
     let where_ = match plan.identity.points {
         Points::Uniform => "all over",
@@ -123,7 +118,7 @@ fn ended(shares: &[Share]) -> Section {
     }
 }
 
-/// How a figure is shown: its name in words, its unit, and the factor to that.
+/// The display of a figure: its name in words, its unit, and the factor to that unit.
 fn shown(figure: &str, unit: &'static str) -> (String, &'static str, f64) {
     let (unit, factor) = match unit {
         "1" => ("%", 100.0),
@@ -133,12 +128,12 @@ fn shown(figure: &str, unit: &'static str) -> (String, &'static str, f64) {
     (figure.replace('_', " "), unit, factor)
 }
 
-/// The figures that differ from flight to flight.
+/// The figures that vary between flights.
 fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
     spreads.iter().filter(|spread| spread.quantiles[0] != spread.largest)
 }
 
-/// The known values of a figure, each with its row.
+/// The finite values of a figure, each with its row.
 fn known<'r>(plan: &Plan<'_>, rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
     let place = plan.figures().iter().position(|(name, _)| *name == figure);
     let value = |row: &'r Row| place.map(|place| (row.figures[place], row));

@@ -1,4 +1,4 @@
-//! Why a report could not be made.
+//! Errors of a report.
 
 use proof::error::ProofError;
 use squid_design::error::{CertifyError, ModelError, StoreError};
@@ -8,22 +8,22 @@ use thiserror::Error as ThisError;
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// The design that it is about is wrong.
+    /// The design of the report is invalid.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A flight could not be flown.
+    /// A flight could not be simulated.
     #[error(transparent)]
     Flight(#[from] squid_flight::error::Error),
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]
     Plot { path: String, reason: String },
-    /// The verdict could not be reached.
+    /// There is no verdict.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },
-    /// A section is of pitch.
+    /// A section needs a pitch step.
     #[error("it is about steps of pitch, and the design does not track the pitch")]
     PitchNotTracked,
-    /// A report's figures are of pitch or depth.
+    /// The report needs a step of pitch or depth.
     #[error("the design tracks neither pitch nor depth, so that there is no response to show")]
     NothingSteps,
 }

@@ -1,10 +1,10 @@
-//! `squid report`: one page about a stored design.
+//! `squid report`: a page about a stored design.
 //!
 //! ```text
 //! inputs, stored design -> Subject -> sections (figures, tables) -> page, SVG files
 //! ```
 //!
-//! `SECTIONS` in [`report`] is the table of contents, and a further section is a further line in it.
+//! `SECTIONS` in [`report`] is the table of contents; a new section is a new line in it.
 
 pub mod at_sea;
 pub mod campaign;

@@ -1,4 +1,4 @@
-//! How a report is drawn: charts, figures, sections, the page.
+//! Layout of a report: charts, figures, sections and the page.
 
 pub mod axis;
 pub mod chart;

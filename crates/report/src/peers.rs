@@ -1,4 +1,4 @@
-//! The controller against what a practitioner would use: a PID with scheduled gains, and blended H-infinity
+//! Comparison of the controller with what a practitioner would use: a gain-scheduled PID, and blended H-infinity
 //! controllers.
 
 pub mod course;
@@ -14,30 +14,30 @@ use crate::peers::law::{Blended, Law, Scheduled};
 use crate::peers::survival::{fleet, survival};
 use crate::peers::tune::{sharpness, tuned};
 use crate::subject::Subject;
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use auv::Linearisation;
 use squid_design::check::flown::Flown;
 use squid_design::linearise::linearise_at;
 
-/// How much work goes into the comparison.
+/// The computational effort of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
     /// Evaluations of the optimiser in each search.
     pub evaluations: usize,
-    /// Random points of the box, besides its corners.
+    /// Random points of the box, in addition to its vertices.
     pub points: usize,
 }
 
-/// That of the report.
+/// The effort for the report.
 const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
 
-/// Figures that differ by no more than this, relative to the larger, are a draw.
+/// Figures with a smaller difference, relative to the larger, are a draw.
 const DRAW: f64 = 0.02;
 
-/// The section on the other control laws.
+/// The section on other control laws.
 ///
 /// # Errors
-/// Those of trim, linearisation and the uncertain model.
+/// The errors of trim, linearisation and the uncertain model.
 pub fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
     compare(subject, ON_THE_PAGE)
 }
@@ -47,15 +47,15 @@ struct Line {
     name: &'static str,
     at: String,
     decimals: usize,
-    /// A difference too small to matter.
+    /// The largest insignificant difference.
     slight: f64,
     largest: bool,
-    /// Not compared: both sides have the same limit, or none.
+    /// Reported but not compared.
     reported: bool,
     values: Vec<f64>,
 }
 
-/// The comparison at three speeds and on the ramp of the manoeuvre.
+/// The comparison at three speeds and on the speed ramp of the manoeuvre.
 ///
 /// # Errors
 /// As [`peers`].
@@ -131,13 +131,13 @@ fn at_speed(
         let sharp = sharpness(subject, *law, &l);
         Ok((fly_at(subject, *law, speed)?, sharp, delay(subject, *law, &l), lives))
     };
-    let found = side_by_side(laws.iter(), judged).into_iter().collect::<Result<Vec<_>, Error>>()?;
+    let found = in_parallel(laws.iter(), judged).into_iter().collect::<Result<Vec<_>, Error>>()?;
     let of_flight = |of: fn(&CourseFigures) -> f64| found.iter().map(|f| of(&f.0)).collect::<Vec<f64>>();
     let of_loop = |of: fn(&tune::Sharpness) -> f64| {
         found.iter().map(|f| f.1.as_ref().map_or(f64::INFINITY, of)).collect::<Vec<f64>>()
     };
     let at = format!("{speed:.2}");
-    let line = |name, decimals, slight, values| Line::new(name, &at, (decimals, slight), values);
+    let line = |name, decimals, slight, values| Line::new(name, &at, decimals, slight, values);
     let tick = subject.inputs.design.sample_time;
     let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, of_flight(|f| f.pitch.itae)),
@@ -177,10 +177,10 @@ fn delay(subject: &Subject, law: &dyn Law, l: &Linearisation) -> f64 {
     flown.and_then(|system| Flown::of_sampled(&sampling, &system)).map_or(0.0, |flown| flown.common_delay)
 }
 
-/// The rows on the ramp of speed.
+/// The rows for the speed ramp.
 fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Vec<Line> {
     let flown: Vec<_> = laws.iter().map(|(_, law)| fly_ramp(subject, *law)).collect();
-    let line = |name, decimals, slight, values| Line::new(name, "ramp", (decimals, slight), values);
+    let line = |name, decimals, slight, values| Line::new(name, "ramp", decimals, slight, values);
     let tick = subject.inputs.design.sample_time;
     let mut lines = vec![
         line("pitch step: ITAE (s^2)", 2, 0.0, flown.iter().map(|f| f.0.itae).collect()),
@@ -194,8 +194,8 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Vec<Line> {
 }
 
 impl Line {
-    /// A figure to be compared, of which the smallest is best.
-    fn new(name: &'static str, at: &str, (decimals, slight): (usize, f64), values: Vec<f64>) -> Self {
+    /// A compared figure; the smallest is best.
+    fn new(name: &'static str, at: &str, decimals: usize, slight: f64, values: Vec<f64>) -> Self {
         Self { name, at: at.into(), decimals, slight, largest: false, reported: false, values }
     }
 
@@ -208,13 +208,13 @@ impl Line {
         row
     }
 
-    /// Won, drawn, or lost to another law's figure.
+    /// The outcome against another law's figure.
     fn against(&self, other: f64) -> &'static str {
         let ours = self.values[0];
         let gain = if self.largest { ours - other } else { other - ours };
-        let room = self.slight.max(DRAW * ours.abs().max(other.abs()));
+        let tolerance = self.slight.max(DRAW * ours.abs().max(other.abs()));
         match gain {
-            _ if other == ours || (room.is_finite() && gain.abs() <= room) => DRAWN,
+            _ if other == ours || (tolerance.is_finite() && gain.abs() <= tolerance) => DRAWN,
             gain if gain < 0.0 => LOST,
             _ => WON,
         }
@@ -241,9 +241,9 @@ pub(crate) mod tests {
         (inputs, stored)
     }
 
-    /// In flight at one speed, away from limits, each law is its frozen system.
+    /// At one speed and away from limits, each running law equals its frozen system.
     #[test]
-    fn laws_fly_as_they_are_analysed() {
+    fn running_laws_equal_their_frozen_systems() {
         let (inputs, stored) = squid();
         let progress = base::progress::Progress::default();
         let mut subject = Subject::new(&inputs, &stored, &progress).unwrap();
@@ -258,11 +258,11 @@ pub(crate) mod tests {
         for law in [&pid as &dyn Law, &blended] {
             let k = law.frozen(speed).unwrap();
             let (mut tick, mut x) = (law.start().unwrap(), lpv::matrix::Mat::zeros(k.a.nrows(), 1));
-            let room = vec![(f64::NEG_INFINITY, f64::INFINITY); 3];
+            let limits = vec![(f64::NEG_INFINITY, f64::INFINITY); 3];
             for step in 0..50 {
                 let y: Vec<f64> =
                     (0..5).map(|i| (0.3 * f64::from(step) + 1.7 * f64::from(i)).sin()).collect();
-                let u = tick(speed, &y, &room);
+                let u = tick(speed, &y, &limits);
                 let y = lpv::matrix::Mat::from_column_slice(5, 1, &y);
                 let expected = &k.c * &x + &k.d * &y;
                 x = &k.a * &x + &k.b * &y;
@@ -276,16 +276,16 @@ pub(crate) mod tests {
         }
     }
 
-    /// The stored controller as a law of its own, frozen at the speed of the flight, flies as the autopilot does,
-    /// also where commands come late.
+    /// The stored controller as a law, frozen at the speed of the flight, acts as the autopilot does, also with delayed
+    /// commands.
     #[test]
-    fn a_law_flies_behind_the_delay_of_the_autopilot() {
+    fn a_law_has_the_delay_of_the_autopilot() {
         struct Frozen<'a>(&'a Subject<'a>);
         impl Law for Frozen<'_> {
             fn frozen(&self, speed: f64) -> Option<lpv::state_space::StateSpace> {
                 Scheduled(self.0).frozen(speed)
             }
-            fn start(&self) -> Option<law::Ticking<'_>> {
+            fn start(&self) -> Option<law::RunningLaw<'_>> {
                 let k = self.frozen(self.0.speeds[2])?;
                 let mut x = lpv::matrix::Mat::zeros(k.a.nrows(), 1);
                 Some(Box::new(move |_, y, _| {
@@ -307,7 +307,8 @@ pub(crate) mod tests {
                     above_trim: signals::only(signals::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
                     current: auv::Current::default(),
                 };
-                law::fly(&subject, law, (&inputs.vehicle, &[1.0; 3]), (6.0, demand)).unwrap().rows
+                let course = squid_flight::flight::Course { duration: 6.0, demand };
+                law::fly(&subject, law, &inputs.vehicle, &[1.0; 3], course).unwrap().rows
             };
             for (one, other) in fly(&Scheduled(&subject)).iter().zip(fly(&Frozen(&subject))) {
                 // The speed, and with it the scheduled controller, hardly changes.
@@ -317,8 +318,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// With every command at its upper limit the integrals of a climb stand still, and come back as soon as the error
-    /// does.
+    /// With every command at its upper limit the integrals are held, and leave as soon as the error changes sign.
     #[test]
     fn the_integrals_stop_at_a_limit() {
         let (inputs, stored) = squid();
@@ -339,7 +339,7 @@ pub(crate) mod tests {
         assert!(tick(1.5, &slow, &free)[0] < held[0]);
     }
 
-    /// What the tuning returns holds the limits that it was given.
+    /// The tuned PID meets its constraints.
     #[test]
     fn the_tuned_pid_is_no_sharper_and_no_rougher() {
         let (inputs, stored) = squid();
@@ -354,7 +354,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_lost_row_counts_as_lost() {
+    fn outcomes_of_rows() {
         for (ours, other, largest, expected) in [
             (10.0, 12.0, false, "won"),
             (12.0, 10.0, false, "lost"),
@@ -365,7 +365,7 @@ pub(crate) mod tests {
             (1.0, f64::INFINITY, false, "won"),
             (f64::INFINITY, f64::INFINITY, false, "drawn"),
         ] {
-            let line = Line { largest, ..Line::new("", "", (1, 0.5), vec![ours, other]) };
+            let line = Line { largest, ..Line::new("", "", 1, 0.5, vec![ours, other]) };
             assert_eq!(line.against(other), expected, "{ours} {other}");
         }
     }

@@ -4,8 +4,8 @@ use crate::page::plot::{Kind, Line, Panel};
 use auv::Actuator;
 use squid_flight::record::Record;
 
-/// Pitch, speed, commands and depth over time, as far as they are recorded; commands are those of the actuators
-/// that are given as the outputs that they ask for, one panel a unit.
+/// Pitch, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator outputs, in
+/// one panel per unit.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
         let points = record.get("time")?.iter().zip(record.get(key)?).map(|(t, v)| (*t, of(*v))).collect();
@@ -17,16 +17,16 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
         lines: lines.into_iter().flatten().collect(),
     };
     let commands = |unit: &str, factor: f64| {
-        let own = actuators.iter().filter(|a| a.unit() == unit);
-        own.map(|a| mapped(&a.name, &a.name, Kind::Own, &|v| factor * a.asked(v).0)).collect()
+        let of_unit = actuators.iter().filter(|a| a.unit() == unit);
+        of_unit.map(|a| mapped(&a.name, &a.name, Kind::Own, &|v| factor * a.asked(v).0)).collect()
     };
     let deg = 1f64.to_degrees();
     let pitch = vec![
         line("reference", "pitch_reference_used", deg, Kind::Reference),
         line("pitch", "pitch", deg, Kind::Own),
     ];
-    let wanted_speed = line("reference", "speed_reference_used", 1.0, Kind::Reference);
-    let speed = vec![wanted_speed, line("forward speed", "speed", 1.0, Kind::Own)];
+    let speed_reference = line("reference", "speed_reference_used", 1.0, Kind::Reference);
+    let speed = vec![speed_reference, line("forward speed", "speed", 1.0, Kind::Own)];
     let panels = [
         panel("pitch (deg)", pitch),
         panel("speed (m/s)", speed),

@@ -1,5 +1,4 @@
-//! A report as it is shown, kept beside the design that it is about: it is computed again only when something that it
-//! is made from has changed.
+//! A rendered report, cached next to its design: it is computed again only if its inputs have changed.
 
 use crate::error::Error;
 use crate::page::html;
@@ -13,21 +12,21 @@ use squid_design::store::Stored;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
-/// Its file.
+/// The file name.
 pub const FILE: &str = "report.json";
 
-/// A report as it is shown.
+/// A rendered report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rendered {
-    /// Of what it was made from; see [`key`].
+    /// Key of its inputs; see [`key`].
     key: Option<String>,
     /// The warning for a design whose proof fails.
     pub unproved: Option<String>,
     /// The verdict for a terminal.
     pub words: String,
-    /// The program and the files that it was made from.
+    /// The program and the input files.
     origin: String,
-    /// The page up to where it says what it is packed with, and from there on.
+    /// The page before and after the inserted origin and remarks.
     head: String,
     body: String,
     /// Names and SVG files of the figures.
@@ -35,7 +34,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// The page of a report that is not kept.
+    /// The rendering of a report without a cache.
     pub fn of(report: &Report) -> Self {
         Self::new(report, None)
     }
@@ -47,7 +46,7 @@ impl Rendered {
         Self { key, unproved, words: report.words.clone(), origin, head, body, figures }
     }
 
-    /// The page; `about` is put below its heading.
+    /// The page, with the paragraphs `about` below its heading.
     pub fn page(&self, about: &[String]) -> String {
         self.page_of(&self.origin, about)
     }
@@ -77,11 +76,11 @@ impl Rendered {
     }
 }
 
-/// The whole report of a stored design: read from `directory` if its inputs and what else is `asked` for are unchanged,
-/// or else computed by `make` and stored there.
+/// The full report of a stored design: read from `directory` if its inputs and the options `asked` are unchanged, else
+/// computed by `make` and stored there.
 ///
 /// # Errors
-/// Those of `make`; [`files::Error`](base::files::Error).
+/// The errors of `make`; [`files::Error`](base::files::Error).
 pub fn rendered(
     inputs: &Inputs,
     stored: &Stored,
@@ -91,7 +90,7 @@ pub fn rendered(
     progress: &Progress,
 ) -> Result<Rendered, Error> {
     let path = directory.join(FILE);
-    // This very program, so that no report of another version is shown.
+    // The running program is in the key, so that no report of another version is shown.
     let program = std::env::current_exe().and_then(std::fs::read).ok();
     let key = program.map(|program| key(&program, inputs, stored, asked));
     if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
@@ -106,8 +105,8 @@ pub fn rendered(
     Ok(fresh)
 }
 
-/// The day (UTC) on which the later of both input files was changed. It is no part of what is packed: the same files
-/// give the same bytes on any day.
+/// The date (UTC) of the last change of the input files. It is not packed, so that the same files give the same bytes
+/// on any day.
 fn date(inputs: &Inputs) -> Option<String> {
     let files = ["vehicle.toml", &inputs.design.file];
     let changed = |file: &&str| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
@@ -120,8 +119,7 @@ fn kept(path: &Path) -> Option<Rendered> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// SHA-256 of all that a report is made from: vehicle and design file, the stored design, what else was asked for, and
-/// the program that computes it.
+/// SHA-256 of all inputs of a report: vehicle and design file, the stored design, the options, and the program.
 fn key(program: &[u8], inputs: &Inputs, stored: &Stored, asked: &impl Debug) -> String {
     sha256(&format!("{:?}", (Sha256::digest(program), &inputs.hashes, &inputs.design.name, stored, asked)))
 }
@@ -134,7 +132,7 @@ mod tests {
     use squid_flight::sea::Sea;
     use std::time::{Duration, SystemTime};
 
-    /// A design with another bandwidth is of the file that there is, whose date and name the page says.
+    /// A design with another bandwidth has the date and name of its file on the page.
     #[test]
     fn an_altered_design_has_the_date_of_its_file() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));
@@ -150,7 +148,7 @@ mod tests {
         assert!(origin.contains(", design.toml as design-bandwidth-0.1 with "), "{origin}");
     }
 
-    /// Whatever the report is made from is in the key, so that no report of something else is shown.
+    /// Every input of the report is in the key, so that no other report is shown.
     #[test]
     fn another_design_has_another_key() {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid"));

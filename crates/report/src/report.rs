@@ -1,4 +1,4 @@
-//! The report on one design: its sections, computed side by side.
+//! The report on one design: its sections, computed in parallel.
 
 use crate::error::Error;
 use crate::page::figure::Figure;
@@ -9,7 +9,7 @@ use crate::sections::{
     verdict,
 };
 use crate::subject::{Subject, name};
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use auv::Status;
 use base::progress::Progress;
 use certificate::Theorem;
@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Anchor and title of a section, and what computes it.
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
-/// The sections, in the order in which they are read.
+/// The sections, in reading order.
 const SECTIONS: [Maker; 18] = [
     ("verdict", "What is asked, and what is achieved", verdict::verdict),
     ("steps", "Steps of what is tracked, and every actuator", steps::steps),
@@ -43,13 +43,13 @@ const SECTIONS: [Maker; 18] = [
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
-/// The name of the shipped vehicle that is a surrogate.
+/// The name of the shipped surrogate vehicle.
 const SURROGATE: &str = "squid";
 
-/// The sections that take long, the longest first.
+/// The slowest sections, the slowest first.
 const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
 
-/// The sections of the page inside the FMUs: what `squid design` found, and steps that are flown again in a second.
+/// The sections of the page in the FMUs: results of `squid design`, and steps that are quickly simulated.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
 
 /// The report on one design of one vehicle.
@@ -59,11 +59,11 @@ pub struct Report {
     pub heading: String,
     /// Warnings, shown first.
     pub warning: Option<String>,
-    /// Of that, what there is to say of the proof.
+    /// The part of the warning on the proof.
     pub unproved: Option<String>,
-    /// The program and the files that it was made from.
+    /// The program and the input files.
     pub origin: String,
-    /// What the page is about.
+    /// The introduction of the page.
     pub introduction: Vec<String>,
     /// The vehicle in words.
     pub subject: String,
@@ -73,8 +73,8 @@ pub struct Report {
     pub sections: Vec<Section>,
 }
 
-/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason,
-/// and one that has nothing to say is left out.
+/// Computes the sections of the report in parallel and reports the progress. A section that fails contains the reason;
+/// an empty one is left out.
 pub fn report(subject: &Subject) -> Report {
     let mut report = with_sections(subject, &SECTIONS.iter().collect::<Vec<_>>());
     if let Some((_, text)) = &subject.sea {
@@ -83,8 +83,8 @@ pub fn report(subject: &Subject) -> Report {
     report
 }
 
-/// The report of what `squid design` found of a design, whose proof was repeated with this outcome; `whole` is the
-/// command that writes the whole report.
+/// The brief report of a design after `squid design`, with the result of the repeated proof; `whole` is the command
+/// that writes the full report.
 ///
 /// # Errors
 /// As [`Subject::new`].
@@ -103,18 +103,18 @@ pub fn brief(
     Ok(report)
 }
 
-/// A report with some of the sections. Those that have nothing to say are left out.
+/// A report with some of the sections. Empty ones are left out.
 fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let progress = subject.progress;
     let make = |&(id, title, of): &Maker| section(progress, (id, title), || of(subject));
     // First, so that it is read before any figure.
     let unproved = subject.stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
-    // The longest first, so that the others fill the time beside them.
+    // The slowest first, so that the others run in parallel.
     let mut order = makers.to_vec();
     let place = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());
     order.sort_by_key(place);
-    let mut sections = side_by_side(order.into_iter(), make);
+    let mut sections = in_parallel(order.into_iter(), make);
     sections.retain(|section| !section.parts.is_empty());
     sections.sort_by_key(|section| makers.iter().position(|maker| maker.0 == section.id));
     let verdict =
@@ -122,7 +122,7 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     Report { sections, words: verdict, ..Report::without_sections(subject.inputs, unproved) }
 }
 
-/// A section with this anchor and title, and the progress reported; where it fails it contains the reason.
+/// Computes a section and reports the progress; if it fails, it contains the reason.
 pub fn section(
     progress: &Progress,
     (id, title): (&'static str, &'static str),
@@ -135,7 +135,7 @@ pub fn section(
     Section { id, title, parts }
 }
 
-/// Version, files and their hashes.
+/// Version, input files and their hashes.
 fn origin(inputs: &Inputs) -> String {
     let hashes = &inputs.hashes;
     format!(
@@ -148,7 +148,7 @@ fn origin(inputs: &Inputs) -> String {
     )
 }
 
-/// That the vehicle is a surrogate: of the one that is shipped it is known what its numbers come from.
+/// The warning that the vehicle is a surrogate, with the origin of its numbers for the shipped one.
 fn surrogate(inputs: &Inputs) -> String {
     let name = &inputs.vehicle.name;
     if name == SURROGATE && inputs.design.stepped() == PITCH {
@@ -165,7 +165,7 @@ fn surrogate(inputs: &Inputs) -> String {
 }
 
 impl Report {
-    /// What there is to say before anything is computed: vehicle, design, warnings.
+    /// The report before any computation: vehicle, design and warnings.
     pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
         let vehicle = &inputs.vehicle;
         let surrogate = (vehicle.status == Status::Surrogate).then(|| surrogate(inputs));
@@ -203,9 +203,9 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Of numbers that somebody else wrote nothing is known.
+    /// The origin of another vehicle's numbers is unknown.
     #[test]
-    fn only_of_the_shipped_surrogate_is_it_said_where_it_is_from() {
+    fn only_the_shipped_surrogate_has_an_origin() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
         let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning.unwrap();

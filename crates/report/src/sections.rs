@@ -1,4 +1,4 @@
-//! The sections of the report, a file each, and what several of them compute.
+//! The sections of the report, one file each, and shared computations.
 
 pub(crate) mod disturbances;
 pub(crate) mod fit;

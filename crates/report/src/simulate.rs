@@ -1,4 +1,4 @@
-//! Flights in this process: the default manoeuvre, steps over the range of speed, the vehicle alone.
+//! Simulations in this process: the default manoeuvre, steps over the speed range, and open-loop responses.
 
 use crate::error::Error;
 use crate::page::axis::extent;
@@ -12,15 +12,15 @@ use signals::{SPEED, place};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
-use squid_flight::flight::{Row, Surfacing, fly, fly_open_loop};
+use squid_flight::flight::{ActuatorStep, Row, Surfacing, fly, fly_open_loop};
 use squid_flight::metrics::{SETTLED, StepFigures};
 use squid_flight::record::Record;
 use std::path::Path;
 
-/// Speeds at which steps are flown.
+/// The number of speeds at which steps are simulated.
 const STEP_SPEEDS: usize = 6;
 
-/// What was flown.
+/// Results of the simulations.
 #[derive(Debug, Clone)]
 pub struct Flown {
     /// The figures as text.
@@ -29,8 +29,8 @@ pub struct Flown {
     pub steps: Vec<(f64, StepFigures)>,
 }
 
-/// Simulates the manoeuvre, the steps and the vehicle alone, writes records (CSV) and plots (SVG) to `directory`,
-/// and returns the figures.
+/// Simulates the manoeuvre, the steps and the open loop, writes records (CSV) and plots (SVG) to `directory`, and
+/// returns the figures.
 ///
 /// # Errors
 /// [`Error::Flight`], [`Error::Plot`], [`Error::Design`].
@@ -68,8 +68,8 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);
-        let came = (step.step_time, stepped.height);
-        let figures = StepFigures::of_flight(&flown, stepped.place, came, &inputs.limits());
+        let timed = (step.step_time, stepped.height);
+        let figures = StepFigures::of_flight(&flown, stepped.place, timed, &inputs.limits());
         out += &figures_line(speed, &figures);
         steps.push((speed, figures));
         responses.push((speed, flown.rows));
@@ -94,15 +94,14 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
     Ok(Flown { words: out, steps })
 }
 
-/// Says that a flight ended at the surface, and why.
+/// A sentence if a flight ended at the surface.
 pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
     let words =
         |s| format!("In {flight} {s}, and the flight ends there: its equations are those of deep water.\n");
     surfacing.map(words).unwrap_or_default()
 }
 
-/// Says how far and for how long the speed along the path was outside the range of the design; nothing where it was
-/// not.
+/// A warning if the speed along the path was outside the range of the design, with its extent and duration.
 pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
     let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
     let along = |row: &Row| {
@@ -145,19 +144,20 @@ fn figures_line(speed: f64, f: &StepFigures) -> String {
     )
 }
 
-/// The vehicle alone after a small step of its first actuator, at three speeds: the plot's title, and the plot.
+/// The open-loop response to a small step of the first actuator at three speeds: the title of the plot, and the plot.
 fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error> {
     let actuator = &inputs.vehicle.actuators[0];
-    let step = 0.02 * actuator.reach();
+    let height = 0.02 * actuator.reach();
+    let step = ActuatorStep { actuator: 0, height };
     let mut lines = Vec::new();
     for speed in inputs.design.spread(STEP_SPEEDS).into_iter().take(3) {
         let (level, interval) = (inputs.design.level(), stored.controller.sample_time);
-        let rows = fly_open_loop(&inputs.vehicle, level, speed, (0, step), interval, FLOWN)?;
+        let rows = fly_open_loop(&inputs.vehicle, level, speed, step, interval, FLOWN)?;
         let points = rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect();
         lines.push(line(inputs, speed, points));
     }
     let title = format!(
-        "{}: without control, {} stepped by {step:.2} {}",
+        "{}: without control, {} stepped by {height:.2} {}",
         heading(inputs),
         actuator.name,
         actuator.unit()
@@ -165,7 +165,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
 }
 
-/// What a flight at a speed shows.
+/// The line of a flight at a speed.
 fn line(inputs: &Inputs, speed: f64, points: Vec<(f64, f64)>) -> Line {
     let part = 0.5 * (inputs.design.rho(speed) + 1.0);
     Line { name: format!("{speed:.2} m/s"), points, kind: Kind::Along(part) }

@@ -1,4 +1,4 @@
-//! What the report is about: a vehicle, its model, and the controller as it is stored.
+//! The subject of a report: a vehicle, its model, and the stored controller.
 
 use crate::error::Error;
 use crate::page::key::Key;
@@ -31,17 +31,17 @@ use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 use std::sync::OnceLock;
 
-/// Over the range of the design.
+/// The number of speeds over the range of the design.
 const SPEEDS: usize = 6;
 
-/// When a step comes (s), and how long is flown after it.
+/// Time of a step (s).
 pub const STEP_TIME: f64 = 1.0;
-/// How long a step is flown (s).
+/// Duration of a step response (s).
 pub const FLOWN: f64 = 60.0;
-/// How much of a response is drawn (s).
+/// Default drawn duration of a response (s).
 pub const SHOWN: f64 = 30.0;
 
-/// How much of steps is drawn (s), of which the slowest has settled so long after it began (s).
+/// The drawn duration of step responses (s), from the longest settling time (s).
 pub fn shown(slowest: f64) -> f64 {
     if slowest < 0.6 * SHOWN { SHOWN } else { FLOWN }
 }
@@ -51,19 +51,18 @@ pub fn shown(slowest: f64) -> f64 {
 pub struct MuBounds {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// Above mu of the model's loop in continuous time.
+    /// Upper bound of mu of the model's loop in continuous time.
     pub guaranteed: f64,
-    /// One over the size at which a vehicle that is trimmed again is not stable as it flies; not-a-number when none
-    /// was found.
+    /// Inverse of the size of an uncertainty for which the retrimmed vehicle is unstable; NaN if none was found.
     pub vehicle: f64,
 }
 
-/// The vehicle, its model and its controller.
+/// A vehicle, its model and its controller.
 #[derive(Debug)]
 pub struct Subject<'a> {
-    /// The files.
+    /// Vehicle and design files.
     pub inputs: &'a Inputs,
-    /// The design as it is stored.
+    /// The stored design.
     pub stored: &'a Stored,
     /// Linearisations and fits.
     pub model: Model,
@@ -77,11 +76,11 @@ pub struct Subject<'a> {
     pub truth: Vec<Linearisation>,
     /// Reports progress.
     pub progress: &'a Progress<'a>,
-    /// A sea that it is flown in, and the text of its file.
+    /// A sea for simulations, and the text of its file.
     pub sea: Option<(Sea, String)>,
-    /// Whether the verdict takes what takes long from the stored design, if that has it.
+    /// Whether the verdict uses stored results of long computations, if there are any.
     pub brief: bool,
-    /// What the section on mu found, once it is made, if it found it at every speed.
+    /// The bounds of the section on mu, once computed, if there are bounds at every speed.
     pub mu: OnceLock<Vec<MuBounds>>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
@@ -91,32 +90,32 @@ pub struct Subject<'a> {
 /// The step of a design's default flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// The place of the output in [`SIGNALS`].
+    /// The index of the output in [`SIGNALS`].
     pub place: usize,
-    /// Its name.
+    /// Name of the output.
     pub name: &'static str,
-    /// Its height, rad or m.
+    /// Height, rad or m.
     pub height: f64,
-    /// How many of `unit` 1 is.
+    /// Factor from SI to `unit`.
     pub factor: f64,
-    /// deg or m.
+    /// Unit for display, deg or m.
     pub unit: &'static str,
 }
 
 impl Step {
-    /// That of a manoeuvre of a design.
+    /// The step of a manoeuvre of a design.
     pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
         let place = inputs.design.stepped();
         let (factor, unit) = readable(SIGNALS[place].unit);
         Self { place, name: SIGNALS[place].name, height: manoeuvre.steps()[place], factor, unit }
     }
 
-    /// Its height in words.
+    /// The height with its unit, in words.
     pub fn words(&self) -> String {
         format!("{} {}", auv::rounded(self.factor * self.height), self.unit)
     }
 
-    /// The label of an axis of the output, from its trim or, of the depth, from the start.
+    /// The axis label of the output's deviation from trim or, for depth, from the start.
     pub fn from_trim(&self) -> String {
         let from = if self.place == DEPTH { "start" } else { "trim" };
         format!("{} from {from} ({})", self.name, self.unit)
@@ -132,12 +131,12 @@ pub(crate) fn name(vehicle: &Vehicle) -> String {
 }
 
 impl<'a> Subject<'a> {
-    /// Whether the speed comes from outside.
+    /// Whether the speed is imposed from outside.
     pub fn speed_is_given(&self) -> bool {
         self.inputs.vehicle.coefficients.surge.is_given()
     }
 
-    /// What says how fast to go.
+    /// The name of the demanded speed.
     pub fn wanted_speed(&self) -> &'static str {
         if self.speed_is_given() { "given speed" } else { "speed reference" }
     }
@@ -189,18 +188,18 @@ impl<'a> Subject<'a> {
         self.alone.get_or_init(|| self.speeds.iter().map(made).collect())
     }
 
-    /// The proof of the stored certificate, repeated once.
+    /// The proof of the stored certificate; computed once.
     pub fn proof(&self) -> &Result<Theorem, String> {
         self.proof.get_or_init(|| self.stored.prove(self.inputs))
     }
 
-    /// The same subject with a proof that has been repeated already.
+    /// This subject with a proof that is already known.
     pub(crate) fn proved(mut self, proof: &Result<Theorem, String>) -> Self {
         self.proof = OnceLock::from(proof.clone());
         self
     }
 
-    /// The verdict on the stored controller, reached once, with what `squid design` found to turn.
+    /// The verdict on the stored controller with the advice of `squid design`; computed once.
     ///
     /// # Errors
     /// [`Error::Verdict`].
@@ -242,7 +241,7 @@ impl<'a> Subject<'a> {
         self.speeds.iter().map(|v| Key::along(0.5 * (self.rho(*v) + 1.0), Self::speed_name(*v))).collect()
     }
 
-    /// Which of the tracked outputs steps: pitch, or depth where the pitch is not tracked.
+    /// The index among the tracked outputs of the stepped one: pitch, or depth if pitch is not tracked.
     ///
     /// # Errors
     /// [`Error::NothingSteps`].
@@ -251,7 +250,7 @@ impl<'a> Subject<'a> {
         tracked.iter().position(|t| t.place == stepped).ok_or(Error::NothingSteps)
     }
 
-    /// Which of the tracked outputs is pitch.
+    /// The index of pitch among the tracked outputs.
     ///
     /// # Errors
     /// [`Error::PitchNotTracked`].
@@ -288,7 +287,7 @@ impl<'a> Subject<'a> {
         Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
     }
 
-    /// The same with the stored controller at each of the six speeds.
+    /// Simulates the step with the stored controller at each of the six speeds.
     ///
     /// # Errors
     /// As [`fly`].
@@ -299,18 +298,18 @@ impl<'a> Subject<'a> {
     /// A controller frozen at the speed of a trim.
     ///
     /// # Errors
-    /// [`ModelError::Lft`] where `I - Dtt Theta` is singular.
+    /// [`ModelError::Lft`] if `I - Dtt Theta` is singular.
     pub fn frozen(&self, controller: &Controller, l: &Linearisation) -> Result<StateSpace, Error> {
         Ok(controller.frozen(&vec![self.rho(l.trim.speed); controller.blocks.len()])?)
     }
 
-    /// The figures of a step flown by [`Subject::fly_step`].
+    /// The figures of a flight of [`Subject::fly_step`].
     pub fn figures(&self, flight: &Flight) -> StepFigures {
         let Step { place, height, .. } = self.step();
         StepFigures::of_flight(flight, place, (STEP_TIME, height), &self.inputs.limits())
     }
 
-    /// How the loop is sampled.
+    /// The sampling of the loop.
     pub fn sampling(&self) -> Sampling<'_> {
         Sampling::of(&self.inputs.vehicle.actuators, &self.inputs.design)
     }

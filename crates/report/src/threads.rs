@@ -1,9 +1,9 @@
-//! Work shared out over the processors.
+//! Parallel work.
 
 use std::sync::Mutex;
 
-/// Works on all items, as many at the same time as there are processors; results come in the order of the items.
-pub fn side_by_side<T: Send, R: Send>(
+/// Works on all items in parallel, one per processor at a time; the results are in the order of the items.
+pub fn in_parallel<T: Send, R: Send>(
     items: impl Iterator<Item = T> + Send,
     work: impl Fn(T) -> R + Sync,
 ) -> Vec<R> {

@@ -1,4 +1,4 @@
-//! The sampled autopilot: feedforward of the trim, and K(rho) on references and measurements.
+//! The sampled autopilot: trim feedforward, and K(rho) on references and measurements.
 
 use std::cell::LazyCell;
 use std::sync::Arc;
@@ -16,33 +16,32 @@ pub(crate) struct Plan {
     sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
-    /// Index of the signal in [`signals::SIGNALS`], kind and scale of each input of the controller.
+    /// Index of the signal in [`signals::SIGNALS`], kind and scale of each controller input.
     inputs: Vec<(usize, Kind, f64)>,
-    /// The part 1 - exp(-w_r Ts) of the way to the speed reference that V_r makes in a tick, if there is a filter.
+    /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
     pub(crate) filter: Option<f64>,
-    /// Whether V_r is the measured speed, which is given to the vehicle.
+    /// Whether V_r is the measured speed, which is imposed on the vehicle.
     pub(crate) speed_given: bool,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
     pub(crate) parameters: usize,
-    /// By how much phi moves the controller's states in a tick, n x m.
+    /// Sampled anti-windup gain from phi to the controller's states, n x m.
     anti_windup: Option<Matrix>,
-    /// That of the trims in m, for a design that does not measure the depth.
+    /// Depth of the trims in m, for a design that does not measure the depth.
     pub(crate) depth: Option<f64>,
 }
 
 /// A controller that runs at multiples of its sample time.
 ///
-/// Tick k belongs to the time `start + k Ts`. It uses the inputs of the step that contains this time, the end of the
-/// step excluded; its outputs hold until the next tick. Ticks are counted, not derived from the time, so that
-/// rounding of the steps can neither skip nor repeat a tick.
+/// Tick k is at the time `start + k Ts`. It uses the inputs of the step that contains this time, the end of the step
+/// excluded; its outputs hold until the next tick. Ticks are counted, not derived from the time, so that rounding can
+/// neither skip nor repeat a tick.
 ///
 /// ```text
-/// V_r'      = w_r (speed reference - V_r)                 without filter V_r is the speed reference
+/// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
 /// y0(V_r)   = the signals in level flight at forward speed V_r: pitch theta0(V_r) of the trim table, speed V_r,
-///             pitch rate 0, heave V_r tan(theta0(V_r)); of the depth, for which every one is level flight, the
-///             one measured at the initialisation
+///             pitch rate 0, heave V_r tan(theta0(V_r)), and the depth measured at initialisation
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
@@ -51,41 +50,41 @@ pub(crate) struct Plan {
 /// phi_j     = (trim_j(V_r) + scale_j u_j - command_j)/scale_j
 /// ```
 ///
-/// With anti-windup the controller's states move by `E phi` faster; see [`ControllerDesign::anti_windup`].
+/// With anti-windup, `E phi` is added to the derivatives of the controller's states; see
+/// [`ControllerDesign::anti_windup`].
 ///
-/// With a delay of d ticks the command of tick k comes out at tick k + d, and that of the initialisation before.
+/// With a delay of d ticks the command of tick k is put out at tick k + d; before, that of the initialisation holds.
 ///
-/// At each tick, after the output is computed, V_r is advanced exactly for a held reference:
-/// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. The initialisation sets it to the speed reference.
+/// After the output of a tick, V_r is advanced exactly for a constant reference:
+/// `V_r += (1 - exp(-w_r Ts)) (speed reference - V_r)`. Initialisation sets it to the speed reference.
 ///
-/// The feedforward follows the reference, not the measured speed, so that it adds no feedback besides
-/// that of the design. Where the speed is given to the vehicle from outside, nothing is fed back through it, and V_r is
-/// the measured speed.
+/// The feedforward uses the reference, not the measured speed, so that it adds no feedback to that of the design. If
+/// the speed is imposed on the vehicle from outside, it carries no feedback, and V_r is the measured speed.
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     pub(crate) plan: Arc<Plan>,
     pub(crate) controller: LftController,
-    /// The controller's input y.
+    /// The controller input y.
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
-    /// The depth in m from which depths count, see [`Plan::depth_at`].
+    /// The depth in m from which depths are measured, see [`Plan::initial_depth`].
     depth: f64,
-    /// What the limits cut off of u, phi.
+    /// Excess phi of u over the limits.
     excess: Vec<f64>,
     outputs: Outputs,
-    /// The commands of the last ticks that are still to come out, a row a tick; row `k mod late` belongs to tick k.
-    waiting: Vec<f64>,
+    /// The delayed commands, one row per tick; tick k has the row `k mod delay`.
+    delayed: Vec<f64>,
     start: f64,
     next_tick: u64,
-    /// The last tick was out of range.
+    /// Whether the last tick was out of range.
     outside: bool,
 }
 
-/// Excess of |rho| over 1 that is due to rounding and gives no warning.
+/// Excess of |rho| over 1 that is taken as rounding and gives no warning.
 pub const ROUNDING_OF_RHO: f64 = 1e-9;
 
-/// Fraction of the sample time by which a tick may come late, because communication points are rounded.
+/// Fraction of the sample time by which a tick may be late, because communication points are rounded.
 const ROUNDING_OF_TIME: f64 = 1e-6;
 
 impl Autopilot {
@@ -134,7 +133,7 @@ impl Autopilot {
                 trim_pitch: 0.0,
             },
             plan: Arc::new(plan),
-            waiting: vec![0.0; design.delay_ticks * design.actuators.len()],
+            delayed: vec![0.0; design.delay_ticks * design.actuators.len()],
             start: 0.0,
             next_tick: 0,
             outside: false,
@@ -151,32 +150,32 @@ impl Autopilot {
         &self.controller
     }
 
-    /// By how much phi moves the controller's states in a tick, n x m, with anti-windup.
+    /// Sampled anti-windup gain from phi to the controller's states, n x m, if there is one.
     pub fn anti_windup(&self) -> Option<&Matrix> {
         self.plan.anti_windup.as_ref()
     }
 
-    /// The part 1 - exp(-w_r Ts) of the way to the speed reference that V_r makes in a tick, if there is a filter.
+    /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
     pub fn filter(&self) -> Option<f64> {
         self.plan.filter
     }
 
-    /// The outputs of the last tick, or of the initialisation.
+    /// The outputs of the last tick or of the initialisation.
     pub fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// The filtered speed reference V_r in m/s; without filter the speed reference of the last tick.
+    /// The filtered speed reference V_r in m/s; without a filter the speed reference of the last tick.
     pub fn filtered_speed(&self) -> f64 {
         self.filtered_speed
     }
 
-    /// The depth in m from which depths count: that measured at the initialisation.
+    /// The depth in m from which depths are measured: that at initialisation.
     pub fn depth(&self) -> f64 {
         self.depth
     }
 
-    /// What the controller took in at the last tick, or at the initialisation: y, in the order of the design's inputs.
+    /// The controller input y at the last tick or at initialisation, in the order of the design's inputs.
     pub fn controller_inputs(&self) -> &[f64] {
         &self.y
     }
@@ -186,14 +185,14 @@ impl Autopilot {
         self.next_tick
     }
 
-    /// The whole state, which can be saved and restored.
+    /// The complete state, which can be saved and restored.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
             depth: self.depth,
             outputs: self.outputs.clone(),
-            waiting: self.waiting.clone(),
+            delayed: self.delayed.clone(),
             start: self.start,
             ticks: self.next_tick,
             outside: self.outside,
@@ -203,22 +202,22 @@ impl Autopilot {
     /// Continues from a snapshot of an autopilot of the same design.
     ///
     /// # Errors
-    /// [`SnapshotError`]; the autopilot is then as it was.
+    /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.check(self.controller.state().len(), self.outputs.commands.len(), self.waiting.len())?;
+        snapshot.check(self.controller.state().len(), self.outputs.commands.len(), self.delayed.len())?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
         self.depth = snapshot.depth;
         self.outputs.clone_from(&snapshot.outputs);
-        self.waiting.copy_from_slice(&snapshot.waiting);
+        self.delayed.copy_from_slice(&snapshot.delayed);
         self.start = snapshot.start;
         self.next_tick = snapshot.ticks;
         self.outside = snapshot.outside;
         Ok(())
     }
 
-    /// Restarts at the time `start` in s: state zero, V_r at the speed reference, outputs for the present inputs, no
-    /// tick run.
+    /// Restarts at the time `start` in s, before the first tick: zero state, V_r at the speed reference, outputs for
+    /// the present inputs.
     ///
     /// # Errors
     /// [`TickError`].
@@ -227,17 +226,17 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
-        self.filtered_speed = self.plan.wanted_speed(inputs);
-        self.depth = self.plan.depth_at(inputs);
+        self.filtered_speed = self.plan.speed_reference(inputs);
+        self.depth = self.plan.initial_depth(inputs);
         self.compute_outputs(inputs)?;
-        let Self { waiting, outputs, .. } = self;
-        waiting
+        let Self { delayed, outputs, .. } = self;
+        delayed
             .chunks_exact_mut(outputs.commands.len())
             .for_each(|row| row.copy_from_slice(&outputs.commands));
         Ok(())
     }
 
-    /// Runs the ticks that are due before the time `to` in s, with the inputs held. Returns whether the speed left the
+    /// Runs the ticks that are due before the time `to` in s, with constant inputs. Returns whether the speed left the
     /// scheduled range at one of them.
     ///
     /// # Errors
@@ -250,7 +249,7 @@ impl Autopilot {
         Ok(left_range)
     }
 
-    /// Runs the next tick, whatever the time. Returns whether the speed left the scheduled range at it.
+    /// Runs the next tick, regardless of the time. Returns whether the speed left the scheduled range at this tick.
     ///
     /// # Errors
     /// [`TickError`].
@@ -258,11 +257,11 @@ impl Autopilot {
         self.compute_outputs(inputs)?;
         self.controller.update();
         if let Some(gain) = &self.plan.anti_windup {
-            self.controller.push(gain, &self.excess);
+            self.controller.add_to_state(gain, &self.excess);
         }
         self.delay_commands();
-        if let Some(part) = self.plan.filter {
-            self.filtered_speed += part * (inputs.references[SPEED] - self.filtered_speed);
+        if let Some(gain) = self.plan.filter {
+            self.filtered_speed += gain * (inputs.references[SPEED] - self.filtered_speed);
         }
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
@@ -270,25 +269,25 @@ impl Autopilot {
         Ok(left_range)
     }
 
-    /// Whether commands come out later than the tick that computes them.
-    pub fn is_late(&self) -> bool {
-        !self.waiting.is_empty()
+    /// Whether commands are delayed.
+    pub fn has_delay(&self) -> bool {
+        !self.delayed.is_empty()
     }
 
-    /// The time in s to which the next tick belongs, `start + k Ts`.
+    /// The time of the next tick in s, `start + k Ts`.
     pub fn next_tick_time(&self) -> f64 {
         self.start + self.next_tick as f64 * self.plan.sample_time
     }
 
     /// Whether [`advance`](Self::advance) to the time `to` in s would run a tick.
     ///
-    /// A tick less than 1e-6 Ts, or a few last digits of a large time, before `to` belongs to the next
+    /// A tick less than 1e-6 Ts, or a few units in the last place of a large time, before `to` belongs to the next
     /// interval, so that a rounded `to` runs it once.
     pub fn is_due_before(&self, to: f64) -> bool {
         self.next_tick_time() < to - self.rounding(to)
     }
 
-    /// Whether the next tick belongs to the time `now` in s, or to an earlier one.
+    /// Whether the next tick is due at the time `now` in s or earlier.
     pub fn is_due_at(&self, now: f64) -> bool {
         self.next_tick_time() <= now + self.rounding(now)
     }
@@ -297,13 +296,13 @@ impl Autopilot {
         ROUNDING_OF_TIME * self.plan.sample_time + 4.0 * f64::EPSILON * time.abs()
     }
 
-    /// Puts out the commands of as many ticks ago as the delay says, and keeps those of this tick.
+    /// Stores the commands of this tick and puts out those computed `delay` ticks ago.
     fn delay_commands(&mut self) {
         let count = self.outputs.commands.len();
-        let late = self.waiting.len() / count;
-        if late > 0 {
-            let first = (self.next_tick % late as u64) as usize * count;
-            self.outputs.commands.swap_with_slice(&mut self.waiting[first..first + count]);
+        let delay = self.delayed.len() / count;
+        if delay > 0 {
+            let first = (self.next_tick % delay as u64) as usize * count;
+            self.outputs.commands.swap_with_slice(&mut self.delayed[first..first + count]);
         }
     }
 
@@ -311,11 +310,11 @@ impl Autopilot {
         inputs.check()?;
         let plan = &*self.plan;
         if plan.filter.is_none() {
-            self.filtered_speed = plan.wanted_speed(inputs);
+            self.filtered_speed = plan.speed_reference(inputs);
         }
         let (level, depth) = (plan.trim.level(self.filtered_speed), self.depth);
         let y0 = LazyCell::new(|| level.signals(depth));
-        plan.y(inputs, |signal| y0[signal]).zip(&mut self.y).for_each(|(found, y)| *y = found);
+        plan.y(inputs, |signal| y0[signal]).zip(&mut self.y).for_each(|(value, y)| *y = value);
         let rho = plan.rho(inputs.measured[SPEED]);
         let clamped = rho.clamp(-1.0, 1.0);
         let outputs = &mut self.outputs;
@@ -328,17 +327,17 @@ impl Autopilot {
 }
 
 impl Plan {
-    /// Where V_r goes: the speed reference, or a speed that is given, as it is measured.
-    pub(crate) fn wanted_speed(&self, inputs: &Inputs) -> f64 {
+    /// The unfiltered V_r: the speed reference, or the measured speed if the speed is imposed.
+    pub(crate) fn speed_reference(&self, inputs: &Inputs) -> f64 {
         if self.speed_given { inputs.measured[SPEED] } else { inputs.references[SPEED] }
     }
 
-    /// The depth from which depths count in a flight that begins with these inputs.
-    pub(crate) fn depth_at(&self, inputs: &Inputs) -> f64 {
+    /// The depth from which depths are measured in a flight that starts with these inputs.
+    pub(crate) fn initial_depth(&self, inputs: &Inputs) -> f64 {
         self.depth.unwrap_or(inputs.measured[DEPTH])
     }
 
-    /// The controller's input y, where `y0` gives a signal in level flight at V_r.
+    /// The controller input y; `y0` gives a signal in level flight at V_r.
     pub(crate) fn y(&self, inputs: &Inputs, y0: impl Fn(usize) -> f64) -> impl Iterator<Item = f64> {
         let Inputs { measured, references } = *inputs;
         self.inputs.iter().map(move |&(signal, kind, scale)| {
@@ -351,13 +350,13 @@ impl Plan {
         })
     }
 
-    /// The scheduling parameter at a forward speed in m/s, not yet clamped to [-1, 1].
+    /// The scheduling parameter at a forward speed in m/s, before clamping to [-1, 1].
     pub(crate) fn rho(&self, forward_speed: f64) -> f64 {
         (self.trim.speed(forward_speed) - self.centre) / self.half_range
     }
 
-    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and puts what that cuts off
-    /// of u into `excess`.
+    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and writes its excess over the
+    /// limits to `excess`.
     fn add_feedforward(
         &self,
         level: Level<'_>,

@@ -1,4 +1,4 @@
-//! The frozen design of a controller, as in its JSON file.
+//! The frozen controller design, as in its JSON file.
 
 use crate::json::is_default;
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use signals::{Curve, DEPTH, Force, PITCH, SPEED, Status, place};
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
 
-/// A command may come this many ticks late. A loop that waits longer should be sampled less often.
-pub const MOST_DELAY_TICKS: usize = 10;
+/// The largest delay of a command in ticks. A loop with a longer delay should have a longer sample time.
+pub const MAX_DELAY_TICKS: usize = 10;
 
-/// The format that is written and read.
+/// The file format that is written and read.
 pub const CONTROLLER_FORMAT: &str = "squid-controller/1";
 
 /// Everything that the autopilot needs; SI units, radians.
@@ -21,38 +21,38 @@ pub struct ControllerDesign {
     pub format: String,
     /// The vehicle.
     pub vehicle: VehicleName,
-    /// Name of the design among those of the vehicle.
+    /// Name of the design among the designs of the vehicle.
     pub design: String,
     /// Time between two ticks in s.
     pub sample_time: f64,
-    /// Ticks by which a command comes late: the time of computation and network, at most [`MOST_DELAY_TICKS`].
+    /// Delay of the commands in ticks, for computation and network; at most [`MAX_DELAY_TICKS`].
     #[serde(default, skip_serializing_if = "is_default")]
     pub delay_ticks: usize,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
-    /// The inputs of the controller, in the order of `y`.
+    /// The controller inputs, in the order of `y`.
     pub controller_inputs: Vec<ControllerInput>,
     /// Bandwidth w_r of the filter of the speed reference in rad/s; `None` without filter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_filter: Option<f64>,
-    /// Whether the speed is given to the vehicle from outside: there is no reference of it, and the trim follows what
-    /// is measured.
+    /// Whether the speed is imposed on the vehicle from outside: it has no reference, and the trim follows the measured
+    /// speed.
     #[serde(default, skip_serializing_if = "is_default")]
     pub speed_given: bool,
     /// The commanded actuators, in the order of `u`.
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
     pub lft: LftMatrices,
-    /// Anti-windup, E, a row a state of the controller and a column an actuator: the states move by `E phi` faster, phi
-    /// the part of u that the limits cut off. Without it they continue as if the command had been carried out.
+    /// Anti-windup gain E, one row per controller state, one column per actuator: `E phi` is added to the state
+    /// derivatives, where phi is the excess of u over the limits. Without it the states evolve as if unsaturated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
-    /// Depth of the trims in m, with which a reference of the depth begins; 0 where there is none.
+    /// Depth of the trims in m, the initial depth reference; 0 without one.
     #[serde(default, skip_serializing_if = "is_default")]
     pub depth: f64,
-    /// The performance level achieved.
+    /// The achieved performance level.
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.
     pub inputs: InputHashes,
@@ -72,7 +72,7 @@ pub struct VehicleName {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduling {
-    /// Quantity that rho depends on; always `speed`.
+    /// The scheduling quantity; always `speed`.
     pub quantity: String,
     /// V at rho = -1, in m/s.
     pub minimum: f64,
@@ -84,7 +84,7 @@ pub struct Scheduling {
     pub half_range: f64,
 }
 
-/// What an input of the controller is; y0 is the signal in level flight at the filtered speed reference V_r.
+/// Kind of a controller input; y0 is the signal in level flight at the filtered speed reference V_r.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -96,13 +96,13 @@ pub enum Kind {
     Measurement,
 }
 
-/// One input of the controller.
+/// One controller input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerInput {
     /// Name of the signal in [`signals::SIGNALS`].
     pub signal: String,
-    /// What is taken of the signal.
+    /// How the input is formed from the signal.
     pub kind: Kind,
     /// Unit of the signal.
     pub unit: String,
@@ -111,30 +111,31 @@ pub struct ControllerInput {
 }
 
 impl ControllerInput {
-    /// Whether it takes the measured value of the signal.
+    /// Whether the input uses the measured value of the signal.
     pub fn is_measured(&self) -> bool {
         self.kind != Kind::Reference
     }
 
-    /// Whether it takes the reference of the signal.
-    pub fn is_wanted(&self) -> bool {
+    /// Whether the input uses the reference of the signal.
+    pub fn is_reference(&self) -> bool {
         self.kind != Kind::Measurement
     }
 }
 
 impl ControllerDesign {
-    /// Whether the autopilot measures the signal at a place in [`signals::SIGNALS`]: the speed always, for rho.
+    /// Whether the autopilot measures the signal at a place in [`signals::SIGNALS`]; it always measures the speed, for
+    /// rho.
     pub fn measures(&self, signal: usize) -> bool {
-        signal == SPEED || self.takes(signal, ControllerInput::is_measured)
+        signal == SPEED || self.has_input(signal, ControllerInput::is_measured)
     }
 
-    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of what the autopilot
-    /// follows, of the speed always, and of the pitch unless the depth is followed in its place.
+    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of each signal that the
+    /// autopilot tracks, always of the speed, and of the pitch unless the depth is tracked instead.
     pub fn has_reference(&self, signal: usize) -> bool {
         signal == SPEED || self.follows(signal) || (signal == PITCH && !self.follows(DEPTH))
     }
 
-    /// What it steers besides the speed, in words: pitch, depth, or both.
+    /// The tracked signals besides the speed, in words: pitch, depth, or both.
     pub fn steered(&self) -> &'static str {
         match (self.has_reference(PITCH), self.has_reference(DEPTH)) {
             (true, true) => "pitch and depth",
@@ -143,14 +144,14 @@ impl ControllerDesign {
         }
     }
 
-    /// Whether the autopilot follows a reference of the signal at a place in [`signals::SIGNALS`]: of a speed that is
-    /// not given always, for the trim.
+    /// Whether the autopilot uses a reference of the signal at a place in [`signals::SIGNALS`]; always that of the
+    /// speed, for the trim, unless the speed is imposed.
     pub fn follows(&self, signal: usize) -> bool {
-        (signal == SPEED && !self.speed_given) || self.takes(signal, ControllerInput::is_wanted)
+        (signal == SPEED && !self.speed_given) || self.has_input(signal, ControllerInput::is_reference)
     }
 
-    fn takes(&self, signal: usize, part: fn(&ControllerInput) -> bool) -> bool {
-        self.controller_inputs.iter().any(|input| part(input) && place(&input.signal) == Some(signal))
+    fn has_input(&self, signal: usize, kind: fn(&ControllerInput) -> bool) -> bool {
+        self.controller_inputs.iter().any(|input| kind(input) && place(&input.signal) == Some(signal))
     }
 }
 
@@ -158,36 +159,36 @@ impl ControllerDesign {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Actuator {
-    /// Name, also of the FMU's output.
+    /// Name, also that of the FMU's output.
     pub name: String,
     /// Unit of the command, `N` for a thruster, `rad` for a control surface.
     pub unit: String,
     /// Command at which u_i = 1.
     pub scale: f64,
-    /// Least command.
+    /// Minimum command.
     pub minimum: f64,
-    /// Greatest command.
+    /// Maximum command.
     pub maximum: f64,
-    /// From what a thruster takes to its thrust; `None` where it takes the command itself.
+    /// Curve from a thruster's input to its thrust; `None` if its input is the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
-    /// What a command does to the vehicle, for the documentation alone.
+    /// The force that a command causes, for the documentation only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
 }
 
 impl Actuator {
-    /// What a positive command does, in words.
+    /// The effect of a positive command, in words.
     pub fn sign_in_words(&self) -> Option<String> {
         self.force.and_then(|force| signals::sign_in_words(force, &self.unit))
     }
 
-    /// Unit of what it takes.
+    /// Unit of the actuator's input.
     pub fn taken_unit(&self) -> &str {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)
     }
 
-    /// What it takes for a command, by the inverse of its curve, and the slope as [`Curve::command`] does.
+    /// The actuator's input for a command, by the inverse of its curve, and the slope; see [`Curve::command`].
     pub fn taken(&self, command: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((command, 1.0), |curve| curve.command(command))
     }
@@ -195,8 +196,8 @@ impl Actuator {
 
 /// The controller's LFT in continuous time; see the crate's documentation for the partition.
 ///
-/// With n states, p inputs, m actuators and r channels, `Bt` is n x r, and so on. A matrix with rows but
-/// no columns is a list of empty rows.
+/// With n states, p inputs, m actuators and r channels, `Bt` is n x r, and so on. A matrix without columns is a list of
+/// empty rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "PascalCase")]
 #[allow(missing_docs)]
@@ -229,15 +230,15 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// The performance level that was achieved.
+/// The achieved performance level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gamma {
-    /// Least level that the solver reached.
+    /// Lowest level that the solver found.
     pub optimum: f64,
-    /// Level that the controller in this file guarantees.
+    /// Level guaranteed by the controller in this file.
     pub bound: f64,
-    /// Factor by which the design was relaxed from the optimum.
+    /// Factor by which the level was relaxed from the optimum.
     pub back_off: f64,
     /// Whether the level was proved in exact arithmetic.
     pub certified: bool,
@@ -247,8 +248,8 @@ pub struct Gamma {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputHashes {
-    /// Of the vehicle file.
+    /// Hash of the vehicle file.
     pub vehicle_sha256: String,
-    /// Of the design file.
+    /// Hash of the design file.
     pub design_sha256: String,
 }

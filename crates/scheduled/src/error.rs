@@ -6,7 +6,7 @@ use crate::design::CONTROLLER_FORMAT;
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum DesignError {
-    /// Not JSON, a key missing, unknown, or of another type.
+    /// Not JSON, or a key that is missing, unknown or of another type.
     #[error("the controller design cannot be read: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format or version.
@@ -19,21 +19,21 @@ pub enum DesignError {
     #[error("{key} is '{found}', but must be {allowed}")]
     BadText { key: String, found: String, allowed: &'static str },
     /// The same name twice.
-    #[error("{key} is '{name}', which stands there twice")]
+    #[error("{key} is '{name}', which occurs twice")]
     NameTaken { key: String, name: String },
     /// A list that must not be empty.
     #[error("{key} is empty")]
     Empty { key: &'static str },
-    /// A list of another length than it must have.
+    /// A list of the wrong length.
     #[error("{key} has {found} entries, but must have {expected}")]
     WrongLength { key: String, found: usize, expected: usize },
-    /// More scheduling parameters than the one that is measured.
+    /// More than one scheduling parameter; only the speed is measured.
     #[error("lft.blocks has {found} parameters, but only the speed can be scheduled on")]
     SeveralParameters { found: usize },
-    /// A range with its ends exchanged or equal.
-    #[error("{key} reaches from {minimum} to {maximum}: it holds nothing")]
+    /// A range with its ends swapped or equal.
+    #[error("{key} ranges from {minimum} to {maximum}, which is empty")]
     EmptyRange { key: String, minimum: f64, maximum: f64 },
-    /// Centre and half range that do not fit minimum and maximum.
+    /// Centre and half range that disagree with minimum and maximum.
     #[error("scheduling: {end} m/s gives rho = {rho}, but must give {expected}")]
     SchedulingMismatch { end: f64, rho: f64, expected: f64 },
     /// A column that must increase.
@@ -62,7 +62,7 @@ pub enum TickError {
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"
     )]
     SingularLoop { parameter: f64, pivot: f64 },
-    /// The numbers have overflowed.
+    /// Overflow.
     #[error(
         "the controller's command {index} is {value}: an input is far too large, or the loop has diverged"
     )]

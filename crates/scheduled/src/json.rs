@@ -1,9 +1,9 @@
-//! Reads and writes a design as JSON. `delay_ticks` and `depth` are left out where they are 0, `speed_given` where it is
-//! false, `reference_filter`, `anti_windup` and the `curve` of an actuator where there is none.
+//! Reads and writes a design as JSON. `delay_ticks` and `depth` are omitted if 0, `speed_given` if false, and
+//! `reference_filter`, `anti_windup` and the `curve` of an actuator if absent.
 
 use crate::{ControllerDesign, DesignError};
 
-/// Whether a key is left out.
+/// Whether a key is omitted.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -23,7 +23,7 @@ impl ControllerDesign {
     /// The design as JSON, one matrix row per line; numbers read back to the same `f64`.
     ///
     /// # Errors
-    /// [`DesignError`] if the design is not valid and could not be read back.
+    /// [`DesignError`] if the design is invalid and could not be read back.
     pub fn to_json(&self) -> Result<String, DesignError> {
         self.validate()?;
         let mut text = join_rows(&serde_json::to_string_pretty(self)?);
@@ -36,7 +36,7 @@ impl ControllerDesign {
 fn join_rows(pretty: &str) -> String {
     let mut joined = String::with_capacity(pretty.len());
     let mut rest = pretty;
-    // A list opens with a line break behind its bracket; strings contain no line breaks.
+    // A line break follows the opening bracket of a list; strings contain no line breaks.
     while let Some(open) = rest.find("[\n") {
         let (before, list) = rest.split_at(open);
         joined.push_str(before);

@@ -1,4 +1,4 @@
-//! The controller's LFT as matrices of checked shapes.
+//! The controller's LFT as matrices with checked shapes.
 
 pub(crate) mod controller;
 pub(crate) mod discretise;
@@ -10,20 +10,20 @@ pub(crate) mod schur;
 
 use crate::{DesignError, LftMatrices, Matrix, Rows};
 
-/// Sizes of an LFT controller.
+/// Dimensions of an LFT controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
-    /// States n.
+    /// Number of states n.
     pub states: usize,
-    /// Inputs p, the length of y.
+    /// Number of inputs p, the length of y.
     pub inputs: usize,
-    /// Outputs m, the length of u.
+    /// Number of outputs m, the length of u.
     pub outputs: usize,
-    /// Channels r of Theta.
+    /// Number of channels r of Theta.
     pub channels: usize,
 }
 
-/// The nine matrices, in continuous or in discrete time; see the crate's documentation for the partition.
+/// The nine matrices, in continuous or discrete time; see the crate's documentation for the partition.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
 pub struct Lft {
@@ -48,18 +48,17 @@ impl Lft {
     #[inline]
     pub fn from_rows(matrices: &LftMatrices, inputs: usize, outputs: usize) -> Result<Self, DesignError> {
         let (n, r) = (matrices.a.len(), matrices.blocks.iter().sum());
-        let of = checked;
         Ok(Self {
             blocks: matrices.blocks.clone(),
-            a: of("lft.A", &matrices.a, (n, n))?,
-            by: of("lft.By", &matrices.by, (n, inputs))?,
-            bt: of("lft.Bt", &matrices.bt, (n, r))?,
-            cu: of("lft.Cu", &matrices.cu, (outputs, n))?,
-            duy: of("lft.Duy", &matrices.duy, (outputs, inputs))?,
-            dut: of("lft.Dut", &matrices.dut, (outputs, r))?,
-            ct: of("lft.Ct", &matrices.ct, (r, n))?,
-            dty: of("lft.Dty", &matrices.dty, (r, inputs))?,
-            dtt: of("lft.Dtt", &matrices.dtt, (r, r))?,
+            a: checked("lft.A", &matrices.a, n, n)?,
+            by: checked("lft.By", &matrices.by, n, inputs)?,
+            bt: checked("lft.Bt", &matrices.bt, n, r)?,
+            cu: checked("lft.Cu", &matrices.cu, outputs, n)?,
+            duy: checked("lft.Duy", &matrices.duy, outputs, inputs)?,
+            dut: checked("lft.Dut", &matrices.dut, outputs, r)?,
+            ct: checked("lft.Ct", &matrices.ct, r, n)?,
+            dty: checked("lft.Dty", &matrices.dty, r, inputs)?,
+            dtt: checked("lft.Dtt", &matrices.dtt, r, r)?,
         })
     }
 
@@ -74,12 +73,9 @@ impl Lft {
     }
 }
 
+/// A matrix of the given shape with finite entries; `key` is its path in the JSON file.
 #[inline]
-pub(crate) fn checked(
-    key: &str,
-    rows: &Rows,
-    (height, width): (usize, usize),
-) -> Result<Matrix, DesignError> {
+pub(crate) fn checked(key: &str, rows: &Rows, height: usize, width: usize) -> Result<Matrix, DesignError> {
     let wrong = |key: String, found, expected| DesignError::WrongLength { key, found, expected };
     if rows.len() != height {
         return Err(wrong(key.to_owned(), rows.len(), height));

@@ -12,16 +12,16 @@
 //! zk  = Ct xk + Dty y + Dtt wk
 //! ```
 //!
-//! with the scaled inputs `y` and the scaled actuator commands `u`; [`Autopilot`] says how they are scaled. This crate
-//! contains neither the vehicle's equations nor the synthesis.
+//! with the scaled inputs `y` and the scaled actuator commands `u`; [`Autopilot`] defines the scaling. This
+//! crate contains neither the vehicle's equations nor the synthesis.
 //!
-//! [`Autopilot::tangents`] differentiates a tick by its inputs, exactly; [`Autopilot::snapshot`] saves the state
-//! of an autopilot, which can be restored bit for bit.
+//! [`Autopilot::tangents`] gives the exact derivatives of a tick with respect to its inputs; [`Autopilot::snapshot`]
+//! saves the state of an autopilot, which can be restored bit for bit.
 //!
-//! Commands are outputs of the actuators. [`Actuator::taken`] turns that of a thruster with a curve into what it takes.
+//! Commands are actuator outputs. [`Actuator::taken`] converts the command of a thruster with a curve to its input.
 //!
-//! Saturation: commands are clamped to the actuators' limits, and what that cuts off is fed back into the controller's
-//! states where the design has a gain for it, [`ControllerDesign::anti_windup`].
+//! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
+//! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states.
 
 mod autopilot;
 mod design;
@@ -38,7 +38,7 @@ mod validate;
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    MOST_DELAY_TICKS, Rows, Scheduling, TrimTable, VehicleName,
+    MAX_DELAY_TICKS, Rows, Scheduling, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

@@ -1,4 +1,4 @@
-//! The default manoeuvre: a step of pitch or depth during a ramp of speed.
+//! The default manoeuvre: a pitch or depth step during a speed ramp.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,10 +13,10 @@ pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
 /// The `format` of the files that this version reads and writes.
 pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
 
-/// A step takes effect this much earlier \[s\], so that a rounded `k Ts` is not before it.
+/// A step takes effect this much earlier \[s\], so that rounding of `k Ts` cannot delay it by a tick.
 const ROUNDING_OF_TIME: f64 = 1e-9;
 
-/// A step of pitch or depth, or of both, during a ramp of speed.
+/// A step of pitch, of depth or of both, during a speed ramp.
 ///
 /// ```text
 /// V(t)     = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
@@ -24,7 +24,7 @@ const ROUNDING_OF_TIME: f64 = 1e-9;
 ///            theta_trim(V(t))                otherwise
 /// ```
 ///
-/// The depth likewise, above that of the start.
+/// The depth reference steps likewise, from the initial depth.
 ///
 /// ```
 /// use scheduled::Manoeuvre;
@@ -42,30 +42,30 @@ pub struct Manoeuvre {
     pub format: String,
     /// Height of the step above the trim pitch \[rad\].
     pub pitch_step: f64,
-    /// How much deeper the step goes \[m\].
+    /// Height of the depth step, positive down \[m\].
     #[serde(default, skip_serializing_if = "is_default")]
     pub depth_step: f64,
-    /// When the step begins \[s\].
+    /// Start of the step \[s\].
     pub step_time: f64,
-    /// When the step ends \[s\]; beyond the end of the flight for a step that stays.
+    /// End of the step \[s\]; beyond the end of the flight for a lasting step.
     pub step_end: f64,
     /// Speed V along the path through the water before the ramp \[m/s\], negative astern.
     pub speed_from: f64,
     /// Speed V after the ramp \[m/s\].
     pub speed_to: f64,
-    /// When the ramp begins \[s\].
+    /// Start of the ramp \[s\].
     pub ramp_start: f64,
-    /// How long the ramp lasts \[s\].
+    /// Duration of the ramp \[s\].
     pub ramp_duration: f64,
-    /// How long the flight lasts unless the user says otherwise \[s\].
+    /// Default duration of the flight \[s\].
     pub duration: f64,
 }
 
-/// Why a manoeuvre cannot be flown; `key` is the key in the JSON file and the name of the FMU's parameter.
+/// Why a manoeuvre is invalid; `key` is the key in the JSON file and the name of the FMU's parameter.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum ManoeuvreError {
-    /// Not JSON, a key missing, unknown, or of another type.
+    /// Not JSON, or a key that is missing, unknown or of another type.
     #[error("the manoeuvre cannot be read: {0}")]
     Json(#[from] serde_json::Error),
     /// Another format or version.
@@ -74,22 +74,18 @@ pub enum ManoeuvreError {
     /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
     BadNumber { key: &'static str, value: f64, allowed: &'static str },
-    /// A step that ends before it begins.
+    /// A step that ends before it starts.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
-    StepEndsBeforeItComes { step_time: f64, step_end: f64 },
+    StepEndsBeforeItStarts { step_time: f64, step_end: f64 },
 }
 
-fn number(
+fn check_number(
     key: &'static str,
     value: f64,
-    possible: bool,
+    valid: bool,
     allowed: &'static str,
 ) -> Result<(), ManoeuvreError> {
-    if value.is_finite() && possible {
-        Ok(())
-    } else {
-        Err(ManoeuvreError::BadNumber { key, value, allowed })
-    }
+    if value.is_finite() && valid { Ok(()) } else { Err(ManoeuvreError::BadNumber { key, value, allowed }) }
 }
 
 impl Manoeuvre {
@@ -123,8 +119,8 @@ impl Manoeuvre {
         if self.format != MANOEUVRE_FORMAT {
             return Err(ManoeuvreError::WrongFormat { found: self.format.clone() });
         }
-        let level = self.pitch_step.abs() < FRAC_PI_2;
-        number("pitch_step", self.pitch_step, level, "above -pi/2 and below pi/2")?;
+        let valid = self.pitch_step.abs() < FRAC_PI_2;
+        check_number("pitch_step", self.pitch_step, valid, "above -pi/2 and below pi/2")?;
         for (key, value) in [
             ("depth_step", self.depth_step),
             ("step_time", self.step_time),
@@ -133,31 +129,31 @@ impl Manoeuvre {
             ("speed_to", self.speed_to),
             ("ramp_start", self.ramp_start),
         ] {
-            number(key, value, true, "finite")?;
+            check_number(key, value, true, "finite")?;
         }
         for (key, value) in [("ramp_duration", self.ramp_duration), ("duration", self.duration)] {
-            number(key, value, value > 0.0, "finite and above 0")?;
+            check_number(key, value, value > 0.0, "finite and above 0")?;
         }
         if self.step_end < self.step_time {
             let Self { step_time, step_end, .. } = *self;
-            return Err(ManoeuvreError::StepEndsBeforeItComes { step_time, step_end });
+            return Err(ManoeuvreError::StepEndsBeforeItStarts { step_time, step_end });
         }
         Ok(())
     }
 
-    /// Checks that the speeds are those of flight ahead.
+    /// Checks that the vehicle moves ahead: its speeds are above 0.
     ///
     /// # Errors
     /// [`ManoeuvreError::BadNumber`].
     #[inline]
     pub fn check_ahead(&self) -> Result<(), ManoeuvreError> {
         for (key, value) in [("speed_from", self.speed_from), ("speed_to", self.speed_to)] {
-            number(key, value, value > 0.0, "finite and above 0")?;
+            check_number(key, value, value > 0.0, "finite and above 0")?;
         }
         Ok(())
     }
 
-    /// Every number of the manoeuvre.
+    /// The nine numbers of the manoeuvre.
     pub fn numbers(&mut self) -> [&mut f64; 9] {
         [
             &mut self.pitch_step,
@@ -172,28 +168,28 @@ impl Manoeuvre {
         ]
     }
 
-    /// Reference of the speed V along the path through the water \[m/s\] at a time \[s\].
+    /// Speed reference V along the path through the water \[m/s\] at a time \[s\].
     pub fn speed_reference(&self, time: f64) -> f64 {
         let progress = ((time - self.ramp_start) / self.ramp_duration).clamp(0.0, 1.0);
         // Exact at both ends.
         (1.0 - progress) * self.speed_from + progress * self.speed_to
     }
 
-    /// The step of each reference \[SI\]; that of the speed is its ramp.
+    /// The step of each reference \[SI\]; 0 for the speed, which has a ramp.
     pub fn steps(&self) -> EachTracked<f64> {
         let mut steps = EachTracked::default();
         (steps[PITCH], steps[DEPTH]) = (self.pitch_step, self.depth_step);
         steps
     }
 
-    /// The same with another step of the reference at a place in [`signals::SIGNALS`], and none of the others.
+    /// This manoeuvre with a single step, in the reference at a place in [`signals::SIGNALS`].
     #[must_use]
     pub fn with_step(&self, place: usize, step: f64) -> Self {
         let steps = only(place, step);
         Self { pitch_step: steps[PITCH], depth_step: steps[DEPTH], ..self.clone() }
     }
 
-    /// References less those of the trim, and of the depth less that of the start \[SI\], at a time \[s\].
+    /// References minus their trim values, the depth minus the initial depth \[SI\], at a time \[s\].
     pub fn above_trim(&self, time: f64) -> EachTracked<f64> {
         let time = time + ROUNDING_OF_TIME;
         if time >= self.step_time && time < self.step_end { self.steps() } else { EachTracked::default() }

@@ -27,7 +27,7 @@ pub struct Outputs {
 }
 
 impl Inputs {
-    /// Refuses inputs that are not finite.
+    /// Rejects inputs that are not finite.
     pub(crate) fn check(&self) -> Result<(), TickError> {
         let measured = SIGNALS.iter().map(|signal| signal.name).zip(self.measured);
         let references = tracked().map(|(_, reference)| reference.name).zip(self.references);

@@ -1,46 +1,46 @@
-//! The whole state of an autopilot, which can be saved and restored.
+//! The complete state of an autopilot, which can be saved and restored.
 
 use crate::Outputs;
 
-/// The state of an [`Autopilot`](crate::Autopilot): all but its design.
+/// The complete state of an [`Autopilot`](crate::Autopilot), without its design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// State xk of the controller.
     pub state: Vec<f64>,
     /// The filtered speed reference V_r in m/s.
     pub filtered_speed: f64,
-    /// The depth in m from which depths count.
+    /// The depth in m from which depths are measured.
     pub depth: f64,
     /// Outputs of the last tick.
     pub outputs: Outputs,
-    /// Commands that were computed and wait; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
-    pub waiting: Vec<f64>,
+    /// Delayed commands, computed but not yet put out; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
+    pub delayed: Vec<f64>,
     /// Time of tick 0 in s.
     pub start: f64,
-    /// Number of ticks that were run.
+    /// Number of ticks so far.
     pub ticks: u64,
-    /// The last tick was out of the scheduled range.
+    /// Whether the last tick was outside the scheduled range.
     pub outside: bool,
 }
 
-/// Why a snapshot does not fit this autopilot.
+/// Why a snapshot does not match an autopilot.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SnapshotError {
-    /// Another number of states or commands than the design has.
-    #[error("it has {found} {what}, and the controller has {expected}")]
+    /// Another number of states or commands than in the design.
+    #[error("it has {found} {what}, but the controller has {expected}")]
     Length { what: &'static str, found: usize, expected: usize },
     /// A number that is infinite or not a number.
-    #[error("it holds the number {value}")]
+    #[error("it contains the number {value}")]
     NotFinite { value: f64 },
 }
 
 impl Snapshot {
-    pub(crate) fn check(&self, states: usize, commands: usize, waiting: usize) -> Result<(), SnapshotError> {
+    pub(crate) fn check(&self, states: usize, commands: usize, delayed: usize) -> Result<(), SnapshotError> {
         for (what, found, expected) in [
             ("states", self.state.len(), states),
             ("commands", self.outputs.commands.len(), commands),
-            ("commands that wait", self.waiting.len(), waiting),
+            ("delayed commands", self.delayed.len(), delayed),
         ] {
             if found != expected {
                 return Err(SnapshotError::Length { what, found, expected });
@@ -48,7 +48,7 @@ impl Snapshot {
         }
         let Self { filtered_speed, depth, start, ref outputs, .. } = *self;
         let others = [filtered_speed, depth, start, outputs.scheduling_parameter, outputs.trim_pitch];
-        let commands = self.outputs.commands.iter().chain(&self.waiting);
+        let commands = self.outputs.commands.iter().chain(&self.delayed);
         let mut all = self.state.iter().chain(commands).chain(&others);
         match all.find(|value| !value.is_finite()) {
             Some(&value) => Err(SnapshotError::NotFinite { value }),

@@ -1,28 +1,28 @@
-//! Exact derivatives of a tick by its inputs.
+//! Exact derivatives of a tick with respect to its inputs.
 
 use crate::{Autopilot, Inputs, TickError};
 use signals::{DEPTH, SPEED};
 
-/// The derivatives of the outputs of a tick in one direction of its inputs.
+/// The directional derivatives of the outputs of a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputTangents {
-    /// Of the commands, in the order of the design's actuators.
+    /// Derivatives of the commands, in the order of the design's actuators.
     pub commands: Vec<f64>,
-    /// The commands themselves, as this tick computes them.
+    /// The commands that this tick computes.
     pub computed: Vec<f64>,
-    /// Of the scheduling parameter.
+    /// Derivative of the scheduling parameter.
     pub scheduling_parameter: f64,
-    /// Of the trim pitch.
+    /// Derivative of the trim pitch.
     pub trim_pitch: f64,
 }
 
 impl Autopilot {
-    /// The derivatives of the outputs of a tick now, at `inputs` and along `direction`. The autopilot does not change.
+    /// The derivatives of the outputs of a tick at `inputs` along `direction`. The autopilot does not change.
     ///
-    /// The outputs are those of the next tick, for which V_r stands if it is filtered, or with `initial` those of
-    /// [`initialise`](Self::initialise), where it is the speed reference. The LFT is closed at the scheduling parameter
-    /// of the measured speed, which the direction moves too. Where a command is limited or late its derivative is
-    /// zero; at a corner of the trim table it is the right-hand one.
+    /// The outputs are those of the next tick, where a filtered V_r is constant, or with `initial` those of
+    /// [`initialise`](Self::initialise), where V_r is the speed reference. The derivatives include that of the
+    /// scheduling parameter. The derivative of a saturated or delayed command is zero; at a breakpoint of the trim
+    /// table it is the right-hand one.
     ///
     /// # Errors
     /// [`TickError::SingularLoop`].
@@ -37,11 +37,11 @@ impl Autopilot {
         let (speed, dspeed) = if plan.filter.is_some() && !initial {
             (self.filtered_speed(), 0.0)
         } else {
-            (plan.wanted_speed(inputs), plan.wanted_speed(direction))
+            (plan.speed_reference(inputs), plan.speed_reference(direction))
         };
-        // At the initialisation the depth from which depths count moves with the measured one.
+        // At initialisation depths are measured from the measured depth, which moves with the direction.
         let (depth, ddepth) = if initial {
-            (plan.depth_at(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0))
+            (plan.initial_depth(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0))
         } else {
             (self.depth(), 0.0)
         };
@@ -56,7 +56,7 @@ impl Autopilot {
         let theta = &[rho.clamp(-1.0, 1.0)][..plan.parameters];
         let mut commands = vec![0.0; plan.actuators.len()];
         let mut computed = commands.clone();
-        self.controller.tangent((&y, &dy), (theta, &[drho][..plan.parameters]), &mut commands)?;
+        self.controller.tangent(&y, theta, &dy, &[drho][..plan.parameters], &mut commands)?;
         self.controller.clone().output(&y, theta, &mut computed)?;
         for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
             let [scale, minimum, maximum] = plan.actuators[index];
@@ -64,8 +64,8 @@ impl Autopilot {
             *computed = value.clamp(minimum, maximum);
             let feedforward = plan.trim.command_slope(speed, index) * dspeed;
             let free = (minimum..=maximum).contains(&value);
-            // A command that comes late does not depend on the inputs of its tick.
-            let free = free && (initial || !self.is_late());
+            // A delayed command does not depend on the inputs of its tick.
+            let free = free && (initial || !self.has_delay());
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
         let trim_pitch = plan.trim.pitch_slope(speed) * dspeed;

@@ -20,7 +20,7 @@ struct Place {
 pub const FARTHEST: f64 = 1e100;
 
 impl Place {
-    /// The same place, limited to [`FARTHEST`] beyond the table.
+    /// This place, limited to [`FARTHEST`] beyond the table.
     fn limited(self) -> Self {
         Self { fraction: self.fraction.clamp(-FARTHEST, FARTHEST), ..self }
     }
@@ -49,23 +49,23 @@ impl Trim {
         find(&self.table.speed, speed).limited().interpolate(|row| self.table.forward_speed[row])
     }
 
-    /// Pitch angle in rad at forward speed u in m/s, held beyond the table.
+    /// Pitch angle in rad at forward speed u in m/s; constant beyond the table.
     pub fn pitch(&self, forward_speed: f64) -> f64 {
         self.level(forward_speed).pitch()
     }
 
-    /// Command of one actuator at forward speed u in m/s, held beyond the table.
+    /// Command of one actuator at forward speed u in m/s; constant beyond the table.
     pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
         self.level(forward_speed).command(actuator)
     }
 
-    /// Each signal in level flight at forward speed u in m/s and at a depth in m; the pitch angle is held beyond the
-    /// table.
+    /// Each signal in level flight at forward speed u in m/s and at a depth in m; the pitch angle is constant beyond
+    /// the table.
     pub fn signals(&self, forward_speed: f64, depth: f64) -> Each<f64> {
         self.level(forward_speed).signals(depth)
     }
 
-    /// Level flight at forward speed u in m/s, looked up once; held beyond the table.
+    /// Level flight at forward speed u in m/s, looked up once; constant beyond the table.
     pub(crate) fn level(&self, forward_speed: f64) -> Level<'_> {
         let mut place = find(&self.table.forward_speed, forward_speed);
         place.fraction = place.fraction.clamp(0.0, 1.0);
@@ -140,9 +140,9 @@ impl Level<'_> {
 
 fn find(grid: &[f64], value: f64) -> Place {
     let last = grid.len() - 2;
-    // Trim tables are almost evenly spaced: a guess saves most of the search.
-    let share = (value - grid[0]) / (grid[last + 1] - grid[0]);
-    let mut index = ((share * (last + 1) as f64) as usize).min(last);
+    // Trim tables are almost evenly spaced: a first guess saves most of the search.
+    let fraction = (value - grid[0]) / (grid[last + 1] - grid[0]);
+    let mut index = ((fraction * (last + 1) as f64) as usize).min(last);
     while index < last && grid[index + 1] <= value {
         index += 1;
     }
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn is_exact_on_the_grid_and_linear_between() {
+    fn is_exact_on_the_grid_and_linear_in_between() {
         for (u, v) in [(0.4, 0.5), (0.9, 1.0), (2.9, 3.0)] {
             assert_eq!(trim().speed(u), v);
             assert_eq!(trim().forward_speed(v), u);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn any_value_finds_its_piece_of_any_grid() {
+    fn any_value_is_found_in_any_grid() {
         let grid = [-1.0, -0.99, 0.0, 0.5, 7.0, 7.1];
         let known = grid.iter().flat_map(|at| [*at, at - 1e-9, at + 1e-9]);
         for value in known.chain([f64::NEG_INFINITY, -5.0, 3.0, 50.0, f64::INFINITY, f64::NAN]) {
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_the_pieces() {
+    fn slopes_are_those_of_the_intervals() {
         assert_eq!(
             (trim().speed_slope(0.65), trim().speed_slope(1.9), trim().speed_slope(9.0)),
             (1.0, 1.0, 1.0)
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!((trim().command_slope(9.0, 0), trim().pitch_slope(0.1)), (0.0, 0.0));
     }
 
-    /// [pitch, speed, depth, pitch rate, heave], with the path level; the slopes against central differences.
+    /// [pitch, speed, depth, pitch rate, heave] on a level path; the slopes agree with central differences.
     #[test]
     fn level_flight_gives_every_signal() {
         assert_eq!(trim().signals(0.4, 7.0), [-0.1, 0.4, 7.0, 0.0, 0.4 * (-0.1f64).tan()]);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn prolongs_speed_and_holds_the_rest() {
+    fn extrapolates_speed_and_holds_the_rest() {
         assert!((trim().speed(3.9) - 4.0).abs() < 1e-14);
         assert!((trim().speed(0.3) - 0.4).abs() < 1e-15);
         let far = [trim().speed(1e308), trim().forward_speed(1e308)];

@@ -1,10 +1,10 @@
-//! Checks a design on reading.
+//! Validation of a design.
 
 use signals::{Curve, NAMES, SIGNALS, SPEED, TRACKED_NAMES, place};
 use std::collections::BTreeSet;
 use std::fmt;
 
-use crate::design::{CONTROLLER_FORMAT, MOST_DELAY_TICKS};
+use crate::design::{CONTROLLER_FORMAT, MAX_DELAY_TICKS};
 use crate::lft::checked;
 use crate::lft::numbers::{finite, positive, range};
 use crate::{ControllerDesign, DesignError, Lft, Matrix};
@@ -26,7 +26,7 @@ impl ControllerDesign {
             let (key, value) = ("sample_time".to_owned(), self.sample_time);
             return Err(DesignError::BadNumber { key, value, allowed: "finite and at least 1e-5" });
         }
-        if self.delay_ticks > MOST_DELAY_TICKS {
+        if self.delay_ticks > MAX_DELAY_TICKS {
             let (key, value) = ("delay_ticks".to_owned(), self.delay_ticks as f64);
             return Err(DesignError::BadNumber { key, value, allowed: "at most 10" });
         }
@@ -56,8 +56,9 @@ impl ControllerDesign {
     /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
     #[inline]
     pub(crate) fn anti_windup_gain(&self) -> Result<Option<Matrix>, DesignError> {
-        let shape = (self.lft.a.len(), self.actuators.len());
-        self.anti_windup.as_ref().map(|rows| checked("anti_windup", rows, shape)).transpose()
+        let (states, actuators) = (self.lft.a.len(), self.actuators.len());
+        let gain = self.anti_windup.as_ref();
+        gain.map(|rows| checked("anti_windup", rows, states, actuators)).transpose()
     }
 
     #[inline]
@@ -72,7 +73,7 @@ impl ControllerDesign {
         range(format_args!("scheduling"), minimum, maximum)?;
         for (end, expected) in [(minimum, -1.0), (maximum, 1.0)] {
             let rho = (end - scheduling.centre) / scheduling.half_range;
-            // Written so that NaN is refused too.
+            // NaN is rejected too.
             if rho.is_nan() || (rho - expected).abs() > 1e-9 {
                 return Err(DesignError::SchedulingMismatch { end, rho, expected });
             }
@@ -92,7 +93,7 @@ impl ControllerDesign {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
             let signal = place(&input.signal).map(|place| &SIGNALS[place]);
-            let (signal, allowed) = if input.is_wanted() {
+            let (signal, allowed) = if input.is_reference() {
                 (signal.filter(|signal| signal.reference.is_some()), TRACKED_NAMES)
             } else {
                 (signal, NAMES)
@@ -109,11 +110,7 @@ impl ControllerDesign {
         }
         if self.speed_given && (self.reference_filter.is_some() || self.follows(SPEED)) {
             let (key, found) = ("speed_given".to_owned(), "true".to_owned());
-            return Err(DesignError::BadText {
-                key,
-                found,
-                allowed: "false where the speed has a reference",
-            });
+            return Err(DesignError::BadText { key, found, allowed: "false if the speed has a reference" });
         }
         self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }
@@ -127,8 +124,9 @@ impl ControllerDesign {
         for (index, actuator) in self.actuators.iter().enumerate() {
             let key = |last: &str| format!("actuators[{index}].{last}");
             let allowed = "a letter, then letters, digits and underscores";
-            let starts_well = actuator.name.starts_with(|c: char| c.is_ascii_alphabetic());
-            if !starts_well || actuator.name.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_') {
+            let starts_with_letter = actuator.name.starts_with(|c: char| c.is_ascii_alphabetic());
+            if !starts_with_letter || actuator.name.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            {
                 return Err(DesignError::BadText { key: key("name"), found: actuator.name.clone(), allowed });
             }
             if !names.insert(&actuator.name) {
@@ -140,7 +138,7 @@ impl ControllerDesign {
                 actuator.curve.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], Curve::ends);
             for (last, value) in [("minimum", actuator.minimum), ("maximum", actuator.maximum)] {
                 if !(least..=most).contains(&value) {
-                    let allowed = "a thrust that its curve reaches";
+                    let allowed = "a thrust on its curve";
                     return Err(DesignError::BadNumber { key: key(last), value, allowed });
                 }
             }

@@ -1,14 +1,14 @@
-//! What to turn, and which way, from sensitivities that are computed: the design is made again with each key raised.
+//! Which key to change, and in which direction, from sensitivities: the design is repeated with each key raised.
 //!
 //! ```text
-//! change_i(k) = room_i with the key k raised - room_i,   of each row i of the verdict; lowered, about the opposite
-//! gain = change of the row that is missed,   loss = the largest fall of the room of another row
-//! best = max gain/(LITTLE + loss)
+//! change_i(k) = margin_i with key k raised - margin_i,   for each row i of the verdict; about the negative if lowered
+//! gain = change of the missed row,   loss = the largest decrease of the margin of another row
+//! best = max gain/(NEGLIGIBLE_LOSS + loss)
 //! ```
 //!
-//! Before a key is named to be lowered, that is designed, too.
+//! Before the advice is to lower a key, that design is computed too.
 
-use crate::attempt::{Wanted, attempt, room};
+use crate::attempt::{ControllerKind, attempt, margin};
 use crate::error::Error;
 use crate::knob::Knob;
 use base::progress::Progress;
@@ -18,47 +18,47 @@ use squid_design::inputs::Inputs;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::row::{Advice, Outcome, Row, Turn};
 
-/// By how much a key is turned.
+/// The factor on a key.
 const TURN: f64 = 1.1;
 
-/// A gain that is none: what the search for gamma leaves open moves figures by as much.
+/// Smaller gains are not significant: the tolerance of the search for gamma causes as much.
 const NO_GAIN: f64 = 1e-3;
 
-/// A loss as small as this is none.
-const LITTLE: f64 = 1e-2;
+/// Smaller losses are negligible.
+const NEGLIGIBLE_LOSS: f64 = 1e-2;
 
-/// A key turned one way.
-struct Turned {
+/// The effect of one key, raised or lowered.
+struct Change {
     knob: Knob,
     /// [`TURN`] or its inverse.
     factor: f64,
-    /// By how much the room of each row grows; not-a-number where that is not known.
+    /// Increase of the margin of each row; NaN if unknown.
     changes: Vec<f64>,
-    /// What came out of the design; `None` for what is taken to be the opposite of the other way.
+    /// The verdict of the design; `None` if the changes are the negative of those in the other direction.
     verdict: Option<Verdict>,
 }
 
-/// Names what to turn for each row that a verdict misses, of the controller that was `wanted`.
+/// Adds advice to each missed row of the verdict of a controller of this kind.
 ///
 /// # Errors
-/// [`Error::Design`]: the design itself does not come out.
+/// [`Error::Design`]: the design itself fails.
 pub fn advise(
     inputs: &Inputs,
-    wanted: Wanted,
+    kind: ControllerKind,
     verdict: &mut Verdict,
     progress: &Progress,
 ) -> Result<(), Error> {
     let model = Model::new(&inputs.vehicle, &inputs.design)?;
     let knobs = Knob::all(&inputs.design);
-    let long = match wanted {
-        Wanted::Robust => "; each is a robust design: many minutes",
+    let long = match kind {
+        ControllerKind::Robust => "; each is a robust design and takes many minutes",
         _ => "",
     };
-    let what = format!("designing again with each of {} keys turned{long}", knobs.len());
+    let what = format!("designing again with each of {} keys changed{long}", knobs.len());
     let _running = progress.begin("advise", &what);
-    let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn], wanted).ok();
+    let design = |turn: (Knob, f64)| attempt(inputs, &model, &[turn], kind).ok();
     let (base, raised) = rayon::join(
-        || attempt(inputs, &model, &[], wanted),
+        || attempt(inputs, &model, &[], kind),
         || knobs.par_iter().map(|knob| design((*knob, TURN))).collect::<Vec<_>>(),
     );
     let base = base?;
@@ -70,11 +70,11 @@ pub fn advise(
     for (knob, verdict) in knobs.into_iter().zip(raised) {
         let changes = changes(&base, verdict.as_ref());
         let opposite = changes.iter().map(|change| -change).collect();
-        all.push(Turned { knob, factor: 1.0 / TURN, changes: opposite, verdict: None });
-        all.push(Turned { knob, factor: TURN, changes, verdict });
+        all.push(Change { knob, factor: 1.0 / TURN, changes: opposite, verdict: None });
+        all.push(Change { knob, factor: TURN, changes, verdict });
     }
-    // The opposite of what is not known is not known.
-    let is_unclear = |turned: &Turned| missed.iter().any(|row| turned.changes[*row].is_nan());
+    // The negative of an unknown change is unknown.
+    let is_unclear = |turned: &Change| missed.iter().any(|row| turned.changes[*row].is_nan());
     let mut unsure: Vec<usize> =
         (0..all.len()).filter(|i| all[*i].verdict.is_none() && is_unclear(&all[*i])).collect();
     loop {
@@ -99,26 +99,26 @@ pub fn advise(
     Ok(())
 }
 
-/// Of the ways to turn a key, by its place, the one that gains most in a row for what it loses elsewhere.
-fn best(row: usize, all: &[Turned]) -> Option<usize> {
-    let merit = |turned: &Turned| {
+/// The index of the change with the best ratio of the gain in a row to the loss elsewhere.
+fn best(row: usize, all: &[Change]) -> Option<usize> {
+    let merit = |turned: &Change| {
         let others = turned.changes.iter().enumerate().filter(|(i, change)| *i != row && change.is_finite());
         let loss = others.map(|(_, change)| -change).fold(0.0, f64::max);
-        turned.changes[row] / (LITTLE + loss)
+        turned.changes[row] / (NEGLIGIBLE_LOSS + loss)
     };
     let gains = all.iter().enumerate().filter(|(_, turned)| turned.changes[row] > NO_GAIN);
     gains.max_by(|a, b| merit(a.1).total_cmp(&merit(b.1))).map(|(i, _)| i)
 }
 
-fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Turned>) -> Advice {
+fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Change>) -> Advice {
     let Some((turned, verdict)) = found.and_then(|turned| Some((turned, turned.verdict.as_ref()?))) else {
-        return Advice { turn: None, words: "no key of the weights moves it the right way".into() };
+        return Advice { turn: None, words: "no weight improves it".into() };
     };
     let key = turned.knob.name(&inputs.design);
-    let (way, by) = if turned.factor > 1.0 { ("raise", "more") } else { ("lower", "less") };
+    let (verb, by) = if turned.factor > 1.0 { ("raise", "more") } else { ("lower", "less") };
     let after = |row: &Row| verdict.rows.iter().find(|other| other.what == row.what).map(Row::found);
     let moves = |row: &Row| format!("{} -> {}", row.found(), after(row).unwrap_or_default());
-    let mut words = format!("{way} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[place]));
+    let mut words = format!("{verb} {key}: {:.0} % {by}, {}", 100.0 * (TURN - 1.0), moves(&base.rows[place]));
     let others = (0..base.rows.len()).filter(|i| *i != place && turned.changes[*i] < -NO_GAIN);
     if let Some(worst) = others.min_by(|a, b| turned.changes[*a].total_cmp(&turned.changes[*b])) {
         words += &format!("; it costs most in {}, {}", base.rows[worst].what, moves(&base.rows[worst]));
@@ -126,17 +126,18 @@ fn advice(inputs: &Inputs, base: &Verdict, place: usize, found: Option<&Turned>)
     Advice { turn: Some(Turn { key, factor: turned.factor }), words }
 }
 
-/// By how much the room of each row grows in another verdict.
+/// Increase of the margin of each row in another verdict; NaN if unknown.
 fn changes(base: &Verdict, after: Option<&Verdict>) -> Vec<f64> {
     base.rows.iter().map(|row| after.and_then(|after| change(row, after)).unwrap_or(f64::NAN)).collect()
 }
 
-/// By how much the room of a row grows in another verdict; `None` where it is not known.
+/// Increase of the margin of a row in another verdict; `None` if unknown.
 fn change(row: &Row, after: &Verdict) -> Option<f64> {
     let after = after.rows.iter().find(|other| other.what == row.what)?;
     let base = row.achieved.value;
-    // What was not known before is a gain as large as its limit; small figures of which nothing is asked are rounding.
-    let gain = if base.is_finite() { room(after, base) - room(row, base) } else { 1.0 + room(after, 1.0) };
-    let slight = row.outcome == Outcome::Reported && base.abs() < LITTLE;
+    // A value that was unknown before gains as much as its limit. Changes of small values without a limit are rounding.
+    let gain =
+        if base.is_finite() { margin(after, base) - margin(row, base) } else { 1.0 + margin(after, 1.0) };
+    let slight = row.outcome == Outcome::Reported && base.abs() < NEGLIGIBLE_LOSS;
     (gain.is_finite() && !slight).then_some(gain)
 }

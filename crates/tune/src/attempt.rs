@@ -1,4 +1,4 @@
-//! A design with some keys turned, judged at few speeds and without proof.
+//! A design with some keys changed, evaluated at few speeds and without proof.
 
 use crate::knob::Knob;
 use base::progress::Progress;
@@ -15,61 +15,61 @@ use squid_design::verdict::Verdict;
 use squid_design::verdict::found::Effort;
 use squid_design::verdict::row::Row;
 
-/// At how many speeds an attempt is judged, and what of it.
+/// The numbers of speeds at which an attempt is evaluated.
 fn effort(design: &DesignFile) -> Effort {
     Effort { frozen: 6, sampled: design.require.limit("sampled_gain").is_some(), flown: 2, mu: 2 }
 }
 
-/// Which controller is designed.
+/// The kind of controller to design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
-    /// That of the weights.
+pub enum ControllerKind {
+    /// The controller for the weights.
     Nominal,
-    /// The same, given up where the search for it gets stuck.
+    /// The controller for the weights, abandoned if its search stalls.
     Quick,
-    /// One that tolerates more of the declared uncertainty; see [`squid_design::synthesise::robust`].
+    /// A controller that tolerates more of the declared uncertainty; see [`squid_design::synthesise::robust`].
     Robust,
 }
 
-/// Designs with keys multiplied: the files with these numbers, and the frozen controller.
-fn designed(
+/// Designs with some keys multiplied: the changed inputs, and the frozen controller.
+fn design_with(
     inputs: &Inputs,
     model: &Model,
     turned: &[(Knob, f64)],
-    wanted: Wanted,
+    kind: ControllerKind,
 ) -> Result<(Inputs, ControllerDesign), Error> {
     let mut inputs = inputs.clone();
     turned.iter().for_each(|(knob, factor)| knob.turn(&mut inputs.design, *factor));
     let (vehicle, design) = (&inputs.vehicle, &inputs.design);
     let plant = augment(&vehicle.actuators, design, model.linear())?;
-    let found = match wanted {
-        Wanted::Quick => synthesise_quickly(design, &plant)?,
+    let found = match kind {
+        ControllerKind::Quick => synthesise_quickly(design, &plant)?,
         _ => synthesise(&vehicle.actuators, design, &plant, &Progress::default())?,
     };
-    let found = match wanted {
-        Wanted::Robust => search(&inputs, model, &plant, &found, &Progress::default())?.design,
+    let found = match kind {
+        ControllerKind::Robust => search(&inputs, model, &plant, &found, &Progress::default())?.design,
         _ => found,
     };
     let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
     Ok((inputs, controller))
 }
 
-/// Designs with keys multiplied, and judges what comes out.
+/// Designs with some keys multiplied, and evaluates the result.
 ///
 /// # Errors
-/// There is no controller; those of the verdict.
+/// There is no controller, or the verdict fails.
 pub fn attempt(
     inputs: &Inputs,
     model: &Model,
     turned: &[(Knob, f64)],
-    wanted: Wanted,
+    kind: ControllerKind,
 ) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned, wanted)?;
+    let (inputs, controller) = design_with(inputs, model, turned, kind)?;
     Verdict::of(&inputs, &controller, effort(&inputs.design))
 }
 
-/// The same for one of many: given up where the search for a controller gets stuck, and without mu, which takes long,
-/// where something else is missed already.
+/// A quick [`attempt`]: abandoned if the search for a controller stalls, and without mu, which takes long, if another
+/// requirement is missed.
 ///
 /// # Errors
 /// As [`attempt`].
@@ -78,7 +78,7 @@ pub fn attempt_until_missed(
     model: &Model,
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
-    let (inputs, controller) = designed(inputs, model, turned, Wanted::Quick)?;
+    let (inputs, controller) = design_with(inputs, model, turned, ControllerKind::Quick)?;
     let effort = effort(&inputs.design);
     let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..effort })?;
     if first.missed().next().is_some() {
@@ -88,9 +88,9 @@ pub fn attempt_until_missed(
     Ok(Verdict::judge(&inputs, controller.gamma.bound, found))
 }
 
-/// How far a row is on the right side of its limit, relative to that; below 0 on the wrong one. Where nothing is
-/// asked, or a limit is 0, the scale is `base`.
-pub fn room(row: &Row, base: f64) -> f64 {
+/// The margin of a row to its limit, relative to the limit; negative if it is missed. Without a limit, or if it is 0,
+/// the scale is `base`.
+pub fn margin(row: &Row, base: f64) -> f64 {
     let scale = row.limit.filter(|limit| *limit != 0.0).unwrap_or(base).abs();
     let better = match row.sense {
         Sense::Below => row.limit.unwrap_or(0.0) - row.achieved.value,

@@ -1,16 +1,16 @@
-//! Directions of a search.
+//! Search directions.
 
 use crate::knob::Knob;
 use std::collections::BTreeMap;
 
-/// Keys that are turned by the same factor, by their places.
+/// The indices of keys that are multiplied by the same factor.
 pub(crate) struct Direction(pub Vec<usize>);
 
 impl Direction {
-    /// Frequency and bandwidth of each track, all noises, and what is left by itself.
+    /// One direction for frequency and bandwidth of each track, one for all noises, and one for each other key.
     ///
-    /// How much slow references count stays as it began: each direction costs a design before the first step.
-    pub(crate) fn together(knobs: &[Knob]) -> Vec<Self> {
+    /// `follow` stays constant: each direction costs a design before the first step.
+    pub(crate) fn grouped(knobs: &[Knob]) -> Vec<Self> {
         let group = |knob: &Knob| match knob {
             Knob::Frequency(i) | Knob::Bandwidth(i) => Some(*i),
             Knob::Follow(_) => None,

@@ -1,31 +1,31 @@
-//! Why keys could not be turned.
+//! Errors of tuning.
 
 use thiserror::Error as ThisError;
 
-/// Why keys could not be turned.
+/// Why a design could not be tuned.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
-    /// A design, or a file of it, is wrong.
+    /// A design or one of its files is invalid.
     #[error(transparent)]
     Design(#[from] squid_design::error::Error),
-    /// A key that is to be written is not where it is looked for.
+    /// A key to be written is not in its expected table.
     #[error(
         "{file}: 'track' and 'measure' must be tables, each under its own [[...]]; '{key}' cannot be written otherwise"
     )]
     NotATable { file: String, key: String },
-    /// The vehicle holds level flight nowhere.
+    /// No range of speed is suitable for a design.
     #[error(
-        "no two neighbouring speeds from {from} to {to} m/s suit {vehicle}, so that there is no range of speed to \
-         begin a design for: {reasons}; write a design file for the range that you need"
+        "no two adjacent speeds from {from} to {to} m/s are suitable for {vehicle}, so that there is no speed range \
+         for a first design: {reasons}; write a design file for the range that you need"
     )]
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
-    /// Nothing moves pitch or speed.
+    /// No actuator acts on pitch or speed.
     #[error(
-        "no actuator of {vehicle} moves its {signal} at {speed:.2} m/s; there is nothing to control it with"
+        "no actuator of {vehicle} acts on its {signal} at {speed:.2} m/s, so that it cannot be controlled"
     )]
     NoAuthority { vehicle: String, signal: &'static str, speed: f64 },
-    /// No design at all was found.
+    /// No design was found.
     #[error("none of {tried} designs has a controller; the first failed: {reason}")]
     NoDesign { tried: usize, reason: String },
 }

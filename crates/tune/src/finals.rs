@@ -1,8 +1,8 @@
-//! The best of what a search tried, judged in full and proved.
+//! The best candidates of a search, fully evaluated and proved.
 
+use crate::candidate::{Candidate, merit};
 use crate::error::Error;
 use crate::knob::Knob;
-use crate::tried::{Tried, merit};
 use base::progress::Progress;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
@@ -10,33 +10,34 @@ use squid_design::run::{Finished, run};
 use squid_design::verdict::row::Row;
 use toml_edit::DocumentMut;
 
-/// How many of the attempts are judged in full.
+/// The number of candidates that are fully evaluated.
 const FINALISTS: usize = 4;
 
-/// An attempt that was judged in full.
-pub(crate) struct Final {
+/// A candidate that was fully evaluated.
+pub(crate) struct Finalist {
     /// The logarithms of the factors.
     pub x: Vec<f64>,
-    /// Why it is not the one that is chosen; `None` of that one.
-    pub fell_out: Option<String>,
+    /// Why it was not chosen; `None` for the chosen one.
+    pub rejected: Option<String>,
 }
 
 /// The text of a design file, and its finished design.
 type Chosen = (String, Finished);
 
-/// The attempts that were judged in full, and of these the first that meets everything and is proved; if none does, the
-/// one that misses least. Where no attempt meets what is required, more speeds will not mend it: the best is enough.
+/// The fully evaluated candidates, and the first of them that meets all requirements and is proved; if none does, the
+/// one that misses the fewest. If no candidate meets the requirements, only the best is fully evaluated: more speeds do
+/// not make it better.
 pub(crate) fn finals(
     inputs: &Inputs,
     text: &str,
     knobs: &[Knob],
-    mut known: Vec<&Tried>,
+    mut known: Vec<&Candidate>,
     progress: &Progress,
-) -> Result<(Vec<Final>, Chosen), Error> {
+) -> Result<(Vec<Finalist>, Chosen), Error> {
     known.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
     known.dedup_by(|a, b| a.x == b.x);
     let file = &inputs.design.file;
-    let mut judged: Vec<Final> = vec![];
+    let mut judged: Vec<Finalist> = vec![];
     let mut nearest: Option<(usize, usize, Chosen)> = None;
     let mut failed = None;
     for tried in known.iter().take(FINALISTS) {
@@ -51,20 +52,22 @@ pub(crate) fn finals(
         let finished = match progress.timed("tune", what, || run(&inputs, &Progress::default())).0 {
             Ok(finished) => finished,
             Err(reason) => {
-                judged
-                    .push(Final { x: tried.x.clone(), fell_out: Some(format!("judged in full: {reason}")) });
+                judged.push(Finalist {
+                    x: tried.x.clone(),
+                    rejected: Some(format!("judged in full: {reason}")),
+                });
                 failed = Some(reason);
                 continue;
             }
         };
-        let why = fell_out(&finished);
+        let why = misses(&finished);
         let missed = why.len();
         if nearest.as_ref().is_none_or(|(least, ..)| missed < *least) {
             nearest = Some((missed, judged.len(), (written, finished)));
         }
-        judged.push(Final {
+        judged.push(Finalist {
             x: tried.x.clone(),
-            fell_out: Some(format!("judged in full: {}", why.join(", "))),
+            rejected: Some(format!("judged in full: {}", why.join(", "))),
         });
         if missed == 0 || !tried.meets_all() {
             break;
@@ -72,7 +75,7 @@ pub(crate) fn finals(
     }
     match (nearest, failed) {
         (Some((_, place, chosen)), _) => {
-            judged[place].fell_out = None;
+            judged[place].rejected = None;
             Ok((judged, chosen))
         }
         (None, Some(reason)) => Err(reason.into()),
@@ -80,8 +83,8 @@ pub(crate) fn finals(
     }
 }
 
-/// What a finished design misses.
-fn fell_out(finished: &Finished) -> Vec<String> {
+/// The requirements that a finished design misses.
+fn misses(finished: &Finished) -> Vec<String> {
     let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);
     missed.chain(finished.proof.is_err().then(|| "not proved".to_owned())).collect()

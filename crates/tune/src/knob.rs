@@ -1,14 +1,14 @@
-//! The keys of a design file that can be turned.
+//! The tuning keys of a design file.
 
 use crate::error::Error;
 use squid_design::inputs::design_file::DesignFile;
 use std::fmt::{self, Display, Formatter};
 use toml_edit::{DocumentMut, Value};
 
-/// A key whose number can be multiplied; of `follow` what is beyond 1.
+/// A key whose number can be multiplied; for `follow`, its excess over 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Knob {
-    /// `frequency` of a `[[track]]`, by its place in the file.
+    /// `frequency` of a `[[track]]`, by its index in the file.
     Frequency(usize),
     /// `bandwidth` of a `[[track]]`.
     Bandwidth(usize),
@@ -23,7 +23,7 @@ pub enum Knob {
 }
 
 impl Knob {
-    /// Those that a design has.
+    /// The tuning keys of a design.
     pub fn all(design: &DesignFile) -> Vec<Self> {
         let models = (0..design.tracked.len()).filter(|i| design.tracked[*i].model.is_some());
         let mut all: Vec<Self> = models.map(Self::Frequency).collect();
@@ -43,7 +43,7 @@ impl Knob {
         }
     }
 
-    /// The numbers of a design that it turns.
+    /// The numbers of a design that belong to the key.
     fn numbers(self, design: &mut DesignFile) -> Vec<&mut f64> {
         match self {
             Self::Frequency(i) => design.tracked[i].model.iter_mut().map(|m| &mut m.frequency).collect(),
@@ -69,7 +69,7 @@ impl Knob {
         }
     }
 
-    /// The key, and the table that has it: its name and, of those that there may be several of, its place.
+    /// The name of the table of the key, its index in an array of tables, and the key.
     fn key(self) -> (&'static str, Option<usize>, &'static str) {
         match self {
             Self::Frequency(i) => ("track", Some(i), "frequency"),
@@ -81,7 +81,7 @@ impl Knob {
         }
     }
 
-    /// The key with the signal of its table, for people.
+    /// The key with the signal of its table, in words.
     pub fn name(self, design: &DesignFile) -> String {
         match self {
             Self::Frequency(i) | Self::Bandwidth(i) | Self::Follow(i) => {
@@ -92,10 +92,10 @@ impl Knob {
         }
     }
 
-    /// Multiplies its number in the text of a design file, to three digits; all else stays as it is written.
+    /// Multiplies its number in the text of a design file, to three digits; the rest of the text is unchanged.
     ///
     /// # Errors
-    /// [`Error::NotATable`]; `file` is for its message.
+    /// [`Error::NotATable`], with the name `file` in its message.
     pub fn write(self, document: &mut DocumentMut, factor: f64, file: &str) -> Result<(), Error> {
         let (section, place, key) = self.key();
         let found = document.get_mut(section).and_then(|item| match place {
@@ -135,12 +135,12 @@ mod tests {
         base::files::read(&path).unwrap()
     }
 
-    /// Three digits are written: of a number with three, ten times it is exact.
+    /// A factor that keeps a number with three digits exact.
     const TEN: f64 = 10.0;
 
-    /// Each key turned in the text is that key turned in the design, and no comment is lost.
+    /// A change of a key in the text is the same as in the design, and no comment is lost.
     #[test]
-    fn a_key_is_turned_in_text_and_design_alike() {
+    fn a_key_changes_in_text_and_design_alike() {
         let text = squid();
         let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
         let knobs = Knob::all(&design);
@@ -160,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Equal but for rounding: the products are formed in another order.
+    /// Equal to rounding: the products are formed in another order.
     fn close(one: &DesignFile, other: &DesignFile) -> bool {
         let numbers = |d: &DesignFile| -> Vec<f64> {
             let of_track = d.tracked.iter().flat_map(|t| {
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_in_one_line_are_refused() {
+    fn inline_tables_are_rejected() {
         let mut document: DocumentMut = "track = [{ frequency = 1.0 }]".parse().unwrap();
         let refused = Knob::Frequency(0).write(&mut document, 2.0, "design.toml").unwrap_err();
         assert!(

@@ -1,5 +1,5 @@
-//! The range of speed of a first design: the widest in which the vehicle flies level with ease, on one branch of its
-//! trims, holds pitch, is not faster than its actuators, and has a similar authority everywhere.
+//! The speed range of a first design: the widest in which the vehicle has margin in level flight, trims on one branch,
+//! can hold a pitch, is not too unstable for its actuators, and has similar control authority.
 
 use crate::error::Error;
 use crate::knob::three_digits;
@@ -10,68 +10,72 @@ use squid_design::linearise::stacked;
 
 /// The depth of the trims, m.
 pub(crate) const DEPTH: f64 = 50.0;
-/// The part of an actuator that level flight may take.
-pub(crate) const SHARE: f64 = 0.6;
-/// The part of the pitch that the actuators hold that a step takes; the largest and the smallest step, deg.
-const HELD: f64 = 0.35;
+/// The largest fraction of an actuator that level flight may use.
+pub(crate) const TRIM_FRACTION: f64 = 0.6;
+/// The pitch step as a fraction of the pitch that the actuators can hold.
+const HELD_FRACTION: f64 = 0.35;
+/// The largest pitch step, deg.
 const LARGEST_PITCH: f64 = 10.0;
+/// The smallest pitch step, deg.
 const SMALLEST_PITCH: f64 = 3.0;
-/// Speeds that are tried, m/s.
-const TO: f64 = 5.0;
-const STEP: f64 = 0.05;
+/// The highest speed that is tried, m/s.
+const HIGHEST_SPEED: f64 = 5.0;
+/// The distance of the speeds that are tried, m/s.
+const SPEED_STEP: f64 = 0.05;
 /// The largest incidence \[deg\].
-const INCIDENCE: f64 = 10.0;
-/// The largest speed of a range, relative to the smallest: forces grow as its square.
-const WIDEST: f64 = 6.0;
-/// The largest authority over pitch in a range, relative to the smallest.
-const STRONGEST: f64 = 5.0;
-/// The part of what the actuators accelerate that a step takes at its start.
-pub(crate) const ACCELERATED: f64 = 0.5;
-/// A model times the lag of the slowest actuator.
-const OVER_LAG: f64 = 0.35;
-/// The fastest model of the pitch, rad/s.
+const MAX_INCIDENCE: f64 = 10.0;
+/// The largest ratio of the speeds in a range: forces grow with the square of the speed.
+const MAX_SPEED_RATIO: f64 = 6.0;
+/// The largest ratio of the pitch authorities in a range.
+const MAX_AUTHORITY_RATIO: f64 = 5.0;
+/// The initial acceleration of a step as a fraction of what the actuators can give.
+pub(crate) const ACCELERATION_FRACTION: f64 = 0.5;
+/// The frequency of the fastest model times the lag of the slowest actuator.
+const FREQUENCY_TIMES_LAG: f64 = 0.35;
+/// The largest frequency of the pitch model, rad/s.
 const FASTEST_PITCH: f64 = 1.75;
-/// The largest growth rate of an unstable mode times the lag of the actuator that turns the vehicle.
-const DEPARTS: f64 = 0.12;
+/// The largest growth rate of an unstable mode times the lag of the main pitch actuator.
+const MAX_GROWTH_TIMES_LAG: f64 = 0.12;
 
-/// What the actuators can do beyond level flight at a speed.
+/// The control authority beyond level flight at a speed.
 #[derive(Debug, Clone)]
-pub(crate) struct Reach {
-    /// Along the path, m/s.
+pub(crate) struct Authority {
+    /// Speed along the path, m/s.
     pub speed: f64,
-    /// The pitch of a step, deg: [`HELD`] of what they hold.
+    /// The pitch step, deg: [`HELD_FRACTION`] of the pitch that the actuators can hold.
     pub pitch: f64,
-    /// Surge acceleration, m/s2; `None` where the speed is given.
+    /// Surge acceleration, m/s2; `None` if the speed is imposed.
     pub surge: Option<f64>,
     /// Pitch acceleration, rad/s2.
     pub turn: f64,
-    /// The lag of the actuator that turns the vehicle most, s.
+    /// The lag of the main pitch actuator, s.
     pub lag: f64,
-    /// What becomes of the pitch in level trim.
+    /// The rule for the pitch in level trim.
     rule: Pitch,
     linear: Linearisation,
-    /// What level flight leaves of each actuator, N or rad.
-    rooms: Vec<f64>,
+    /// The remaining range of each actuator in level flight, N or rad.
+    remaining: Vec<f64>,
 }
 
-/// Why a speed is not in a range, in words that follow "at ... m/s".
+/// Why a speed is not in the range, in words that follow "at ... m/s".
 type Reason = String;
 
-/// The widest range of speeds.
+/// The control authority over the widest speed range.
 ///
 /// # Errors
 /// [`Error::NoRange`], with the reasons at some speeds.
-pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Reach>, Error> {
-    let count = (TO / STEP).round() as usize;
-    let speeds = (0..=count).map(|i| three_digits(STEP * i as f64));
-    let tried: Vec<(f64, Result<Reach, Reason>)> =
-        speeds.map(|speed| (speed, Reach::of(vehicle, speed))).collect();
-    let (mut best, mut run): (&[Reach], Vec<Reach>) = (&[], vec![]);
-    let mut runs: Vec<Vec<Reach>> = vec![];
-    for (_, reach) in &tried {
-        let joins = |reach: &Reach| run.last().is_none_or(|last| last.joins(vehicle, reach));
-        match reach {
-            Ok(reach) if joins(reach) => run.push(reach.clone()),
+pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Authority>, Error> {
+    let count = (HIGHEST_SPEED / SPEED_STEP).round() as usize;
+    let speeds = (0..=count).map(|i| three_digits(SPEED_STEP * i as f64));
+    let tried: Vec<(f64, Result<Authority, Reason>)> =
+        speeds.map(|speed| (speed, Authority::of(vehicle, speed))).collect();
+    let (mut best, mut run): (&[Authority], Vec<Authority>) = (&[], vec![]);
+    let mut runs: Vec<Vec<Authority>> = vec![];
+    for (_, authority) in &tried {
+        let connects =
+            |authority: &Authority| run.last().is_none_or(|last| last.connects_to(vehicle, authority));
+        match authority {
+            Ok(authority) if connects(authority) => run.push(authority.clone()),
             other => {
                 runs.push(std::mem::take(&mut run));
                 run.extend(other.iter().cloned());
@@ -87,48 +91,53 @@ pub(crate) fn range(vehicle: &Vehicle) -> Result<Vec<Reach>, Error> {
     if best.len() > 1 {
         return Ok(best.to_vec());
     }
-    let refused = tried.iter().filter_map(|(speed, reach)| Some((*speed, reach.as_ref().err()?)));
-    let reasons: Vec<String> = SHOWN
+    let rejected = tried.iter().filter_map(|(speed, authority)| Some((*speed, authority.as_ref().err()?)));
+    let reasons: Vec<String> = SPEEDS_WITH_REASONS
         .iter()
-        .filter_map(|shown| refused.clone().find(|(speed, _)| speed >= shown))
+        .filter_map(|shown| rejected.clone().find(|(speed, _)| speed >= shown))
         .map(|(speed, reason)| format!("at {speed} m/s {reason}"))
         .collect();
-    Err(Error::NoRange { vehicle: vehicle.name.clone(), from: 0.0, to: TO, reasons: reasons.join("; ") })
+    Err(Error::NoRange {
+        vehicle: vehicle.name.clone(),
+        from: 0.0,
+        to: HIGHEST_SPEED,
+        reasons: reasons.join("; "),
+    })
 }
 
-/// Speeds whose reasons are given where there is no range, m/s.
-const SHOWN: [f64; 3] = [0.5, 1.0, 2.0];
+/// The speeds whose reasons are given if there is no range, m/s.
+const SPEEDS_WITH_REASONS: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// The least of the speeds.
-pub(crate) fn least(range: &[Reach], of: impl Fn(&Reach) -> f64) -> f64 {
+/// The minimum over the speeds.
+pub(crate) fn least(range: &[Authority], of: impl Fn(&Authority) -> f64) -> f64 {
     range.iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// The fastest model that the lags of the actuators allow, rad/s.
+/// The largest model frequency that the actuator lags allow, rad/s.
 pub(crate) fn fastest(vehicle: &Vehicle) -> f64 {
-    OVER_LAG / vehicle.actuators.iter().map(|a| a.lag).fold(0.0, f64::max)
+    FREQUENCY_TIMES_LAG / vehicle.actuators.iter().map(|a| a.lag).fold(0.0, f64::max)
 }
 
-/// The frequency of the model of the pitch in a range, at most that which the lags allow, rad/s.
-pub(crate) fn pitch_frequency(range: &[Reach], fastest: f64) -> f64 {
+/// The frequency of the pitch model in a range, at most `fastest`, the limit from the lags, rad/s.
+pub(crate) fn pitch_frequency(range: &[Authority], fastest: f64) -> f64 {
     let scale = least(range, |r| r.pitch).to_radians();
-    (ACCELERATED * least(range, |r| r.turn) / scale).sqrt().min(fastest).min(FASTEST_PITCH)
+    (ACCELERATION_FRACTION * least(range, |r| r.turn) / scale).sqrt().min(fastest).min(FASTEST_PITCH)
 }
 
-/// The longest part of a run in which authority and speed are similar.
+/// The longest part of a run with similar authority and speed.
 ///
-/// The authority at the start of a step is the acceleration of the pitch rate; at the frequency of the model it is
-/// what becomes of the pitch, which heave may turn much more than the actuators do by themselves.
-fn widest(run: &[Reach], fastest: f64) -> &[Reach] {
-    let close = |part: &[Reach], of: &dyn Fn(&Reach) -> f64| {
-        part.iter().map(of).fold(0.0, f64::max) <= STRONGEST * least(part, of)
+/// The authority at the start of a step is the pitch acceleration. At the model frequency it includes the effect of
+/// heave on pitch, which may be much larger than the direct effect of the actuators.
+fn widest(run: &[Authority], fastest: f64) -> &[Authority] {
+    let close = |part: &[Authority], of: &dyn Fn(&Authority) -> f64| {
+        part.iter().map(of).fold(0.0, f64::max) <= MAX_AUTHORITY_RATIO * least(part, of)
     };
-    let similar = |part: &[Reach]| {
+    let similar = |part: &[Authority]| {
         let [first, .., last] = part else { return true };
-        // Level from rest on, the forces at rest are those of linear damping.
+        // In a range from rest, the forces near rest are those of linear damping.
         let from_rest = matches!(first.rule, Pitch::Held(_));
         let frequency = pitch_frequency(part, fastest);
-        (from_rest || last.speed <= WIDEST * first.speed)
+        (from_rest || last.speed <= MAX_SPEED_RATIO * first.speed)
             && close(part, &|r| r.turn)
             && close(part, &|r| r.turn_at(frequency))
     };
@@ -138,59 +147,65 @@ fn widest(run: &[Reach], fastest: f64) -> &[Reach] {
     (0..run.len()).filter_map(from).max_by_key(|part| part.len()).unwrap_or(&[])
 }
 
-impl Reach {
-    /// Of a vehicle at a speed, or why it cannot be flown there.
+impl Authority {
+    /// The authority of a vehicle at a speed, or why the speed is not suitable.
     fn of(vehicle: &Vehicle, speed: f64) -> Result<Self, Reason> {
         let rule = Pitch::over(vehicle, DEPTH, &[speed], None);
         let trim = trim_with(vehicle, Speed::Path(speed), DEPTH, &rule)
             .map_err(|e| format!("it does not trim: {e}"))?;
         let l = linearise(vehicle, &trim).map_err(|e| e.to_string())?;
-        is_easy(vehicle, &l)?;
-        let rooms: Vec<f64> = vehicle
+        check_level_flight(vehicle, &l)?;
+        let remaining: Vec<f64> = vehicle
             .actuators
             .iter()
             .zip(&trim.actuators)
             .map(|(a, now)| (a.max - now).min(now - a.min))
             .collect();
-        let row =
-            |i: usize| l.b.row(i).iter().zip(&rooms).map(|(b, room)| (b * room).abs()).collect::<Vec<f64>>();
+        let row = |i: usize| {
+            l.b.row(i)
+                .iter()
+                .zip(&remaining)
+                .map(|(b, remaining)| (b * remaining).abs())
+                .collect::<Vec<f64>>()
+        };
         let turns = row(l.pitching()[1]);
-        let turner = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
-        let (growth, lag) = (growth(&l), vehicle.actuators[turner].lag);
-        if growth * lag > DEPARTS {
+        let main = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
+        let (growth, lag) = (growth(&l), vehicle.actuators[main].lag);
+        if growth * lag > MAX_GROWTH_TIMES_LAG {
             return Err(format!(
-                "it departs by exp({growth:.2} t), too fast for {} with a lag of {lag} s",
-                vehicle.actuators[turner].name
+                "it diverges as exp({growth:.2} t), too fast for {} with a lag of {lag} s",
+                vehicle.actuators[main].name
             ));
         }
         let held = 1.0 / holding_ratio(&vehicle.actuators, ONE_DEGREE, &l);
-        if HELD * held < SMALLEST_PITCH {
-            return Err(format!("the actuators hold no more than {held:.1} deg of pitch"));
+        if HELD_FRACTION * held < SMALLEST_PITCH {
+            return Err(format!("the actuators can hold at most {held:.1} deg of pitch"));
         }
-        let pitch = (HELD * held).min(LARGEST_PITCH);
+        let pitch = (HELD_FRACTION * held).min(LARGEST_PITCH);
         let surge = (!vehicle.coefficients.surge.is_given()).then(|| row(SURGE).iter().sum());
-        Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, rule, linear: l, rooms })
+        Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, rule, linear: l, remaining })
     }
 
-    /// The pitch acceleration of a sine of all that is left of the actuators, through all that it moves, rad/s2: at
-    /// high frequencies the turn.
+    /// The pitch acceleration at a frequency for sinusoids of the remaining range of all actuators, including the
+    /// motion of all states, rad/s2; it tends to `turn` at high frequencies.
     fn turn_at(&self, frequency: f64) -> f64 {
         let system = system(&stacked(&self.linear), self.linear.states);
-        let pitch = |(j, room): (usize, &f64)| room * system.part(PITCH_OUTPUT, j).gain_at(frequency);
-        frequency * frequency * self.rooms.iter().enumerate().map(pitch).sum::<f64>()
+        let pitch =
+            |(j, remaining): (usize, &f64)| remaining * system.part(PITCH_OUTPUT, j).gain_at(frequency);
+        frequency * frequency * self.remaining.iter().enumerate().map(pitch).sum::<f64>()
     }
 
-    /// Whether its trim is on one branch with that of the next speed.
-    fn joins(&self, vehicle: &Vehicle, next: &Self) -> bool {
+    /// Whether its trim is on the same branch as that of the next speed.
+    fn connects_to(&self, vehicle: &Vehicle, next: &Self) -> bool {
         let same =
             matches!((&self.rule, &next.rule), (Pitch::Held(_), Pitch::Held(_)) | (Pitch::Free, Pitch::Free));
         same && trims(vehicle, DEPTH, &[self.speed, next.speed], &self.rule).is_ok()
     }
 }
 
-/// The place of u among the states that have it.
+/// The index of u among the states, if it is one.
 const SURGE: usize = 0;
-/// The place of the pitch among the outputs of [`system`].
+/// The index of the pitch among the outputs of [`system`].
 const PITCH_OUTPUT: usize = 1;
 const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
 
@@ -199,18 +214,18 @@ fn growth(l: &Linearisation) -> f64 {
     l.eigenvalues().iter().map(|v| v.re).fold(0.0, f64::max)
 }
 
-/// Whether level flight leaves enough.
-fn is_easy(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {
+/// Checks that level flight leaves enough of the actuators, at a small incidence.
+fn check_level_flight(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {
     let used = |(a, now): (&auv::Actuator, &f64)| {
         (if *now > 0.0 { now / a.max } else { now / a.min }, a.name.clone())
     };
     let uses = vehicle.actuators.iter().zip(&l.trim.actuators).map(used);
-    let (share, name) = uses.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let (fraction, name) = uses.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     let incidence = l.trim.incidence.to_degrees();
-    if share > SHARE {
-        return Err(format!("level flight takes {:.0} % of {name}", 100.0 * share));
+    if fraction > TRIM_FRACTION {
+        return Err(format!("level flight takes {:.0} % of {name}", 100.0 * fraction));
     }
-    if incidence.abs() > INCIDENCE {
+    if incidence.abs() > MAX_INCIDENCE {
         return Err(format!("level flight takes {incidence:.1} deg of incidence"));
     }
     Ok(())
@@ -221,10 +236,10 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// At high frequencies the authority is the acceleration of the pitch rate, of each shipped vehicle.
+    /// At high frequencies the authority of each shipped vehicle is its pitch acceleration.
     ///
-    /// The vertical thruster of Sparus II turns it the same at all speeds by itself, and by the heave that it drives
-    /// seven times as much at 0.35 m/s as at 0.1 m/s: its range begins later.
+    /// The direct pitch effect of the vertical thruster of Sparus II is the same at all speeds; through heave it is
+    /// seven times as large at 0.35 m/s as at 0.1 m/s, so that its range starts at a higher speed.
     #[test]
     fn authority_is_that_at_the_frequency_of_the_model() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
@@ -233,12 +248,16 @@ mod tests {
             Vehicle::parse(&text, "vehicle.toml").unwrap()
         };
         for name in ["squid", "remus100", "lauv", "tethys", "bluerov2_heavy"] {
-            for reach in range(&read(name)).unwrap() {
-                assert!((reach.turn_at(1e3) / reach.turn - 1.0).abs() < 1e-3, "{name} {}", reach.speed);
+            for authority in range(&read(name)).unwrap() {
+                assert!(
+                    (authority.turn_at(1e3) / authority.turn - 1.0).abs() < 1e-3,
+                    "{name} {}",
+                    authority.speed
+                );
             }
         }
         let sparus = read("sparus2");
-        let [slow, fast] = [0.1, 0.35].map(|speed| Reach::of(&sparus, speed).unwrap());
+        let [slow, fast] = [0.1, 0.35].map(|speed| Authority::of(&sparus, speed).unwrap());
         let frequency = pitch_frequency(&[slow.clone(), fast.clone()], fastest(&sparus));
         assert!((fast.turn / slow.turn - 1.0).abs() < 0.01);
         let ratio = fast.turn_at(frequency) / slow.turn_at(frequency);

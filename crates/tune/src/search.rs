@@ -1,26 +1,28 @@
-//! Searches the weights for the fastest design that meets what is required.
+//! Searches the weights for the fastest design that meets the requirements.
 //!
 //! ```text
 //! min over x   mean of ln(rise time) of the tracked outputs
-//! subject to   room_k(x) >= SPARE for every key of [require] with a limit
+//! subject to   margin_k(x) >= REQUIRED_MARGIN for every key of [require] with a limit
 //! ```
 //!
-//! x: the logarithms of the factors on the keys ([`Knob`]). First all models are made slower together, since that
-//! costs one design a step; where none of these is good enough, and the weights of the best ask for more than it has,
-//! also with slow references that count less. Then follow rounds of two searches side by side: each is COBYLA, on keys
-//! that are turned together (`Direction`) and on each by itself, the one in this order and the other in the reverse; in
-//! the first round from the two best of the paces, then from the best that is known: M. J. D. Powell, A direct search
-//! optimization method that models the objective and constraint functions by linear interpolation, 1994. The search
-//! ends after a round that gains too little, or after a number of designs. What it finds is judged in full, and proved.
+//! x contains the logarithms of the factors on the keys ([`Knob`]). First all models are slowed down together, at one
+//! design per step; if none of these meets the requirements and the best has a gamma above 1, also with less weight on
+//! slow references. Then follow rounds of two parallel searches with COBYLA, one over groups of keys (`Direction`) and
+//! then over single keys, the other in the reverse order; the first round starts from the two best of the first
+//! designs, later ones from the best so far. The search ends after a round with too little gain, or after a
+//! number of designs. The best are fully evaluated and proved.
 //!
-//! No clock and no number of processors has a part in it: the same files give the same design.
+//! The result depends on no clock and no number of processors: the same files give the same design.
+//!
+//! Source of COBYLA: M. J. D. Powell, A direct search optimization method that models the objective and constraint
+//! functions by linear interpolation, 1994.
 
-use crate::attempt::{attempt_until_missed, room};
+use crate::attempt::{attempt_until_missed, margin};
+use crate::candidate::{Attempt, Candidate, FAILED_COST, REQUIRED_MARGIN, SearchRecord, front, merit};
 use crate::direction::Direction;
 use crate::error::Error;
-use crate::finals::{Final, finals};
+use crate::finals::{Finalist, finals};
 use crate::knob::Knob;
-use crate::tried::{Attempted, LOST, SPARE, Searched, Tried, front, merit};
 use base::progress::Progress;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
 use rayon::prelude::*;
@@ -33,18 +35,20 @@ use squid_design::verdict::Verdict;
 use std::cell::{Cell, RefCell};
 use std::sync::{Mutex, PoisonError};
 
-/// How far the logarithm of a factor may go, and how far it goes at first and in the end.
+/// The largest logarithm of a factor.
 const FARTHEST: f64 = 3.0;
-const FIRST: f64 = 0.3;
-const CLOSE: f64 = 0.02;
-/// A round that lowers the merit by less has gained nothing: one hundredth of the rise time, or of a limit.
+/// The first step of the logarithm of a factor.
+const FIRST_STEP: f64 = 0.3;
+/// The last step of the logarithm of a factor.
+const LAST_STEP: f64 = 0.02;
+/// The search ends after a round that lowers the merit by less: one hundredth of the rise time, or of a limit.
 const GAIN: f64 = 0.01;
-/// The factors on all frequencies and bandwidths that are tried first.
-const PACES: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
-/// Where none of these meets what is required, and the best has a gamma above 1, the factor on how much more slow
-/// references count: the slow errors are what it cannot keep as small, and the margins pay for trying.
-const LESS: f64 = 0.07;
-/// Searches side by side, on any machine.
+/// The factors on all frequencies and bandwidths of the first designs.
+const FREQUENCY_FACTORS: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
+/// The factor on `follow` - 1 if none of these meets the requirements and the best has a gamma above 1: its slow errors
+/// cannot be as small, and demanding it costs margins.
+const LESS_FOLLOW: f64 = 0.07;
+/// The number of parallel searches, on any machine.
 const SEARCHES: usize = 2;
 
 /// The outcome of a search.
@@ -54,34 +58,34 @@ pub struct Tuned {
     pub text: String,
     /// The finished design of that text.
     pub finished: Finished,
-    /// How many designs were tried.
+    /// Number of designs tried.
     pub tried: usize,
-    /// Whether the search ended by itself; otherwise the designs that were allowed were used up, and it would go on.
+    /// Whether the search converged; otherwise the allowed number of designs was used up.
     pub ended: bool,
-    /// Of the designs that meet what is required, or of all where none does, those that no other beats in both rise and
-    /// disk margin, the fastest first; and what became of each.
-    pub front: Vec<(Tried, Standing)>,
-    /// What the actuators cannot give, whatever the controller, by the linear model: of the design that is written.
+    /// The Pareto front of rise time and disk margin, the fastest first, with the status of each candidate: of those
+    /// that meet the requirements, or of all if none does.
+    pub front: Vec<(Candidate, CandidateStatus)>,
+    /// Limitations of the written design by the actuators that no controller can avoid, by the linear model.
     pub limits: Vec<String>,
 }
 
-/// What became of a design that was tried.
+/// What became of a candidate.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Standing {
-    /// It is the one that is written.
+pub enum CandidateStatus {
+    /// It is written to the design file.
     Written,
-    /// It was judged in full, and why it fell out.
-    FellOut(String),
-    /// It was not judged in full, since it has less room than that takes: of this key (%).
-    TooLittleRoom(&'static str, String),
-    /// It was not judged in full.
-    NotJudged,
+    /// It was fully evaluated and rejected, with the reason.
+    Rejected(String),
+    /// It was not fully evaluated: the margin (%) of a key is too small.
+    InsufficientMargin(&'static str, String),
+    /// It was not fully evaluated.
+    NotEvaluated,
 }
 
-/// Searches about the numbers of a design file of this text, with at most so many designs.
+/// Searches from the numbers of a design file with this text, with at most `designs` designs.
 ///
 /// # Errors
-/// [`Error::NoDesign`]; [`Error::NotATable`]; those of the model.
+/// [`Error::NoDesign`], [`Error::NotATable`], and the errors of the model.
 pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) -> Result<Tuned, Error> {
     let search = Search {
         inputs,
@@ -96,15 +100,15 @@ pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) 
         progress,
     };
     let what = format!("searching, with at most {designs} designs");
-    let (Searched { tried, ended, reason }, _) = progress.timed("tune", &what, || search.run(designs));
-    let known: Vec<&Tried> = tried.iter().filter(|t| t.cost < LOST).collect();
+    let (SearchRecord { tried, ended, reason }, _) = progress.timed("tune", &what, || search.run(designs));
+    let known: Vec<&Candidate> = tried.iter().filter(|t| t.cost < FAILED_COST).collect();
     if known.is_empty() {
         return Err(Error::NoDesign { tried: tried.len(), reason: reason.unwrap_or_default() });
     }
     let front = front(&known);
     let file = &inputs.design.file;
     let (judged, chosen) = finals(inputs, text, &search.knobs, known, progress)?;
-    let front = front.into_iter().map(|t| (t.clone(), search.standing(&t, &judged))).collect();
+    let front = front.into_iter().map(|t| (t.clone(), search.status(&t, &judged))).collect();
     let (text, finished) = chosen;
     let design = DesignFile::parse(&text, file, &inputs.design.name)?;
     let limits = remarks(&inputs.vehicle.actuators, &design, &finished.model);
@@ -116,26 +120,26 @@ struct Search<'a> {
     model: Model,
     knobs: Vec<Knob>,
     keys: Vec<&'static str>,
-    /// How many designs were made, and the merit of the best that was told: for the lines of progress alone.
+    /// Number of designs so far and the best merit shown, for the progress lines.
     shown: Mutex<(usize, f64)>,
     progress: &'a Progress<'a>,
 }
 
 impl Search<'_> {
-    /// Paces first, then rounds of searches, until one gains too little or the designs are used up.
-    fn run(&self, designs: usize) -> Searched {
-        let mut all = Searched::default();
+    /// The slowed-down designs, then rounds of searches until one gains too little or the designs are used up.
+    fn run(&self, designs: usize) -> SearchRecord {
+        let mut all = SearchRecord::default();
         let mut left = designs;
-        self.paces(&mut all, &mut left);
-        let mut starts: Vec<Tried> = all.tried.clone();
+        self.slow_down(&mut all, &mut left);
+        let mut starts: Vec<Candidate> = all.tried.clone();
         starts.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         starts.truncate(SEARCHES);
-        let mut first = FIRST;
-        while first > CLOSE && left > 0 && starts.len() == SEARCHES {
+        let mut first = FIRST_STEP;
+        while first > LAST_STEP && left > 0 && starts.len() == SEARCHES {
             let before = all.best().map_or(f64::INFINITY, merit);
-            let shares: Vec<usize> = (0..SEARCHES).map(|i| (left + SEARCHES - 1 - i) / SEARCHES).collect();
-            let found: Vec<Vec<Attempted>> =
-                (0..SEARCHES).into_par_iter().map(|i| self.round(i, &starts[i], first, shares[i])).collect();
+            let designs: Vec<usize> = (0..SEARCHES).map(|i| (left + SEARCHES - 1 - i) / SEARCHES).collect();
+            let found: Vec<Vec<Attempt>> =
+                (0..SEARCHES).into_par_iter().map(|i| self.round(i, &starts[i], first, designs[i])).collect();
             left -= found.iter().map(Vec::len).sum::<usize>();
             found.into_iter().for_each(|found| all.add(found));
             let best = all.best().cloned();
@@ -150,57 +154,58 @@ impl Search<'_> {
         all
     }
 
-    /// All models slower together; where none is good enough, also with slow references that count less.
-    fn paces(&self, all: &mut Searched, left: &mut usize) {
-        for follow in [1.0, LESS] {
-            let slowed = |pace: &f64| -> Vec<f64> {
+    /// Tries slower models; if none meets the requirements, also with less weight on slow references.
+    fn slow_down(&self, all: &mut SearchRecord, left: &mut usize) {
+        for follow in [1.0, LESS_FOLLOW] {
+            let slowed = |frequency: &f64| -> Vec<f64> {
                 let factor = |knob: &Knob| match knob {
-                    Knob::Frequency(_) | Knob::Bandwidth(_) => *pace,
+                    Knob::Frequency(_) | Knob::Bandwidth(_) => *frequency,
                     Knob::Follow(_) => follow,
                     _ => 1.0,
                 };
                 self.knobs.iter().map(|knob| factor(knob).ln()).collect()
             };
-            let paces = &PACES[..PACES.len().min(*left)];
-            let found: Vec<Attempted> = paces.par_iter().map(|pace| self.attempt(&slowed(pace))).collect();
+            let factors = &FREQUENCY_FACTORS[..FREQUENCY_FACTORS.len().min(*left)];
+            let found: Vec<Attempt> =
+                factors.par_iter().map(|factor| self.attempt(&slowed(factor))).collect();
             *left -= found.len();
             all.add(found);
-            let asks_too_much = all.best().is_some_and(|best| best.gamma > 1.0);
-            if all.tried.iter().any(Tried::meets_all) || !asks_too_much {
+            let weights_unmet = all.best().is_some_and(|best| best.gamma > 1.0);
+            if all.tried.iter().any(Candidate::meets_all) || !weights_unmet {
                 return;
             }
         }
     }
 
-    /// One search of a round: on keys that are turned together and on each by itself, each from the best before.
-    fn round(&self, place: usize, start: &Tried, first: f64, designs: usize) -> Vec<Attempted> {
+    /// One search of a round: over groups of keys and over single keys, each from the best so far.
+    fn round(&self, place: usize, start: &Candidate, first: f64, designs: usize) -> Vec<Attempt> {
         let each: Vec<Direction> = (0..self.knobs.len())
             .filter(|i| !matches!(self.knobs[*i], Knob::Follow(_)))
             .map(|i| Direction(vec![i]))
             .collect();
-        let together = Direction::together(&self.knobs);
-        let order = if place == 0 { [&together, &each] } else { [&each, &together] };
+        let groups = Direction::grouped(&self.knobs);
+        let order = if place == 0 { [&groups, &each] } else { [&each, &groups] };
         let (mut best, mut found) = (start.clone(), vec![]);
         for directions in order {
-            best = self.around(&best, directions, first, designs - found.len(), &mut found);
+            best = self.search_from(&best, directions, first, designs - found.len(), &mut found);
         }
         found
     }
 
-    /// The best of a search in some directions about a design, with at most so many designs; all that it tries is added
-    /// to what was found.
-    fn around(
+    /// The best of a search from a candidate in some directions, with at most `designs` designs; all attempts are added
+    /// to `found`.
+    fn search_from(
         &self,
-        start: &Tried,
+        start: &Candidate,
         directions: &[Direction],
         first: f64,
         designs: usize,
-        found: &mut Vec<Attempted>,
-    ) -> Tried {
+        found: &mut Vec<Attempt>,
+    ) -> Candidate {
         let best = RefCell::new(start.clone());
         let last = RefCell::new((vec![0.0; directions.len()], start.clone()));
         let (found, left) = (RefCell::new(found), Cell::new(designs));
-        let evaluate = |y: &[f64]| -> Tried {
+        let evaluate = |y: &[f64]| -> Candidate {
             if last.borrow().0 == y {
                 return last.borrow().1.clone();
             }
@@ -209,7 +214,7 @@ impl Search<'_> {
                 direction.0.iter().for_each(|i| x[*i] = (x[*i] + step).clamp(-FARTHEST, FARTHEST));
             }
             if left.get() == 0 {
-                return self.lost(&x);
+                return self.failed(&x);
             }
             left.set(left.get() - 1);
             let attempted = self.attempt(&x);
@@ -222,18 +227,18 @@ impl Search<'_> {
             tried
         };
         let objective = |y: &[f64], (): &mut ()| evaluate(y).cost;
-        let holds: Vec<_> = (0..self.keys.len())
+        let limits: Vec<_> = (0..self.keys.len())
             .map(|k| {
                 let evaluate = &evaluate;
-                move |y: &[f64], (): &mut ()| evaluate(y).rooms[k] - SPARE
+                move |y: &[f64], (): &mut ()| evaluate(y).margins[k] - REQUIRED_MARGIN
             })
             .collect();
-        let constraints: Vec<&dyn Func<()>> = holds.iter().map(|holds| holds as &dyn Func<()>).collect();
+        let constraints: Vec<&dyn Func<()>> = limits.iter().map(|limit| limit as &dyn Func<()>).collect();
         let here = vec![0.0; directions.len()];
         let bounds = vec![(-FARTHEST, FARTHEST); here.len()];
         let close = StopTols { xtol_abs: vec![0.3 * first; here.len()], ..StopTols::default() };
         if designs > 0 {
-            // The evaluation of the start is known, and costs no design.
+            // The start is known and costs no design.
             let most = designs + 1;
             let _ =
                 minimize(objective, &here, &bounds, &constraints, (), most, RhoBeg::All(first), Some(close));
@@ -241,32 +246,32 @@ impl Search<'_> {
         best.into_inner()
     }
 
-    /// What there is of a design that did not come out.
-    fn lost(&self, x: &[f64]) -> Tried {
-        Tried {
+    /// The candidate of a failed design.
+    fn failed(&self, x: &[f64]) -> Candidate {
+        Candidate {
             x: x.to_vec(),
-            cost: LOST,
+            cost: FAILED_COST,
             gamma: f64::INFINITY,
-            rooms: vec![-1.0; self.keys.len()],
+            margins: vec![-1.0; self.keys.len()],
             rise: f64::NAN,
             disk: f64::NAN,
         }
     }
 
-    /// One design.
-    fn attempt(&self, x: &[f64]) -> Attempted {
+    /// Tries one design.
+    fn attempt(&self, x: &[f64]) -> Attempt {
         let turned: Vec<(Knob, f64)> = self.knobs.iter().copied().zip(x.iter().map(|x| x.exp())).collect();
         let found = attempt_until_missed(self.inputs, &self.model, &turned);
-        let tried = found.as_ref().map_or_else(|_| self.lost(x), |verdict| self.read(x, verdict));
-        self.tell(&tried);
-        Attempted { tried, failed: found.err().map(|why| why.to_string()) }
+        let tried = found.as_ref().map_or_else(|_| self.failed(x), |verdict| self.evaluated(x, verdict));
+        self.show_progress(&tried);
+        Attempt { tried, failed: found.err().map(|why| why.to_string()) }
     }
 
-    /// A line of progress where a design is better than those before.
-    fn tell(&self, tried: &Tried) {
+    /// Shows a progress line if a candidate is the best so far.
+    fn show_progress(&self, tried: &Candidate) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         shown.0 += 1;
-        if merit(tried) < shown.1 && tried.cost < LOST {
+        if merit(tried) < shown.1 && tried.cost < FAILED_COST {
             shown.1 = merit(tried);
             let words = format!(
                 "design {}: rise {:.2} s, disk margin {:.1} deg, {}",
@@ -279,34 +284,35 @@ impl Search<'_> {
         }
     }
 
-    /// What became of a design of the front.
-    fn standing(&self, tried: &Tried, judged: &[Final]) -> Standing {
+    /// The status of a candidate of the front.
+    fn status(&self, tried: &Candidate, judged: &[Finalist]) -> CandidateStatus {
         if let Some(found) = judged.iter().find(|f| f.x == tried.x) {
-            return found.fell_out.clone().map_or(Standing::Written, Standing::FellOut);
+            return found.rejected.clone().map_or(CandidateStatus::Written, CandidateStatus::Rejected);
         }
-        let worst = self.keys.iter().zip(&tried.rooms).min_by(|a, b| a.1.total_cmp(b.1));
+        let worst = self.keys.iter().zip(&tried.margins).min_by(|a, b| a.1.total_cmp(b.1));
         match worst {
-            Some((key, room)) if (0.0..SPARE).contains(room) => {
-                Standing::TooLittleRoom(key, format!("{:.1}", 100.0 * room))
+            Some((key, margin)) if (0.0..REQUIRED_MARGIN).contains(margin) => {
+                CandidateStatus::InsufficientMargin(key, format!("{:.1}", 100.0 * margin))
             }
-            _ => Standing::NotJudged,
+            _ => CandidateStatus::NotEvaluated,
         }
     }
 
-    /// What a design misses most, of the keys with a limit.
-    fn missed(&self, tried: &Tried) -> String {
-        let worst = self.keys.iter().zip(&tried.rooms).min_by(|a, b| a.1.total_cmp(b.1));
+    /// The worst miss of a candidate, in words.
+    fn missed(&self, tried: &Candidate) -> String {
+        let worst = self.keys.iter().zip(&tried.margins).min_by(|a, b| a.1.total_cmp(b.1));
         match worst {
-            Some((key, room)) if *room < 0.0 => format!("misses {key} by {:.0} %", -100.0 * room),
+            Some((key, margin)) if *margin < 0.0 => format!("misses {key} by {:.0} %", -100.0 * margin),
             _ => "all met".into(),
         }
     }
 
-    fn read(&self, x: &[f64], verdict: &Verdict) -> Tried {
+    /// The candidate of a design with a verdict.
+    fn evaluated(&self, x: &[f64], verdict: &Verdict) -> Candidate {
         let rows = |key: &'static str| verdict.rows.iter().filter(move |row| row.key == key);
         let least = |key: &&'static str| {
-            let rooms = rows(key).map(|row| room(row, 1.0)).map(|v| if v.is_nan() { -1.0 } else { v });
-            rooms.fold(f64::INFINITY, f64::min).clamp(-LOST, 1.0)
+            let margins = rows(key).map(|row| margin(row, 1.0)).map(|v| if v.is_nan() { -1.0 } else { v });
+            margins.fold(f64::INFINITY, f64::min).clamp(-FAILED_COST, 1.0)
         };
         let rises: Vec<f64> = verdict
             .rows
@@ -315,11 +321,11 @@ impl Search<'_> {
             .map(|row| row.achieved.value)
             .collect();
         let mean = rises.iter().map(|rise| rise.ln()).sum::<f64>() / rises.len().max(1) as f64;
-        Tried {
+        Candidate {
             x: x.to_vec(),
-            cost: if mean.is_finite() { mean.min(LOST) } else { LOST },
+            cost: if mean.is_finite() { mean.min(FAILED_COST) } else { FAILED_COST },
             gamma: rows("gamma").next().map_or(f64::NAN, |row| row.achieved.value),
-            rooms: self.keys.iter().map(least).collect(),
+            margins: self.keys.iter().map(least).collect(),
             rise: rises.first().copied().unwrap_or(f64::NAN),
             disk: rows("disk_margin").next().map_or(f64::NAN, |row| row.achieved.value),
         }

@@ -1,47 +1,53 @@
-//! A first design file for a vehicle that has none.
+//! A first design file for a vehicle without one.
 //!
-//! Range of speed, scales, frequencies and weights follow from the vehicle's level flight, from what its actuators can
-//! do beyond that, from their lags, and from how fast the vehicle departs by itself:
+//! The speed range, scales, frequencies and weights follow from the vehicle's level flight, the remaining control
+//! authority, the actuator lags, and the growth rate of unstable modes:
 //!
 //! ```text
-//! scale of pitch   a third of the pitch that the rest of the actuators holds
-//! frequency        sqrt(ACCELERATED turn/scale) and ACCELERATED surge/scale, at most OVER_LAG/lag
-//! a                turn/(scale frequency^2): how many times the acceleration that is asked for there is
+//! scale of pitch   a third of the pitch that the remaining actuator range can hold
+//! frequency        sqrt(f turn/scale) for pitch and f surge/scale for speed with f = ACCELERATION_FRACTION,
+//!                  at most FREQUENCY_TIMES_LAG/lag
+//! a                turn/(scale frequency^2): available acceleration over demanded acceleration
 //! weight           WEIGHT a^0.65,   disturbance  DISTURBANCE/a^0.5
 //! ```
 //!
-//! In units of its reach an actuator that is a times as strong has a gain a times as large; the exponents are what the
-//! designs of the vehicles that are shipped have in common.
+//! The gain of an actuator in units of its reach is proportional to a. The exponents are fitted to the designs of the
+//! shipped vehicles.
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use crate::range::{ACCELERATED, DEPTH, Reach, SHARE, fastest, least, pitch_frequency, range};
+use crate::range::{
+    ACCELERATION_FRACTION, Authority, DEPTH, TRIM_FRACTION, fastest, least, pitch_frequency, range,
+};
 use auv::Vehicle;
 use squid_design::fit::Model;
 use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 
-/// The fastest model of the speed, rad/s.
+/// The largest frequency of the speed model, rad/s.
 const FASTEST_SPEED: f64 = 1.5;
-/// The scale of the speed: of the range, and at most (m/s).
-const SPEED_SHARE: f64 = 0.2;
+/// The scale of the speed as a fraction of the speed range.
+const SPEED_FRACTION: f64 = 0.2;
+/// The largest scale of the speed, m/s.
 const LARGEST_SPEED: f64 = 0.3;
-/// The weight on commands and the disturbance of actuators that just give the acceleration that is asked for.
+/// The weight on commands for a = 1.
 const WEIGHT: f64 = 0.05;
+/// The disturbance for a = 1.
 const DISTURBANCE: f64 = 0.45;
-/// Beyond this over the lag of the actuator that turns the vehicle commands weigh more. A longer lag than this one
-/// (s) takes more damping, by a rate that is measured with less noise, and a pitch with more.
+/// The corner of the weight on commands times the lag of the main pitch actuator.
 const ROLL_OFF: f64 = 2.0;
+/// A longer lag (s) needs more damping: the assumed noise of the pitch rate is lower, that of the pitch higher.
 const SHORT_LAG: f64 = 0.2;
-/// The orders of the fit, and the error of the frequency response that makes it a higher one.
+/// The two orders of the fit.
 const ORDERS: [usize; 2] = [2, 3];
+/// The error of the frequency response above which the higher order is considered.
 const BAD_FIT: f64 = 0.05;
 
 /// The text of a first design file.
 ///
 /// # Errors
-/// [`Error::NoRange`], [`Error::NoAuthority`]; those of the model.
+/// [`Error::NoRange`], [`Error::NoAuthority`], and the errors of the model.
 pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     let range = range(vehicle)?;
     let text = text(vehicle, &range, ORDERS[0])?;
@@ -56,21 +62,21 @@ pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The template; without the tables of the speed where that is given.
+/// The template; without the tables of the speed if that is imposed.
 fn template(speed_is_given: bool) -> String {
-    let whole = include_str!("start.toml");
+    let template = include_str!("start.toml");
     if !speed_is_given {
-        return whole.to_owned();
+        return template.to_owned();
     }
     let of_speed =
         |part: &&str| [r#"output = "speed""#, r#"signal = "speed""#].iter().any(|key| part.contains(key));
-    let parts: Vec<&str> = whole.split("\n\n").filter(|part| !of_speed(part)).collect();
+    let parts: Vec<&str> = template.split("\n\n").filter(|part| !of_speed(part)).collect();
     parts.join("\n\n").replace("pitch and speed; pitch, speed and pitch rate", "pitch; pitch and pitch rate")
 }
 
-fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Error> {
+fn text(vehicle: &Vehicle, range: &[Authority], order: usize) -> Result<String, Error> {
     let (low, high) = (range[0].speed, range[range.len() - 1].speed);
-    // Where the speed is given, any rate of it is had.
+    // An imposed speed does not limit the surge acceleration.
     let (turn, surge) = (least(range, |r| r.turn), least(range, |r| r.surge.unwrap_or(f64::INFINITY)));
     for (signal, authority) in [("pitch", turn), ("speed", surge)] {
         if authority <= 0.0 {
@@ -78,10 +84,10 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         }
     }
     let pitch = least(range, |r| r.pitch);
-    let speed = (SPEED_SHARE * (high - low)).min(LARGEST_SPEED);
+    let speed = (SPEED_FRACTION * (high - low)).min(LARGEST_SPEED);
     let fastest = fastest(vehicle);
     let w_pitch = pitch_frequency(range, fastest);
-    let w_speed = (ACCELERATED * surge / speed).min(fastest).min(FASTEST_SPEED);
+    let w_speed = (ACCELERATION_FRACTION * surge / speed).min(fastest).min(FASTEST_SPEED);
     let turning_lag = range.iter().map(|r| r.lag).fold(SHORT_LAG, f64::max);
     let longer = turning_lag / SHORT_LAG;
     let strength = turn / (pitch.to_radians() * w_pitch * w_pitch);
@@ -114,7 +120,8 @@ fn text(vehicle: &Vehicle, range: &[Reach], order: usize) -> Result<String, Erro
         ("DURATION", duration),
     ];
     let mut text = template(vehicle.coefficients.surge.is_given()).replace("NAME", &vehicle.name);
-    text = text.replace("SHARE", &format!("{:.0}", 100.0 * SHARE)).replace("ORDER", &order.to_string());
+    text =
+        text.replace("SHARE", &format!("{:.0}", 100.0 * TRIM_FRACTION)).replace("ORDER", &order.to_string());
     for (name, value) in numbers {
         text = text.replace(name, &format!("{:?}", three_digits(value)));
     }

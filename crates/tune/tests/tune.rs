@@ -1,4 +1,4 @@
-//! Advice holds when it is followed; a design is begun from the vehicle alone.
+//! Advice works if it is followed; a first design needs only the vehicle.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use auv::{Actuator, Pitch, Vehicle};
@@ -9,10 +9,10 @@ use squid_design::inputs::design_file::{DesignFile, HalfRange};
 use squid_design::run::run_with;
 use squid_design::verdict::row::{Advice, Outcome, Turn};
 use squid_tune::advise::advise;
-use squid_tune::attempt::Wanted;
+use squid_tune::attempt::ControllerKind;
 use squid_tune::error::Error;
 use squid_tune::knob::Knob;
-use squid_tune::search::{Standing, search};
+use squid_tune::search::{CandidateStatus, search};
 use squid_tune::start::start;
 use std::path::{Path, PathBuf};
 
@@ -20,30 +20,30 @@ fn vehicles() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles")
 }
 
-/// The paper's tuning of Squid, which has three keys and misses mu where a coefficient is far off: what is advised,
-/// followed in a design of its own, lowers mu, of the nominal and of the robust controller.
+/// The paper's tuning of Squid with a very uncertain coefficient misses mu: a design that follows the advice lowers it,
+/// for the nominal and for the robust controller.
 #[test]
-fn advice_holds_when_it_is_followed() {
+fn advice_works_if_it_is_followed() {
     let Inputs { vehicle, mut design, .. } = Inputs::read(&vehicles().join("squid"), "paper").unwrap();
     let uncertainty = design.uncertainty.as_mut().unwrap();
     uncertainty.actuator_gain = 0.0;
     uncertainty.coefficients.retain(|coefficient| coefficient.name == "M_uw");
     uncertainty.coefficients[0].half_range = HalfRange::Relative(0.8);
     let inputs = Inputs::new(vehicle, design).unwrap();
-    for wanted in [Wanted::Nominal, Wanted::Robust] {
-        follow_the_advice(&inputs, wanted);
+    for kind in [ControllerKind::Nominal, ControllerKind::Robust] {
+        follow_the_advice(&inputs, kind);
     }
 }
 
-fn follow_the_advice(inputs: &Inputs, wanted: Wanted) {
+fn follow_the_advice(inputs: &Inputs, kind: ControllerKind) {
     let mu = |inputs: &Inputs| {
-        let found = run_with(inputs, &Progress::default(), wanted == Wanted::Robust).unwrap();
+        let found = run_with(inputs, &Progress::default(), kind == ControllerKind::Robust).unwrap();
         let row = found.verdict.rows.iter().find(|row| row.key == "mu").unwrap().clone();
         (found.verdict, row)
     };
     let (mut verdict, before) = mu(inputs);
     assert_eq!(before.outcome, Outcome::Missed, "{verdict}");
-    advise(inputs, wanted, &mut verdict, &Progress::default()).unwrap();
+    advise(inputs, kind, &mut verdict, &Progress::default()).unwrap();
     assert!(verdict.rows.iter().all(|row| row.advice.is_some() == (row.outcome == Outcome::Missed)));
     assert_eq!(verdict.advice().lines().count(), verdict.missed().count());
     let row = verdict.missed().find(|row| row.key == "mu").unwrap();
@@ -52,7 +52,7 @@ fn follow_the_advice(inputs: &Inputs, wanted: Wanted) {
     let way = if factor > 1.0 { "raise" } else { "lower" };
     assert!(words.starts_with(&format!("{way} {key}: ")), "{words}");
     let before_in_words = format!("{} -> ", before.found());
-    assert!(words.contains(&before_in_words), "the {wanted:?} controller is the one advised on: {words}");
+    assert!(words.contains(&before_in_words), "the advice is for the {kind:?} controller: {words}");
     let knob = Knob::all(&inputs.design).into_iter().find(|knob| knob.name(&inputs.design) == key).unwrap();
     let mut turned = inputs.clone();
     knob.turn(&mut turned.design, factor);
@@ -60,10 +60,9 @@ fn follow_the_advice(inputs: &Inputs, wanted: Wanted) {
     assert!(after.achieved.value < before.achieved.value, "{words}: {before:?} {after:?}");
 }
 
-/// From each of the shipped vehicles a file begins that can be read, whose range the vehicle trims in, and that names
-/// its keys.
+/// For each shipped vehicle the first design file can be read, has a range with trims, and has all tuning keys.
 #[test]
-fn a_design_begins_from_the_vehicle_alone() {
+fn a_first_design_needs_only_the_vehicle() {
     let mut begun = 0;
     for folder in std::fs::read_dir(vehicles()).unwrap() {
         let file = folder.unwrap().path().join("vehicle.toml");
@@ -84,9 +83,9 @@ fn vehicle(file: &Path) -> Vehicle {
     Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap()
 }
 
-/// The box-shaped ROV is held level from rest on, in a range that begins at rest.
+/// Thrusters hold the box-shaped ROV level at rest, so its speed range starts at rest.
 #[test]
-fn a_hull_that_thrusters_hold_level_begins_at_rest() {
+fn the_range_of_a_hull_held_level_by_thrusters_starts_at_rest() {
     let rov = vehicle(&vehicles().join("bluerov2_heavy/vehicle.toml"));
     let design = DesignFile::parse(&start(&rov).unwrap(), "design.toml", "design").unwrap();
     assert_eq!(design.speed_min, 0.0);
@@ -94,12 +93,12 @@ fn a_hull_that_thrusters_hold_level_begins_at_rest() {
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
 }
 
-/// With planes of a tenth of their reach, or with a lag of 100 s, REMUS 100 has no range of speed; each says what is
-/// missing.
+/// With stern planes of a tenth of their reach or with a lag of 100 s, REMUS 100 has no speed range; the error gives
+/// the reason.
 #[test]
-fn no_range_has_its_reasons() {
+fn a_missing_range_has_reasons() {
     let remus = vehicle(&vehicles().join("remus100/vehicle.toml"));
-    let refused = |change: &dyn Fn(&mut Actuator)| {
+    let rejected = |change: &dyn Fn(&mut Actuator)| {
         let mut changed = remus.clone();
         changed.actuators.iter_mut().filter(|a| a.name == "stern_planes").for_each(change);
         match start(&changed) {
@@ -107,14 +106,14 @@ fn no_range_has_its_reasons() {
             other => panic!("{other:?}"),
         }
     };
-    let small = refused(&|a| (a.min, a.max) = (0.1 * a.min, 0.1 * a.max));
+    let small = rejected(&|a| (a.min, a.max) = (0.1 * a.min, 0.1 * a.max));
     assert!(small.contains("stern_planes"), "{small}");
-    let slow = refused(&|a| a.lag = 100.0);
+    let slow = rejected(&|a| a.lag = 100.0);
     assert!(slow.contains("too fast for stern_planes with a lag of 100 s"), "{slow}");
 }
 
-/// The designs that a search may make are counted, and no clock and no number of processors has a part in it: on one
-/// and on three threads the file that is written and the front are the same; and the front says what is written.
+/// A search is limited by a number of designs, not by a clock: on one and on three threads the written file and the
+/// front are the same. The front contains the written design.
 #[test]
 fn a_search_is_the_same_on_any_machine() {
     let file = vehicles().join("squid/paper.toml");
@@ -133,10 +132,13 @@ fn a_search_is_the_same_on_any_machine() {
     assert_eq!((one.tried, one.ended), (DESIGNS, false), "all designs are used up");
     assert_eq!((one.tried, one.ended, &one.text), (three.tried, three.ended, &three.text));
     assert_eq!(one.front, three.front);
-    let written = one.front.iter().filter(|(_, standing)| *standing == Standing::Written).count();
+    let written = one.front.iter().filter(|(_, standing)| *standing == CandidateStatus::Written).count();
     assert!(written <= 1, "{:?}", one.front);
-    for (faster, standing) in one.front.iter().take_while(|(_, standing)| *standing != Standing::Written) {
-        let judged = matches!(standing, Standing::FellOut(_) | Standing::TooLittleRoom(..));
-        assert!(judged || written == 0, "{faster:?} is faster, and nothing is said of it");
+    for (faster, standing) in
+        one.front.iter().take_while(|(_, standing)| *standing != CandidateStatus::Written)
+    {
+        let judged =
+            matches!(standing, CandidateStatus::Rejected(_) | CandidateStatus::InsufficientMargin(..));
+        assert!(judged || written == 0, "{faster:?} is faster, without a reason");
     }
 }

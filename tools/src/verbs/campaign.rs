@@ -165,7 +165,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         .map_or_else(|reason| format!("\nNo guaranteed gain: {reason}\n"), |at| gains_in_words(at)));
     let gains = gains.unwrap_or_default();
     let path = to.join("campaign.html");
-    write(&path, page(&plan, &rows, (&shares, &spreads), &gains).as_bytes())?;
+    write(&path, page(&plan, &rows, &shares, &spreads, &gains).as_bytes())?;
     let worst: Vec<u64> = worst.iter().map(|row| row.flight).collect();
     say(&format!("Worst flights: {}", worst.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")));
     let files = |part: &str| to.join(part).display().to_string();

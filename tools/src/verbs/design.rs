@@ -18,7 +18,7 @@ use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
 use squid_tune::advise::advise;
-use squid_tune::attempt::Wanted;
+use squid_tune::attempt::ControllerKind;
 use std::path::Path;
 
 /// Designs a controller, writes the files of the design, and prints the result.
@@ -115,7 +115,7 @@ fn designed(
     if finished.verdict.missed().next().is_none() || asked.no_advise {
         return Ok(finished);
     }
-    let wanted = if asked.robust { Wanted::Robust } else { Wanted::Nominal };
+    let wanted = if asked.robust { ControllerKind::Robust } else { ControllerKind::Nominal };
     match advise(inputs, wanted, &mut finished.verdict, progress) {
         Ok(()) => {
             store::save(directory, inputs, &finished)?;

@@ -10,9 +10,9 @@ use serde_json::json;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
-use squid_tune::search::{Standing, Tuned, search};
+use squid_tune::candidate::Candidate;
+use squid_tune::search::{CandidateStatus, Tuned, search};
 use squid_tune::start::start;
-use squid_tune::tried::Tried;
 use std::path::Path;
 
 /// Rows of the table of the front.
@@ -54,7 +54,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
     };
     let end = end(&tuned, vehicle, name);
     progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}", to.display()));
-    let point = |(p, standing): &(Tried, Standing)| {
+    let point = |(p, standing): &(Candidate, CandidateStatus)| {
         let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
         json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
     };
@@ -119,7 +119,7 @@ fn front(tuned: &Tuned) -> String {
         "rise s   disk margin deg".to_owned(),
     ];
     // The design that is written, and those that were faster, are always there.
-    let written = tuned.front.iter().position(|(_, standing)| *standing == Standing::Written);
+    let written = tuned.front.iter().position(|(_, standing)| *standing == CandidateStatus::Written);
     let is_shown = |i: usize| i.is_multiple_of(every) || written.is_some_and(|written| i <= written);
     let rows = tuned.front.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, row)| row);
     lines.extend(rows.map(|(point, standing)| {
@@ -129,14 +129,14 @@ fn front(tuned: &Tuned) -> String {
 }
 
 /// What became of a design of the front.
-fn remark(standing: &Standing) -> String {
+fn remark(standing: &CandidateStatus) -> String {
     match standing {
-        Standing::Written => "written".into(),
-        Standing::FellOut(why) => why.clone(),
-        Standing::TooLittleRoom(key, room) => {
+        CandidateStatus::Written => "written".into(),
+        CandidateStatus::Rejected(why) => why.clone(),
+        CandidateStatus::InsufficientMargin(key, room) => {
             format!("not judged in full: {room} % of room in {key}, too little for more speeds")
         }
-        Standing::NotJudged => String::new(),
+        CandidateStatus::NotEvaluated => String::new(),
     }
 }
 

@@ -11,7 +11,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::WorkingSea;
 use squid_design::store::{Stored, load};
 use squid_design::synthesise::synthesise;
-use squid_flight::sea::Swell;
+use squid_flight::sea::WaveParameters;
 use squid_sea::{Spectrum, Waves};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,7 +44,7 @@ impl Made {
     /// The default design without delay, in waves of 1 m at a depth of one metre, with weight 5.
     pub fn at_sea(name: &str) -> Self {
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
-        let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
+        let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let mut inputs = inputs(name);
         inputs.design.sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
         Self::of(inputs)

@@ -1,13 +1,13 @@
-//! An axis of a chart: its range, its ticks, and the words at the ticks.
+//! An axis of a chart: its range, its ticks, and their labels.
 
 use crate::page::words::tidy;
 
-/// How values lie along an axis.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By their logarithm.
+    /// Logarithmic.
     Logarithmic,
 }
 
@@ -16,40 +16,40 @@ pub enum Scale {
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,
-    /// How values lie along it.
+    /// The scale.
     pub scale: Scale,
-    /// The range to show; what the curves need if none is given.
+    /// The displayed range; that of the curves by default.
     pub range: Option<(f64, f64)>,
-    /// The least that is shown where no range is given, in axis coordinates.
+    /// The smallest length of the default range, in axis coordinates.
     pub least: f64,
 }
 
 impl Axis {
-    /// A linear axis as long as the curves need.
+    /// A linear axis with the range of the curves.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, range: None, least: 0.0 }
     }
 
-    /// A logarithmic axis as long as the curves need.
+    /// A logarithmic axis with the range of the curves.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, range: None, least: 0.0 }
     }
 
-    /// The same over a given range.
+    /// This axis with a given range.
     #[must_use]
     pub fn over(mut self, from: f64, to: f64) -> Self {
         self.range = Some((from, to));
         self
     }
 
-    /// The same, at least so long where no range is given.
+    /// This axis with a smallest length of its default range.
     #[must_use]
     pub fn at_least(mut self, least: f64) -> Self {
         self.least = least;
         self
     }
 
-    /// A value in axis coordinates: itself or its decimal logarithm; `None` where it has no place on the axis.
+    /// A value in axis coordinates: itself or its decimal logarithm; `None` if that is not finite.
     pub fn place(&self, v: f64) -> Option<f64> {
         let placed = match self.scale {
             Scale::Linear => v,
@@ -58,8 +58,8 @@ impl Axis {
         placed.is_finite().then_some(placed)
     }
 
-    /// The range in axis coordinates, from the one given or from the places of all values, with some room when `roomy`.
-    pub fn extent(&self, places: impl Iterator<Item = f64>, roomy: bool) -> (f64, f64) {
+    /// The range in axis coordinates, given or from the coordinates of all values, with some padding if `padded`.
+    pub fn extent(&self, places: impl Iterator<Item = f64>, padded: bool) -> (f64, f64) {
         if let Some((from, to)) = self.range
             && let (Some(from), Some(to)) = (self.place(from), self.place(to))
         {
@@ -74,11 +74,11 @@ impl Axis {
             return (middle - 0.5 * self.least, middle + 0.5 * self.least);
         }
         let flat = high - low <= 1e-9 * high.abs().max(low.abs());
-        let room = if flat { (0.1 * high.abs()).max(1e-6) } else { 0.06 * (high - low) };
-        if roomy || flat { (low - room, high + room) } else { (low, high) }
+        let padding = if flat { (0.1 * high.abs()).max(1e-6) } else { 0.06 * (high - low) };
+        if padded || flat { (low - padding, high + padding) } else { (low, high) }
     }
 
-    /// The ticks within a range of axis coordinates, about `wanted` of them, with their words.
+    /// About `wanted` ticks within a range of axis coordinates, with their labels.
     pub fn words(&self, (from, to): (f64, f64), wanted: usize) -> Vec<(f64, String)> {
         let ticks = match self.scale {
             Scale::Linear => linear_ticks(from, to, wanted),
@@ -87,7 +87,7 @@ impl Axis {
         ticks.into_iter().map(|tick| (tick, self.word(tick, (from, to), wanted))).collect()
     }
 
-    /// The words at a tick, which is in axis coordinates.
+    /// The label at a tick in axis coordinates.
     fn word(&self, tick: f64, (from, to): (f64, f64), wanted: usize) -> String {
         match self.scale {
             Scale::Linear => {
@@ -105,15 +105,15 @@ impl Axis {
     }
 }
 
-/// The least and the largest of some values; the other way round where there is none.
+/// The minimum and maximum of some values; infinity and its negative if there are none.
 pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
-/// Powers of ten beyond this one, up or down, are written with their exponent.
+/// Powers of ten with a larger exponent in magnitude are written with the exponent.
 const LONGEST: f64 = 3.5;
 
-/// A power of ten with its exponent raised.
+/// A power of ten with a superscript exponent.
 fn power_of_ten(exponent: i32) -> String {
     let raised = |c: char| match c.to_digit(10) {
         Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
@@ -122,7 +122,7 @@ fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
 }
 
-/// 1, 2 or 5 times a power of ten, so that a range has about `wanted` steps.
+/// The step, 1, 2 or 5 times a power of ten, that divides a range into about `wanted` steps.
 fn step(range: f64, wanted: usize) -> f64 {
     let raw = (range / wanted.max(1) as f64).max(f64::MIN_POSITIVE);
     let power = 10f64.powf(raw.log10().floor());
@@ -140,14 +140,14 @@ fn linear_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Decades where there are some, else 1, 2 and 5 of each.
+/// Decades if there are at least three, else 1, 2 and 5 in each.
 fn logarithmic_ticks(from: f64, to: f64, wanted: usize) -> Vec<f64> {
     let decades = (from.floor() as i64)..=(to.ceil() as i64);
     let within = |t: &f64| (from - 1e-9..=to + 1e-9).contains(t);
-    let whole: Vec<f64> = decades.clone().map(|k| k as f64).filter(within).collect();
-    if whole.len() >= 3 {
-        let every = whole.len().div_ceil(wanted.max(1));
-        return whole.into_iter().step_by(every).collect();
+    let powers: Vec<f64> = decades.clone().map(|k| k as f64).filter(within).collect();
+    if powers.len() >= 3 {
+        let every = powers.len().div_ceil(wanted.max(1));
+        return powers.into_iter().step_by(every).collect();
     }
     let fine = decades.flat_map(|k| [1.0f64, 2.0, 5.0].map(|lead| k as f64 + lead.log10()));
     let fine: Vec<f64> = fine.filter(within).collect();
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn words_have_the_digits_that_they_need() {
+    fn labels_have_the_digits_that_they_need() {
         let axis = Axis::linear("");
         assert_eq!(axis.word(0.5, (0.0, 3.0), 5), "0.5");
         assert_eq!(axis.word(-0.0, (-1.0, 1.0), 5), "0");
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_has_room_and_no_value_has_an_axis() {
+    fn a_constant_has_padding_and_no_value_has_an_axis() {
         let (low, high) = Axis::linear("").extent([2.0, 2.0].into_iter(), false);
         assert!(low < 2.0 && high > 2.0);
         assert_eq!(Axis::linear("").at_least(4.0).extent([2.0, 2.5].into_iter(), true), (0.25, 4.25));

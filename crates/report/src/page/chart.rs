@@ -1,4 +1,4 @@
-//! One chart as SVG: a frame with ticks, and the curves in it. Colours are classes of `chart.css`.
+//! A chart as SVG: a frame with ticks and curves. Colours are classes of `chart.css`.
 
 use crate::page::axis::{Axis, Scale};
 use crate::page::key::Key;
@@ -9,45 +9,46 @@ use std::fmt::Write;
 /// A curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Which of the figure's keys it has.
+    /// Index of its key in the figure.
     pub key: usize,
-    /// In the order in which they are joined.
+    /// The points, in order.
     pub points: Vec<(f64, f64)>,
 }
 
 /// A chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// What distinguishes it from its neighbours; may be empty.
+    /// Its distinction from its neighbours; may be empty.
     pub title: String,
-    /// Horizontal.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical.
+    /// Vertical axis.
     pub y: Axis,
-    /// Drawn in this order.
+    /// The curves, in drawing order.
     pub curves: Vec<Curve>,
 }
 
 /// Width and height of a chart, in units of the page.
 pub type Size = (u32, u32);
-/// A chart among others in a page.
+/// A chart next to others on a page.
 pub const SMALL: Size = (400, 250);
 /// A chart as wide as a page.
 pub const WIDE: Size = (900, 230);
-/// Left and right of the frame at least, top and bottom, in units of the page.
+/// Margins of the frame, in units of the page: the smallest left and right ones, top and bottom.
 const FRAME: [u32; 4] = [56, 12, 28, 42];
-/// About the width of a digit at a tick in the widest of the fonts, and of a point or a sign.
+/// Approximate width of a digit of a tick label in the widest font, and of a point or a sign.
 const DIGIT: (f64, f64) = (8.3, 4.8);
-/// What a point may be off to be left out, as a part of the axis: a tenth of a unit of the page.
+/// Tolerance for leaving out points, as a fraction of the axis: a tenth of a unit of the page.
 const INVISIBLE: f64 = 2.5e-4;
-/// Decimals of a place, in units of the page: finer than what is left out.
+/// Decimals of a coordinate, in units of the page: finer than the tolerance.
 const DECIMALS: usize = 2;
-/// Places are kept this near to the frame, in its heights, since drawing programs must be able to read them.
+/// Coordinates are clamped to this distance, in units of the frame, so that drawing programs can read them.
 const FARTHEST: f64 = 100.0;
 const X_TICKS: usize = 6;
 const Y_TICKS: usize = 5;
-/// Length of a tick, and how far from the axis its word ends, in units of the page.
+/// Length of a tick, in units of the page.
 const TICK: f64 = 4.0;
+/// Distance of a tick label from the axis, in units of the page.
 const WORD: f64 = 7.0;
 
 /// The inside of the frame and the ranges of its axes, in axis coordinates.
@@ -74,7 +75,7 @@ fn place(v: f64) -> String {
     tidy(v, DECIMALS)
 }
 
-/// About the width of a word at a tick, in units of the page.
+/// Approximate width of a tick label, in units of the page.
 fn breadth(word: &str) -> f64 {
     word.chars().map(|c| if c.is_alphanumeric() { DIGIT.0 } else { DIGIT.1 }).sum()
 }
@@ -95,7 +96,7 @@ impl Chart {
         Self { title: title.into(), x: Axis::logarithmic("frequency (rad/s)"), y, curves }
     }
 
-    /// The chart as an `svg` element with more attributes.
+    /// The chart as an `svg` element with further attributes.
     pub fn svg(&self, keys: &[Key], size: Size, attributes: &str) -> String {
         let placed: Vec<(usize, Vec<(f64, f64)>)> = self
             .curves
@@ -137,7 +138,7 @@ impl Chart {
         points.iter().filter_map(|(x, y)| Some((self.x.place(*x)?, self.y.place(*y)?))).collect()
     }
 
-    /// Heading, lines of the ticks, their words, and the label of the horizontal axis.
+    /// Heading, grid, ticks and their labels, and the label of the horizontal axis.
     fn axes(&self, frame: &Frame, (width, height): Size) -> String {
         let heading = match self.title.as_str() {
             "" => self.y.label.clone(),
@@ -173,14 +174,14 @@ impl Chart {
     }
 }
 
-/// The curves, in a nested SVG that ends at the frame: what leaves the axes is cut off.
+/// The curves, in a nested SVG that clips them at the frame.
 fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> String {
     let Frame { left, top, width, height, .. } = frame;
     let mut out =
         format!("<svg class=\"plot\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">");
-    // Dashed ones upon whole ones, so that lines that lie on one another are all seen.
-    let (whole, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| keys[*key].dash.is_empty());
-    for (index, points) in whole.into_iter().chain(dashed) {
+    // Dashed curves over solid ones, so that coincident lines are all visible.
+    let (solid, dashed): (Vec<_>, Vec<_>) = placed.iter().partition(|(key, _)| keys[*key].dash.is_empty());
+    for (index, points) in solid.into_iter().chain(dashed) {
         let key = &keys[*index];
         let group = match key.name.as_str() {
             "" => keys.iter().position(|other| other.colour == key.colour).unwrap_or(*index),
@@ -212,7 +213,7 @@ mod tests {
         Chart::over_time("a < b", "pitch (deg)", vec![Curve { key: 0, points }])
     }
 
-    /// The places of the first curve.
+    /// The coordinates of the first curve.
     fn places(svg: &str) -> Vec<(f64, f64)> {
         let points = svg.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
         let pair = |p: &str| p.split_once(',').map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()));
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chart_has_its_labels_and_thins_what_is_straight() {
+    fn a_chart_has_its_labels_and_thins_straight_lines() {
         let line = chart((0..5000).map(|i| (f64::from(i), 2.0 * f64::from(i))).collect());
         let svg = line.svg(&[Key::nth(1, "one")], SMALL, "");
         for part in ["time (s)", "pitch (deg)", "a &lt; b", "stroke-dasharray=\"7 3\""] {
@@ -229,9 +230,9 @@ mod tests {
         assert_eq!(places(&svg).len(), 2, "{svg}");
     }
 
-    /// A slow curve has no steps: each place is within a hundredth of a unit of where it belongs.
+    /// A slow curve has no steps: each coordinate has an error below 0.05 units.
     #[test]
-    fn places_are_not_rounded_to_units() {
+    fn coordinates_are_not_rounded_to_units() {
         let curve: Vec<(f64, f64)> = (0..=400).map(|i| 0.05 * f64::from(i)).map(|t| (t, t.sin())).collect();
         let fixed = |label: &str| Axis::linear(label).over(-10.0, 10.0);
         let chart = Chart { y: fixed("y (m)"), x: Axis::linear("x (s)").over(0.0, 20.0), ..chart(curve) };
@@ -244,9 +245,9 @@ mod tests {
         }
     }
 
-    /// However many digits they have.
+    /// Labels fit, whatever their number of digits.
     #[test]
-    fn words_at_ticks_are_not_cut_off() {
+    fn tick_labels_are_not_clipped() {
         let mut chart = chart(vec![(0.3, 0.000_025_1), (0.38, 0.000_038)]);
         for scale in [1.0, 1e-3] {
             chart.curves[0].points.iter_mut().for_each(|p| p.1 *= scale);
@@ -262,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_place_is_left_out() {
+    fn values_that_are_not_finite_are_left_out() {
         let svg = chart(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, f64::INFINITY), (3.0, 2.0)]);
         let svg = svg.svg(&[Key::nth(0, "one")], SMALL, "");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");

@@ -1,4 +1,4 @@
-//! A block diagram as SVG: boxes with words, and wires with arrows between them.
+//! A block diagram as SVG: boxes with text, connected by arrows.
 
 use crate::page::words::escaped;
 use std::fmt::Write;
@@ -6,26 +6,26 @@ use std::fmt::Write;
 /// A block diagram.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagram {
-    /// Its anchor in the page.
+    /// Anchor in the page.
     pub name: &'static str,
-    /// What is shown.
+    /// Caption.
     pub caption: String,
     size: (u32, u32),
     drawn: String,
 }
 
-/// Between two lines of words in a box, in units of the page.
+/// Line spacing in a box, in units of the page.
 const LINE: f64 = 17.0;
-/// Half the width of an arrow's head, and its length.
+/// Half the width of an arrow head, and its length.
 const HEAD: (f64, f64) = (3.5, 9.0);
 
 impl Diagram {
-    /// An empty one, of a width and a height in units of the page.
+    /// An empty diagram with a width and a height in units of the page.
     pub fn new(name: &'static str, caption: String, size: (u32, u32)) -> Self {
         Self { name, caption, size, drawn: String::new() }
     }
 
-    /// A box about a centre, so wide and high, with lines of words.
+    /// A box with a centre, a width and height, and lines of text.
     pub fn block(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), lines: &[String]) {
         let (left, top) = (x - 0.5 * width, y - 0.5 * height);
         let _ = write!(
@@ -38,17 +38,17 @@ impl Diagram {
         }
     }
 
-    /// Words about a place on their base line.
+    /// Text centred at a point on its base line.
     pub fn label(&mut self, (x, y): (f64, f64), words: &str) {
         let _ = write!(self.drawn, "<text x=\"{x}\" y=\"{y}\">{}</text>", escaped(words));
     }
 
-    /// A circle in which wires are added.
+    /// A summing junction.
     pub fn sum(&mut self, (x, y): (f64, f64)) {
         let _ = write!(self.drawn, "<circle class=\"axis\" cx=\"{x}\" cy=\"{y}\" r=\"8\"/>");
     }
 
-    /// A wire through corners, with an arrow at its end.
+    /// A line through some corners, with an arrow at its end.
     pub fn wire(&mut self, corners: &[(f64, f64)]) {
         let [.., before, end] = corners else { return };
         let path: Vec<String> = corners.iter().map(|(x, y)| format!("{x} {y}")).collect();

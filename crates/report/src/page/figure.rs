@@ -1,4 +1,4 @@
-//! A figure: charts side by side with one legend, as a part of a page and as an SVG of its own.
+//! A figure: charts with a common legend, as part of a page or as an SVG file.
 
 use crate::page::chart::{Chart, SMALL, Size, WIDE};
 use crate::page::key::Key;
@@ -8,11 +8,11 @@ use std::fmt::Write;
 /// A figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What its file is called, without the ending; also its anchor in the page.
+    /// Name of its file without the extension; also its anchor in the page.
     pub name: String,
-    /// What is shown, in one sentence or two.
+    /// Caption of one or two sentences.
     pub caption: String,
-    /// The kinds of curves; one without a name is not in the legend.
+    /// The keys of the curves; one without a name is not in the legend.
     pub keys: Vec<Key>,
     /// The charts.
     pub charts: Vec<Chart>,
@@ -20,18 +20,18 @@ pub struct Figure {
 
 /// Colours of charts, in light and in dark.
 pub const STYLE: &str = include_str!("chart.css");
-/// Of words and of charts alike.
+/// The font of text and charts.
 pub const FONT: &str = "system-ui,-apple-system,'Segoe UI',Roboto,'Liberation Sans',sans-serif";
-/// Charts in a row of a figure of its own.
+/// Charts per row in an SVG file.
 const ACROSS: usize = 3;
 /// Height of the title and of a row of the legend, in units of the page.
 const LINE: u32 = 20;
-/// About the width of a letter in the widest of the fonts, in units of the page.
+/// Approximate width of a letter in the widest font, in units of the page.
 const LETTER: f64 = 7.6;
-/// The same of the title.
+/// Approximate width of a letter of the title, in units of the page.
 const TITLE_LETTER: f64 = 8.8;
 
-/// Words in lines of so many letters.
+/// Text wrapped to lines of a number of letters.
 fn wrapped(text: &str, letters: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -52,7 +52,7 @@ impl Figure {
         self.keys.iter().enumerate().filter(|(_, key)| !key.name.is_empty())
     }
 
-    /// The figure as part of a page: the charts stand side by side where there is room, else one below the other.
+    /// The figure as part of a page, with the charts side by side if there is space, else stacked.
     pub fn html(&self) -> String {
         let mut out = format!("<figure id=\"{}\">\n", self.name);
         if self.keys.len() > 1 {
@@ -82,7 +82,7 @@ impl Figure {
         self.laid_out(title, self.charts.len().clamp(1, ACROSS), SMALL)
     }
 
-    /// The same with the charts one above the other.
+    /// The figure as an SVG file with stacked charts.
     pub fn stacked(&self, title: &str) -> String {
         self.laid_out(title, 1, WIDE)
     }

@@ -1,6 +1,6 @@
-//! The report as one page of HTML: nothing is fetched, and without its script nothing is missing.
+//! The report as a self-contained HTML page; its script is optional.
 //!
-//! It is well-formed XML as well, so that any XML reader checks it.
+//! The page is also well-formed XML, so that any XML reader can check it.
 
 use crate::page::figure::{FONT, STYLE as CHARTS};
 use crate::page::section::{Boxed, Part, Section, Table};
@@ -8,12 +8,12 @@ use crate::page::words::escaped;
 use crate::report::Report;
 use std::fmt::Write;
 
-/// Of the page; those of the charts are in the figures.
+/// Style of the page; that of the charts is in the figures.
 const STYLE: &str = include_str!("page.css");
-/// Values under the pointer and lines that can be switched off; without it everything is there.
+/// Optional script: values under the pointer, and lines that can be switched off.
 const SCRIPT: &str = include_str!("hover.js");
 
-/// The page up to its heading and warning, and the rest.
+/// The page up to its heading and warning, and its rest.
 pub fn page(report: &Report) -> (String, String) {
     let title = escaped(&report.heading);
     let mut head = format!(
@@ -35,10 +35,10 @@ pub fn paragraph(words: &str) -> String {
     format!("<p>{}</p>\n", prose(words))
 }
 
-/// What is not parted from the number before it at the end of a line.
+/// Units that stay on the same line as their number.
 const UNITS: [&str; 7] = ["%", "s", "m/s", "rad/s", "deg", "N", "m"];
 
-/// Text as HTML, numbers and their units on one line.
+/// Text as HTML, with units on the same line as their number.
 fn prose(text: &str) -> String {
     let words: Vec<&str> = text.split(' ').collect();
     let mut out = String::new();
@@ -54,7 +54,7 @@ fn prose(text: &str) -> String {
         }
         out.push_str(word);
     }
-    // What is typed stands between backticks.
+    // Code is between backticks.
     let typed = |(i, part): (usize, &str)| match i % 2 {
         0 => escaped(part),
         _ => format!("<code>{}</code>", escaped(part)),
@@ -62,7 +62,7 @@ fn prose(text: &str) -> String {
     out.split('`').enumerate().map(typed).collect()
 }
 
-/// The way to each section.
+/// Links to the sections.
 fn overview(report: &Report) -> String {
     let mut out = "</header>\n<nav><ul>\n".to_owned();
     for section in &report.sections {
@@ -85,7 +85,7 @@ fn section(section: &Section) -> String {
     out + "</section>\n"
 }
 
-/// A cell that begins with a letter and is longer than this makes its column one of words, not of numbers.
+/// A column with a cell that starts with a letter and is longer than this contains text, not numbers.
 const WORD: usize = 12;
 
 fn table(table: &Table) -> String {
@@ -119,9 +119,9 @@ fn boxed(boxed: &Boxed) -> String {
     format!("<div class=\"boxed {}\">\n{paragraphs}</div>\n", boxed.mark)
 }
 
-/// Where the page comes from: below its heading, and on each page in print.
+/// The origin of the page: below its heading, and on each printed page.
 pub fn origin(words: &str) -> (String, String) {
-    // A string of CSS within HTML.
+    // A CSS string in HTML.
     let quoted: String = words.chars().filter(|c| !c.is_control() && !"\"\\<&".contains(*c)).collect();
     let style = format!("<style>@page{{@bottom-left{{content:\"{quoted}\"}}}}</style>\n");
     (style, format!("<p class=\"origin\">{}</p>\n", escaped(words)))
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_of_words_are_set_as_words() {
+    fn columns_of_text_are_set_as_text() {
         let mut table = Table::new(["speed", "cause", "gain"]);
         table.rows.push(["0.50", "M_uw +40 % (62 %)", "no bound"].map(str::to_owned).to_vec());
         let html = self::table(&table);

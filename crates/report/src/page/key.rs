@@ -1,9 +1,9 @@
-//! How curves of one kind are drawn, and what they are called.
+//! Style and name of the curves of one kind.
 
-/// Colours of things that have no order, as classes of `chart.css`.
+/// Colours of unordered curves, as classes of `chart.css`.
 const NAMED: [&str; 7] = ["c0", "c1", "c2", "c3", "c4", "c5", "c6"];
 
-/// Colours of an order, from the lowest to the highest, as classes of `chart.css`.
+/// Colours of ordered curves, from the lowest to the highest, as classes of `chart.css`.
 const ORDERED: [&str; 11] = ["v0", "v1", "v2", "v3", "v4", "v5", "v6", "v7", "v8", "v9", "v10"];
 
 /// Dashes, in units of the page.
@@ -12,18 +12,18 @@ const DASHES: [&str; 3] = ["", "7 3", "7 3 2 3"];
 /// The width of a curve, in units of the page, as in `chart.css`.
 pub const WIDTH: f64 = 1.7;
 
-/// How curves of one kind are drawn, and what they are called.
+/// Style and name of the curves of one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
-    /// For the legend; without one it belongs to the first key of its colour.
+    /// Name in the legend; without one it belongs to the first key of its colour.
     pub name: String,
-    /// The class of its colour in `chart.css`.
+    /// Class of its colour in `chart.css`.
     pub colour: &'static str,
-    /// As SVG has it; empty for a whole line.
+    /// SVG dash pattern; empty for a solid line.
     pub dash: &'static str,
     /// Width, in units of the page.
     pub width: f64,
-    /// Points that are not joined.
+    /// Whether points are drawn instead of a line.
     pub dots: bool,
 }
 
@@ -32,12 +32,12 @@ impl Key {
         Self { name: name.into(), colour, dash: "", width: WIDTH, dots: false }
     }
 
-    /// The n-th of several curves: another colour, and other dashes where neighbours lie close.
+    /// The n-th of several curves, with its own colour and dashes.
     pub fn nth(n: usize, name: impl Into<String>) -> Self {
         Self { dash: DASHES[n % DASHES.len()], ..Self::of(name, NAMED[n % NAMED.len()]) }
     }
 
-    /// One of an order, 0 to 1 of the way from its lowest to its highest.
+    /// One of several ordered curves, at a fraction from 0 to 1 between the lowest and the highest.
     pub fn along(part: f64, name: impl Into<String>) -> Self {
         let last = ORDERED.len() - 1;
         Self::of(name, ORDERED[((part * last as f64).round() as usize).min(last)])
@@ -48,30 +48,30 @@ impl Key {
         Self { dash: "3 2", width: 1.2, ..Self::of(name, "reference") }
     }
 
-    /// What others are laid upon: wide and pale.
+    /// A background curve under others: wide and pale.
     pub fn ground(name: impl Into<String>) -> Self {
         Self { width: 5.0, ..Self::of(name, "ground") }
     }
 
-    /// The same as points that are not joined.
+    /// This key with points instead of a line.
     #[must_use]
     pub fn dotted(self) -> Self {
         Self { dots: true, ..self }
     }
 
-    /// Its sample for a legend.
+    /// The sample in a legend.
     pub fn sample(&self) -> String {
         let (class, style) = (self.class(), self.style());
         let line = if self.dots { "M13 6h0" } else { "M0 6H26" };
         format!("<path class=\"{class}\"{style} d=\"{line}\"/>")
     }
 
-    /// The classes of its curves.
+    /// The CSS classes of its curves.
     pub fn class(&self) -> String {
         format!("{}{}", if self.dots { "dots " } else { "" }, self.colour)
     }
 
-    /// What its curves have of their own.
+    /// The style attribute of its curves.
     pub fn style(&self) -> String {
         if self.dots {
             return String::new();

@@ -1,4 +1,4 @@
-//! Plots over time: charts one above the other with a common axis.
+//! Plots over time: stacked charts with a common axis.
 
 use crate::error::Error;
 use crate::page::axis::extent;
@@ -7,41 +7,41 @@ use crate::page::figure::Figure;
 use crate::page::key::{Key, WIDTH};
 use std::path::Path;
 
-/// What a line stands for, which says its colour.
+/// The kind of a line, which determines its colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// A thing of its own.
+    /// An independent quantity.
     Own,
     /// A reference or a limit.
     Reference,
-    /// One of an order, 0 to 1 of the way from its lowest to its highest.
+    /// One of several ordered lines, at a fraction from 0 to 1 between the lowest and the highest.
     Along(f64),
 }
 
 /// One line in a panel.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
-    /// (s, value).
+    /// Points (s, value).
     pub points: Vec<(f64, f64)>,
-    /// What it stands for.
+    /// The kind.
     pub kind: Kind,
 }
 
 /// One panel.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    /// What the vertical axis shows, with its unit.
+    /// Label of the vertical axis, with its unit.
     pub label: String,
     /// The lines.
     pub lines: Vec<Line>,
 }
 
-/// Larger numbers come from a flight that diverged; axes would overflow with them.
+/// Larger numbers come from a diverged flight and would overflow the axes.
 const LARGEST_DRAWN: f64 = 1e100;
 
-/// Draws panels over time (s) as SVG for a file. Lines of one name have one colour in all panels.
+/// Draws panels over time (s) as SVG for a file. Lines with the same name have the same colour in all panels.
 ///
 /// # Errors
 /// [`Error::Plot`] with the file.
@@ -55,7 +55,7 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
         if low.abs().max(high.abs()) > LARGEST_DRAWN && low <= high {
             return Err(failed(format!("no axis can be drawn from {low:e} to {high:e}")));
         }
-        // Lines that coincide stay visible: the last one is drawn narrower, on top.
+        // Coincident lines stay visible: the last one is narrower and on top.
         let wider = |nth: usize| if nth + 1 < panel.lines.len() { 2.0 * WIDTH } else { WIDTH };
         let lines = panel.lines.iter().enumerate();
         let curves = lines.map(|(nth, line)| curve(line, wider(nth), &mut keys)).collect();
@@ -84,9 +84,9 @@ fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
 mod tests {
     use super::*;
 
-    /// The axis of a flight that ran off would never be finished.
+    /// The ticks of a diverged flight would never end.
     #[test]
-    fn what_no_axis_can_show_is_refused() {
+    fn values_too_large_for_an_axis_are_rejected() {
         let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], kind: Kind::Own };
         let panel = Panel { label: "rad".into(), lines: vec![line] };
         let folder = tempfile::tempdir().unwrap();

@@ -1,14 +1,14 @@
-//! A section of the report: words, figures, diagrams, tables and boxes, in the order in which they are read.
+//! A section of the report: text, figures, diagrams, tables and boxes, in order.
 
 use crate::page::diagram::Diagram;
 use crate::page::figure::Figure;
 
-/// A table of words and numbers.
+/// A table of text and numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// One a column.
+    /// One heading per column.
     pub head: Vec<String>,
-    /// As long as the head each.
+    /// Rows of the same length as the head.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -19,12 +19,12 @@ impl Table {
     }
 }
 
-/// Paragraphs in a box, whose colour says how something stands.
+/// Paragraphs in a box with a colour for a status.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boxed {
-    /// The CSS class of its colour: yes, partly, no; any other is grey.
+    /// The CSS class of its colour: yes, partly or no; any other is grey.
     pub mark: &'static str,
-    /// Of each the words in bold type with which it begins, if any, and the rest.
+    /// For each paragraph the bold text at its start, if any, and the rest.
     pub paragraphs: Vec<(String, String)>,
 }
 
@@ -46,11 +46,11 @@ pub enum Part {
 /// A section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// Its anchor.
+    /// Anchor.
     pub id: &'static str,
-    /// Its heading.
+    /// Heading.
     pub title: &'static str,
-    /// What it says.
+    /// Content.
     pub parts: Vec<Part>,
 }
 

@@ -1,6 +1,6 @@
-//! Curves with fewer points that look the same.
+//! Thinning of curves without visible change.
 
-/// Leaves out points that a line through those kept passes within `tolerance` of; the first and the last are kept.
+/// Leaves out points within `tolerance` of the line through the kept points; the first and the last are kept.
 ///
 /// Both coordinates are in units of their axis. Source: D. Douglas, T. Peucker, Cartographica 10(2), 1973.
 pub fn thin(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
@@ -22,7 +22,7 @@ pub fn thin(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
     points.iter().zip(keep).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
 }
 
-/// From a point to a piece of a line.
+/// The distance of a point from a line segment.
 fn distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
     let along = (b.0 - a.0, b.1 - a.1);
     let square = along.0 * along.0 + along.1 * along.1;
@@ -35,9 +35,9 @@ fn distance(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    /// Every point left out is within the tolerance of the lines that are drawn, and there are far fewer of them.
+    /// Every point left out is within the tolerance of the drawn lines, and far fewer points are kept.
     #[test]
-    fn thinning_cannot_be_seen() {
+    fn thinning_is_invisible() {
         let step = |t: f64| 1.0 - (-t).exp() * (3.0 * t).cos();
         let points: Vec<(f64, f64)> = (0..3000)
             .map(|i| f64::from(i) / 3000.0)

@@ -1,24 +1,24 @@
-//! Words as a page needs them.
+//! Text of a page.
 
-/// Text as HTML and as an attribute.
+/// Text escaped for HTML and attributes.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A sentence begins with a capital.
+/// The text with a capital first letter.
 pub fn capital(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// A number with so many digits behind the point, without zeros at its end and without a minus before zero.
+/// A number with `digits` decimals, without trailing zeros and without a minus before zero.
 pub fn tidy(v: f64, digits: usize) -> String {
     let text = format!("{v:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// A time, or that it was not reached, or is not known.
+/// A time in words, which may be infinite or unknown.
 pub fn seconds(v: f64) -> String {
     if v.is_nan() {
         return "-".into();

@@ -1,4 +1,4 @@
-//! The course on which laws are tuned and judged: a pitch step up and down, a gust, a speed step, at one speed.
+//! The course on which laws are tuned and compared at one speed: a pitch step up and down, a gust, and a speed step.
 
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
@@ -7,34 +7,38 @@ use auv::Current;
 use signals::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Demand, Row};
+use squid_flight::flight::{Course, Demand, Row};
 
-/// When things happen (s).
+/// The pitch step up (s).
 const UP: f64 = 2.0;
+/// The pitch step down (s).
 const DOWN: f64 = 20.0;
+/// The gust (s).
 const GUST_AT: f64 = 34.0;
+/// The speed step (s).
 const SPEED_AT: f64 = 44.0;
+/// The end (s).
 const END: f64 = 64.0;
 
-/// The band around its end, relative to a step, in which a response has settled.
+/// The band around the new reference, relative to the step, within which a response is settled.
 const SETTLED: f64 = 0.02;
 
-/// What a step came to.
+/// Figures of a step response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// The integral of t |error|/step (s^2). Source: D. Graham, R. Lathrop, Trans. AIEE 72, 1953.
     pub itae: f64,
-    /// Relative to the step.
+    /// Overshoot relative to the step.
     pub overshoot: f64,
-    /// s; infinite if it does not settle within 2 %.
+    /// Settling time, s; infinite if it does not settle within 2 %.
     pub settling_time: f64,
 }
 
 impl Step {
-    /// What nothing is worse than.
+    /// The figures of a lost flight.
     const LOST: Self = Self { itae: f64::INFINITY, overshoot: f64::INFINITY, settling_time: f64::INFINITY };
 
-    /// From the rows of a window, in which the step of a reference is the first event.
+    /// The figures of a window of rows that starts with the step of a reference.
     fn of(rows: &[&Row], place: usize, step: f64) -> Self {
         let Some(first) = rows.first() else { return Self::LOST };
         let since = |row: &Row| row.time - first.time;
@@ -51,30 +55,30 @@ impl Step {
     }
 }
 
-/// What a flight on the course came to; everything infinite where it was lost.
+/// Figures of a flight on the course; infinite if it was lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CourseFigures {
-    /// Of the pitch reference, up.
+    /// The pitch step up.
     pub pitch: Step,
-    /// Of the speed reference.
+    /// The speed step.
     pub speed: Step,
     /// Largest pitch error after the gust, rad.
     pub gust: f64,
-    /// Largest part of the way from the trim to a limit that a command goes.
+    /// Largest command, as a fraction of the range from the trim to a limit.
     pub effort: f64,
 }
 
-/// The height of the speed step (m/s) at a speed: to the middle of the range.
+/// The height of the speed step (m/s) at a speed, towards the middle of the range.
 pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
     let (middle, half_range) = subject.inputs.design.scheduling();
     let size = (0.2 * half_range).min(0.3);
     if speed <= middle { size } else { -size }
 }
 
-/// Flies the nominal vehicle on the course at a speed (m/s).
+/// Simulates the nominal vehicle on the course at a speed (m/s).
 ///
 /// # Errors
-/// Those of the trim; a flight that diverges or surfaces is not an error.
+/// The errors of the trim; a flight that diverges or surfaces is not an error.
 pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigures, Error> {
     let pitch_step = subject.stored.manoeuvre.pitch_step;
     let speed_step = speed_step(subject, speed);
@@ -86,7 +90,8 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigu
             current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
         }
     };
-    let rows = match fly(subject, law, (&subject.inputs.vehicle, &[]), (END, demand)) {
+    let course = Course { duration: END, demand };
+    let rows = match fly(subject, law, &subject.inputs.vehicle, &[], course) {
         Ok(flight) if flight.surfacing.is_none() => flight.rows,
         Ok(_) => return Ok(CourseFigures::LOST),
         Err(reason @ Error::Flight(FlightError::Trim { .. })) => return Err(reason),
@@ -103,7 +108,7 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigu
     })
 }
 
-/// How far the commands are from those at the start, relative to the way to their limits.
+/// The largest change of a command from the start, relative to the range to its limit.
 fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
     let each = subject.inputs.vehicle.actuators.iter().zip(row.commands.iter().zip(&start.commands));
     each.map(|(a, (now, trim))| (now - trim) / if now > trim { a.max - trim } else { a.min - trim })
@@ -111,16 +116,16 @@ fn effort(subject: &Subject, start: &Row, row: &Row) -> f64 {
 }
 
 impl CourseFigures {
-    /// A flight that diverged or surfaced.
+    /// The figures of a flight that diverged or surfaced.
     pub const LOST: Self =
         Self { pitch: Step::LOST, speed: Step::LOST, gust: f64::INFINITY, effort: f64::INFINITY };
 }
 
-/// What the design's manoeuvre came to, a pitch step on a ramp of speed, with the largest speed error (m/s).
+/// Figures of the design's manoeuvre, a pitch step during a speed ramp, and the largest speed error (m/s).
 pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
     let m = &subject.stored.manoeuvre;
-    let course = (m.duration, |time| Demand::of(m, time));
-    let flown = fly(subject, law, (&subject.inputs.vehicle, &[]), course);
+    let course = Course { duration: m.duration, demand: |time| Demand::of(m, time) };
+    let flown = fly(subject, law, &subject.inputs.vehicle, &[], course);
     let Some(flight) = flown.ok().filter(|flight| flight.surfacing.is_none()) else {
         return (Step::LOST, f64::INFINITY);
     };

@@ -1,5 +1,5 @@
-//! Control laws that are compared: each in place of the controller, behind the same sensors, filter of the speed
-//! reference, trim feedforward, sample time and limits.
+//! The control laws of the comparison: each takes the place of the controller, with the same sensors, filter of the
+//! speed reference, trim feedforward, sample time and limits.
 
 use crate::error::Error;
 use crate::subject::Subject;
@@ -9,23 +9,24 @@ use lpv::state_space::StateSpace;
 use scheduled::{Autopilot, Inputs as Measured};
 use signals::SPEED;
 use squid_design::check::sampled::trapezoidal;
-use squid_flight::flight::{Answer, Demand, Flight, fly_course};
+use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course};
 use std::collections::VecDeque;
 
-/// The limits of each command at a tick, in units of reach, less the trim.
-pub type Room<'a> = &'a [(f64, f64)];
+/// The limits of each command minus its trim at a tick, in units of reach.
+pub type Limits<'a> = &'a [(f64, f64)];
 
-/// A law in flight: from the speed along the path (m/s), the controller's input y and the room to the commands, in
-/// units of reach, less the trim.
-pub type Ticking<'a> = Box<dyn FnMut(f64, &[f64], Room) -> Vec<f64> + 'a>;
+/// A running law: from the speed along the path (m/s), the controller's input y and the limits to the commands minus
+/// their trim, in units of reach.
+pub type RunningLaw<'a> = Box<dyn FnMut(f64, &[f64], Limits) -> Vec<f64> + 'a>;
 
 /// A control law.
 pub trait Law: Sync {
-    /// From y to the commands in units of reach, sampled, frozen at a speed along the path (m/s), away from limits.
+    /// The sampled law from y to the commands in units of reach, frozen at a speed along the path (m/s) and away from
+    /// limits.
     fn frozen(&self, speed: f64) -> Option<StateSpace>;
 
-    /// In flight from rest; `None` for the stored autopilot itself.
-    fn start(&self) -> Option<Ticking<'_>>;
+    /// The law at rest, ready to run; `None` for the stored autopilot itself.
+    fn start(&self) -> Option<RunningLaw<'_>>;
 }
 
 /// The controller of the design.
@@ -40,13 +41,13 @@ impl Law for Scheduled<'_> {
         trapezoidal(&k, subject.inputs.design.sample_time).ok()
     }
 
-    fn start(&self) -> Option<Ticking<'_>> {
+    fn start(&self) -> Option<RunningLaw<'_>> {
         None
     }
 }
 
-/// H-infinity controllers made for single speeds with the weights of the design. All run; the outputs of the two whose
-/// speeds enclose the vehicle's are blended linearly.
+/// H-infinity controllers for single speeds, with the weights of the design. All run; the outputs of the two at the
+/// speeds next to the vehicle's are interpolated linearly.
 #[derive(Debug)]
 pub struct Blended {
     speeds: Vec<f64>,
@@ -54,7 +55,7 @@ pub struct Blended {
 }
 
 impl Blended {
-    /// Those for the speeds of the subject; `None` when the synthesis fails at one of them.
+    /// The controllers for the speeds of the subject; `None` if the synthesis fails at one of them.
     pub fn new(subject: &Subject) -> Option<Self> {
         let sampled = |alone: &Result<lpv::synthesis::Design, _>| {
             let k = alone.as_ref().ok()?.controller.frozen(&[]).ok()?;
@@ -77,7 +78,7 @@ impl Law for Blended {
         })
     }
 
-    fn start(&self) -> Option<Ticking<'_>> {
+    fn start(&self) -> Option<RunningLaw<'_>> {
         let mut states: Vec<Mat> = self.controllers.iter().map(|k| Mat::zeros(k.a.nrows(), 1)).collect();
         Some(Box::new(move |speed, y, _| {
             let y = Mat::from_column_slice(y.len(), 1, y);
@@ -92,32 +93,34 @@ impl Law for Blended {
     }
 }
 
-/// The interval of two or more rising speeds in which a speed lies, and how far; the ends hold beyond them.
+/// The index of the interval of two or more increasing speeds that contains a speed, and the fraction of it; clamped
+/// at the ends.
 pub fn between(speeds: &[f64], speed: f64) -> (usize, f64) {
     let low = speeds.iter().rposition(|v| *v <= speed).unwrap_or(0).min(speeds.len() - 2);
     (low, ((speed - speeds[low]) / (speeds[low + 1] - speeds[low])).clamp(0.0, 1.0))
 }
 
-/// Flies a vehicle, whose actuators have gains beside, 1 where there are none, on a course under a law. The trims are
-/// those of the nominal vehicle.
+/// Simulates a vehicle on a course under a law. `gains` are the ratios of output to command of its actuators, 1 if left
+/// out. The trims are those of the nominal vehicle.
 ///
 /// # Errors
 /// As [`fly_course`].
 pub fn fly(
     subject: &Subject,
     law: &dyn Law,
-    (vehicle, gains): (&Vehicle, &[f64]),
-    course: (f64, impl Fn(f64) -> Demand),
+    vehicle: &Vehicle,
+    gains: &[f64],
+    course: Course<impl Fn(f64) -> Demand>,
 ) -> Result<Flight, Error> {
     let design = &subject.stored.controller;
-    // The stored autopilot runs along: it tells what a controller takes in, and the trim.
+    // The stored autopilot runs in parallel: it gives the controller's input and the trim.
     let mut autopilot = Autopilot::new(design)?;
     let table = autopilot.trim().clone();
-    let mut own = law.start();
-    // Commands come out as late as those of the autopilot, and before them those of the first tick.
+    let mut running = law.start();
+    // Commands are delayed as those of the autopilot; the first ones hold before.
     let mut waiting: VecDeque<Vec<f64>> = VecDeque::new();
     let mut started = false;
-    let answer = |measured: &Measured| {
+    let tick = |measured: &Measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }
@@ -125,25 +128,26 @@ pub fn fly(
         autopilot.tick(measured)?;
         let level = design.reference_filter.map_or(measured.references[SPEED], |_| filtered);
         let mut commands = autopilot.outputs().commands.clone();
-        if let Some(own) = &mut own {
+        if let Some(running) = &mut running {
             let trims: Vec<f64> = (0..commands.len()).map(|j| table.command(level, j)).collect();
             let actuators = || design.actuators.iter().zip(&trims);
-            let room: Vec<(f64, f64)> =
+            let limits: Vec<(f64, f64)> =
                 actuators().map(|(a, t)| ((a.minimum - t) / a.scale, (a.maximum - t) / a.scale)).collect();
-            let u = own(table.speed(measured.measured[SPEED]), autopilot.controller_inputs(), &room);
-            let asked: Vec<f64> =
+            let speed = table.speed(measured.measured[SPEED]);
+            let u = running(speed, autopilot.controller_inputs(), &limits);
+            let computed: Vec<f64> =
                 actuators().zip(u).map(|((a, t), u)| (t + a.scale * u).clamp(a.minimum, a.maximum)).collect();
-            waiting.resize(design.delay_ticks.max(waiting.len()), asked.clone());
-            waiting.push_back(asked);
+            waiting.resize(design.delay_ticks.max(waiting.len()), computed.clone());
+            waiting.push_back(computed);
             commands = waiting.pop_front().unwrap_or(commands);
         }
         commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
         let outputs = autopilot.outputs();
         let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-        Ok(Answer { commands, rho, out_of_range })
+        Ok(LawOutput { commands, rho, out_of_range })
     };
-    let ticks = (design.sample_time, &table);
-    Ok(fly_course(vehicle, subject.inputs.design.level(), course, ticks, answer)?)
+    let sampling = Sampling { sample_time: design.sample_time, trims: &table };
+    Ok(fly_course(vehicle, subject.inputs.design.level(), course, &sampling, tick)?)
 }
 
 #[cfg(test)]

@@ -1,24 +1,24 @@
-//! One PID for pitch and, where it is not given, one PI for the speed, with gains scheduled on speed.
+//! A PID for pitch and, unless the speed is imposed, a PI for speed, with gains scheduled on speed.
 
-use crate::peers::law::{Law, Room, Ticking, between};
+use crate::peers::law::{Law, Limits, RunningLaw, between};
 use crate::subject::Subject;
 use auv::{Actuator, Linearisation};
 use lpv::matrix::{Mat, pseudo_inverse};
 use lpv::state_space::StateSpace;
 use signals::{PITCH, SPEED};
 
-/// The gains at one speed. What they give are accelerations, wanted of pitch (rad/s^2) and forwards (m/s^2).
+/// The gains at one speed. The outputs are demanded accelerations, of pitch (rad/s^2) and forward (m/s^2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
-    /// Of pitch: proportional (1/s^2), integral (1/s^3), of the measured rate (1/s).
+    /// Pitch gains: proportional (1/s^2), integral (1/s^3), measured rate (1/s).
     pub pitch: [f64; 3],
-    /// The part of the step of the reference that the proportional term sees.
+    /// The setpoint weight b of the proportional term.
     pub weight: f64,
-    /// Of the speed: proportional (1/s), integral (1/s^2). Without effect where the speed is given.
+    /// Speed gains: proportional (1/s), integral (1/s^2). Without effect if the speed is imposed.
     pub speed: [f64; 2],
 }
 
-/// The law:
+/// The control law:
 ///
 /// ```text
 /// turn   = kp (b r - theta) + Ip - kd q,   Ip+ = Ip + T ki (r - theta)
@@ -26,28 +26,28 @@ pub struct Gains {
 /// commands = trim(V_r) + N(V) [turn; thrust]
 /// ```
 ///
-/// Where the speed is given there is no thrust. r and theta from the trim at V_r. N is the least commands, in units of
-/// reach, that give these accelerations in the linear model at a speed. Gains and N are interpolated between the
-/// speeds of the tuning. Where a command is at a limit, an integral that would grow further stands still. Two degrees
-/// of freedom by b, clamping: K. J. Åström, T. Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
+/// If the speed is imposed there is no thrust. r and theta are deviations from the trim at V_r. N gives the least
+/// commands, in units of reach, for these accelerations in the linear model at a speed. Gains and N are interpolated
+/// between the speeds of the tuning. An integral is held if it would drive a command further beyond its limit. Source
+/// of setpoint weight and clamping: K. J. Åström, T. Hägglund, Advanced PID Control, 2006, sections 3.4 and 3.5.
 #[derive(Debug, Clone)]
 pub struct Pid {
     sample_time: f64,
     inputs: Inputs,
     speeds: Vec<f64>,
     gains: Vec<Gains>,
-    /// N, m x 2; m x 1 where the speed is given.
+    /// N, m x 2; m x 1 if the speed is imposed.
     allocations: Vec<Mat>,
 }
 
-/// Where in y the law finds what it takes in, and the scale of each.
+/// The index in y and the scale of each input of the law.
 #[derive(Debug, Clone, Copy)]
 struct Inputs {
     size: usize,
     reference: (usize, f64),
     pitch: (usize, f64),
     rate: (usize, f64),
-    /// `None` where it is given.
+    /// `None` if it is imposed.
     speed: Option<(usize, f64)>,
 }
 
@@ -56,7 +56,7 @@ impl Inputs {
         let design = &subject.inputs.design;
         let p = design.tracked.len();
         let reference = design.tracked.iter().position(|t| t.place == PITCH)?;
-        // It would leave a depth to itself.
+        // The law does not control depth.
         if design.has_depth() {
             return None;
         }
@@ -73,7 +73,7 @@ impl Inputs {
         })
     }
 
-    /// A gain on one of them, as a row from y.
+    /// A row of gains on y.
     fn row(&self, terms: &[((usize, f64), f64)]) -> Mat {
         let mut row = Mat::zeros(1, self.size);
         terms.iter().for_each(|((place, scale), gain)| row[*place] += scale * gain);
@@ -81,7 +81,8 @@ impl Inputs {
     }
 }
 
-/// The least commands, in units of reach, for a turn and, where the speed is a state, for a thrust of 1.
+/// N: the least commands, in units of reach, for a unit pitch acceleration and, if the speed is a state, for a unit
+/// surge acceleration.
 fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
     let [heave, q, _] = l.pitching();
     let driven = if heave > 0 { vec![q, 0] } else { vec![q] };
@@ -90,8 +91,8 @@ fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
 }
 
 impl Pid {
-    /// With gains at two or more rising speeds, whose linear models are given; `None` where the design does not track
-    /// pitch, or does not measure pitch, pitch rate and, where it is not given, speed.
+    /// The law with gains at increasing speeds, given by their linear models; `None` if the design does not track
+    /// pitch, or does not measure pitch, pitch rate and, unless it is imposed, speed.
     pub fn new(subject: &Subject, at: &[(&Linearisation, Gains)]) -> Option<Self> {
         let actuators = &subject.inputs.vehicle.actuators;
         Some(Self {
@@ -139,9 +140,9 @@ impl Law for Pid {
         })
     }
 
-    fn start(&self) -> Option<Ticking<'_>> {
+    fn start(&self) -> Option<RunningLaw<'_>> {
         let mut integrals = [0.0; 2];
-        Some(Box::new(move |speed, y, room: Room| {
+        Some(Box::new(move |speed, y, limits: Limits| {
             let (Gains { pitch: [kp, ki, kd], weight, speed: [kv, kvi] }, n) = self.at(speed);
             let value = |(place, scale): (usize, f64)| scale * y[place];
             let Inputs { reference, pitch, rate, speed, .. } = self.inputs;
@@ -155,7 +156,7 @@ impl Law for Pid {
                     let push = n[(j, axis)] * growth[axis];
                     (u[j] >= *high && push > 0.0) || (u[j] <= *low && push < 0.0)
                 };
-                if !room.iter().enumerate().any(pushes) {
+                if !limits.iter().enumerate().any(pushes) {
                     integrals[axis] += self.sample_time * growth[axis];
                 }
             }

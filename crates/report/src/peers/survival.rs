@@ -1,4 +1,4 @@
-//! The share of the declared uncertainty that a law survives in flight.
+//! The fraction of the declared uncertainty that a law survives in simulation.
 
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
@@ -9,22 +9,23 @@ use squid_design::error::UncertainError;
 use squid_design::linearise::linearise_at;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;
-use squid_flight::flight::{Demand, Row};
+use squid_flight::flight::{Course, Demand, Row};
 
-/// When the step comes and when the flight ends (s): what the trim of another vehicle disturbs has settled by then.
+/// Time of the step (s), when the transient from the nominal vehicle's trim has settled.
 const STEP_TIME: f64 = 15.0;
+/// End of the flight (s).
 const END: f64 = 40.0;
-/// A vehicle whose pitch stays off by more than this part of the step is lost.
+/// A vehicle is lost if its final pitch error is above this fraction of the step.
 const LOST: f64 = 0.1;
 
-/// Vehicles of the declared box, with the gains of their actuators.
+/// Vehicles in the declared box, with the gains of their actuators.
 pub type Fleet = Vec<(Vehicle, Vec<f64>)>;
 
-/// Vehicles at the corners at which all coefficients but one are at one end, at as many random corners, and at random
-/// points of the box, about a speed (m/s). Those that do not trim are left out; none without declared uncertainty.
+/// Vehicles at the vertices with all coefficients or all but one at one end, at as many random vertices, and at random
+/// points of the box, for a speed (m/s). Vehicles without a trim are left out; empty without declared uncertainty.
 ///
 /// # Errors
-/// Those of the trim; [`UncertainError::Corner`].
+/// The errors of the trim; [`UncertainError::Corner`].
 pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Error> {
     let inputs = subject.inputs;
     let nominal = linearise_at(&inputs.vehicle, &inputs.design, speed)?.trim;
@@ -54,21 +55,20 @@ pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Erro
     Ok(fleet)
 }
 
-/// Binary digits of a random number.
+/// Number of binary digits of a random number.
 const DIGITS: u64 = 24;
 
-/// What became of a fleet.
+/// The survival of a fleet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Survival {
-    /// The share that survived.
+    /// The fraction that survived.
     pub share: f64,
     /// The largest overshoot of a survivor, relative to the step.
     pub overshoot: f64,
 }
 
-/// A fleet flies the pitch step of the manoeuvre at a speed (m/s). A vehicle survives if it neither diverges nor
-/// comes to the surface, and ends within a tenth of the step. Vehicles that do not trim within their limits count as
-/// lost.
+/// Simulates the pitch step of the manoeuvre for a fleet at a speed (m/s). A vehicle survives if it neither diverges
+/// nor surfaces, and its final error is within a tenth of the step. Vehicles without a trim are lost.
 pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> Survival {
     let step = subject.stored.manoeuvre.pitch_step;
     let demand = |time: f64| Demand {
@@ -77,7 +77,7 @@ pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> 
         current: Current::default(),
     };
     let overshoot_of_survivor = |(vehicle, gains): &(Vehicle, Vec<f64>)| -> Option<f64> {
-        let flight = fly(subject, law, (vehicle, gains), (END, demand)).ok()?;
+        let flight = fly(subject, law, vehicle, gains, Course { duration: END, demand }).ok()?;
         let tail: Vec<&Row> = flight.rows.iter().filter(|row| row.time > 0.9 * END).collect();
         let off = tail.iter().map(|row| row.error(PITCH).abs()).fold(0.0, f64::max);
         let survives = flight.surfacing.is_none() && !tail.is_empty() && off <= LOST * step.abs();

@@ -1,12 +1,12 @@
-//! Tunes the PID: at each speed the gains that fly the course best, with a loop no sharper and no rougher than the
-//! scheduled controller's.
+//! Tunes the PID: the best gains on the course at each speed, with |S| and noise in the commands no larger than with
+//! the scheduled controller.
 
 use crate::error::Error;
 use crate::peers::course::{CourseFigures, fly_at};
 use crate::peers::law::{Law, Scheduled};
 use crate::peers::pid::{Gains, Pid};
 use crate::subject::Subject;
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use auv::Linearisation;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
 use lpv::weights::ReferenceModel;
@@ -15,16 +15,16 @@ use squid_design::check::flown::opened;
 use squid_design::linearise::linearise_at;
 use std::cell::{Cell, RefCell};
 
-/// How sharp and how rough a loop is at one speed.
+/// The peak sensitivity and the noise response of a loop at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sharpness {
-    /// The largest |S| of all places at which the loop can be opened.
+    /// The largest |S| over all loop-opening points.
     pub peak: f64,
-    /// The largest rms of a command under the noise of the sensors, relative to its reach.
+    /// The largest RMS command due to sensor noise, relative to its reach.
     pub roughness: f64,
 }
 
-/// Those of a law at the speed of a trim; `None` where the loop is not stable.
+/// The sharpness of a law at the speed of a trim; `None` if the loop is unstable.
 pub fn sharpness(subject: &Subject, law: &dyn Law, l: &Linearisation) -> Option<Sharpness> {
     let sampling = subject.sampling();
     let system = sampling.held(l).injected(&law.frozen(l.trim.speed)?);
@@ -33,56 +33,58 @@ pub fn sharpness(subject: &Subject, law: &dyn Law, l: &Linearisation) -> Option<
     Some(Sharpness { peak: opened.peak_of_sensitivity(), roughness: relative.fold(0.0, f64::max) })
 }
 
-/// Frequencies of the first guesses, relative to those of the models that pitch and speed follow.
+/// Frequencies of the initial guesses, relative to those of the reference models of pitch and speed.
 const GUESSES: [f64; 3] = [0.7, 1.2, 2.0];
-/// How far from a guess the logarithm of a gain may go, and how far it goes at first.
+/// The largest change of the logarithm of a gain from a guess.
 const FARTHEST: f64 = 4.0;
+/// The first step of the logarithm of a gain.
 const FIRST: f64 = 0.4;
-/// How much a constraint, the logarithm of a ratio, may be missed by: by nothing that is shown.
+/// The allowed violation of a constraint, the logarithm of a ratio.
 const MISSED: f64 = 1e-4;
-/// When the logarithms of the gains hardly move any more.
+/// The tolerance on the logarithms of the gains.
 const CLOSE: f64 = 1e-3;
-/// What an unstable loop counts as.
+/// The cost of an unstable loop.
 const UNSTABLE: f64 = 10.0;
 
-/// x: the weight of the reference, and the logarithms of the gains; those of the speed where there are any.
+/// The gains at a point x: the setpoint weight, and the logarithms of the gains; those for speed if there are any.
 fn gains(x: &[f64]) -> Gains {
     let g = |i: usize| x.get(i).map_or(0.0, |x| x.exp());
     Gains { pitch: [g(1), g(2), g(3)], weight: x[WEIGHT], speed: [g(4), g(5)] }
 }
 
-/// The point of gains.
+/// The point x of some gains.
 fn point(gains: &Gains) -> Vec<f64> {
     let there = gains.pitch.into_iter().chain(gains.speed.into_iter().filter(|gain| *gain > 0.0));
     std::iter::once(gains.weight).chain(there.map(f64::ln)).collect()
 }
 
-/// The place of the weight in x.
+/// The index of the weight in x.
 const WEIGHT: usize = 0;
 
-/// What the optimiser asks for at a point.
+/// The values of the optimisation problem at a point.
 #[derive(Debug, Clone, Copy)]
-struct Tried {
+struct Evaluation {
     cost: f64,
-    /// At least 0 where they hold.
+    /// Satisfied if not negative.
     constraints: [f64; 2],
 }
 
-/// What the design must be like for a PID.
+/// The requirements of the PID on a design.
 const UNFIT: &str = "it takes a design that tracks pitch and no depth, and measures pitch, pitch rate and, where it is \
     not given, speed apart from the references";
 
-/// The PID with gains tuned at some speeds (m/s), each search with so many evaluations; or, in words, why there is
+/// The PID with gains tuned at some speeds (m/s), with a number of evaluations per search; or, in words, why there is
 /// none.
 ///
-/// The cost is the mean of four ratios to the scheduled controller's figures on the same course: ITAE of the pitch
-/// step and, where it is not given, of the speed step, settling of pitch, peak after the gust. The constraints: |S|
-/// and the commands under noise no larger than with the scheduled controller at that speed. By COBYLA: M. J. D.
-/// Powell, A direct search optimization method that models the objective and constraint functions by linear
-/// interpolation, 1994.
+/// The cost is the mean of ratios to the scheduled controller's figures on the same course: ITAE of the pitch step and,
+/// unless the speed is imposed, of the speed step, settling time of pitch, and peak after the gust. Constraints: |S|
+/// and the noise in the commands are no larger than with the scheduled controller at that speed.
+///
+/// Source of COBYLA: M. J. D. Powell, A direct search optimization method that models the objective and constraint
+/// functions by linear interpolation, 1994.
 ///
 /// # Errors
-/// Those of trim and linearisation.
+/// The errors of trim and linearisation.
 pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Result<Pid, String>, Error> {
     let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *v)?);
     let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
@@ -95,9 +97,9 @@ pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Re
                 controller's"
         )
     };
-    // The middle speed from several guesses, the others from what is best there and from one of them.
+    // The middle speed starts from several guesses, the others from its best gains and from one guess.
     let middle = speeds.len() / 2;
-    let first = GUESSES.iter().map(|quickness| (middle, guess(subject, *quickness)));
+    let first = GUESSES.iter().map(|factor| (middle, guess(subject, *factor)));
     let Some(best_there) = least(search(subject, &truth, first, evaluations)?, middle) else {
         return Ok(Err(none_at(speeds[middle])));
     };
@@ -114,16 +116,16 @@ pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Re
     Ok(Pid::new(subject, &chosen).ok_or_else(|| UNFIT.into()))
 }
 
-/// The gains found at a speed, with their cost; none where no gains hold the constraints.
+/// The best gains at a speed, with their cost; `None` if no gains satisfy the constraints.
 type Found = (usize, Option<(f64, Gains)>);
 
-/// The one of least cost at a speed.
+/// The gains of least cost at a speed.
 fn least(found: Vec<Found>, at: usize) -> Option<(f64, Gains)> {
     let here = found.into_iter().filter(|(i, _)| *i == at).filter_map(|(_, found)| found);
     here.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Searches from points at some of the speeds, as many at the same time as there are processors.
+/// Searches from some starting points in parallel.
 fn search(
     subject: &Subject,
     truth: &[Linearisation],
@@ -135,43 +137,45 @@ fn search(
         let l = &truth[i];
         let Some(limits) = sharpness(subject, &ours, l) else { return Ok((i, None)) };
         let figures = fly_at(subject, &ours, l.trim.speed)?;
-        let found = best(subject, l, (limits, figures), &start, evaluations);
-        let outcome = found.map_or("no gains hold the limits".into(), |(cost, _)| format!("cost {cost:.3}"));
+        let found = best(subject, l, limits, figures, &start, evaluations);
+        let outcome =
+            found.map_or("no gains meet the constraints".into(), |(cost, _)| format!("cost {cost:.3}"));
         subject.progress.done("report", &format!("  PID at {:.2} m/s: {outcome}", l.trim.speed));
         Ok((i, found))
     };
-    side_by_side(starts, work).into_iter().collect()
+    in_parallel(starts, work).into_iter().collect()
 }
 
-/// A first guess: poles about the frequencies of the models that pitch and speed follow, times a factor.
-fn guess(subject: &Subject, quickness: f64) -> Vec<f64> {
+/// An initial guess: poles near the frequencies of the reference models of pitch and speed, times a factor.
+fn guess(subject: &Subject, factor: f64) -> Vec<f64> {
     let model = |speed: bool| {
         let tracked = subject.inputs.design.tracked.iter().find(|t| (t.place == SPEED) == speed);
         tracked.and_then(|t| t.model).map_or(1.0, |ReferenceModel { frequency, .. }| frequency)
     };
-    let w = quickness * model(false);
-    let v = if subject.speed_is_given() { 0.0 } else { quickness * model(true) };
+    let w = factor * model(false);
+    let v = if subject.speed_is_given() { 0.0 } else { factor * model(true) };
     point(&Gains { pitch: [w * w, 0.3 * w * w * w, 2.0 * w], weight: 0.7, speed: [v, 0.2 * v * v] })
 }
 
-/// The best gains from one point that hold the constraints, with their cost.
+/// The best gains from one starting point that satisfy the constraints, with their cost.
 fn best(
     subject: &Subject,
     l: &Linearisation,
-    (limits, figures): (Sharpness, CourseFigures),
+    limits: Sharpness,
+    ours: CourseFigures,
     start: &[f64],
     evaluations: usize,
 ) -> Option<(f64, Gains)> {
     let around = |(i, x): (usize, &f64)| if i == WEIGHT { (0.0, 1.0) } else { (x - FARTHEST, x + FARTHEST) };
     let bounds: Vec<(f64, f64)> = start.iter().enumerate().map(around).collect();
-    let known: RefCell<Option<(Vec<f64>, Tried)>> = RefCell::new(None);
+    let known: RefCell<Option<(Vec<f64>, Evaluation)>> = RefCell::new(None);
     let best: RefCell<Option<(f64, Gains)>> = RefCell::new(None);
     let flights = Cell::new(0);
-    let evaluate = |x: &[f64]| -> Tried {
+    let evaluate = |x: &[f64]| -> Evaluation {
         if let Some((_, tried)) = known.borrow().as_ref().filter(|(at, _)| at == x) {
             return *tried;
         }
-        let tried = attempt(subject, l, (limits, figures), gains(x));
+        let tried = attempt(subject, l, limits, ours, gains(x));
         flights.set(flights.get() + 1);
         let holds = tried.constraints.iter().all(|c| *c >= -MISSED);
         let better = best.borrow().is_none_or(|(cost, _)| tried.cost < cost);
@@ -186,8 +190,7 @@ fn best(
     let rough = |x: &[f64], (): &mut ()| evaluate(x).constraints[1];
     let constraints: [&dyn Func<()>; 2] = [&sharp, &rough];
     let mut start = start.to_vec();
-    // From the best point of a search that has come to its end another one begins. Whatever ends a search, the best of
-    // its points counts.
+    // A new search starts from the best point of the last one. The best of all points is kept, however a search ends.
     while flights.get() + start.len() < evaluations {
         let left = evaluations - flights.get();
         let close = StopTols { xtol_abs: vec![CLOSE; start.len()], ..StopTols::default() };
@@ -205,10 +208,11 @@ fn best(
 fn attempt(
     subject: &Subject,
     l: &Linearisation,
-    (limits, ours): (Sharpness, CourseFigures),
+    limits: Sharpness,
+    ours: CourseFigures,
     gains: Gains,
-) -> Tried {
-    let lost = Tried { cost: UNSTABLE, constraints: [-UNSTABLE; 2] };
+) -> Evaluation {
+    let lost = Evaluation { cost: UNSTABLE, constraints: [-UNSTABLE; 2] };
     let Some(pid) = Pid::new(subject, &[(l, gains)]) else { return lost };
     let Some(found) = sharpness(subject, &pid, l) else { return lost };
     let constraints = [limits.peak / found.peak, limits.roughness / found.roughness].map(f64::ln);
@@ -222,5 +226,5 @@ fn attempt(
         ratios.push(figures.speed.itae / ours.speed.itae);
     }
     let cost = ratios.iter().map(|r| r.min(UNSTABLE)).sum::<f64>() / ratios.len() as f64;
-    Tried { cost, constraints }
+    Evaluation { cost, constraints }
 }

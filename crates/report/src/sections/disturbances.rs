@@ -1,4 +1,4 @@
-//! What a current and the noise of the sensors do to the loop; [`sea`] is of a sea that a file says.
+//! The effect of a current and of sensor noise on the loop; [`sea`] is about the sea of a file.
 
 pub(crate) mod sea;
 pub(crate) mod working_sea;
@@ -20,19 +20,19 @@ use signals::{EachTracked, SIGNALS};
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Demand, Flight};
+use squid_flight::flight::{Course, Demand, Flight};
 use std::f64::consts::PI;
 
-/// When the water begins to move forward, too (s).
+/// Start of the horizontal current (s).
 const FORWARD_TIME: f64 = 16.0;
-/// Frequencies of the responses to noise, 10^-2 rad/s and up, this many a decade.
+/// Frequencies per decade of the responses to noise, from 10^-2 rad/s.
 const LOWEST: i32 = -2;
 const IN_A_DECADE: i32 = 40;
 
-/// The section on a current that begins at once, and on noise.
+/// The section on a step of the current, and on noise.
 ///
 /// # Errors
-/// As [`fly`]; those of freezing and sampling the controller.
+/// As [`fly`], and the errors of freezing and sampling the controller.
 pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
@@ -56,10 +56,10 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME) },
     };
-    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (SHOWN, demand))
+    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: SHOWN, demand })
 }
 
-/// How much of their reach the commands take for the noise of each sensor, over its frequency.
+/// The commands due to the noise of each sensor, relative to their reach, over frequency.
 fn noise(subject: &Subject) -> Result<Figure, Error> {
     let design = &subject.inputs.design;
     let sensors = design.fed_back();
@@ -97,7 +97,7 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     })
 }
 
-/// From the noise of the sensors, the last of what the controller takes in, to the commands.
+/// The system from the sensor noise, the last inputs of the controller, to the commands.
 fn noisy(subject: &Subject, l: &Linearisation, sensors: usize) -> Result<StateSpace, Error> {
     let sampling = subject.sampling();
     let k = trapezoidal(&subject.frozen(&subject.controller, l)?, sampling.sample_time)?;

@@ -1,4 +1,4 @@
-//! The polynomials in speed against the true linearisations.
+//! The polynomials in speed compared with the true linearisations.
 
 use crate::error::Error;
 use crate::page::axis::{Axis, extent};
@@ -15,9 +15,9 @@ use squid_design::fit::frequency;
 use squid_design::linearise::{linearise_at, stacked};
 use squid_design::numbers::readable;
 
-/// The orders that are compared.
+/// The compared orders.
 const ORDERS: [usize; 2] = [1, 2];
-/// Units of the derivatives of [`STATES`] over those of the columns.
+/// Units of the entries: those of the derivatives of [`STATES`] over those of the columns.
 const UNITS: [[&str; STATES.len()]; STATES.len()] = [
     ["1/s", "1/s", "m/s", "m/s^2", "1/s^2"],
     ["1/s", "1/s", "m/s", "m/s^2", "1/s^2"],
@@ -25,10 +25,10 @@ const UNITS: [[&str; STATES.len()]; STATES.len()] = [
     ["1/m", "1/m", "1", "1/s", "1/(m s)"],
     ["1", "1", "m", "m/s", "1/s"],
 ];
-/// An entry that varies by less than this part of the largest entry is drawn no more than a zero.
+/// An entry that varies by less than this fraction of the largest entry is not drawn.
 const VARIES: f64 = 1e-4;
 
-/// The orders that are drawn: [`ORDERS`], and that of the design.
+/// The drawn orders: [`ORDERS`], and that of the design.
 fn orders(subject: &Subject) -> Vec<usize> {
     let own = subject.inputs.design.order;
     ORDERS.into_iter().chain((!ORDERS.contains(&own)).then_some(own)).collect()
@@ -53,7 +53,7 @@ fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
 /// The section on the entries of A over speed, linearised and fitted.
 ///
 /// # Errors
-/// [`ModelError::Fit`](squid_design::error::ModelError::Fit) when there are too few speeds.
+/// [`ModelError::Fit`](squid_design::error::ModelError::Fit) if there are too few speeds.
 pub fn entries(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let largest = subject.model.grid.iter().map(|(_, l)| l.a.amax()).fold(0.0, f64::max);
@@ -115,7 +115,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
             g.arg().to_degrees()
         }));
     }
-    // In rows of three: the phase of a speed below its magnitude.
+    // In rows of three, with the phase below the magnitude.
     charts.append(&mut phases);
     let errors =
         frequency::errors(&subject.inputs.vehicle.actuators, &subject.inputs.design.tracked, &subject.model);
@@ -151,10 +151,10 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// The poles that the source of the coefficients prints, beside those that follow from the coefficients.
+/// The poles published by the source of the coefficients, and those computed from the coefficients.
 ///
 /// # Errors
-/// Those of trim and linearisation.
+/// The errors of trim and linearisation.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
     let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
@@ -176,7 +176,7 @@ fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words), Part::Table(table)])
 }
 
-/// Poles in words, a pair as one.
+/// Poles in words; a complex pair is listed once.
 fn poles(all: &[Complex<f64>]) -> String {
     let one = |p: &Complex<f64>| match p.im {
         0.0 => format!("{:.3}", p.re),
@@ -202,7 +202,7 @@ fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
     table
 }
 
-/// The magnitude is of degrees of pitch per newton, or per degree of deflection.
+/// The unit of the magnitude: degrees of pitch per newton or per degree of deflection.
 fn scale(unit: &str) -> f64 {
     if unit == "rad" { 1f64.to_radians() } else { 1.0 }
 }
@@ -227,7 +227,7 @@ fn response(
     Chart::over_frequency(title, y.clone(), models.iter().enumerate().map(curve).collect())
 }
 
-/// Takes whole turns out of a phase in degrees.
+/// Removes jumps by 360 from a phase in degrees.
 pub fn unwrap(points: &mut [(f64, f64)]) {
     for i in 1..points.len() {
         let turns = ((points[i].1 - points[i - 1].1) / 360.0).round();
@@ -239,8 +239,8 @@ pub fn unwrap(points: &mut [(f64, f64)]) {
 mod tests {
     use super::*;
 
-    /// What the thesis prints for REMUS is set beside what follows from its coefficients, computed; a vehicle without
-    /// such a note has no such part.
+    /// The poles published for REMUS are compared with those computed from its coefficients; a vehicle without
+    /// published poles has no such part.
     #[test]
     fn poles_are_listed_in_pairs() {
         let c = Complex::new;

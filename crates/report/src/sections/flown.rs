@@ -1,4 +1,4 @@
-//! The loop as it flies, frozen at a speed: margins, steps, a gust, noise.
+//! The flying loop, frozen at a speed: margins, steps, a gust and noise.
 
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
@@ -22,10 +22,10 @@ struct Row {
     of: Box<dyn Fn(&Flown) -> f64>,
 }
 
-/// The section on the frozen loops as they fly.
+/// The section on the flying loops, frozen at speeds.
 ///
 /// # Errors
-/// Those of trim, linearisation and freezing.
+/// The errors of trim, linearisation and freezing.
 pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
     let frozen = &subject.verdict()?.found.frozen;
     let speeds: Vec<f64> = frozen.iter().map(|at| at.speed).collect();
@@ -40,7 +40,7 @@ pub fn flown(subject: &Subject) -> Result<Vec<Part>, Error> {
         let values: Vec<f64> = found.iter().map(|f| f.map_or(f64::NAN, &line.of)).collect();
         let text = |v: f64| number(v, line.decimals);
         let worse = |a: &f64, b: &f64| if line.least { b.total_cmp(a) } else { a.total_cmp(b) };
-        // Not-a-number is worst.
+        // NaN is worst.
         let unknown = values.iter().position(|v| v.is_nan());
         let worst = unknown.or_else(|| (0..values.len()).max_by(|i, j| worse(&values[*i], &values[*j])));
         let mut row = vec![line.name];
@@ -65,7 +65,7 @@ fn keys(names: &[&str]) -> Vec<Key> {
     names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
 }
 
-/// The least margins over speed, with what is asked of them.
+/// The smallest margins over speed, with their requirements.
 fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let mut keys = keys(&[
         "phase margin",
@@ -114,10 +114,10 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     }
 }
 
-/// What noise does to each command over speed.
+/// The noise in each command over speed.
 fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let actuators = &subject.inputs.vehicle.actuators;
-    // Dashed, since those of actuators in pairs lie on one another.
+    // Dashed, since curves of paired actuators coincide.
     let keys = actuators.iter().enumerate().map(|(j, a)| Key::nth(j, a.name.as_str())).collect();
     let rms = |(j, a): (usize, &Actuator)| curve(frozen, j, &|f| 100.0 * f.noise_rms[j] / a.reach());
     let curves = actuators.iter().enumerate().map(rms).collect();

@@ -1,5 +1,5 @@
-//! The loop at a frozen speed, linear: true linearisation and frozen controller, as it flies or as the synthesis sees
-//! it.
+//! The linear loop at a frozen speed: true linearisation and frozen controller, sampled as in flight or in continuous
+//! time as in the synthesis.
 
 use crate::error::Error;
 use crate::subject::Subject;
@@ -12,37 +12,37 @@ use nalgebra::{Complex, DMatrix};
 use squid_design::check::sampled::{Interconnection, trapezoidal};
 use std::f64::consts::PI;
 
-/// Time between the points of a response that is drawn (s), about.
+/// Approximate time between the points of a drawn response (s).
 const INTERVAL: f64 = 0.02;
 
-/// From the references to the tracked outputs and the controls, all in units of their scales.
+/// The loop from the references to the tracked outputs and the controls, all in units of their scales.
 #[derive(Debug, Clone)]
 pub struct FrozenLoop {
     system: StateSpace,
     tracked: usize,
-    /// T_ref of each tracked output, where it follows a model.
+    /// T_ref of each tracked output, if it has a reference model.
     models: Vec<Option<ReferenceModel>>,
     /// The sensitivity at the measurement of each tracked output.
     sensitivities: Vec<Option<StateSpace>>,
-    /// The sample time (s) of a loop from tick to tick; none in continuous time.
+    /// The sample time (s) of a discrete-time loop; `None` in continuous time.
     sample_time: Option<f64>,
 }
 
 impl FrozenLoop {
     /// Closes the true linearisation `l` with the controller frozen at the speed of its trim, in continuous time and
-    /// with the actuator lags that the design has.
+    /// with the actuator lags of the design.
     ///
     /// ```text
     /// x' = A x + B u,  y = r - C x or [r; C x],  u = K(rho) y
     /// ```
     ///
     /// # Errors
-    /// [`ModelError::Lft`](squid_design::error::ModelError::Lft) when the controller has no value there.
+    /// [`ModelError::Lft`](squid_design::error::ModelError::Lft) if the controller is not well posed there.
     pub fn ideal(subject: &Subject, controller: &Controller, l: &Linearisation) -> Result<Self, Error> {
         Ok(Self::of(subject, &subject.sampling().ideal(l), &subject.frozen(controller, l)?, None))
     }
 
-    /// The same loop as it flies: the controller at its sample time, the commands held, the actuators with their lags.
+    /// The loop as it flies: a sampled controller, held commands, and actuators with their lags.
     ///
     /// # Errors
     /// As [`Self::ideal`]; [`CertifyError::ModeAtTwiceTheRate`](squid_design::error::CertifyError::ModeAtTwiceTheRate).
@@ -64,7 +64,7 @@ impl FrozenLoop {
         }
     }
 
-    /// s or z of a frequency (rad/s).
+    /// s or z at a frequency (rad/s).
     fn at(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega);
         self.sample_time.map_or(s, |t| (s * t).exp())
@@ -74,39 +74,39 @@ impl FrozenLoop {
         self.system.response(self.at(omega))
     }
 
-    /// The highest frequency (rad/s) of a response: half of that of the sampling.
+    /// The highest frequency (rad/s) of a response: the Nyquist frequency.
     pub fn highest(&self) -> f64 {
         self.sample_time.map_or(f64::INFINITY, |t| PI / t)
     }
 
-    /// From the reference of one tracked output to that output at a frequency (rad/s); `None` at a pole.
+    /// T of one tracked output at a frequency (rad/s); `None` at a pole.
     pub fn closed(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
         Some(self.response(omega)?[(i, i)])
     }
 
-    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole, or where the
-    /// output is not measured.
+    /// `L = 1/S - 1` at the measurement of one tracked output at a frequency (rad/s); `None` at a pole or if the output
+    /// is not measured.
     pub fn open(&self, i: usize, omega: f64) -> Option<Complex<f64>> {
         let s = self.sensitivities[i].as_ref()?.response(self.at(omega))?[(0, 0)];
         Some(1.0 / s - 1.0)
     }
 
-    /// |T| of one tracked output at a frequency (rad/s); not-a-number at a pole.
+    /// |T| of one tracked output at a frequency (rad/s); NaN at a pole.
     pub fn tracking(&self, i: usize, omega: f64) -> f64 {
         self.closed(i, omega).map_or(f64::NAN, |t| t.norm())
     }
 
-    /// `|T_ref - T|` of one tracked output at a frequency (rad/s): of its error to the model that it follows, or to its
-    /// reference; not-a-number at a pole.
+    /// `|T_ref - T|` of one tracked output at a frequency (rad/s), with T_ref = 1 without a reference model; NaN at a
+    /// pole.
     pub fn error(&self, i: usize, omega: f64) -> f64 {
         let wanted = self.models[i].map_or(Complex::new(1.0, 0.0), |model| model.response(omega));
         self.response(omega).map_or(f64::NAN, |g| (wanted - g[(i, i)]).norm())
     }
 
     /// The largest |S| at the measurement of one tracked output over all frequencies; infinite for an unstable loop,
-    /// not-a-number where a mode is at half of the sampling's frequency, or where the output is not measured.
+    /// NaN if a mode is at the Nyquist frequency or the output is not measured.
     ///
-    /// A sampled loop is taken to continuous time, see [`StateSpace::from_circle_to_axis`].
+    /// A sampled loop is transformed to continuous time, see [`StateSpace::from_circle_to_axis`].
     pub fn peak(&self, i: usize) -> f64 {
         let Some(s) = &self.sensitivities[i] else { return f64::NAN };
         let continuous = match self.sample_time {
@@ -125,8 +125,8 @@ impl FrozenLoop {
         self.response(omega).map_or(f64::NAN, largest)
     }
 
-    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); not-a-number
-    /// when it is nowhere in 0.001 to 1000 rad/s, or up to [`Self::highest`].
+    /// The bandwidth of one tracked output: the highest frequency (rad/s) at which |T| is 1/sqrt(2); NaN if there
+    /// is none from 0.001 to 1000 rad/s or [`Self::highest`].
     ///
     /// Source: S. Skogestad, I. Postlethwaite, Multivariable Feedback Control, 2005, section 2.4.5.
     pub fn bandwidth(&self, i: usize) -> f64 {
@@ -146,9 +146,9 @@ impl FrozenLoop {
         10f64.powf(0.5 * (low + high))
     }
 
-    /// The response of one tracked output to a unit impulse of its own reference during a time (s), in 1/s: of a
-    /// sampled loop to a reference of one over the sample time during the first tick. The matrix exponential makes it
-    /// exact in continuous time.
+    /// The response of one tracked output to a unit impulse of its reference over a time (s), in 1/s; for a sampled
+    /// loop, to a reference of one over the sample time during the first tick. In continuous time it is exact, by the
+    /// matrix exponential.
     pub fn impulse(&self, i: usize, duration: f64) -> Vec<(f64, f64)> {
         let (transition, mut x, interval) = match self.sample_time {
             None => ((&self.system.a * INTERVAL).exp(), self.system.b.column(i).into_owned(), INTERVAL),
@@ -167,11 +167,11 @@ impl FrozenLoop {
         out
     }
 
-    /// The least damping ratio of its modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is
-    /// one of `ln z / T`.
+    /// The smallest damping ratio of the modes, and the frequency (rad/s) of that mode; a mode z of a sampled loop is
+    /// taken as `ln z / T`.
     pub fn least_damping(&self) -> (f64, f64) {
         let mode = |p: Complex<f64>| self.sample_time.map_or(p, |t| p.ln() / t);
-        // A mode that is gone within a tick has no damping ratio to speak of.
+        // A mode that decays within a tick has no meaningful damping ratio.
         let lasting = |p: &Complex<f64>| self.sample_time.is_none() || p.norm() > GONE;
         let ratios =
             self.system.poles().into_iter().filter(lasting).map(mode).map(|p| (-p.re / p.norm(), p.norm()));
@@ -179,7 +179,7 @@ impl FrozenLoop {
     }
 }
 
-/// A mode that is smaller than this part of itself a tick later is gone.
+/// A mode that decays below this fraction in a tick is ignored.
 const GONE: f64 = 1e-2;
 
 #[cfg(test)]
@@ -188,7 +188,7 @@ mod tests {
     use lpv::matrix::Mat;
     use nalgebra::dmatrix;
 
-    /// A loop with one output that measures its error, so that S = 1 - T.
+    /// A loop with one output and error feedback, so that S = 1 - T.
     fn of_first_output(system: StateSpace, sample_time: Option<f64>) -> FrozenLoop {
         let sensitivity = StateSpace {
             a: system.a.clone(),

@@ -13,14 +13,13 @@ use lpv::rate::{RateOptions, rate_bounded_gain_from};
 use proof::claim::parse;
 use squid_design::numbers::rounded_up;
 
-/// Speeds at which the finished loop is analysed. `squid design --ladder` takes more; here the page should not keep
-/// people waiting.
+/// Number of speeds at which the finished loop is analysed; fewer than in `squid design --ladder`, to save time.
 const SAMPLES: usize = 9;
 
-/// How close to the least each gamma is, relative to itself.
+/// Relative tolerance of each gamma.
 const ACCURACY: f64 = 0.01;
 
-/// The gain at a bounded rate is not sought where the gains on either side of it are this close, relative to themselves.
+/// The gain at a bounded rate is not computed if its lower and upper bounds are this close, relatively.
 const CLOSE: f64 = 0.05;
 
 /// The section on gamma for each assumption on the rate of the speed.
@@ -34,9 +33,9 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let rate = RateOptions { order: 1, accuracy: ACCURACY, ..RateOptions::default() };
     let lyapunov = lyapunov(subject);
     let options = LadderOptions {
-        // Those of the six speeds are known already.
+        // The gammas at the six speeds are already known.
         thetas: vec![],
-        // Sought below, where it is not known well enough from the gains on either side of it.
+        // Computed below, if its bounds are not close enough.
         rates: vec![],
         samples: SAMPLES,
         rate,
@@ -58,7 +57,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
             .map(|b| b.gamma.min(fast))
     };
     let slow = slow.map_or_else(|| format!("{frozen:.4} to {fast:.4}"), |gamma| format!("{gamma:.4}"));
-    let rungs = rungs(subject, &gammas, (acceleration, slow));
+    let rungs = rungs(subject, &gammas, acceleration, slow);
     let mut table = Table::new(["assumption", "gamma"]);
     table.rows.extend(rungs.into_iter().map(|(name, gamma)| vec![name, gamma]));
     let words = format!(
@@ -74,7 +73,7 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])
 }
 
-/// The Lyapunov matrix of the stored certificate, if that claims a gain for any rate of the speed.
+/// The Lyapunov matrix of the stored certificate, if it claims a gain for an arbitrary rate of the speed.
 fn lyapunov(subject: &Subject) -> Option<Mat> {
     let text = subject.stored.certificate.as_ref().ok()?;
     let AnyRate { x, v, .. } = parse(text, "certificate.json").ok()?.any_rate?;
@@ -86,8 +85,8 @@ fn lyapunov(subject: &Subject) -> Option<Mat> {
     }
 }
 
-/// Assumptions with the gains under them; that at most at an acceleration (m/s^2) is given in words.
-fn rungs(subject: &Subject, found: &Ladder, (acceleration, slow): (f64, String)) -> Vec<(String, String)> {
+/// The assumptions and their gains; the gain for a bounded acceleration (m/s^2) is given in words.
+fn rungs(subject: &Subject, found: &Ladder, acceleration: f64, slow: String) -> Vec<(String, String)> {
     let alone = subject.alone().iter().filter_map(|design| Some(design.as_ref().ok()?.gamma_optimum));
     let number = |gamma: Option<f64>| gamma.map_or_else(|| "unknown".to_owned(), |g| format!("{g:.4}"));
     let certified = rounded_up(found.certified);

@@ -1,4 +1,4 @@
-//! The loop over frequency: open and closed, at the measurement of each tracked output.
+//! The open and the closed loop over frequency, at the measurement of each tracked output.
 
 use crate::error::Error;
 use crate::page::axis::Axis;
@@ -12,12 +12,12 @@ use crate::subject::Subject;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
-/// From 10^-2 rad/s up, this many frequencies a decade.
+/// Frequencies per decade, from 10^-2 rad/s.
 const LOWEST: i32 = -2;
 const IN_A_DECADE: i32 = 60;
-/// Decibels of the Nichols charts.
+/// Gain range of the Nichols charts, dB.
 const SHOWN: f64 = 40.0;
-/// Points of the edge of a disk.
+/// Number of points on the edge of a disk.
 const EDGE: u32 = 180;
 
 /// The section on the open and the closed loop over frequency, at six speeds.
@@ -64,7 +64,7 @@ fn unwrapped(response: &Response) -> Vec<(f64, f64)> {
     points
 }
 
-/// The phase (deg) over frequency without jumps, from -360 to 0 deg where the gain is nearest to 1.
+/// The phase (deg) over frequency without jumps, from -360 to 0 deg at the gain closest to 1.
 fn phases(response: &Response) -> Vec<(f64, f64)> {
     let mut points = unwrapped(response);
     let from_one = |k: &usize| response[*k].1.norm().ln().abs();
@@ -134,8 +134,8 @@ fn disk(alpha: f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// alpha = 2/3: gains from (2 - alpha)/(2 + alpha) = 1/2 to 2, where the phase is -180 deg, and at gain 1 the phase
-    /// 2 atan(alpha/2) to either side.
+    /// alpha = 2/3: gains from (2 - alpha)/(2 + alpha) = 1/2 to 2, at a phase of -180 deg; at gain 1 the phase is
+    /// within 2 atan(alpha/2) on both sides.
     #[test]
     fn a_disk_has_its_gains_and_phases() {
         let alpha = 2.0 / 3.0;
@@ -151,7 +151,7 @@ mod tests {
         assert!((side - expected).abs() < 0.2, "{side} {expected}");
     }
 
-    /// -1/s^2 lags by 180 deg at each frequency, and is not drawn a turn away.
+    /// -1/s^2 lags by 180 deg at each frequency, and is not drawn 360 deg away.
     #[test]
     fn phases_are_where_a_loop_crosses() {
         let response = |k: i32| {

@@ -1,4 +1,4 @@
-//! The default manoeuvre: a step while the speed ramps.
+//! The default manoeuvre: a step during a speed ramp.
 
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};

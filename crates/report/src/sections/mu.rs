@@ -11,14 +11,14 @@ use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::robust::{between, vehicle};
 use crate::subject::{MuBounds, Subject};
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use at_speed::{Change, DECADES, SpeedMu};
 use squid_design::error::{Error as DesignError, UncertainError};
 use worst_gain::PARTS;
 
-/// Speeds in a panel.
+/// Number of speeds per panel.
 const IN_A_PANEL: usize = 3;
-/// A parameter with a smaller share in the instability is not named.
+/// A parameter with a smaller share in the instability is not listed.
 const NAMED: f64 = 0.1;
 /// The section on mu: bounds for robust stability over frequency, and worst-case gains, at six speeds.
 ///
@@ -61,9 +61,9 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// All speeds, side by side.
+/// All speeds, in parallel.
 fn at_all_speeds(subject: &Subject) -> Vec<Result<SpeedMu, Error>> {
-    side_by_side(subject.speeds.iter(), |speed| {
+    in_parallel(subject.speeds.iter(), |speed| {
         let analysis = SpeedMu::new(subject, *speed);
         subject.progress.done("report", &format!("  mu at {speed:.2} m/s"));
         analysis
@@ -220,7 +220,7 @@ fn gain_table(found: &[SpeedMu]) -> Table {
     table
 }
 
-/// The parameters with the largest shares, which come first.
+/// The parameters with the largest shares, in decreasing order.
 fn causes(worst: &[Change]) -> String {
     let named = worst.iter().filter(|c| c.share >= NAMED);
     named.map(|c| format!("{} {} ({:.0} %)", c.name, c.by, 100.0 * c.share)).collect::<Vec<_>>().join(", ")

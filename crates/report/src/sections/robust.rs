@@ -1,4 +1,4 @@
-//! The robust controller against the nominal one, where the design is a robust one.
+//! Comparison of the robust controller with the nominal one, for a robust design.
 
 use crate::error::Error;
 use crate::page::chart::{Chart, Curve};
@@ -9,10 +9,10 @@ use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
 
-/// The section on the robust controller against the nominal one.
+/// The section on the robust and the nominal controller.
 ///
 /// # Errors
-/// Those of [`squid_design::synthesise::robust::StoredRobust::confirm`]: what is not proved is not shown.
+/// As [`squid_design::synthesise::robust::StoredRobust::confirm`]: unproved results are not shown.
 pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(stored) = &subject.stored.robust else {
         let words = if subject.inputs.is_uncertain() {
@@ -99,7 +99,7 @@ fn ladder(figures: &RobustFigures) -> Table {
     table
 }
 
-/// Both controllers over speed, the nominal one first.
+/// Figures of both controllers over speed, the nominal one first.
 fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
     let curve = |which: usize, of: &dyn Fn(&Frozen) -> Option<f64>| Curve {
         key: which,
@@ -144,8 +144,7 @@ pub fn vehicle(gain: Option<f64>) -> String {
     gain.map_or_else(|| "none".into(), |gain| format!("{gain:.4}"))
 }
 
-/// A gain between its bounds: (below, at least). One number where they agree to three
-/// decimals.
+/// A gain from its bounds, (upper, lower), in words: one number if they agree to three decimals.
 pub fn between(gain: Option<(f64, f64)>) -> String {
     match gain {
         None => "no bound".into(),

@@ -1,4 +1,4 @@
-//! The weights against what was achieved: sensitivities and control efforts at six speeds.
+//! The weights compared with the achieved sensitivities and control efforts at six speeds.
 
 use crate::error::Error;
 use crate::page::axis::Axis;
@@ -14,7 +14,7 @@ use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
 use squid_design::numbers::above;
 
-/// Frequencies, rad/s, evenly spread on a logarithmic axis from 1e-4 to 1e2.
+/// Frequencies, rad/s, logarithmically spaced from 1e-4 to 1e2.
 fn axis() -> Vec<f64> {
     (0..=240).map(|i| 10f64.powf(-4.0 + f64::from(i) / 40.0)).collect()
 }
@@ -75,16 +75,16 @@ fn all(
     subject.truth.iter().map(|l| make(subject, &subject.controller, l)).collect()
 }
 
-/// A number at each of the six speeds.
+/// A value at each of the six speeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Both {
-    /// Of the loop as it flies.
+    /// For the loop as it flies.
     pub flying: Vec<f64>,
-    /// Of the one in continuous time.
+    /// For the loop in continuous time.
     pub ideal: Vec<f64>,
 }
 
-/// What the loop achieves for the output that steps.
+/// The performance of the loop for the stepped output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Achieved {
     /// Peaks of |S|.
@@ -94,7 +94,7 @@ pub struct Achieved {
 }
 
 impl Achieved {
-    /// That of the stored controller.
+    /// The performance of the stored controller.
     ///
     /// # Errors
     /// As [`sensitivity`].

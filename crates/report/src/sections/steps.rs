@@ -1,4 +1,4 @@
-//! Steps of pitch or depth and of speed at six speeds, flown: what is tracked, and every actuator.
+//! Simulated steps of pitch or depth and of speed at six speeds: the tracked outputs, and every actuator.
 
 pub mod limits;
 
@@ -14,7 +14,7 @@ use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
 use signals::{EachTracked, SPEED};
 use squid_design::numbers::readable;
-use squid_flight::flight::{Demand, Flight, Row};
+use squid_flight::flight::{Course, Demand, Flight, Row};
 
 /// The section on steps of each reference.
 ///
@@ -56,7 +56,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     ])
 }
 
-/// Which of the flights end at the surface.
+/// The flights that end at the surface, in words.
 fn ends(subject: &Subject, flown: &[Flight], what: &str) -> String {
     let ends = flown.iter().zip(&subject.speeds).filter_map(|(f, v)| Some((v, f.surfacing?)));
     ends.map(|(v, s)| format!(" In the step of {what} at {v:.2} m/s {s}, and the flight ends there."))
@@ -71,17 +71,16 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
         above_trim: EachTracked::default(),
         current: Current::default(),
     };
-    fly(subject, &Scheduled(subject), (&subject.inputs.vehicle, &[]), (FLOWN, demand))
+    fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: FLOWN, demand })
 }
 
-/// The least that the axes of pitch (deg) or depth (m), and of speed (m/s) span: what is less is no motion.
+/// The smallest range of the axes of pitch (deg) or depth (m), and of speed (m/s); smaller motion is negligible.
 const LEAST: [f64; 2] = [0.1, 0.002];
 
-/// A limit is drawn where its axis is no more than so many times as long as the commands need: it must not flatten
-/// them.
+/// A limit is drawn if it extends the axis by at most this factor, so that it does not flatten the commands.
 const FLATTER: f64 = 8.0;
 
-/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), of flights with a key each.
+/// Pitch or depth, speed, and the command of each actuator with its limits over time (s), with one key per flight.
 pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: f64) -> Figure {
     let (references, limits) = (keys.len(), keys.len() + 1);
     keys.push(Key { dash: "7 3", ..Key::reference("reference") });
@@ -122,7 +121,7 @@ pub fn figure(subject: &Subject, mut keys: Vec<Key>, flights: &[Flight], until: 
     Figure { name: String::new(), caption: String::new(), keys, charts }
 }
 
-/// Each course once, as curves of one kind.
+/// Distinct curves, with a common key.
 fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
     let mut out: Vec<Curve> = vec![];
     for course in courses {
@@ -133,7 +132,7 @@ fn different(courses: Vec<Curve>, key: usize) -> Vec<Curve> {
     out
 }
 
-/// The limits of an actuator that can be drawn beside its commands, and those that would flatten them.
+/// The limits of an actuator that can be drawn with its commands, and those that would flatten them.
 fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
     let (low, high) = extent(commands.iter().flat_map(|curve| &curve.points).map(|p| p.1));
     limits.into_iter().partition(|limit| high.max(*limit) - low.min(*limit) <= FLATTER * (high - low))
@@ -143,7 +142,7 @@ fn limits_near(commands: &[Curve], limits: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
 mod tests {
     use super::*;
 
-    /// Commands from 1 to 2 N: a limit of 8 N is drawn beside them, one of -30 N is not.
+    /// With commands from 1 to 2 N, a limit of 8 N is drawn, and one of -30 N is not.
     #[test]
     fn a_limit_far_away_does_not_flatten_the_commands() {
         let commands = [Curve { key: 0, points: vec![(0.0, 1.0), (1.0, 2.0)] }];

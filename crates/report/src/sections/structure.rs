@@ -1,5 +1,5 @@
-//! Block diagrams with the sizes of this design: how plant, controller and speed are wired, and what is
-//! weighted.
+//! Block diagrams with the sizes of the design: the connections of plant, controller and speed, and the weighted
+//! signals.
 
 use crate::error::Error;
 use crate::page::diagram::Diagram;
@@ -53,10 +53,11 @@ fn scheduled(plant: Sizes, k: Sizes) -> Diagram {
     d
 }
 
-/// From a wire to the words beside it, and half the width of a letter of theirs, in units of the page.
+/// Distance of a label from its line, and half the width of its letters, in units of the page.
 const BESIDE: (f64, f64) = (8.0, 3.8);
 
-/// The wires between a box about `(x, y)`, so wide, and another at a height, so wide: in on the right, out on the left.
+/// The lines between a box with centre `(x, y)` and a width, and another box with a height and a width: to the right
+/// side of the former, from its left side.
 fn loop_through(
     d: &mut Diagram,
     (x, y, width): (f64, f64, f64),
@@ -97,7 +98,7 @@ fn augmented(plant: Sizes, k: Sizes) -> Diagram {
     d
 }
 
-/// What is weighted.
+/// The weighted signals.
 fn weighted(subject: &Subject, states: usize) -> Diagram {
     let design = &subject.inputs.design;
     let (tracked, m) = (design.tracked.len(), subject.inputs.vehicle.actuators.len());

@@ -1,4 +1,4 @@
-//! What is proved of the controller, and what is not.
+//! What is proved for the controller, and what is not.
 
 use crate::error::Error;
 use crate::page::section::Part;
@@ -6,7 +6,7 @@ use crate::subject::Subject;
 use certificate::Theorem;
 use squid_design::certify::limits::ClaimedStep;
 
-/// How far the theorem goes, and where else it is proved.
+/// The scope of the theorem, and other places where it is proved.
 fn reach(theorem: &Theorem, certified: bool) -> &'static str {
     match (theorem.gamma_with_model_error, certified) {
         (Some(_), true) => {

@@ -1,11 +1,11 @@
-//! What the design asks of the loop, and what the loop achieves as it flies.
+//! The requirements of the design, and what the flying loop achieves.
 
 use crate::error::Error;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use squid_design::verdict::row::{Outcome, Row};
 
-/// The section with the verdict's table.
+/// The section with the table of the verdict.
 ///
 /// # Errors
 /// As [`Subject::verdict`].

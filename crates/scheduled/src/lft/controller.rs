@@ -11,7 +11,7 @@ use crate::{Lft, Matrix, TickError};
 #[derive(Debug)]
 struct Law {
     lft: Lft,
-    /// `Dtt` is quasi-triangular, and `Theta = theta I`.
+    /// Whether `Dtt` is quasi-triangular and `Theta = theta I`.
     triangular: bool,
     /// `[Ct Dty]`.
     into_loop: Panels,
@@ -21,7 +21,7 @@ struct Law {
     update: Panels,
 }
 
-/// A discrete LFT with its state and workspace.
+/// A discrete-time LFT with its state and workspace.
 #[derive(Debug, Clone)]
 pub struct LftController {
     law: Arc<Law>,
@@ -35,7 +35,7 @@ pub struct LftController {
 }
 
 impl LftController {
-    /// A controller with state zero; `lft` is in discrete time.
+    /// A controller with zero state; `lft` is in discrete time.
     #[inline]
     pub fn new(lft: Lft) -> Self {
         let sizes = lft.sizes();
@@ -45,9 +45,9 @@ impl LftController {
         };
         let law = Law {
             triangular,
-            into_loop: Panels::beside(&[&lft.ct, &lft.dty]),
-            output: Panels::beside(&[&lft.cu, &lft.duy, &lft.dut]),
-            update: Panels::beside(&[&lft.a, &lft.by, &lft.bt]),
+            into_loop: Panels::concatenated(&[&lft.ct, &lft.dty]),
+            output: Panels::concatenated(&[&lft.cu, &lft.duy, &lft.dut]),
+            update: Panels::concatenated(&[&lft.a, &lft.by, &lft.bt]),
             lft,
         };
         Self {
@@ -59,13 +59,13 @@ impl LftController {
         }
     }
 
-    /// The LFT as a tick uses it: in coordinates of the channels in which `Dtt` is quasi-triangular, where they are
-    /// found ([`is_triangular`](Self::is_triangular)).
+    /// The LFT as ticks use it: in channel coordinates in which `Dtt` is quasi-triangular, if they were found
+    /// ([`is_triangular`](Self::is_triangular)).
     pub fn lft(&self) -> &Lft {
         &self.law.lft
     }
 
-    /// Whether the loop through Theta is solved from the last row of `Dtt` to the first, without pivots.
+    /// Whether the loop through Theta is solved by back substitution, without pivoting.
     pub fn is_triangular(&self) -> bool {
         self.law.triangular
     }
@@ -80,12 +80,12 @@ impl LftController {
         &self.signals[..self.next_state.len()]
     }
 
-    /// Sets the state xk, which has as many entries as before.
+    /// Sets the state xk; the length must be the same.
     pub(crate) fn set_state(&mut self, state: &[f64]) {
         self.signals[..state.len()].copy_from_slice(state);
     }
 
-    /// Computes `u` from the present state and `y`; the state stays.
+    /// Computes `u` from the state and `y`; the state does not change.
     ///
     /// ```text
     /// (I - Dtt Theta) zk = Ct xk + Dty y,   wk = Theta zk,   u = Cu xk + Duy y + Dut wk
@@ -115,15 +115,14 @@ impl LftController {
         self.signals[..self.next_state.len()].copy_from_slice(&self.next_state);
     }
 
-    /// Moves the state further, by `gain excess`. Shapes: `gain` n x m, `excess` m.
-    pub(crate) fn push(&mut self, gain: &Matrix, excess: &[f64]) {
+    /// Adds `gain excess` to the state. Shapes: `gain` n x m, `excess` m.
+    pub(crate) fn add_to_state(&mut self, gain: &Matrix, excess: &[f64]) {
         if excess.iter().any(|part| *part != 0.0) {
             gain.add_product(excess, &mut self.signals[..self.next_state.len()]);
         }
     }
 
-    /// Computes the derivative of `u` in one direction, `du` along `dy` and `dtheta`, the state held. The controller
-    /// does not change.
+    /// Computes the derivative `du` of `u` along `dy` and `dtheta` at a constant state. The controller does not change.
     ///
     /// ```text
     /// (I - Dtt Theta) zk  = Ct xk + Dty y
@@ -137,8 +136,10 @@ impl LftController {
     #[inline]
     pub fn tangent(
         &self,
-        (y, dy): (&[f64], &[f64]),
-        (theta, dtheta): (&[f64], &[f64]),
+        y: &[f64],
+        theta: &[f64],
+        dy: &[f64],
+        dtheta: &[f64],
         du: &mut [f64],
     ) -> Result<(), TickError> {
         let lft = &self.law.lft;
@@ -163,9 +164,9 @@ impl LftController {
 }
 
 impl Law {
-    /// Solves `(I - Dtt Theta) z = b`; `z` contains b before and the solution after. `matrix` is workspace, r x r.
+    /// Solves `(I - Dtt Theta) z = b`; `z` contains b on entry, the solution on return. `matrix` is workspace, r x r.
     fn close_loop(&self, theta: &[f64], matrix: &mut [f64], z: &mut [f64]) -> Result<(), TickError> {
-        let done = match (self.triangular, theta) {
+        let solved = match (self.triangular, theta) {
             (true, [theta]) => solve_quasi_triangular(&self.lft.dtt, *theta, z),
             _ => {
                 self.fill_loop(theta, matrix);
@@ -173,7 +174,7 @@ impl Law {
             }
         };
         let parameter = theta.first().copied().unwrap_or(0.0);
-        done.map_err(|pivot| TickError::SingularLoop { parameter, pivot })
+        solved.map_err(|pivot| TickError::SingularLoop { parameter, pivot })
     }
 
     /// Fills in `I - Dtt Theta`, row by row.

@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use crate::{DesignError, Lft, Matrix};
 
 impl Lft {
-    /// Returns the LFT in discrete time by the trapezoidal rule, with Theta's channels as inputs and outputs of a
-    /// linear time-invariant system.
+    /// The LFT in discrete time by the trapezoidal rule, applied to the linear time-invariant system with Theta's
+    /// channels as inputs and outputs.
     ///
     /// With `v = [y; wk]`, `o = [u; zk]`, `P = (I - A T/2)^-1`:
     ///
@@ -14,8 +14,8 @@ impl Lft {
     /// Ad = P (I + A T/2),  Bd = P B T,  Cd = C P,  Dd = D + C P B T/2
     /// ```
     ///
-    /// For every constant Theta, `K_d(e^{jwT}, Theta) = K_c(j (2/T) tan(wT/2), Theta)`: closing the loop with Theta and
-    /// the substitution `s = (2/T) (z - 1)/(z + 1)` commute.
+    /// For every constant Theta, `K_d(e^{jwT}, Theta) = K_c(j (2/T) tan(wT/2), Theta)`: closing the loop through Theta
+    /// and the substitution `s = (2/T) (z - 1)/(z + 1)` commute.
     ///
     /// # Errors
     /// [`DesignError::TooFast`].
@@ -41,8 +41,8 @@ impl Lft {
         })
     }
 
-    /// `P E T` for a matrix E whose inputs are held over a tick and known at its beginning: those of the tick itself
-    /// would not do for what the outputs of the tick depend on.
+    /// `P E T` for the input matrix E of inputs that are constant over a tick. The trapezoidal rule itself would add a
+    /// direct feedthrough, an algebraic loop for inputs that depend on the outputs of the tick.
     ///
     /// # Errors
     /// [`DesignError::TooFast`].

@@ -30,7 +30,7 @@ pub(crate) fn solve_in_place(matrix: &mut [f64], b: &mut [f64]) -> Result<(), f6
         }
         let (above, below) = matrix.split_at_mut((column + 1) * n);
         let (diagonal, pivot_row) = above[column * n + column..].split_at_mut(1);
-        // Kept for the back substitution: one division per column instead of one per row.
+        // For the back substitution: one division per column instead of one per row.
         let reciprocal = 1.0 / pivot;
         diagonal[0] = reciprocal;
         let (solved, rest) = b.split_at_mut(column + 1);

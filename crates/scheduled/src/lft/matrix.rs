@@ -1,8 +1,8 @@
-//! A small dense matrix, row by row, for products without allocation.
+//! A small dense matrix in row-major order, for products without allocation.
 
 use nalgebra::DMatrix;
 
-/// A matrix with its rows one after the other.
+/// A row-major matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     rows: usize,
@@ -11,7 +11,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// A matrix of entries, row by row; `None` if their number is not `rows columns`.
+    /// A matrix from its entries in row-major order; `None` if their number is not `rows columns`.
     pub fn new(rows: usize, columns: usize, entries: Vec<f64>) -> Option<Self> {
         (entries.len() == rows * columns).then_some(Self { rows, columns, entries })
     }
@@ -33,7 +33,7 @@ impl Matrix {
 
     /// `out += M x`.
     ///
-    /// Shapes: `x` has as many entries as the matrix has columns, `out` as many as it has rows.
+    /// Shapes: `x` has one entry per column, `out` one per row.
     pub fn add_product(&self, x: &[f64], out: &mut [f64]) {
         debug_assert_eq!((self.rows, self.columns), (out.len(), x.len()));
         for (index, sum) in out.iter_mut().enumerate() {

@@ -1,11 +1,11 @@
-//! Matrices side by side, laid out for products.
+//! Horizontally concatenated matrices, laid out for fast products.
 
 use crate::Matrix;
 
-/// Rows whose sums are kept at a time; a processor adds to them in parallel.
+/// Rows per panel; a processor accumulates their sums in parallel.
 const HEIGHT: usize = 4;
 
-/// `[M1 M2 ...]`, column by column within panels of four rows; the last panel is filled up with zeros.
+/// `[M1 M2 ...]`, column-major within panels of four rows; the last panel is padded with zeros.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Panels {
     columns: usize,
@@ -13,25 +13,25 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// Matrices with equally many rows, side by side.
+    /// The concatenation of matrices with equally many rows.
     #[inline]
-    pub(crate) fn beside(matrices: &[&Matrix]) -> Self {
+    pub(crate) fn concatenated(matrices: &[&Matrix]) -> Self {
         let rows = matrices.first().map_or(0, |matrix| matrix.rows());
         let columns = matrices.iter().map(|matrix| matrix.columns()).sum();
-        let mut entries = vec![[0.0; HEIGHT]; rows.div_ceil(HEIGHT) * columns];
+        let mut panels = vec![[0.0; HEIGHT]; rows.div_ceil(HEIGHT) * columns];
         for row in 0..rows {
-            let panel = &mut entries[row / HEIGHT * columns..];
-            let whole = matrices.iter().flat_map(|matrix| matrix.row(row));
-            for (column, entry) in panel.iter_mut().zip(whole) {
+            let panel = &mut panels[row / HEIGHT * columns..];
+            let entries = matrices.iter().flat_map(|matrix| matrix.row(row));
+            for (column, entry) in panel.iter_mut().zip(entries) {
                 column[row % HEIGHT] = *entry;
             }
         }
-        Self { columns, entries }
+        Self { columns, entries: panels }
     }
 
     /// `out = [M1 M2 ...] x`.
     ///
-    /// Shapes: `x` has as many entries as there are columns, `out` as many as there are rows.
+    /// Shapes: `x` has one entry per column, `out` one per row.
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
         debug_assert_eq!((self.columns, self.entries.len()), (x.len(), out.len().div_ceil(HEIGHT) * x.len()));
         for (index, out) in out.chunks_mut(HEIGHT).enumerate() {
@@ -53,7 +53,7 @@ impl Panels {
 mod tests {
     use super::*;
 
-    fn counted(rows: usize, columns: usize, first: f64) -> Matrix {
+    fn numbered(rows: usize, columns: usize, first: f64) -> Matrix {
         let entries = (0..rows * columns).map(|index| first + index as f64).collect();
         Matrix::new(rows, columns, entries).unwrap()
     }
@@ -61,12 +61,12 @@ mod tests {
     #[test]
     fn products_are_those_of_the_matrices() {
         for (rows, left, right) in [(0, 2, 1), (1, 1, 0), (3, 2, 4), (4, 0, 0), (4, 3, 1), (9, 6, 5)] {
-            let (one, other) = (counted(rows, left, -3.0), counted(rows, right, 7.0));
+            let (one, other) = (numbered(rows, left, -3.0), numbered(rows, right, 7.0));
             let x: Vec<f64> = (0..left + right).map(|index| 0.5 * index as f64 - 1.0).collect();
             let (mut expected, mut product) = (vec![0.0; rows], vec![f64::NAN; rows]);
             one.add_product(&x[..left], &mut expected);
             other.add_product(&x[left..], &mut expected);
-            Panels::beside(&[&one, &other]).product(&x, &mut product);
+            Panels::concatenated(&[&one, &other]).product(&x, &mut product);
             assert_eq!(product, expected, "{rows} x ({left} + {right})");
         }
     }

@@ -1,26 +1,25 @@
-//! Coordinates of the channels in which the loop through Theta is cheap to solve, for one scheduling parameter.
+//! Channel coordinates in which the loop through Theta is cheap to solve, for one scheduling parameter.
 //!
-//! `Theta = theta I` commutes with every orthogonal Q, so that a change of coordinates of the channels leaves y to u
-//! unchanged.
-//! In those of the real Schur form `Dtt = Q T Q^T` a tick solves `(I - theta T) z = b` from the last row to the
-//! first, in r^2 operations and without pivots, where a full matrix takes r^3/3.
+//! `Theta = theta I` commutes with every orthogonal Q, so that a change of channel coordinates leaves the map from y to
+//! u unchanged. In the coordinates of the real Schur form `Dtt = Q T Q^T`, a tick solves `(I - theta T) z = b` by back
+//! substitution, in r^2 operations and without pivoting; a full matrix takes r^3/3.
 //!
 //! Source: Golub and Van Loan, Matrix Computations, 4th ed., 2013, sections 7.4.1 and 7.6.2.
 
 use crate::{Lft, Matrix};
 
-/// QR iterations after which the Schur form is given up; it usually takes a few per channel.
-const MOST_ITERATIONS: usize = 10_000;
+/// Maximum number of QR iterations for the Schur form; it usually takes a few per channel.
+const MAX_ITERATIONS: usize = 10_000;
 
 impl Lft {
-    /// The same controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in place of
+    /// This controller with `Dtt` quasi-triangular: `Bt Q`, `Dut Q`, `Q^T Ct`, `Q^T Dty` and `T` in place of
     /// `Bt`, `Dut`, `Ct`, `Dty` and `Dtt`; `None` with several parameters, or if the iteration does not converge.
     #[inline]
     pub(crate) fn in_schur_coordinates(&self) -> Option<Self> {
         if self.blocks.len() != 1 {
             return None;
         }
-        let (q, t) = self.dtt.to_dense().try_schur(f64::EPSILON, MOST_ITERATIONS)?.unpack();
+        let (q, t) = self.dtt.to_dense().try_schur(f64::EPSILON, MAX_ITERATIONS)?.unpack();
         let (transposed, q) = (Matrix::from_dense(&q.transpose()), Matrix::from_dense(&q));
         Some(Self {
             bt: self.bt.times(&q),
@@ -33,17 +32,17 @@ impl Lft {
     }
 }
 
-/// Replaces `b` by the solution of `(I - theta T) z = b`, T quasi-triangular: entries below its blocks of one or
+/// Replaces `b` by the solution of `(I - theta T) z = b` with T quasi-triangular; entries below its blocks of one or
 /// two rows are not read.
 ///
 /// # Errors
-/// The determinant of the first block that is singular to working precision.
+/// The determinant of the first block found singular to working precision.
 pub(crate) fn solve_quasi_triangular(t: &Matrix, theta: f64, b: &mut [f64]) -> Result<(), f64> {
     let precision = b.len() as f64 * f64::EPSILON;
     let mut end = b.len();
     while end > 0 {
         let (open, solved) = b.split_at_mut(end);
-        // The latest entry of z is added last, so that the sum of the others does not wait for it.
+        // The newest entry of z is added last, so that the sum of the others need not wait for it.
         let known = |row: &[f64]| -> f64 {
             row[end..].iter().zip(&*solved).rev().map(|(entry, z)| entry * z).sum::<f64>() * theta
         };
@@ -82,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solves_through_blocks_of_one_and_of_two() {
+    fn solves_with_blocks_of_one_and_two_rows() {
         let t = [
             [0.5, 1.0, -2.0, 0.3, 4.0],
             [0.0, 0.2, 3.0, -1.0, 0.7],

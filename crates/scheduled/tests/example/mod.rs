@@ -62,7 +62,7 @@ pub fn design() -> ControllerDesign {
     }
 }
 
-/// The same controller, K (r - y), with references and measurements as inputs of their own.
+/// The same controller, K (r - y), with references and measurements as separate inputs.
 pub fn two_degrees() -> ControllerDesign {
     let mut design = design();
     let errors = std::mem::take(&mut design.controller_inputs);

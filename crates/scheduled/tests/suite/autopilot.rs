@@ -1,4 +1,4 @@
-//! When ticks fall, what they use, and what they put out.
+//! The times, inputs and outputs of ticks.
 
 use crate::example;
 use proptest::prelude::*;
@@ -7,7 +7,7 @@ use signals::{PITCH, SIGNALS, SPEED, TRACKED};
 
 const CRUISE: Inputs = inputs([-0.01, 1.749], [-0.01, 1.749]);
 
-/// Pitch and speed as measured, and as wanted; the other signals are 0.
+/// Measured values and references of pitch and speed; the other signals are 0.
 const fn inputs(measured: [f64; 2], wanted: [f64; 2]) -> Inputs {
     let mut inputs = Inputs { measured: [0.0; SIGNALS.len()], references: [0.0; TRACKED] };
     (inputs.measured[PITCH], inputs.measured[SPEED]) = (measured[0], measured[1]);
@@ -26,7 +26,7 @@ fn started() -> Autopilot {
     autopilot
 }
 
-/// How many ticks run until a time.
+/// The number of ticks that run until a time.
 fn ticks_to(autopilot: &mut Autopilot, to: f64, inputs: &Inputs) -> u64 {
     let before = autopilot.ticks();
     autopilot.advance(to, inputs).unwrap();
@@ -34,7 +34,7 @@ fn ticks_to(autopilot: &mut Autopilot, to: f64, inputs: &Inputs) -> u64 {
 }
 
 #[test]
-fn puts_out_the_trim_when_nothing_is_wrong() {
+fn puts_out_the_trim_without_errors() {
     let mut autopilot = started();
     for second in 1..100 {
         autopilot.advance(f64::from(second), &CRUISE).unwrap();
@@ -44,7 +44,7 @@ fn puts_out_the_trim_when_nothing_is_wrong() {
     assert_eq!((outputs.scheduling_parameter, outputs.trim_pitch, outputs.out_of_range), (0.0, -0.01, false));
 }
 
-/// By hand, rho = 0 and the state zero: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
+/// By hand, at rho = 0 and zero state: u = Duy_d y with Duy_d = Duy + Cu (I - A T/2)^-1 By T/2.
 #[test]
 fn initial_outputs_are_feedforward_and_direct_feedthrough() {
     let off = inputs([-0.01 - 0.17, 1.749], [-0.01, 1.749]);
@@ -86,7 +86,7 @@ fn large_steps_run_several_ticks() {
 }
 
 #[test]
-fn rounding_neither_loses_nor_doubles_a_tick() {
+fn rounding_neither_skips_nor_repeats_a_tick() {
     for step in [0.00999999999999934, 0.01, 0.010000000000000009] {
         let (mut autopilot, mut time) = (started(), 0.0);
         for _ in 0..100_000 {
@@ -115,10 +115,10 @@ fn tells_when_the_next_tick_is_due() {
 }
 
 proptest! {
-    /// However the time is cut, the ticks see the inputs of the step they fall into: here the inputs change at
-    /// multiples of the sample time only, so every cut must give the same outputs.
+    /// Ticks use the inputs of the step that contains them. Here the inputs change at multiples of the sample time
+    /// only, so all communication points must give the same outputs.
     #[test]
-    fn outputs_do_not_depend_on_the_cut(
+    fn outputs_do_not_depend_on_the_communication_points(
         cuts in prop::collection::vec(1u32..200, 1..60),
         start in -5.0..5.0f64,
         jitter in -1e-9..1e-9f64,
@@ -146,7 +146,7 @@ proptest! {
 }
 
 #[test]
-fn tells_once_that_the_speed_left_the_range() {
+fn reports_once_that_the_speed_left_the_range() {
     let mut autopilot = started();
     let mut to = 0.0;
     let mut left = |speed: f64| {
@@ -164,7 +164,7 @@ fn tells_once_that_the_speed_left_the_range() {
 }
 
 #[test]
-fn commands_keep_their_limits() {
+fn commands_stay_within_their_limits() {
     let mut autopilot = started();
     autopilot.advance(5.0, &inputs([10.0, 1.749], [-0.01, 1.749])).unwrap();
     assert_eq!(autopilot.outputs().commands[0], -60.0);
@@ -173,7 +173,7 @@ fn commands_keep_their_limits() {
 }
 
 #[test]
-fn refuses_inputs_that_are_no_numbers() {
+fn rejects_inputs_that_are_not_finite() {
     let mut autopilot = started();
     let error = autopilot.advance(1.0, &inputs([-0.01, f64::NAN], [-0.01, 1.749])).unwrap_err();
     assert!(matches!(error, TickError::InputNotFinite { name: "speed", .. }));

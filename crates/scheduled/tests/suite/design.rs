@@ -1,4 +1,4 @@
-//! Reading, writing and refusing designs.
+//! Reading, writing and rejecting designs.
 
 use crate::example;
 use proptest::prelude::*;
@@ -25,7 +25,7 @@ proptest! {
     }
 }
 
-/// The committed design is written as it was read, to the byte.
+/// The committed design is written as it was read, byte for byte.
 #[test]
 fn a_design_is_written_as_it_was_read() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/squid/frozen/controller.json");
@@ -34,7 +34,7 @@ fn a_design_is_written_as_it_was_read() {
 }
 
 #[test]
-fn what_there_need_not_be_is_left_out_and_read_back() {
+fn optional_keys_are_omitted_and_read_back() {
     let json = example::two_degrees().to_json().unwrap();
     for key in ["delay_ticks", "reference_filter", "speed_given", "anti_windup", "depth"] {
         assert!(!json.contains(&format!("\"{key}\"")), "{json}");
@@ -57,7 +57,7 @@ fn what_there_need_not_be_is_left_out_and_read_back() {
 }
 
 #[test]
-fn measures_and_follows_what_its_inputs_name() {
+fn measures_and_follows_the_signals_of_its_inputs() {
     let [rate, heave] = ["pitch_rate", "heave"].map(|name| place(name).unwrap());
     let of = |design: &ControllerDesign| {
         (
@@ -95,13 +95,13 @@ fn refused(mut design: ControllerDesign, change: impl FnOnce(&mut ControllerDesi
 }
 
 #[test]
-fn refuses_designs_that_make_no_sense() {
+fn rejects_invalid_designs() {
     assert_refused(|d| d.sample_time = 0.0, "sample_time is 0");
     assert_refused(|d| d.sample_time = f64::NAN, "sample_time is NaN");
     assert_refused(|d| d.sample_time = 1e-300, "must be finite and at least 1e-5");
     assert_refused(|d| d.sample_time = f64::INFINITY, "sample_time is inf");
     assert_refused(|d| d.scheduling.quantity = "depth".to_owned(), "scheduling.quantity is 'depth'");
-    assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling reaches from 0.5 to 0.4");
+    assert_refused(|d| d.scheduling.maximum = 0.4, "scheduling ranges from 0.5 to 0.4");
     assert_refused(|d| d.scheduling.centre = 1.7, "0.5 m/s gives rho");
     assert_refused(|d| d.controller_inputs.clear(), "controller_inputs is empty");
     assert_refused(
@@ -112,12 +112,12 @@ fn refuses_designs_that_make_no_sense() {
     assert_refused(|d| d.controller_inputs[0].scale = -1.0, "controller_inputs[0].scale is -1");
     assert_refused(
         |d| d.controller_inputs[1] = d.controller_inputs[0].clone(),
-        "controller_inputs[1].signal is 'pitch', which stands there twice",
+        "controller_inputs[1].signal is 'pitch', which occurs twice",
     );
     assert_refused(|d| d.actuators.clear(), "actuators is empty");
     assert_refused(|d| d.actuators[1].name = "thruster_1".to_owned(), "actuators[1].name is 'thruster_1'");
     assert_refused(|d| d.actuators[1].name = "a b".to_owned(), "actuators[1].name is 'a b'");
-    assert_refused(|d| d.actuators[2].minimum = 100.0, "actuators[2] reaches from 100 to 100");
+    assert_refused(|d| d.actuators[2].minimum = 100.0, "actuators[2] ranges from 100 to 100");
     assert_refused(|d| d.lft.blocks = vec![1, 1], "lft.blocks has 2 parameters");
     assert_refused(|d| d.lft.blocks = vec![3], "lft.Bt[0] has 2 entries, but must have 3");
     assert_refused(|d| d.lft.a[1].push(0.0), "lft.A[1] has 3 entries, but must have 2");
@@ -137,7 +137,7 @@ fn refuses_designs_that_make_no_sense() {
 }
 
 #[test]
-fn refuses_inputs_that_make_no_sense() {
+fn rejects_invalid_inputs() {
     let of =
         |change: fn(&mut ControllerDesign), expected: &str| refused(example::two_degrees(), change, expected);
     of(
@@ -163,7 +163,7 @@ fn refuses_inputs_that_make_no_sense() {
     );
     of(
         |d| d.controller_inputs[2] = d.controller_inputs[0].clone(),
-        "controller_inputs[2].signal is 'pitch', which stands there twice",
+        "controller_inputs[2].signal is 'pitch', which occurs twice",
     );
     for bandwidth in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let expected = format!("reference_filter is {bandwidth}, but must be finite and above 0");
@@ -213,5 +213,5 @@ fn the_curve_of_a_thruster_comes_back_and_reaches_its_limits() {
     );
     design.actuators[0].maximum = 111.0;
     let message = design.validate().unwrap_err().to_string();
-    assert_eq!(message, "actuators[0].maximum is 111, but must be a thrust that its curve reaches");
+    assert_eq!(message, "actuators[0].maximum is 111, but must be a thrust on its curve");
 }

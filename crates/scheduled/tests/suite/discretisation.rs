@@ -1,4 +1,4 @@
-//! The frozen frequency response survives the discretisation, and the run time computes what the matrices say.
+//! Discretisation preserves the frozen frequency response, and ticks compute what the matrices define.
 use nalgebra::{Complex, DMatrix, DVector};
 use proptest::prelude::*;
 use scheduled::{Lft, LftController, LftMatrices, Matrix, Rows};
@@ -9,7 +9,7 @@ fn dense(matrix: &Matrix) -> DMatrix<f64> {
     DMatrix::from_fn(matrix.rows(), matrix.columns(), |row, column| matrix.row(row)[column])
 }
 
-/// Matrices A, B, C, D of the LFT with Theta closed.
+/// The matrices A, B, C, D of the LFT with the loop through Theta closed.
 fn close(lft: &Lft, theta: &[f64]) -> Option<[DMatrix<f64>; 4]> {
     let diagonal: Vec<f64> =
         lft.blocks.iter().zip(theta).flat_map(|(&count, &theta)| vec![theta; count]).collect();
@@ -31,7 +31,7 @@ fn close(lft: &Lft, theta: &[f64]) -> Option<[DMatrix<f64>; 4]> {
     ])
 }
 
-/// C (s I - A)^-1 B + D, and the size of its terms.
+/// C (s I - A)^-1 B + D, and the magnitude of its terms.
 fn response([a, b, c, d]: &[DMatrix<f64>; 4], s: Complex<f64>) -> Option<(ComplexMatrix, f64)> {
     let complex = |matrix: &DMatrix<f64>| matrix.map(|entry| Complex::new(entry, 0.0));
     let pencil = ComplexMatrix::identity(a.nrows(), a.nrows()) * s - complex(a);
@@ -75,7 +75,7 @@ fn case() -> impl Strategy<Value = Case> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// K_d(e^{jwT}, theta) = K_c(j (2/T) tan(wT/2), theta), `angle` being wT.
+    /// K_d(e^{jwT}, theta) = K_c(j (2/T) tan(wT/2), theta), with `angle` = wT.
     #[test]
     fn keeps_the_frozen_frequency_response(case in case()) {
         let discrete = case.lft.discretise(case.sample_time).unwrap();
@@ -85,13 +85,13 @@ proptest! {
         let sampled = close(&discrete, &case.theta).and_then(|closed| response(&closed, z));
         prop_assume!(continuous.is_some() && sampled.is_some());
         let ((continuous, size), (sampled, _)) = (continuous.unwrap(), sampled.unwrap());
-        // Where the terms cancel, the sum keeps fewer digits than it takes to judge it.
+        // If the terms cancel, too few digits are left for a comparison.
         prop_assume!(continuous.norm() >= 0.1 * size);
         let error = (&sampled - &continuous).norm();
         prop_assert!(error <= 1e-10 * continuous.norm(), "{error:e}");
     }
 
-    /// Each tick gives u = C x + D y and x+ = A x + B y of the LFT with Theta closed, Theta changing at every tick.
+    /// Each tick gives u = C x + D y and x+ = A x + B y of the closed LFT, with another Theta at every tick.
     #[test]
     fn ticks_like_the_closed_matrices(case in case(), ys in prop::collection::vec(-1.0..1.0f64, 3 * 10)) {
         let discrete = case.lft.discretise(case.sample_time).unwrap();
@@ -116,7 +116,7 @@ proptest! {
     }
 }
 
-/// Against responses that were computed without this code: `source` of the case.
+/// Against responses computed without this code; see `source` of the case.
 #[test]
 fn keeps_the_responses_of_the_published_case() {
     let path = format!("{}/../../tests/cases/dis01_tustin_frozen.json", env!("CARGO_MANIFEST_DIR"));
@@ -138,7 +138,7 @@ fn keeps_the_responses_of_the_published_case() {
 }
 
 #[test]
-fn a_pole_at_two_over_t_is_refused() {
+fn a_pole_at_two_over_t_is_rejected() {
     let one = |entry: f64| vec![vec![entry]];
     let matrices = LftMatrices {
         blocks: vec![],

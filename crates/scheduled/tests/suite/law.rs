@@ -1,4 +1,4 @@
-//! The law of a design whose inputs are references and measurements, and the filter of its speed reference.
+//! The control law with references and measurements as inputs, and the filter of the speed reference.
 
 use crate::example;
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
 }
 
 proptest! {
-    /// K (r - y) with r and y as inputs of their own: the level trim that both are taken from cancels.
+    /// K (r - y) with r and y as separate inputs: the level trim that is subtracted from both cancels.
     #[test]
     fn references_less_measurements_are_errors(flight in prop::collection::vec(inputs(), 1..30)) {
         let (mut errors, mut both) = (started(&example::design()), started(&example::two_degrees()));
@@ -44,7 +44,7 @@ proptest! {
         }
     }
 
-    /// The command of tick k at tick k + d, before that the first; all else is not delayed.
+    /// The command of tick k is put out at tick k + d, before that the first one; nothing else is delayed.
     #[test]
     fn a_delay_shifts_the_commands(flight in prop::collection::vec(inputs(), 1..30), delay_ticks in 0..11usize) {
         let mut prompt = started(&filtered(0.7));
@@ -60,7 +60,7 @@ proptest! {
         }
     }
 
-    /// V_r(k Ts) = r + (V_r(0) - r) exp(-w_r k Ts) under a held reference, however time is cut.
+    /// V_r(k Ts) = r + (V_r(0) - r) exp(-w_r k Ts) under a constant reference, for any communication points.
     #[test]
     fn the_filter_is_the_exact_exponential(
         bandwidth in 0.01..200.0f64,
@@ -80,7 +80,7 @@ proptest! {
     }
 
     #[test]
-    fn a_snapshot_carries_the_filter_and_what_waits(
+    fn a_snapshot_contains_the_filter_and_delayed_commands(
         before in prop::collection::vec(inputs(), 1..20),
         after in prop::collection::vec(inputs(), 1..20),
     ) {
@@ -99,7 +99,7 @@ proptest! {
         }
     }
 
-    /// Against central differences, away from the corners of the trim table, at the first outputs and in mid-filter.
+    /// Against central differences, away from the breakpoints of the trim table, initially and in a transient of V_r.
     #[test]
     fn tangents_are_derivatives(at in inputs(), direction in inputs(), initial: bool, delay_ticks in 0..2usize) {
         let near = |speed: f64| [0.49, 1.749, 3.0].iter().any(|corner| (speed - corner).abs() < 1e-3);
@@ -131,9 +131,9 @@ proptest! {
     }
 }
 
-/// A gain on each kind of input, by hand: `u = D y` on the first actuator.
+/// A gain on each kind of input, computed by hand: `u = D y` on the first actuator.
 #[test]
-fn inputs_are_taken_from_the_level_trim_at_the_filtered_reference() {
+fn inputs_are_deviations_from_the_level_trim_at_the_filtered_reference() {
     let kinds = [
         ("pitch", Kind::Reference, 0.2, 1.0),
         ("speed", Kind::Measurement, 0.5, 2.0),
@@ -187,9 +187,9 @@ fn level_flight_leaves_the_trim() {
     }
 }
 
-/// Depths count from the one measured at the initialisation: a flight does the same to the bit wherever it begins.
+/// Depths are measured from the initial one: a flight is the same to the bit at any initial depth.
 #[test]
-fn a_flight_does_not_depend_on_the_depth_where_it_begins() {
+fn a_flight_does_not_depend_on_its_initial_depth() {
     let mut design = filtered(0.5);
     design.controller_inputs[0] = example::input("depth", Kind::Reference, 2.0);
     design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
@@ -227,14 +227,14 @@ fn a_flight_does_not_depend_on_the_depth_where_it_begins() {
 }
 
 #[test]
-fn a_snapshot_that_does_not_fit_is_refused() {
+fn a_mismatched_snapshot_is_rejected() {
     let mut autopilot = started(&filtered(0.5));
     let good = autopilot.snapshot();
     for (change, expected) in [
-        ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), "it holds the number NaN"),
-        (|s| s.state.push(0.0), "it has 3 states, and the controller has 2"),
-        (|s| s.waiting.push(0.0), "it has 1 commands that wait, and the controller has 0"),
-        (|s| s.outputs.commands.truncate(1), "it has 1 commands, and the controller has 3"),
+        ((|s: &mut Snapshot| s.filtered_speed = f64::NAN) as fn(&mut Snapshot), "it contains the number NaN"),
+        (|s| s.state.push(0.0), "it has 3 states, but the controller has 2"),
+        (|s| s.delayed.push(0.0), "it has 1 delayed commands, but the controller has 0"),
+        (|s| s.outputs.commands.truncate(1), "it has 1 commands, but the controller has 3"),
     ] {
         let mut bad = good.clone();
         change(&mut bad);
@@ -243,9 +243,9 @@ fn a_snapshot_that_does_not_fit_is_refused() {
     }
 }
 
-/// Feedforward, level flight and trim pitch are those at the measured speed, whatever is wanted.
+/// Feedforward, level flight and trim pitch are those at the measured speed, whatever the reference.
 #[test]
-fn a_given_speed_takes_the_place_of_the_reference() {
+fn an_imposed_speed_replaces_the_reference() {
     let given = || {
         let mut design = example::two_degrees();
         design.controller_inputs[2] = example::input("pitch_rate", Kind::Measurement, 0.3);
@@ -279,6 +279,6 @@ fn a_given_speed_takes_the_place_of_the_reference() {
     assert!(!free.to_json().unwrap().contains("speed_given"));
     let filtered = ControllerDesign { reference_filter: Some(0.7), ..given() };
     let words = filtered.validate().unwrap_err().to_string();
-    assert_eq!(words, "speed_given is 'true', but must be false where the speed has a reference");
+    assert_eq!(words, "speed_given is 'true', but must be false if the speed has a reference");
     assert!(ControllerDesign { speed_given: true, ..example::design() }.validate().is_err());
 }

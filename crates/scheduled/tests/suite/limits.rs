@@ -1,4 +1,4 @@
-//! Anti-windup: what the limits cut off moves the controller's states.
+//! Anti-windup: the excess over the limits is fed back to the controller's states.
 
 use crate::example;
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -40,9 +40,9 @@ fn it_does_nothing_within_the_limits() {
     }
 }
 
-/// The states move by `(I - A T/2)^-1 T E phi`, phi in units of the scales.
+/// `(I - A T/2)^-1 T E phi` is added to the states, phi in units of the scales.
 #[test]
-fn it_moves_the_states_by_what_the_limits_cut_off() {
+fn it_adds_the_excess_to_the_states() {
     let wanted = inputs(1.5);
     let (mut with, mut without, mut free) =
         (started(&with_gain(limited(50.0))), started(&limited(50.0)), started(&limited(1e6)));

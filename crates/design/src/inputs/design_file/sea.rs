@@ -2,7 +2,7 @@
 
 use auv::{Linearisation, RegularWaves};
 use lpv::matrix::Mat;
-use squid_flight::sea::Swell;
+use squid_flight::sea::WaveParameters;
 use squid_sea::ShapingFilter;
 
 /// The sea for which a controller is designed.
@@ -11,7 +11,7 @@ pub struct WorkingSea {
     /// The depth of the vehicle \[m\].
     pub depth: f64,
     /// The waves.
-    pub waves: Swell,
+    pub waves: WaveParameters,
     /// Factor on the wave amplitude.
     pub weight: f64,
 }

@@ -9,9 +9,9 @@ use crate::inputs::design_file::{
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
-use scheduled::MOST_DELAY_TICKS;
+use scheduled::MAX_DELAY_TICKS;
 use signals::{DEPTH, PITCH, states};
-use squid_flight::sea::Swell;
+use squid_flight::sea::WaveParameters;
 
 /// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
 const MOST_TICKS: f64 = 1e6;
@@ -133,7 +133,7 @@ fn pitch(table: &Table<'_>) -> Option<Pitch> {
 
 /// The section `[sea]`; the range of speed \[m/s\] is `None` if it could not be read.
 fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingSea> {
-    let waves = Swell::of(table, &["depth", "weight"]);
+    let waves = WaveParameters::of(table, &["depth", "weight"]);
     let depth = table.number("depth", |depth| depth > 0.0, "above 0 (m): where the vehicle works in waves");
     let weight = table.or("weight", 1.0, |table, key| within(table, key, WAVE_WEIGHT));
     let sea = WorkingSea { waves: waves?, depth: depth?, weight: weight? };
@@ -183,7 +183,7 @@ impl Autopilot {
         table.allow_only(&["sample_time", "delay", "anti_windup"]);
         let sample_time = within(table, "sample_time", SAMPLE_TIME);
         let in_ticks = |ticks: f64| {
-            (0.0..=MOST_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
+            (0.0..=MAX_DELAY_TICKS as f64 + 0.5).contains(&ticks) && (ticks - ticks.round()).abs() < ROUNDING
         };
         let in_ticks = |delay: f64| sample_time.is_none_or(|time| in_ticks(delay / time));
         let delay = table.or("delay", 0.0, |table, key| {

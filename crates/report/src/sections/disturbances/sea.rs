@@ -1,4 +1,4 @@
-//! What the waves, the current and the sensors of a sea do to the loop.
+//! The effect of the waves, the current and the sensor errors of a sea on the loop.
 
 use crate::error::Error;
 use crate::page::axis::Axis;
@@ -7,31 +7,31 @@ use crate::page::figure::Figure;
 use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::subject::Subject;
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use scheduled::{ControllerDesign, Manoeuvre};
 use signals::{SPEED, place};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
 
-/// Seas of the same kind that are flown at each speed and depth, and for how long (s).
+/// Number of realisations of the sea at each speed and depth, and the duration of a flight (s).
 pub(super) const SEAS: u64 = 3;
 pub(super) const FLOWN: f64 = 60.0;
 /// Depths, relative to that of the sea.
 const DEPTHS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Decimals of a root mean square.
+/// Decimals of an RMS value.
 pub(super) const DIGITS: usize = 3;
 
 /// A mean square over the rows of a flight.
 pub(super) type MeanSquare = Box<dyn Fn(&[Row]) -> f64 + Sync>;
 
-/// Mean squares of a flight, a number each; `None` of one that ends at the surface, or cannot begin so near to it.
+/// Mean squares of a flight; `None` if it ends at the surface or cannot start so close to it.
 pub(super) type Squares = Option<Vec<f64>>;
 
-/// The section on the sea of a file, if there is one: flights at six speeds, and what is left of waves at other depths.
+/// The section on the sea of a file, if there is one: flights at six speeds, and the effect of waves at other depths.
 ///
 /// # Errors
-/// As [`fly_at_sea`], of the flights at the depth of the sea.
+/// As [`fly_at_sea`], for flights at the depth of the sea.
 pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some((sea, _)) = &subject.sea else { return Ok(vec![]) };
     let depth = sea.depth.unwrap_or(subject.inputs.design.depth);
@@ -41,12 +41,12 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         let flight = fly(subject, &subject.stored.controller, &sea, speed, k)?;
         Ok(flight.surfacing.is_none().then(|| squares.iter().map(|square| square(&flight.rows)).collect()))
     };
-    // The first says why there is none, if there is none.
+    // An error of the first flight is reported.
     flown(depth, subject.speeds[0], 0)?;
     let is_flown = |part: &f64| *part == 1.0 || sea.waves.is_some();
     let depths: Vec<f64> = DEPTHS.into_iter().filter(is_flown).map(|part| part * depth).collect();
     let places = depths.iter().flat_map(|depth| subject.speeds.iter().map(move |speed| (*depth, *speed)));
-    let mut found = side_by_side(places, |(depth, speed)| {
+    let mut found = in_parallel(places, |(depth, speed)| {
         let roots = roots(|k| flown(depth, speed, k).ok().flatten());
         (depth, speed, roots)
     });
@@ -87,14 +87,14 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// Roots of what the flights in all seas of a kind have on average; `None` where one of them has nothing.
+/// RMS values over all realisations of a sea; `None` if one flight has none.
 pub(super) fn roots(flown: impl Fn(u64) -> Squares) -> Squares {
     let all: Vec<Vec<f64>> = (0..SEAS).map(flown).collect::<Option<_>>()?;
     let root = |i: usize| (all.iter().map(|one| one[i]).sum::<f64>() / SEAS as f64).sqrt();
     Some((0..all[0].len()).map(root).collect())
 }
 
-/// Level at a constant speed (m/s), in the k-th sea of a kind.
+/// A level flight at a constant speed (m/s), in the k-th realisation of a sea.
 pub(super) fn fly(
     subject: &Subject,
     controller: &ControllerDesign,
@@ -113,8 +113,8 @@ pub(super) fn fly(
     Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }
 
-/// Of the errors of pitch or depth and speed, and of heave and each command about their means, by the names of their
-/// roots.
+/// Mean squares of the errors of pitch or depth and speed, and of heave and each command about their means, with the
+/// names of their RMS values.
 pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     fn mean(rows: &[Row], of: impl Fn(&Row) -> f64) -> f64 {
         rows.iter().map(of).sum::<f64>() / rows.len() as f64
@@ -143,7 +143,7 @@ pub(super) fn quantities(subject: &Subject) -> Vec<(String, MeanSquare)> {
     all
 }
 
-/// What is flown.
+/// The simulated flights, in words.
 fn about(sea: &Sea, depth: f64) -> String {
     let waves = sea.waves.as_ref().map_or("no waves".into(), |swell| {
         format!(
@@ -153,7 +153,7 @@ fn about(sea: &Sea, depth: f64) -> String {
             swell.heading.to_degrees()
         )
     });
-    let wanders = if sea.wandering.is_some() { ", which wanders" } else { "" };
+    let wanders = if sea.gauss_markov.is_some() { ", which wanders" } else { "" };
     format!(
         "Level at a constant speed, from {} m below still water: {waves}; a current of {} m/s there{wanders}; sensors \
          with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \

@@ -1,4 +1,4 @@
-//! What a controller that is made for a sea does in it, beside one of the same weights that is not.
+//! A controller designed for a sea compared in it with one of the same weights for still water.
 
 use crate::error::Error;
 use crate::page::axis::Axis;
@@ -9,7 +9,7 @@ use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
-use crate::threads::side_by_side;
+use crate::threads::in_parallel;
 use base::progress::Progress;
 use lpv::matrix::to_rows;
 use scheduled::{ControllerDesign, Manoeuvre};
@@ -25,19 +25,19 @@ use squid_design::synthesise::synthesise;
 use squid_flight::flight::{Row, fly_at_sea};
 use squid_flight::sea::Sea;
 
-/// Of the seas.
+/// Seed of the seas.
 const SEED: u64 = 1;
-/// Where the climb begins (m), unless the vehicle works deeper, and how long it may take at most (s).
+/// Initial depth of the climb (m), unless the working depth is larger, and its longest duration (s).
 const DEEP: f64 = 50.0;
 const LONGEST: f64 = 1000.0;
-/// When it begins, and how much of its end is drawn (s).
+/// Start of the climb, and the drawn duration of its end (s).
 const BEGINS: f64 = 5.0;
 const DRAWN: f64 = 60.0;
 
 /// The section on the sea of a design, if it has one.
 ///
 /// # Errors
-/// Where there is no controller without the sea; those of flights.
+/// There is no controller for still water, or a flight fails.
 pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(sea) = &subject.inputs.design.sea else { return Ok(vec![]) };
     let made_for_it = &subject.stored.controller;
@@ -46,7 +46,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (names, squares): (Vec<String>, Vec<_>) = quantities(subject).into_iter().unzip();
     let waves = Sea::of_waves(sea.waves.clone(), sea.depth, SEED)?;
     let jobs = subject.speeds.iter().flat_map(|speed| [0, 1].map(|which| (*speed, which)));
-    let found = side_by_side(jobs, |(speed, which)| {
+    let found = in_parallel(jobs, |(speed, which)| {
         let flown = |k| -> Squares {
             let flight = fly(subject, both[which], &waves, speed, k).ok()?;
             let rows = flight.surfacing.is_none().then_some(flight.rows)?;
@@ -62,7 +62,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         table.rows.push(begin.into_iter().chain((0..squares.len()).map(cell)).collect());
     }
     let mut parts = vec![Part::Words(about(sea)), Part::Table(table)];
-    // It climbs by a pitch.
+    // The climb is a pitch step.
     if subject.inputs.design.stepped() == PITCH {
         parts.push(Part::Figure(climb(subject, sea, both)?));
     }
@@ -90,7 +90,7 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     let (inputs, stored) = (subject.inputs, subject.stored);
     let from = DEEP.max(2.0 * sea.depth);
     let (speed, _) = inputs.design.scheduling();
-    // Astern it climbs with the bow down.
+    // Astern the vehicle climbs with the bow down.
     let pitch = stored.manoeuvre.pitch_step.abs().copysign(speed);
     let takes = 1.5 * (from - sea.depth) / (speed * pitch.sin());
     let manoeuvre = Manoeuvre {
@@ -137,7 +137,7 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     })
 }
 
-/// What is flown.
+/// The simulated flights, in words.
 fn about(sea: &WorkingSea) -> String {
     format!(
         "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} \
@@ -156,19 +156,19 @@ mod tests {
     use super::*;
     use squid_design::run::run;
     use squid_design::store::{load, save};
-    use squid_flight::sea::Swell;
+    use squid_flight::sea::WaveParameters;
     use squid_sea::{Spectrum, Waves};
     use std::path::Path;
 
-    /// REMUS 100 a metre below waves of 1 m: the error of the pitch is smaller by a sixth or more at either end of the
-    /// range of speed.
+    /// REMUS 100 a metre below waves of 1 m: the pitch error is smaller by a sixth or more at both ends of the speed
+    /// range.
     #[test]
     #[ignore = "night: flies hundreds of minutes at sea"]
     fn it_pays() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
         let mut inputs = Inputs::read(&folder, "design").unwrap();
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
-        let waves = Swell { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
+        let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
         let steep = Manoeuvre { pitch_step: 0.08, ..inputs.design.manoeuvre.clone() };
         inputs.design =

@@ -1,5 +1,5 @@
-//! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the perturbation that
-//! destabilises.
+//! mu for robust stability at one speed: bounds for all frequencies, curves over frequency, and the destabilising
+//! perturbation.
 
 use crate::error::Error;
 use crate::sections::mu::worst_gain::WorstGain;
@@ -21,51 +21,51 @@ use squid_design::uncertain::frozen::at_speed;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::vehicle;
 
-/// Frequencies of the curves, rad/s: from the first to the last power of ten, and how many in each decade.
+/// Frequencies of the curves, rad/s: the first and the last power of ten, and the number per decade.
 pub const DECADES: (i32, i32) = (-3, 2);
 const UPPER_POINTS: i32 = 6;
-/// So many more are added where the curve bends: until a point is off the line between its neighbours by no more than
-/// this part of the peak, or lies this near to one of them, in decades.
+/// Number of points added where the curve bends, until each point is within this fraction of the peak of the line
+/// between its neighbours, or within this distance of one of them, in decades.
 const ADDED: usize = 30;
 const SMOOTH: f64 = 0.015;
 const FINEST: f64 = 0.01;
 
-/// The same of the lower bounds, which take longer and are of interest where the upper ones are high.
+/// Frequencies of the lower bounds, which take longer and matter where the upper ones are high.
 const LOWER_DECADES: (i32, i32) = (-2, 1);
 const LOWER_POINTS: i32 = 1;
 
-/// What mu analysis says of one speed.
+/// The mu analysis at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedMu {
     /// Speed along the path, m/s.
     pub speed: f64,
-    /// The number of uncertain parameters, and of their channels.
+    /// The numbers of uncertain parameters and of their channels.
     pub size: (usize, usize),
     /// Bounds for all frequencies.
     pub bounds: FrequencyMu,
     /// Upper bounds at single frequencies (rad/s).
     pub upper: Vec<(f64, f64)>,
-    /// The frequency with the largest of these bounds, rad/s; not always within the curve.
+    /// The frequency of the largest of these bounds, rad/s; not always on the curve.
     pub peak: f64,
     /// Lower bounds at the single frequencies (rad/s) where a perturbation was found.
     pub lower: Vec<(f64, f64)>,
-    /// The perturbation of the largest lower bound, one entry a parameter; the largest shares come first.
+    /// The perturbation of the largest lower bound, one entry per parameter, in decreasing order of the shares.
     pub worst: Vec<Change>,
-    /// The gain of the loop with and without errors of the coefficients.
+    /// The gain of the loop with and without coefficient errors.
     pub gain: WorstGain,
-    /// The size of the perturbation, without its moves of the trim, at which a vehicle that is trimmed again
-    /// is not stable: as it flies, and in continuous time.
+    /// The size of the perturbation, without its changes of the trim, at which a retrimmed vehicle is unstable: as it
+    /// flies, and in continuous time.
     pub vehicle: [Option<f64>; 2],
 }
 
-/// What one uncertain parameter does in a perturbation.
+/// One uncertain parameter in a perturbation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// How far it is off.
+    /// Its deviation, in words.
     pub by: String,
-    /// Its share in bringing the pole to the axis; all shares add up to 1.
+    /// Its share in moving the pole to the axis; all shares add up to 1.
     pub share: f64,
 }
 
@@ -74,7 +74,7 @@ impl SpeedMu {
     ///
     /// # Errors
     /// As [`at_speed`]; [`ModelError::Lft`](squid_design::error::ModelError::Lft);
-    /// [`DesignError::MuAtSpeed`] when the loop is unstable without any perturbation.
+    /// [`DesignError::MuAtSpeed`] if the nominal loop is unstable.
     pub fn new(subject: &Subject, speed: f64) -> Result<Self, Error> {
         let frozen = at_speed(subject.inputs, speed)?;
         let model = &frozen.model;
@@ -120,24 +120,24 @@ impl SpeedMu {
     }
 }
 
-/// The bound at a speed that the verdict has already.
+/// The bound at a speed that the verdict already contains.
 fn of_the_verdict(subject: &Subject, speed: f64) -> Option<FrequencyBound> {
     let found = &subject.verdict().ok()?.found.mu;
     found.iter().find(|mu| mu.speed == speed)?.bound.clone()
 }
 
-/// The frequencies that are drawn, rad/s.
+/// The drawn frequencies, rad/s.
 fn shown() -> std::ops::RangeInclusive<f64> {
     10f64.powi(DECADES.0)..=10f64.powi(DECADES.1)
 }
 
-/// Evenly spread on a logarithmic axis.
+/// Logarithmically spaced frequencies.
 fn spread((from, to): (i32, i32), points: i32) -> impl Iterator<Item = f64> {
     (from * points..=to * points).map(move |k| 10f64.powf(f64::from(k) / f64::from(points)))
 }
 
-/// Upper bounds at single frequencies, zero and those of both bounds of the sweep among them, so that no peak is cut
-/// off.
+/// Upper bounds at single frequencies, including zero and the frequencies of both bounds of the sweep, so that no peak
+/// is missed.
 fn upper_curve(
     system: &StateSpace,
     structure: &Structure,
@@ -176,15 +176,15 @@ fn upper_curve(
     Ok(points.into_iter().map(|p| (p.omega, p.value)).collect())
 }
 
-/// An upper bound at a frequency (rad/s), and where its search ended.
+/// An upper bound at a frequency (rad/s), and the final point of its search.
 struct Drawn {
     omega: f64,
     value: f64,
     start: DgScalings,
 }
 
-/// A search may get stuck above the least bound. Where a bound is well above its neighbour's it is sought again from
-/// there, which takes out steps and spikes that are not of mu.
+/// A search may stall above the least bound. If a bound is well above its neighbour's, the search is repeated from the
+/// neighbour's final point, which removes steps and spikes that are not in mu.
 fn from_neighbours(
     points: &mut [Drawn],
     at: &impl Fn(f64, Option<&DgScalings>) -> Option<Result<Drawn, mu::StructureError>>,
@@ -205,7 +205,7 @@ fn from_neighbours(
     Ok(())
 }
 
-/// Where a curve bends too much for the points that it has: the frequency (rad/s) at which one more helps most.
+/// The frequency (rad/s) at which another point smooths a curve most; `None` if it is smooth.
 fn roughest(points: &[(f64, f64)]) -> Option<f64> {
     let drawn: Vec<(f64, f64)> = points.iter().filter(|p| p.0 > 0.0).map(|p| (p.0.log10(), p.1)).collect();
     let highest = drawn.iter().map(|p| p.1).fold(0.0, f64::max);
@@ -219,10 +219,10 @@ fn roughest(points: &[(f64, f64)]) -> Option<f64> {
     Some(10f64.powf(most.1))
 }
 
-/// How close to the least bound the curves are, relatively: closer than their lines are thick.
+/// Relative tolerance of the curves: less than the thickness of a line.
 const DRAWN: f64 = 5e-4;
 
-/// Lower bounds at the single frequencies where a perturbation is found, that of the sweep among them.
+/// Lower bounds at the frequencies where a perturbation is found, including that of the sweep.
 fn lower_points(
     system: &StateSpace,
     structure: &Structure,
@@ -237,12 +237,12 @@ fn lower_points(
     Ok(out)
 }
 
-/// How far along a perturbation a vehicle is followed, in units of the size at which the model is not stable; at
-/// least all of the declared uncertainty.
+/// The search range along a perturbation, in units of the size at which the model is unstable; at least the declared
+/// uncertainty.
 const FOLLOWED: f64 = 2.0;
 
-/// Where along a perturbation the loop of a vehicle that is trimmed again is not stable: as it flies, and in
-/// continuous time.
+/// The sizes of a perturbation at which the loop of a retrimmed vehicle is unstable: as it flies, and in continuous
+/// time.
 fn unstable_at(
     subject: &Subject,
     frozen: &FrozenUncertain,
@@ -260,7 +260,7 @@ fn unstable_at(
     Ok([at(&flies), at(&ideal)])
 }
 
-/// The largest real part of the poles of a loop that is perturbed, rad/s; `None` where it is not well posed.
+/// The largest real part of the poles of a perturbed loop, rad/s; `None` if it is not well posed.
 ///
 /// ```text
 /// A + B (I - Delta D)^-1 Delta C
@@ -273,10 +273,10 @@ fn rightmost(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Option<f6
     Some(spectral_abscissa(&(&system.a + &system.b * inner)))
 }
 
-/// By what part a parameter is made smaller to see what it does.
+/// The relative reduction of a parameter for its sensitivity.
 const PART: f64 = 1e-4;
 
-/// What part each parameter has in bringing the pole to the axis, to first order in all of them.
+/// The share of each parameter in moving the pole to the axis, to first order.
 fn shares(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Vec<f64> {
     let all = rightmost(system, blocks, values);
     let without = |i: usize| {
@@ -289,7 +289,7 @@ fn shares(system: &StateSpace, blocks: &[Block], values: &[f64]) -> Vec<f64> {
     moves.into_iter().map(|v| if sum > 0.0 { v / sum } else { 0.0 }).collect()
 }
 
-/// The parameters, those with the largest shares first.
+/// The parameters in decreasing order of their shares.
 fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
     let change = |((b, v), share): ((&Block, &f64), &f64)| Change {
         name: b.name.clone(),
@@ -301,8 +301,8 @@ fn ordered(blocks: &[Block], values: &[f64], shares: &[f64]) -> Vec<Change> {
     out
 }
 
-/// How far a parameter is off, in words: relative to its value, or in its own unit where it has none or belongs to
-/// the trim.
+/// The deviation of a parameter, in words: relative to its value, or in its unit if the value is 0 or belongs to the
+/// trim.
 fn by(block: &Block, delta: f64) -> String {
     let off = delta * block.half_range;
     if matches!(block.uncertain, Uncertain::Parameter(_))
@@ -350,7 +350,7 @@ mod tests {
         assert_eq!((ordered[0].by.as_str(), ordered[1].by.as_str()), ("-13 %", "+40 %"));
     }
 
-    /// A spike of a search that got stuck goes, a peak that is found again stays.
+    /// A spike of a stalled search is removed, a true peak stays.
     #[test]
     fn a_bound_well_above_its_neighbours_is_sought_again() {
         let one = Structure::new(vec![mu::Block::Real(1)]).unwrap();
@@ -366,7 +366,7 @@ mod tests {
         assert_eq!(points.iter().map(|p| p.value).collect::<Vec<_>>(), [0.1, 0.1, 0.1, 0.3, 0.1]);
     }
 
-    /// A peak a twentieth of a decade wide, between two points of the grid: with the points added the curve is smooth.
+    /// A peak a twentieth of a decade wide, between two points of the grid: with the added points the curve is smooth.
     #[test]
     fn points_are_added_until_a_peak_is_smooth() {
         let peak = |x: f64| 1.0 / (1.0 + ((x - 0.13) / 0.05).powi(2));

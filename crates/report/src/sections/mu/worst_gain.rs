@@ -1,29 +1,29 @@
-//! The worst-case gain at one speed: how large the gain of the loop becomes when the coefficients are off and stay so.
+//! The worst-case gain at one speed, for constant coefficient errors.
 
 use lpv::mu::CMat;
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::state_space::StateSpace;
 
-/// The parts of the declared uncertainty for which the gain is bounded.
+/// The fractions of the declared uncertainty for which the gain is bounded.
 pub const PARTS: [f64; 2] = [0.25, 1.0];
 
-/// What constant errors of the coefficients do to the gain from w to z.
+/// The effect of constant coefficient errors on the gain from w to z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorstGain {
-    /// Without any.
+    /// The gain without errors.
     pub nominal: f64,
-    /// At each of [`PARTS`]: below the first, and at least the second; none where the loop is not shown to stay stable.
+    /// Upper and lower bound at each of [`PARTS`]; `None` if the loop is not shown to stay stable.
     pub at: [Option<(f64, f64)>; PARTS.len()],
-    /// Of a vehicle with the coefficients of the worst perturbation, trimmed again.
+    /// The gain of a retrimmed vehicle with the coefficients of the worst perturbation.
     pub vehicle: [Option<f64>; PARTS.len()],
 }
 
 impl WorstGain {
-    /// Bounds the gain of a loop of which mu for robust stability is known to be below `mu`. `vehicle` is the gain of a
-    /// vehicle with the coefficients of a perturbation.
+    /// Bounds the gain of a loop with mu for robust stability below `mu`. `vehicle` gives the gain of a vehicle with
+    /// the coefficients of a perturbation.
     pub fn new(whole: &Perturbable, mu: f64, vehicle: &dyn Fn(&CMat) -> Option<f64>) -> Self {
         let at = |size: f64| {
-            // Where mu leaves room for an unstable loop there is no bound, and no need to look for one.
+            // If mu does not exclude an unstable loop, there is no bound.
             let sized = (size * mu < 1.0).then(|| Perturbable { size, ..whole.clone() });
             worst_case_gain(&sized?).ok()
         };
@@ -36,7 +36,7 @@ impl WorstGain {
     }
 }
 
-/// From w to z without perturbation.
+/// The gain from w to z without perturbation.
 fn unperturbed(whole: &Perturbable) -> StateSpace {
     let (outputs, inputs) = whole.system.d.shape();
     whole.system.parts(whole.structure.cols()..outputs, whole.structure.rows()..inputs)

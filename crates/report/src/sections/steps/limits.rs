@@ -1,4 +1,4 @@
-//! A step that the actuators cannot hold, and back: with anti-windup, and without.
+//! A step beyond the actuators' limits, and back: with and without anti-windup.
 
 use crate::error::Error;
 use crate::page::figure::Figure;
@@ -13,19 +13,19 @@ use squid_design::synthesise::anti_windup::largest_step;
 use squid_flight::flight::{Flight, Row, fly, unless_lost};
 use squid_flight::metrics::StepFigures;
 
-/// How long the step is held (s): as long as windup needs to show.
+/// Duration of the step (s), long enough for windup.
 const HELD: f64 = 39.0;
 
-/// When it is taken back (s), and where the flight ends.
+/// End of the step, and end of the flight (s).
 const TIMES: [f64; 2] = [STEP_TIME + HELD, STEP_TIME + HELD + FLOWN];
 
-/// How much deeper than the design it is flown (m): no flight comes to the surface.
+/// Depth of the flight below that of the design (m), so that no flight surfaces.
 const DEEPER: f64 = 1000.0;
 
-/// How many speeds, over the range.
+/// Number of speeds over the range.
 const SPEEDS: usize = 3;
 
-/// A flight with the controller, and the same without its anti-windup; none where it is lost.
+/// A flight with the controller, and one without its anti-windup; `None` if it is lost.
 struct Pair {
     speed: f64,
     height: f64,
@@ -33,11 +33,11 @@ struct Pair {
     without: Option<Flight>,
 }
 
-/// The section on steps beyond the limits; empty for a controller without anti-windup, and where pitch or depth is not
-/// tracked. At each speed the step goes the way that the actuators hold less well without it.
+/// The section on steps beyond the limits; empty for a controller without anti-windup, and if pitch or depth is not
+/// tracked. At each speed the step has the sign for which the saturation without it lasts longer.
 ///
 /// # Errors
-/// As [`fly`], but for flights that cannot be followed to their end: those are lost.
+/// As [`fly`], except for flights that diverge: those are lost.
 pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let stored = &subject.stored.controller;
     let (Ok(output), Some(_)) = (subject.output(), &stored.anti_windup) else { return Ok(vec![]) };
@@ -112,14 +112,14 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
 }
 
 impl Pair {
-    /// How long the vehicle without anti-windup is at a limit (s); for ever where it is lost.
+    /// Time at a limit without anti-windup (s); infinite if the vehicle is lost.
     fn limited(&self, subject: &Subject) -> f64 {
         self.without.as_ref().map_or(f64::INFINITY, |flight| limited(subject, &flight.rows))
     }
 }
 
-/// Flies the step at a speed (m/s), and back, [`DEEPER`]: what the buoyancy has to do with the depth goes down with it.
-/// None for a flight that cannot be followed to its end.
+/// Simulates the step at a speed (m/s) and back, [`DEEPER`]; the reference depth of the buoyancy is lowered as well.
+/// `None` for a flight that diverges.
 ///
 /// # Errors
 /// As [`fly`].
@@ -143,14 +143,14 @@ fn fly_held(
     Ok(unless_lost(fly(&vehicle, controller, (depth + DEEPER, pitch), &step))?)
 }
 
-/// How long some command is at a limit (s).
+/// Time with a command at a limit (s).
 fn limited(subject: &Subject, rows: &[Row]) -> f64 {
     let limits = subject.inputs.limits();
     let at = |row: &&Row| row.commands.iter().zip(&limits).any(|(u, (low, high))| u <= low || u >= high);
     rows.iter().filter(at).count() as f64 * subject.inputs.design.sample_time
 }
 
-/// What a flight came to, as the table has it.
+/// The figures of a flight in the table.
 fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let (step, rows) = (subject.step(), &flight.rows);
     let from = rows.first().map_or(0.0, |row| row.measured(step.place));
