@@ -20,7 +20,8 @@ const SAMPLES: usize = 9;
 /// How close to the least each gamma is, relative to itself.
 const ACCURACY: f64 = 0.01;
 
-/// The gain at a bounded rate is not sought where the gains on either side of it are this close, relative to themselves.
+/// The gain at a bounded rate is not sought where the gains on either side of it are this close, relative to
+/// themselves.
 const CLOSE: f64 = 0.05;
 
 /// The section on gamma for each assumption on the rate of the speed.
