@@ -118,7 +118,7 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     prove(problem, &found.controller, &fast, certificate, report);
 }
 
-const NOT_FAST: &str = "the bound is for this rate only: none was found for an arbitrary rate";
+const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
 
 const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
     bound for an arbitrary rate";
