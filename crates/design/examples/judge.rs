@@ -6,7 +6,7 @@
 //!
 //! or that of `squid design --robust`. Prints mu for robust stability and for robust performance at six frozen speeds,
 //! and then proves a gain for constant coefficients and any trajectory of the speed, or one no faster than RATE, m/s^2.
-//! See `DesignFile::judged_by`.
+//! See `DesignFile::with_weights_of`.
 //!
 //! 'No controller below': mu is at least m for every controller with the same measurements if some perturbation of size
 //! 1/m leaves even the optimal controller for it a gain of m; perturbations are searched.
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rate = rest.first().map(|rate| rate.parse()).transpose()?;
     let mut inputs = Inputs::read(vehicle.as_ref(), "design")?;
     let weights = DesignFile::parse(&std::fs::read_to_string(weights)?, weights, weights)?;
-    let judged = inputs.design.judged_by(&weights)?;
+    let judged = inputs.design.with_weights_of(&weights)?;
     let finished = run_with(&inputs, &Progress::default(), robust)?;
     let k = &finished.design.controller;
     inputs.design = judged;

@@ -3,7 +3,7 @@
 pub mod actuator_names;
 pub mod design_file;
 mod doubts;
-mod judged;
+mod reweighted;
 
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};

@@ -31,7 +31,7 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn of_vehicle(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
+pub fn linearise_vehicle(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
     let pitch = Pitch::over(vehicle, depth, &[speed], None);
     let level = trim_with(vehicle, Speed::Path(speed), depth, &pitch).map_err(ModelError::Trim)?;
     Ok(linearise_with(vehicle, &level, false)?)

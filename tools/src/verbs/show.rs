@@ -95,7 +95,7 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
 /// Trim, A, B and eigenvalues of a vehicle without a design, at the depth at which its buoyancy is given.
 fn of_the_vehicle(vehicle: &Vehicle, speed: f64) -> Result<(), Error> {
     vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
-    let found = linearise::of_vehicle(vehicle, vehicle.coefficients.reference_depth, speed)?;
+    let found = linearise::linearise_vehicle(vehicle, vehicle.coefficients.reference_depth, speed)?;
     say(&tables::speed(vehicle, &found));
     Ok(answer(&json!({ "at_speed": linearise::to_json(vehicle, &found) }))?)
 }

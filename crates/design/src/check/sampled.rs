@@ -123,7 +123,7 @@ impl<'a> Sampling<'a> {
         let transition = (generator * self.sample_time).exp();
         let (phi, gamma) = (transition.view((0, 0), (n, n)), transition.view((0, n), (n, m)));
         let (a, b) = with_input_delay(phi.into_owned(), gamma.into_owned(), self.delay_ticks());
-        self.wired(l, a, &b, |w| {
+        self.interconnection(l, a, &b, |w| {
             let decay = (-w * self.sample_time).exp();
             [decay, 1.0 - decay]
         })
@@ -146,12 +146,12 @@ impl<'a> Sampling<'a> {
         }
         let (a, b) = (all.select_rows(&kept).select_columns(&kept), b.select_rows(&kept));
         if self.design.delay <= 0.0 {
-            return self.wired(l, a, &b, |w| [-w, w]);
+            return self.interconnection(l, a, &b, |w| [-w, w]);
         }
         // The delayed commands are 2 p - u, with p' = 2/T (u - p).
         let rate = Mat::identity(m, m) * (2.0 / self.design.delay);
         let a = block(&[&[&a, &(&b * 2.0)], &[&Mat::zeros(m, a.ncols()), &-&rate]]);
-        self.wired(l, a, &block(&[&[&-b], &[&rate]]), |w| [-w, w])
+        self.interconnection(l, a, &block(&[&[&-b], &[&rate]]), |w| [-w, w])
     }
 
     /// The delay of the commands in ticks.
@@ -178,7 +178,13 @@ impl<'a> Sampling<'a> {
 
     /// Adds the trim that follows the speed reference, and the measurements. The state v of the reference filter has
     /// the derivative, or the next value, `pole v + gain r`.
-    fn wired(&self, l: &Linearisation, a: Mat, b: &Mat, filter: impl Fn(f64) -> [f64; 2]) -> Interconnection {
+    fn interconnection(
+        &self,
+        l: &Linearisation,
+        a: Mat,
+        b: &Mat,
+        filter: impl Fn(f64) -> [f64; 2],
+    ) -> Interconnection {
         let DesignFile { tracked, measured, .. } = self.design;
         let (n, p, q) = (a.nrows(), tracked.len(), measured.len());
         let slope = l.trim_slope(self.actuators);

@@ -194,7 +194,7 @@ pub struct DesignFile {
     pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
-    /// Whether the weights are those of another design, see `judged_by`; never in a file.
+    /// Whether the weights are those of another design, see `with_weights_of`; never in a file.
     pub judged: bool,
     /// Bound on the rate of the speed for the synthesis, m/s^2; `None` for arbitrary rates.
     pub rate: Option<f64>,
@@ -215,7 +215,7 @@ pub struct DesignFile {
 impl DesignFile {
     /// The design with reference weights of 1 at all frequencies. The emphasis of slow references is for the nominal
     /// vehicle; results for uncertain vehicles are in these weights.
-    pub fn with_even_references(&self) -> Self {
+    pub fn with_unweighted_references(&self) -> Self {
         let mut even = self.clone();
         even.tracked.iter_mut().for_each(|t| t.references.follow = 1.0);
         even

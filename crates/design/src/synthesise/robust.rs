@@ -142,7 +142,8 @@ pub fn search(
     let full = over_range(inputs, model, Fidelity::COARSE)?;
     let (truncated, uncertain) = reduced(inputs, &full, model, REDUCTION)?;
     progress.done("uncertain", &model_line(&truncated));
-    let even = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), model.linear())?;
+    let even =
+        augment(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references(), model.linear())?;
     let nominal_bound = bound_in(&even, &nominal.controller, nominal.certified.gamma, "nominal")?;
     let allowed = gain_allowed(nominal_bound.gamma);
     let options = RobustOptions {

@@ -32,7 +32,7 @@ pub fn uncertain_plant(
     nominal: LinearModel,
 ) -> Result<GeneralisedPlant, Error> {
     let linear = LinearModel { ab: model.lft.clone(), ..nominal };
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design.with_even_references(), linear)?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references(), linear)?;
     // A parameter without a channel has a block of size 0.
     let mut blocks = model.repetitions();
     blocks[0] += plant.sizes().t - model.channels();
@@ -52,7 +52,7 @@ pub fn uncertain_loop(
     let (actuators, file, speed) = (&inputs.vehicle.actuators, &inputs.design, frozen.speed);
     let linear =
         LinearModel { ab: frozen.model.lft.clone(), ..LinearModel::at(&frozen.nominal, actuators, file) };
-    let plant = augment(actuators, &file.with_even_references(), linear)?;
+    let plant = augment(actuators, &file.with_unweighted_references(), linear)?;
     let closed = plant.close(&frozen_controller(controller, file.rho(speed))?);
     let blocks = frozen.model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect();
     let structure =

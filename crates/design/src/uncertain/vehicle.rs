@@ -66,7 +66,7 @@ pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
 pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Result<f64, Error> {
     let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
     let rho = file.rho(l.trim.speed);
-    let plant = augment(actuators, &file.with_even_references(), LinearModel::at(l, actuators, file))?;
+    let plant = augment(actuators, &file.with_unweighted_references(), LinearModel::at(l, actuators, file))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 

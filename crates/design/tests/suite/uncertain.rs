@@ -186,7 +186,7 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
             let (actuators, nominal) = (&subject.inputs.vehicle.actuators, &frozen.nominal);
             let linear =
                 LinearModel { ab: Lft::constant(vehicle), ..LinearModel::at(nominal, actuators, design) };
-            let plant = augment(actuators, &design.with_even_references(), linear).unwrap();
+            let plant = augment(actuators, &design.with_unweighted_references(), linear).unwrap();
             let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
             let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
             for omega in [0.0, 0.1, 1.0, 10.0] {

@@ -51,8 +51,9 @@ pub fn around(
     let (n, m, w) = (plant.a().nrows(), inputs.vehicle.actuators.len(), plant.b1().ncols());
     let states = inputs.design.states.len();
     // From the plant's states and u to the model; the balls do not cover the effect of w on it.
-    let right =
-        place(&inputs.vehicle.actuators, &inputs.design.with_even_references())?.right.remove_columns(n, w);
+    let right = place(&inputs.vehicle.actuators, &inputs.design.with_unweighted_references())?
+        .right
+        .remove_columns(n, w);
     let mut balls = vec![];
     for (row, axes) in (0..states).zip(half_axes(&errors)).filter_map(|(row, axes)| Some((row, axes?))) {
         let (mut e, mut f) = (Mat::zeros(n, 1), Mat::zeros(states + m, n + m));

@@ -130,7 +130,7 @@ mod tests {
         let inputs = shipped("squid", "design");
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
         let model = Model::new(&inputs.vehicle, file).unwrap();
-        let plant = augment(actuators, &file.with_even_references(), model.linear()).unwrap();
+        let plant = augment(actuators, &file.with_unweighted_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let full = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
         let (_, uncertain) = reduced(&inputs, &full, &model, REDUCTION).unwrap();

@@ -11,7 +11,7 @@ impl DesignFile {
     ///
     /// # Errors
     /// [`InputError::Weights`] if the other design has measurements, or other tracked outputs or scales.
-    pub fn judged_by(&self, other: &Self) -> Result<Self, InputError> {
+    pub fn with_weights_of(&self, other: &Self) -> Result<Self, InputError> {
         let wrong = |why| InputError::Weights { design: self.name.clone(), weights: other.name.clone(), why };
         if !other.measured.is_empty() {
             return Err(wrong("it has [[measure]]: noise and models belong to its own controller"));
@@ -22,7 +22,7 @@ impl DesignFile {
                 "it does not have the same [[track]]: the outputs, their order and scales must agree",
             ));
         }
-        let mut judged = self.with_even_references();
+        let mut judged = self.with_unweighted_references();
         (judged.judged, judged.sea) = (true, None);
         judged.tracked.iter_mut().zip(&other.tracked).for_each(|(this, given)| this.weight = given.weight);
         judged.measured.iter_mut().for_each(|m| m.noise = RisingWeight::constant(0.0));
@@ -45,7 +45,7 @@ mod tests {
     fn a_design_is_judged_in_the_weights_of_one_that_measures_errors_alone() {
         let own = design("vehicles/squid/design.toml");
         let former = design("tests/designs/errors_alone.toml");
-        let judged = own.judged_by(&former).unwrap();
+        let judged = own.with_weights_of(&former).unwrap();
         for (t, given) in judged.tracked.iter().zip(&former.tracked) {
             assert_eq!((t.weight, t.references.follow), (given.weight, 1.0));
         }
@@ -54,7 +54,7 @@ mod tests {
         // The loop itself is unchanged: filter, measurements, lags.
         assert_eq!((judged.reference_filter(), judged.lags), (own.reference_filter(), own.lags));
 
-        let refused = |other: &DesignFile| own.judged_by(other).unwrap_err().to_string();
+        let refused = |other: &DesignFile| own.with_weights_of(other).unwrap_err().to_string();
         assert!(refused(&own).contains("it has [[measure]]"), "{}", refused(&own));
         let remus = design("tests/designs/remus100_errors_alone.toml");
         assert!(refused(&remus).contains("the same [[track]]"), "{}", refused(&remus));
