@@ -1,6 +1,5 @@
 //! The frozen controller design, as in its JSON file.
 
-use crate::json::is_default;
 use serde::{Deserialize, Serialize};
 use signals::{Curve, DEPTH, Force, PITCH, SPEED, Status, place};
 
@@ -56,6 +55,11 @@ pub struct ControllerDesign {
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.
     pub inputs: InputHashes,
+}
+
+/// Whether a key is omitted.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// The vehicle of the design.

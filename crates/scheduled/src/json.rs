@@ -3,11 +3,6 @@
 
 use crate::{ControllerDesign, DesignError};
 
-/// Whether a key is omitted.
-pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
-}
-
 impl ControllerDesign {
     /// Reads and checks a design.
     ///

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 use signals::{DEPTH, EachTracked, PITCH, only};
 
-use crate::json::is_default;
+use crate::design::is_default;
 
 /// The manoeuvre in `resources/`.
 pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
