@@ -169,7 +169,7 @@ impl SynthesisError {
 
 fn dominant_words(dominant: &Option<(usize, usize, f64)>) -> String {
     dominant.map_or_else(String::new, |(z, w, omega)| {
-        format!("; the dominant path is that from w{w} to z{z} at {omega:.3} rad/s: relax its weight")
+        format!("; the dominant path from w{w} to z{z} peaks at {omega:.3} rad/s: relax its weight")
     })
 }
 

@@ -237,7 +237,7 @@ def test_verify_against_the_vehicle(
     done = run_squid("verify", packages.loop, "--vehicle", other)
     assert done.returncode == 1 and "the vehicle file differs from the one" in done.stderr
     done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)
-    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
     assert run_squid("verify", packages.loop, "--design", "design").returncode == 64
 
 
@@ -249,7 +249,7 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
     assert "maps ticks of 0.02 s; what is proved holds for the sampled loop" in done.stdout
     assert "its controller is that of controller.json beside it, with a delay of 0 ticks" in done.stdout
     done = run_squid("verify", file, "--vehicle", ROOT / "vehicles/remus100")
-    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
     beside = stored_design / "controller.json"
     controller = json.loads(beside.read_text(encoding="utf-8"))
     controller["lft"]["A"][0][0] *= 1 + 1e-15
@@ -410,7 +410,7 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
     done = run_squid("verify", out / "certificate.json")
     assert done.returncode == 0, f"the spoilt certificate is a true theorem: {done.stderr}"
     done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert done.returncode == 1 and "does not belong to this plant" in done.stderr
     assert not list(out.glob("*.fmu"))
 
 
@@ -460,4 +460,4 @@ def test_proof_of_another_plant_is_not_packed(run_squid: Run, stored_design: Pat
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0, "the spoilt certificate is a true theorem"
     done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "not of this plant" in done.stderr
+    assert done.returncode == 1 and "does not belong to this plant" in done.stderr

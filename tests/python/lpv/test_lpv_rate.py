@@ -116,7 +116,7 @@ def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> Non
     remus["data"]["rate"] = 1.26
     path.write_text(json.dumps(remus), encoding="utf-8")
     done = run_squid("lpv", "check", path, certificate)
-    assert done.returncode == 1 and "not of this plant: rate differs" in done.stderr
+    assert done.returncode == 1 and "does not belong to this plant: rate differs" in done.stderr
 
 
 @pytest.mark.parametrize(
