@@ -25,7 +25,7 @@ use proof::error::ProofError;
 use scheduled::LftMatrices;
 
 /// Computes the certificate of a design, for the fit and for a ball of models that contains the true linearisations
-/// ([`fit_residual`]), and proves it in exact arithmetic.
+/// ([`fit_residual()`]), and proves it in exact arithmetic.
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] when

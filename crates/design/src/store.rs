@@ -197,7 +197,7 @@ fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> Response
 /// FMUs.
 ///
 /// # Errors
-/// [`files::Error::Unwritable`].
+/// [`Unwritable`](base::files::Error::Unwritable).
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
     let mut files = Files::default();

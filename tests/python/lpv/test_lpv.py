@@ -58,7 +58,8 @@ def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path) -> None:
 
     assert check(CASE) == (0, {"status": "proved", "gamma": gamma, "reason": None})
     code, verdict = check(CASE.with_name("lpv01_lpvtools_lft_tutorial.json"))
-    assert (code, verdict["status"]) == (1, "not_proved") and "does not belong to this plant" in verdict["reason"]
+    assert (code, verdict["status"]) == (1, "not_proved")
+    assert "does not belong to this plant" in verdict["reason"]
     code, verdict = check(tmp_path / "none.json")
     assert (code, verdict["status"]) == (1, "error") and "none.json" in verdict["reason"]
     certificate = json.loads(path.read_text(encoding="utf-8"))
@@ -360,7 +361,7 @@ def test_direct_path(run_squid: Run, tmp_path: Path, case: dict) -> None:
         p["D22"] = other
         (tmp_path / "other.json").write_text(json.dumps(case), encoding="utf-8")
         done = run_squid("lpv", "check", tmp_path / "other.json", certificate)
-        assert done.returncode == 1 and "does not belong to this plant" in done.stderr and "D22" in done.stderr
+        assert done.returncode == 1 and "does not belong to this plant: matrix D22" in done.stderr
 
 
 def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, case: dict) -> None:
