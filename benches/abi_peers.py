@@ -53,7 +53,7 @@ def law_of(design: dict) -> dict[str, np.ndarray]:
     law = {"A": a, "Bt": b[:, :r], "By": b[:, r:], "Ct": cd[:r], "Cu": cd[r:]}
     law |= {"Dtt": d[:r, :r], "Dty": d[:r, r:], "Dut": d[r:, :r], "Duy": d[r:, r:]}
     law |= {"SPEED": design["trim"]["speed"], "FORWARD": design["trim"]["forward_speed"]}
-    law |= {"PITCH": design["trim"]["pitch"], "TRIM": np.array(design["trim"]["actuators"]).T}
+    law |= {"PITCH": design["trim"]["signals"]["pitch"], "TRIM": np.array(design["trim"]["actuators"]).T}
     law |= parts_of_y(design["controller_inputs"])
     law |= {"FILTER": -np.expm1(-design["reference_filter"] * ts) if "reference_filter" in design else 1.0}
     law |= {"ACTUATOR": [[one["scale"], one["minimum"], one["maximum"]] for one in design["actuators"]]}

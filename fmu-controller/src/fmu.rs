@@ -5,7 +5,7 @@ use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Varia
 use scheduled::ControllerDesign;
 
 use crate::model::{Controller, ControllerError, RESOURCE};
-use crate::tangents::COMMANDS;
+use crate::tangents::Quantity;
 
 impl Model for Controller {
     type Error = ControllerError;
@@ -60,10 +60,12 @@ impl Model for Controller {
         state.reals(&mut self.inputs.references)?;
         let mut snapshot = self.autopilot.snapshot();
         state.reals(&mut snapshot.state)?;
-        state.each(&mut [&mut snapshot.filtered_speed, &mut snapshot.depth])?;
+        state.real(&mut snapshot.filtered_speed)?;
+        state.reals(&mut snapshot.origins)?;
         let outputs = &mut snapshot.outputs;
         state.reals(&mut outputs.commands)?;
-        state.each(&mut [&mut outputs.scheduling_parameter, &mut outputs.trim_pitch])?;
+        state.real(&mut outputs.scheduling_parameter)?;
+        state.reals(&mut outputs.trim)?;
         state.boolean(&mut outputs.out_of_range)?;
         state.reals(&mut snapshot.delayed)?;
         state.real(&mut snapshot.start)?;
@@ -81,6 +83,6 @@ impl Model for Controller {
     }
 
     fn quantities(&self) -> usize {
-        COMMANDS + self.design.actuators.len()
+        Quantity::count(&self.design)
     }
 }

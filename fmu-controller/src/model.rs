@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use fmi2::{Log, ResourceError, rounding_of_time};
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, TickError};
-use signals::{SPEED, TRACKED};
 
 /// The frozen design in `resources/`.
 pub const RESOURCE: &str = "controller.json";
@@ -44,11 +43,7 @@ impl Controller {
     /// [`DesignError`].
     pub fn new(design: ControllerDesign) -> Result<Self, DesignError> {
         let autopilot = Autopilot::new(&design)?;
-        let speed = autopilot.trim().forward_speed(design.scheduling.centre);
-        let measured = autopilot.trim().signals(speed, design.depth);
-        let mut references = [0.0; TRACKED];
-        references.copy_from_slice(&measured[..TRACKED]);
-        let inputs = Inputs { measured, references };
+        let inputs = autopilot.level(design.scheduling.centre);
         Ok(Self { design: Arc::new(design), autopilot, inputs })
     }
 
@@ -92,7 +87,8 @@ impl Controller {
     }
 
     pub(crate) fn warn_of_range(&self, log: &mut dyn Log) {
-        let (speed, rho) = (self.inputs.measured[SPEED], self.autopilot.outputs().scheduling_parameter);
+        let (speed, rho) =
+            (self.autopilot.speed(&self.inputs), self.autopilot.outputs().scheduling_parameter);
         let along_path = self.autopilot.trim().speed(speed);
         let scheduling = &self.design.scheduling;
         log.warn(&format!(

@@ -1,17 +1,41 @@
 //! Exact derivatives of the commands with respect to the inputs, from the LFT closed at the present speed.
 
 use fmi2::Moment;
-use scheduled::{Inputs, OutputTangents};
-use signals::{SIGNALS, TRACKED};
+use scheduled::{ControllerDesign, Inputs, OutputTangents};
 
 use crate::{Controller, ControllerError};
 
-/// Numbers of the quantities: measurements, references, two monitors, then the commands.
-pub(crate) const MEASURED: usize = 0;
-pub(crate) const REFERENCES: usize = SIGNALS.len();
-pub(crate) const SCHEDULING_PARAMETER: usize = REFERENCES + TRACKED;
-pub(crate) const TRIM_PITCH: usize = SCHEDULING_PARAMETER + 1;
-pub(crate) const COMMANDS: usize = TRIM_PITCH + 1;
+/// The quantities, in the order of their numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Quantity {
+    /// The measured value of a signal.
+    Measured(usize),
+    /// The reference of a signal.
+    Reference(usize),
+    SchedulingParameter,
+    /// A trim that is put out.
+    Trim(usize),
+    Command(usize),
+}
+
+impl Quantity {
+    /// How many there are.
+    pub(crate) fn count(design: &ControllerDesign) -> usize {
+        Self::Command(design.actuators.len()).number(design)
+    }
+
+    pub(crate) fn number(self, design: &ControllerDesign) -> usize {
+        let measured = design.signals.len();
+        let references = measured + design.references().count();
+        match self {
+            Self::Measured(signal) => signal,
+            Self::Reference(signal) => measured + signal,
+            Self::SchedulingParameter => references,
+            Self::Trim(index) => references + 1 + index,
+            Self::Command(index) => references + 1 + design.trimmed().count() + index,
+        }
+    }
+}
 
 impl Controller {
     /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
@@ -37,18 +61,17 @@ impl Controller {
     /// [`ControllerError::Tick`].
     pub fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         let due = self.autopilot.is_due_at(moment.time);
+        let number = |quantity: Quantity| quantity.number(&self.design);
+        let (knowns, outputs) = tangents.split_at_mut(number(Quantity::SchedulingParameter));
         if !moment.initial && !due {
-            tangents[SCHEDULING_PARAMETER..].fill(0.0);
+            outputs.fill(0.0);
             return Ok(());
         }
-        let direction = Inputs {
-            measured: std::array::from_fn(|i| tangents[MEASURED + i]),
-            references: std::array::from_fn(|i| tangents[REFERENCES + i]),
-        };
+        let (measured, references) = knowns.split_at(number(Quantity::Reference(0)));
+        let direction = Inputs { measured: measured.to_vec(), references: references.to_vec() };
         let moved = self.tangents(moment.initial, &direction)?;
-        tangents[SCHEDULING_PARAMETER] = moved.scheduling_parameter;
-        tangents[TRIM_PITCH] = moved.trim_pitch;
-        tangents[COMMANDS..].copy_from_slice(&moved.commands);
+        let all = std::iter::once(moved.scheduling_parameter).chain(moved.trim).chain(moved.commands);
+        outputs.iter_mut().zip(all).for_each(|(tangent, value)| *tangent = value);
         Ok(())
     }
 }

@@ -3,12 +3,10 @@
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
 //! output depends on an input, and a master has no algebraic loop.
 
-use std::f64::consts::FRAC_PI_2;
+use scheduled::{Actuator, ControllerDesign, Level, Port};
 
-use scheduled::{Actuator, ControllerDesign};
-use signals::{SIGNALS, Signal, Values, tracked};
-
-use crate::{Controller, tangents};
+use crate::Controller;
+use crate::tangents::Quantity;
 
 type Variable = fmi2::Variable<Controller>;
 type Role<T> = fmi2::Role<Controller, T>;
@@ -23,39 +21,42 @@ pub fn outputs(design: &ControllerDesign) -> Vec<Variable> {
     let inputs = inputs(design);
     let inputs: Vec<&str> = inputs.iter().map(Variable::name).collect();
     let commands = design.actuators.iter().enumerate();
-    let commands = commands.map(|(index, actuator)| command(index, actuator, &inputs));
+    let commands = commands.map(|(index, actuator)| {
+        command(index, actuator, &inputs).quantity(Quantity::Command(index).number(design))
+    });
     commands.chain(monitors(design)).chain(constants()).collect()
 }
 
 /// What the design measures, then the references that it follows.
 fn inputs(design: &ControllerDesign) -> Vec<Variable> {
-    let measured = SIGNALS.iter().enumerate().filter(|(i, _)| design.measures(*i)).map(|(i, signal)| {
-        let set = Role::input(move |m: &mut Controller, v| m.inputs.measured[i] = v);
-        let one = Variable::real(signal.name, signal.measured, move |m| m.inputs.measured[i], set);
-        within_range(one, signal, design, true).quantity(tangents::MEASURED + i)
-    });
-    let references =
-        tracked().enumerate().filter(|(i, _)| design.follows(*i)).map(|(i, (signal, wanted))| {
-            let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
-            let one = Variable::real(wanted.name, wanted.wanted, move |m| m.inputs.references[i], set);
-            within_range(one, signal, design, false).quantity(tangents::REFERENCES + i)
+    let measured =
+        design.signals.iter().enumerate().filter(|(i, _)| design.measures(*i)).map(|(i, signal)| {
+            let set = Role::input(move |m: &mut Controller, v| m.inputs.measured[i] = v);
+            let one = Variable::real(&signal.name, &signal.measured, move |m| m.inputs.measured[i], set);
+            within_range(one, signal, design, true).quantity(Quantity::Measured(i).number(design))
         });
+    let references = design.references().enumerate().filter(|(i, _)| design.follows(*i));
+    let references = references.map(|(i, (signal, wanted))| {
+        let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
+        let one = Variable::real(&wanted.name, &wanted.wanted, move |m| m.inputs.references[i], set);
+        within_range(one, signal, design, false).quantity(Quantity::Reference(i).number(design))
+    });
     measured.chain(references).collect()
 }
 
 /// Adds unit, size and range of a signal: that of a measured speed is wider than that of its reference.
-fn within_range(one: Variable, signal: &Signal, design: &ControllerDesign, measured: bool) -> Variable {
+fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measured: bool) -> Variable {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
-    let one = one.unit(signal.unit).nominal(signal.nominal);
-    match signal.values {
-        Values::Inclination => one.range(-FRAC_PI_2, FRAC_PI_2),
-        Values::ForwardSpeed if measured => {
+    let one = one.unit(&signal.unit).nominal(signal.nominal);
+    match (signal.level, signal.range) {
+        (_, Some([least, most])) => one.range(least, most),
+        (Level::Scheduled, None) if measured => {
             let far = 2.0 * slowest.abs().max(fastest.abs());
             one.range(-far, far)
         }
-        Values::ForwardSpeed => one.range(slowest, fastest),
-        Values::Any => one,
+        (Level::Scheduled, None) => one.range(slowest, fastest),
+        _ => one,
     }
 }
 
@@ -70,15 +71,21 @@ fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
         .unit(actuator.taken_unit())
         .range(least, most)
         .nominal(nominal)
-        .quantity(tangents::COMMANDS + index)
         .discrete()
         .depends_on(&[])
         .initially_depends_on(inputs)
 }
 
 fn monitors(design: &ControllerDesign) -> Vec<Variable> {
-    let (speed, which) = if design.speed_given { ("speed", "given") } else { ("speed_reference", "wanted") };
-    vec![
+    let scheduled = design.scheduled().map(|place| &design.signals[place]);
+    let measured = scheduled.map_or("", |signal| &signal.name);
+    let reference =
+        scheduled.and_then(|signal| signal.reference.as_ref()).map(|reference| reference.name.as_str());
+    let (speed, which) = match reference.filter(|_| !design.speed_given) {
+        Some(reference) => (reference, "wanted"),
+        None => (measured, "given"),
+    };
+    let scheduling = vec![
         Variable::real(
             "scheduling_parameter",
             "scheduling parameter rho: -1 at the slowest, 1 at the fastest scheduled speed",
@@ -87,11 +94,11 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
         )
         .unit("1")
         .range(-1.0, 1.0)
-        .quantity(tangents::SCHEDULING_PARAMETER)
+        .quantity(Quantity::SchedulingParameter.number(design))
         .nominal(1.0)
         .discrete()
         .depends_on(&[])
-        .initially_depends_on(&["speed"]),
+        .initially_depends_on(&[measured]),
         Variable::boolean(
             "speed_out_of_range",
             "the speed lies outside the scheduled range, and rho is held at its end",
@@ -99,21 +106,25 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
             Role::output(),
         )
         .depends_on(&[])
-        .initially_depends_on(&["speed"]),
-        Variable::real(
-            "trim_pitch",
-            format!("pitch angle of level trim at the {which} speed"),
-            |m| m.autopilot.outputs().trim_pitch,
+        .initially_depends_on(&[measured]),
+    ];
+    let trims = design.trimmed().enumerate().map(|(index, place)| {
+        let signal = &design.signals[place];
+        let one = Variable::real(
+            format!("trim_{}", signal.name),
+            format!("{} of level trim at the {which} speed", signal.measured),
+            move |m| m.autopilot.outputs().trim[index],
             Role::output(),
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2)
-        .quantity(tangents::TRIM_PITCH)
-        .nominal(0.1)
-        .discrete()
-        .depends_on(&[])
-        .initially_depends_on(&[speed]),
-    ]
+        );
+        let one =
+            one.unit(&signal.unit).nominal(signal.nominal).quantity(Quantity::Trim(index).number(design));
+        let one = match signal.range {
+            Some([least, most]) => one.range(least, most),
+            None => one,
+        };
+        one.discrete().depends_on(&[]).initially_depends_on(&[speed])
+    });
+    scheduling.into_iter().chain(trims).collect()
 }
 
 fn constants() -> Vec<Variable> {

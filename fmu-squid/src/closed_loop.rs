@@ -6,8 +6,9 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use auv::State;
-use scheduled::{Manoeuvre, ManoeuvreError, Trim};
-use signals::{Curve, DEPTH, EachTracked, PITCH, SPEED, measured};
+use auv::longitudinal::{DEPTH, EachTracked, PITCH, SIGNALS, SPEED, measured, tracked};
+use scheduled::{ControllerDesign, Manoeuvre, ManoeuvreError, Trim};
+use signals::Curve;
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +38,9 @@ pub struct ClosedLoop {
 }
 
 /// Checks a manoeuvre; its speeds must be ahead where the vehicle has trims for flight ahead only.
-fn check(manoeuvre: &Manoeuvre, plant: &PlantModel) -> Result<(), ManoeuvreError> {
+fn check(manoeuvre: &Manoeuvre, plant: &PlantModel, design: &ControllerDesign) -> Result<(), ManoeuvreError> {
     manoeuvre.check()?;
+    manoeuvre.check_steps(design)?;
     if plant.only_ahead() { manoeuvre.check_ahead() } else { Ok(()) }
 }
 
@@ -46,14 +48,25 @@ impl ClosedLoop {
     /// Combines vehicle and autopilot.
     ///
     /// # Errors
-    /// [`ClosedLoopError::OtherVehicle`], [`ClosedLoopError::OtherActuators`], [`ClosedLoopError::Manoeuvre`].
+    /// [`ClosedLoopError::OtherVehicle`], [`ClosedLoopError::OtherSignals`], [`ClosedLoopError::OtherActuators`],
+    /// [`ClosedLoopError::Manoeuvre`].
     pub fn new(
         plant: PlantModel,
         controller: Controller,
-        manoeuvre: Manoeuvre,
+        mut manoeuvre: Manoeuvre,
     ) -> Result<Self, ClosedLoopError> {
-        check(&manoeuvre, &plant)?;
         let (vehicle, design) = (plant.vehicle(), controller.design());
+        let found: Vec<_> = design.signals.iter().map(|signal| signal.name.clone()).collect();
+        let expected = SIGNALS.each_ref().map(|signal| signal.name.to_owned()).to_vec();
+        if found != expected {
+            return Err(ClosedLoopError::OtherSignals { found, expected });
+        }
+        check(&manoeuvre, &plant, design)?;
+        for (place, signal) in tracked().map(|(signal, _)| signal).enumerate() {
+            if place != SPEED && design.has_reference(place) {
+                manoeuvre.steps.entry(signal.name.to_owned()).or_default();
+            }
+        }
         if design.vehicle.name != vehicle.name {
             let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
             return Err(ClosedLoopError::OtherVehicle { found, expected });
@@ -79,7 +92,7 @@ impl ClosedLoop {
     /// # Errors
     /// [`ClosedLoopError::Manoeuvre`], [`ClosedLoopError::Plant`], [`ClosedLoopError::Controller`].
     pub fn start(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
-        check(&self.manoeuvre, &self.plant)?;
+        check(&self.manoeuvre, &self.plant, self.controller.design())?;
         self.plant.settings.initial_speed = self.manoeuvre.speed_reference(time);
         self.plant.initialise(time, log)?;
         self.measure(time);
@@ -133,8 +146,8 @@ impl ClosedLoop {
         let (references, path_speed) = self.references(time);
         let State { motion, depth, .. } = self.plant.state();
         let inputs = &mut self.controller.inputs;
-        inputs.measured = measured([motion.u, motion.w, motion.q, motion.theta, depth]);
-        inputs.references = references;
+        inputs.measured.copy_from_slice(&measured([motion.u, motion.w, motion.q, motion.theta, depth]));
+        inputs.references.copy_from_slice(&references);
 
         self.plant.inputs.operating_speed = path_speed;
         self.plant.inputs.given_speed = references[SPEED];
@@ -161,8 +174,8 @@ impl ClosedLoop {
         }
         let path_speed = self.manoeuvre.speed_reference(time);
         let mut references = level(trim, path_speed, self.plant.settings.initial_depth);
-        for (reference, step) in references.iter_mut().zip(self.manoeuvre.above_trim(time)) {
-            *reference += step;
+        for (reference, (signal, _)) in references.iter_mut().zip(tracked()) {
+            *reference += self.manoeuvre.above_trim(time, signal.name);
         }
         (references, path_speed)
     }
@@ -171,8 +184,5 @@ impl ClosedLoop {
 /// The references of level flight at a speed along the path \[m/s\] and a depth \[m\], by the trim table of the design.
 fn level(trim: &Trim, path_speed: f64, depth: f64) -> EachTracked<f64> {
     let forward_speed = trim.forward_speed(path_speed);
-    let mut references = EachTracked::default();
-    references[SPEED] = forward_speed;
-    (references[PITCH], references[DEPTH]) = (trim.pitch(forward_speed), depth);
-    references
+    std::array::from_fn(|place| trim.signal(forward_speed, place, depth))
 }

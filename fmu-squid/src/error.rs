@@ -28,6 +28,13 @@ pub enum ClosedLoopError {
     /// The controller is for another vehicle.
     #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
     OtherVehicle { found: String, expected: String },
+    /// The controller measures other signals than the vehicle has.
+    #[error(
+        "resources/{CONTROLLER_RESOURCE} has the signals {}, and those of the vehicle are {}",
+        found.join(", "),
+        expected.join(", ")
+    )]
+    OtherSignals { found: Vec<String>, expected: Vec<String> },
     /// The controller commands other actuators than the vehicle has.
     #[error(
         "resources/{CONTROLLER_RESOURCE} commands {}, and the actuators of the vehicle are {}",

@@ -60,6 +60,9 @@ impl Model for ClosedLoop {
 
     fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         state.each(&mut self.manoeuvre.numbers())?;
+        for step in self.manoeuvre.steps.values_mut() {
+            state.real(step)?;
+        }
         state.boolean(&mut self.outside.manual)?;
         state.reals(&mut self.outside.references)?;
         state.reals(&mut self.outside.slopes)?;

@@ -1,9 +1,9 @@
 //! Exact derivatives of the loop between two ticks, while the commands are held, and at its start.
 
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, TRACKED};
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
-use signals::{DEPTH, SIGNALS, SPEED, TRACKED};
 
 use crate::{ClosedLoop, ClosedLoopError};
 
@@ -49,14 +49,14 @@ impl ClosedLoop {
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
-        let references = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
+        let references: Vec<f64> = (0..TRACKED).map(|place| tangents[own(Own::Reference(place))]).collect();
         tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let direction = Inputs { measured: [0.0; SIGNALS.len()], references };
+            let direction = Inputs { measured: vec![0.0; SIGNALS.len()], references: references.clone() };
             let autopilot = self.controller.autopilot();
             let moved = self.controller.tangents(moment.initial, &direction)?;
             tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&references);
-            tangents[own(Own::TrimPitch)] = moved.trim_pitch;
+            tangents[own(Own::TrimPitch)] = moved.trim[PITCH];
             for (index, command) in moved.commands.into_iter().enumerate() {
                 tangents[own(Own::Command(index))] = command;
                 tangents[Quantity::command(index)] = command;

@@ -2,9 +2,9 @@
 //!
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, tracked};
 use fmu_plant::WAVES;
-use signals::{DEPTH, PITCH, Reference, SIGNALS, Signal, Values, tracked};
-use std::f64::consts::FRAC_PI_2;
+use signals::{Level, Reference, Signal};
 
 use crate::ClosedLoop;
 use crate::tangents::Own;
@@ -15,8 +15,16 @@ type Role<T> = fmi2::Role<ClosedLoop, T>;
 /// The parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
 
-/// The parameters of the steps, by the places of what steps in [`SIGNALS`].
-const STEPS: [(usize, &str); 2] = [(PITCH, "pitch_step"), (DEPTH, "depth_step")];
+/// The parameters of the steps, by the places of what steps in [`SIGNALS`], with what they are and a typical size.
+const STEPS: [(usize, &str, &str, f64); 2] = [
+    (
+        PITCH,
+        "pitch_step",
+        "height of the pitch step above the trim pitch; the limits themselves are excluded",
+        0.1,
+    ),
+    (DEPTH, "depth_step", "height of the depth step, above zero downwards, from the depth of the start", 1.0),
+];
 
 /// The table for one loop.
 pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
@@ -48,18 +56,26 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     let ahead = model.plant.only_ahead();
     let sign = if ahead { "above zero" } else { "negative astern" };
     let speed = |one: Variable| if ahead { one.at_least(0.0) } else { one };
-    let step = "height of the pitch step above the trim pitch; the limits themselves are excluded";
     let from = format!(
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
     let what = if model.stepped() == PITCH { "pitch" } else { "depth" };
-    let of = |place: usize, one: Variable| model.controller.design().has_reference(place).then_some(one);
-    let deeper = "height of the depth step, above zero downwards, from the depth of the start";
-    let steps = [
-        of(PITCH, parameter!(pitch_step, "rad", step).range(-FRAC_PI_2, FRAC_PI_2).nominal(0.1)),
-        of(DEPTH, parameter!(depth_step, "m", deeper).nominal(1.0)),
-    ];
+    let steps = STEPS.into_iter().filter(|(place, ..)| model.controller.design().has_reference(*place));
+    let steps = steps.map(|(place, key, what, nominal)| {
+        let Signal { name, unit, range, .. } = SIGNALS[place];
+        let set = move |m: &mut ClosedLoop, v| {
+            if let Some(step) = m.manoeuvre.steps.get_mut(name) {
+                *step = v;
+            }
+        };
+        let get = move |m: &ClosedLoop| m.manoeuvre.step(name);
+        let one = Variable::real(key, what, get, Role::parameter(set)).unit(unit).nominal(nominal);
+        match range {
+            Some([least, most]) => one.range(least, most),
+            None => one,
+        }
+    });
     let others = [
         parameter!(step_time, "s", format!("time at which the {what} step comes")).nominal(10.0),
         parameter!(step_end, "s", format!("time at which the {what} step ends")).nominal(10.0),
@@ -70,7 +86,7 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
             .at_least(0.0)
             .nominal(10.0),
     ];
-    steps.into_iter().flatten().chain(others).collect()
+    steps.chain(others).collect()
 }
 
 /// All but the initial speed, which is that of the manoeuvre.
@@ -107,16 +123,16 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .nominal(signal.nominal)
         .quantity(own(Own::Reference(place)))
         .slope(move |m, v| m.outside.slopes[place] = v);
-        match signal.values {
-            Values::Inclination => one.range(-FRAC_PI_2, FRAC_PI_2),
-            Values::ForwardSpeed => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
-            Values::Any => one,
+        match (signal.level, signal.range) {
+            (_, Some([least, most])) => one.range(least, most),
+            (Level::Scheduled, None) => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
+            _ => one,
         }
     });
     std::iter::once(manual).chain(references)
 }
 
-/// The signals that the loop has a reference of, with their places in [`signals::SIGNALS`].
+/// The signals that the loop has a reference of, with their places in [`auv::longitudinal::SIGNALS`].
 fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> {
     let has = |place: &usize| model.controller.design().has_reference(*place);
     let rows = tracked().enumerate().map(|(place, (signal, reference))| (place, signal, reference));
@@ -207,9 +223,9 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 }
 
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
-    let steps = STEPS.into_iter().filter(|(place, _)| model.controller.design().has_reference(*place));
+    let steps = STEPS.into_iter().filter(|(place, ..)| model.controller.design().has_reference(*place));
     let mut knowns: Vec<&str> =
-        steps.map(|(_, name)| name).chain(["step_time", "step_end", "manual"]).collect();
+        steps.map(|(_, name, ..)| name).chain(["step_time", "step_end", "manual"]).collect();
     knowns.extend(followed(model).map(|(_, _, reference)| reference.name));
     knowns.extend(knowns_of_start(model));
     knowns

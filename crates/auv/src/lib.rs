@@ -33,6 +33,7 @@
 //!
 //! Units are SI, angles are radians. This crate contains no control design and no co-simulation.
 
+pub mod longitudinal;
 mod motion;
 mod scalar;
 mod simulation;

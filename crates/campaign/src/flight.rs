@@ -2,9 +2,9 @@
 
 use crate::error::Error;
 use crate::plan::{Drawn, Plan};
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
 use auv::{Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
-use signals::{DEPTH, PITCH, SIGNALS, SPEED};
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Block;
 use squid_design::uncertain::vehicle::gains;
@@ -199,7 +199,7 @@ impl Plan<'_> {
 
     fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES_OF_A_ROW]) -> Row {
         let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
-        let step = drawn.manoeuvre.steps()[self.stepped()];
+        let step = drawn.manoeuvre.step(SIGNALS[self.stepped()].name);
         let values = self.values(drawn).map(|(_, value)| value);
         let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
         let drawn = [speed_from, speed_to, step].into_iter().chain(starts).chain(values).collect();
@@ -237,7 +237,7 @@ impl Plan<'_> {
         let rows = &flight.rows;
         let limits: Vec<(f64, f64)> = self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
         let stepped = self.stepped();
-        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.steps()[stepped]);
+        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.step(SIGNALS[stepped].name));
         let figures = StepFigures::of_flight(flight, stepped, step, &limits);
         let at_limit =
             |commands: &[f64]| commands.iter().zip(&limits).any(|(c, (low, high))| c <= low || c >= high);

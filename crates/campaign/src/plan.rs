@@ -2,12 +2,12 @@
 
 use crate::error::Error;
 use crate::starts::Starts;
+use auv::longitudinal::Each;
 use auv::{Parameter, Speed, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use scheduled::Manoeuvre;
 use serde::{Deserialize, Serialize};
-use signals::Each;
 use sobol_burley::NUM_DIMENSIONS;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
@@ -208,8 +208,8 @@ impl<'a> Plan<'a> {
             || default.speed_from + uniform(&mut numbers) * (default.speed_to - default.speed_from);
         let (speed_from, speed_to) = (speed(), speed());
         let sign = if uniform(&mut numbers) < 0.5 { -1.0 } else { 1.0 };
-        let (pitch_step, depth_step) = (sign * default.pitch_step, sign * default.depth_step);
-        let manoeuvre = Manoeuvre { speed_from, speed_to, pitch_step, depth_step, ..default.clone() };
+        let steps = default.steps.iter().map(|(name, height)| (name.clone(), sign * height)).collect();
+        let manoeuvre = Manoeuvre { speed_from, speed_to, steps, ..default.clone() };
         let sea_seed = numbers.next_u64() >> 33;
         // Last, so that the other numbers are the same with and without initial deviations.
         let mut off_trim = self.identity.starts.0;

@@ -1,7 +1,8 @@
 //! Initial deviations from trim.
 
+use auv::longitudinal::{Each, SIGNALS};
 use serde::{Deserialize, Serialize};
-use signals::{Each, SIGNALS, Signal};
+use signals::Signal;
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
@@ -88,7 +89,7 @@ impl From<Starts> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use signals::{PITCH, SPEED};
+    use auv::longitudinal::{PITCH, SPEED};
 
     #[test]
     fn a_list_reads_back_to_the_bit() {

@@ -1,8 +1,8 @@
 //! Campaigns of the committed design of Squid.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use auv::longitudinal::SIGNALS;
 use rayon::ThreadPoolBuilder;
-use signals::SIGNALS;
 use squid_campaign::bound::gains;
 use squid_campaign::flight::Outcome;
 use squid_campaign::plan::{Drawn, Plan, Points};
@@ -80,9 +80,9 @@ fn draws_lie_in_their_ranges() {
     let range = stored.manoeuvre.speed_from..=stored.manoeuvre.speed_to;
     for drawn in &uniform {
         assert!(range.contains(&drawn.manoeuvre.speed_from) && range.contains(&drawn.manoeuvre.speed_to));
-        assert_eq!(drawn.manoeuvre.pitch_step.abs(), stored.manoeuvre.pitch_step);
+        assert_eq!(drawn.manoeuvre.step("pitch").abs(), stored.manoeuvre.step("pitch"));
     }
-    let up = uniform.iter().filter(|drawn| drawn.manoeuvre.pitch_step > 0.0).count();
+    let up = uniform.iter().filter(|drawn| drawn.manoeuvre.step("pitch") > 0.0).count();
     assert!((70..130).contains(&up), "{up}");
 }
 
@@ -104,7 +104,7 @@ fn a_sobol_sequence_is_even() {
         cells.sort_unstable();
         assert_eq!(cells, (0..64).collect::<Vec<usize>>(), "number {number}");
     }
-    let up = drawn.iter().filter(|d| d.manoeuvre.pitch_step > 0.0).count();
+    let up = drawn.iter().filter(|d| d.manoeuvre.step("pitch") > 0.0).count();
     assert_eq!(up, 32);
     assert!(plan.draw(1 << 16) != drawn[0] && plan.draw(1 << 16) == plan.draw(1 << 16));
 }

@@ -102,7 +102,7 @@ fn least_possible(inputs: &Inputs, frozen: &FrozenUncertain) -> f64 {
     let actuators = &inputs.vehicle.actuators;
     let gain = |delta: &[f64]| -> Option<f64> {
         let ab = Lft::constant(frozen.model.evaluate(0.0, delta).ok()?);
-        let linear = LinearModel { ab, ..LinearModel::at(&frozen.nominal, actuators, &inputs.design) };
+        let linear = LinearModel { ab, ..LinearModel::at(&frozen.linear(actuators), &inputs.design) };
         let plant = augment(actuators, &inputs.design, linear).ok()?;
         Some(least_gamma(&plant, ScalingClass::SymmetricAndSkew).ok()?.1.lower)
     };

@@ -1,14 +1,14 @@
 //! The control problem: model and weights of the design as a generalised plant.
 
+use crate::axis::Linearisation;
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use crate::linearise::{stacked, trim_slope};
-use auv::{Actuator, Linearisation};
+use crate::linearise::stacked;
+use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, block};
 use lpv::plant::GeneralisedPlant;
 use lpv::tracking::{ModelPlace, MovingTrim, TrackingProblem, TwoDegrees};
-use signals::SPEED;
 
 /// States of the wave filter.
 const WAVE_STATES: usize = 2;
@@ -27,10 +27,10 @@ pub struct LinearModel {
 
 impl LinearModel {
     /// The model at one speed.
-    pub fn at(l: &Linearisation, actuators: &[Actuator], design: &DesignFile) -> Self {
+    pub fn at(l: &Linearisation, design: &DesignFile) -> Self {
         Self {
-            ab: Lft::constant(stacked(l)),
-            trim_slope: Lft::constant(trim_slope(l, actuators)),
+            ab: Lft::constant(stacked(&l.a, &l.b)),
+            trim_slope: Lft::constant(l.trim_slope.clone()),
             waves: design.sea.as_ref().and_then(|sea| sea.acting(l)).map(Lft::constant),
         }
     }
@@ -100,7 +100,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
 
 /// References and measurements as separate inputs; the trim follows the filtered reference of the speed.
 fn two_degrees(design: &DesignFile, slope: Lft) -> TwoDegrees {
-    let speed = design.tracked.iter().position(|t| t.place == SPEED);
+    let speed = design.tracked_speed();
     let models = design.tracked.iter().map(|t| t.model.filter(|_| !design.judged));
     TwoDegrees {
         measured: Measured::scaled_outputs(&design.measured, design.states),
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let inputs = shipped("squid", "paper");
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);

@@ -10,11 +10,11 @@ pub mod limits;
 pub mod sampled;
 pub mod verify;
 
+use crate::axis::VehicleModel;
 use crate::certify::fit_residual::{bends_at_rest, fit_residual};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use auv::Vehicle;
 use lpv::analysis::bounded_gain;
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
@@ -31,7 +31,7 @@ use scheduled::LftMatrices;
 /// [`ProofError::Unproved`] with the first check that fails; [`CertifyError::BendsAtRest`] or [`Error::Synthesis`] when
 /// no bound covers the model error.
 pub fn certify(
-    vehicle: &Vehicle,
+    vehicle: &dyn VehicleModel,
     file: &DesignFile,
     model: &Model,
     plant: &GeneralisedPlant,
@@ -45,7 +45,7 @@ pub fn certify(
 }
 
 /// Why no bound covers the model error: explained by the vehicle if possible.
-fn explain(vehicle: &Vehicle, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
+fn explain(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model, reason: SynthesisError) -> Error {
     match bends_at_rest(vehicle, file, model) {
         Ok(true) => CertifyError::BendsAtRest { from: file.speed_min, to: file.speed_max }.into(),
         _ => reason.into(),
@@ -86,9 +86,9 @@ mod tests {
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
-            let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+            let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
             let reason = SynthesisError::Infeasible { stage: "test" };
-            let words = explain(&inputs.vehicle, &inputs.design, &model, reason).to_string();
+            let words = explain(&inputs.longitudinal(), &inputs.design, &model, reason).to_string();
             assert_eq!(words.contains("bends at rest"), bends, "{words}");
             assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
         }

@@ -9,13 +9,12 @@ pub mod sampled;
 pub mod sampled_gain;
 
 use crate::augment::{LinearModel, augment};
+use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::{Sampling, sampled_dtt};
 use crate::error::Error;
 use crate::error::Refusal;
 use crate::inputs::design_file::{DesignFile, SAMPLE_TIME};
-use crate::linearise::linearise_at;
 use crate::numbers::rounded_down;
-use auv::{Linearisation, Vehicle};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, eigenvalues, spectral_abscissa};
 use lpv::plant::{GeneralisedPlant, channels};
@@ -90,7 +89,7 @@ fn sample_time_words(fastest: f64) -> String {
 /// # Errors
 /// [`Error::Refused`] with the first failure; those of trim and linearisation.
 pub fn check(
-    vehicle: &Vehicle,
+    vehicle: &dyn VehicleModel,
     design: &DesignFile,
     plant: &GeneralisedPlant,
     controller: &Controller,
@@ -98,7 +97,7 @@ pub fn check(
 ) -> Result<Checks, Error> {
     well_posed(&controller.dtt())?;
     well_posed(&plant.dtt())?;
-    let sampling = Sampling::of(&vehicle.actuators, design);
+    let sampling = Sampling::of(vehicle.actuators(), design);
     well_posed(
         &sampled_dtt(controller, sampling.sample_time).unwrap_or_else(|| Mat::from_element(1, 1, f64::NAN)),
     )?;
@@ -123,9 +122,8 @@ pub fn check(
             return Err(Refusal::Gain { speed, gain, bound }.into());
         }
         let frozen = frozen_controller(controller, rho)?;
-        let linearisation = linearise_at(vehicle, design, speed)?;
-        let truth =
-            augment(&vehicle.actuators, design, LinearModel::at(&linearisation, &vehicle.actuators, design))?;
+        let linearisation = vehicle.linearise(speed)?;
+        let truth = augment(vehicle.actuators(), design, LinearModel::at(&linearisation, design))?;
         let true_loop = truth.close(&frozen).frozen(&[])?;
         let true_real_part = spectral_abscissa(&true_loop.a);
         if true_real_part.is_nan() || true_real_part >= 0.0 {

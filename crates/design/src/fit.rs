@@ -6,11 +6,11 @@ pub mod reach;
 pub mod trim_slope;
 
 use crate::augment::LinearModel;
+use crate::axis::{Linearisation, VehicleModel};
 use crate::error::ModelError;
-use crate::fit::trim_slope::trim_slope;
+use crate::fit::trim_slope::{trim_slope, trim_slopes};
 use crate::inputs::design_file::{DesignFile, WorkingSea};
-use crate::linearise::{linearise_at, split, stacked, trim_table};
-use auv::{Linearisation, Vehicle};
+use crate::linearise::{split, stacked};
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, largest_singular_value};
 use lpv::polynomial::{FitResidual, MatrixPolynomial};
@@ -58,12 +58,12 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::Trim`] if the vehicle has no trim, or its trims jump; [`ModelError::Fit`].
-    pub fn new(vehicle: &Vehicle, design: &DesignFile) -> Result<Self, ModelError> {
-        let trims = trim_table(vehicle, design)?;
+    pub fn new(vehicle: &dyn VehicleModel, design: &DesignFile) -> Result<Self, ModelError> {
+        let slopes = trim_slopes(vehicle, design)?;
         let grid: Vec<(f64, Linearisation)> = design
             .spread(design.speeds)
             .into_iter()
-            .map(|v| Ok((design.rho(v), linearise_at(vehicle, design, v)?)))
+            .map(|v| Ok((design.rho(v), vehicle.linearise(v)?)))
             .collect::<Result<_, ModelError>>()?;
         let samples = samples(&grid);
         let highest = (design.order + 1).min(samples.len() - 1);
@@ -73,7 +73,7 @@ impl Model {
         let fit = MatrixPolynomial::fit(&samples, design.order)?;
         let lft = Lft::from_polynomial(&fit, design.drop);
         let lft_error = lft_error(&lft, &fit)?;
-        let trim_slope = trim_slope(vehicle, design, &grid, &trims)?;
+        let trim_slope = trim_slope(vehicle.actuators(), design, &grid, &slopes)?;
         let waves = design.sea.as_ref().map(|sea| waves(sea, &grid)).transpose()?;
         Ok(Self { grid, fit, residuals, lft, lft_error, trim_slope, waves })
     }
@@ -99,7 +99,7 @@ impl Model {
 
 /// `[A B]` over the grid.
 fn samples(grid: &[(f64, Linearisation)]) -> Vec<(f64, Mat)> {
-    grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect()
+    grid.iter().map(|(rho, l)| (*rho, stacked(&l.a, &l.b))).collect()
 }
 
 impl Residual {

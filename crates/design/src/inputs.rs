@@ -5,14 +5,15 @@ pub mod design_file;
 mod doubts;
 mod reweighted;
 
+use crate::axis::VehicleModel;
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
-use crate::linearise::TRIM_ROWS;
+use crate::linearise::{Longitudinal, TRIM_ROWS};
+use auv::longitudinal::{SIGNALS, SPEED};
 use auv::{Pitch, Vehicle};
 use base::files::read;
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
-use signals::{SIGNALS, SPEED};
 use std::path::{Path, PathBuf};
 
 /// A vehicle and a design file, with their hashes.
@@ -34,6 +35,11 @@ impl Inputs {
     /// Half range of the gain of every actuator, relative; 0 if it is not uncertain.
     pub fn actuator_gain(&self) -> f64 {
         self.design.uncertainty.as_ref().map_or(0.0, |u| u.actuator_gain)
+    }
+
+    /// The vehicle as the design has it.
+    pub fn longitudinal(&self) -> Longitudinal<'_> {
+        Longitudinal { vehicle: &self.vehicle, file: &self.design }
     }
 
     /// Whether the design declares anything uncertain.
@@ -98,7 +104,7 @@ impl Inputs {
         actuator_names::check(&vehicle.0, files[0])?;
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
         let (vehicle, mut design) = (vehicle.0, design.0);
-        design.states = vehicle.coefficients.surge.states(design.has_depth());
+        design.states = Longitudinal { vehicle: &vehicle, file: &design }.states();
         check_states(&design, files[1])?;
         if design.sea.is_some() && vehicle.geometry.is_none() {
             return Err(InputError::NoGeometry { file: files[1].into() });
@@ -140,8 +146,8 @@ impl Inputs {
 
 /// Checks that the tracked, measured and required signals depend on the states of the vehicle; `file` is for messages.
 fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
-    let tracked = design.tracked.iter().map(|t| ("track.output", t.signal()));
-    let measured = design.measured.iter().map(|m| ("measure.signal", m.signal()));
+    let tracked = design.tracked.iter().map(|t| ("track.output", t.signal));
+    let measured = design.measured.iter().map(|m| ("measure.signal", m.signal));
     let unknown = tracked.chain(measured).find(|(_, signal)| !signal.is_among(design.states));
     let required =
         ["speed_rise", "speed_settling"].into_iter().find(|key| design.require.limit(key).is_some());

@@ -8,6 +8,7 @@
 //! reported by callbacks ([`base::progress::Progress`]), and the result is a value ([`run::Finished`]).
 
 pub mod augment;
+pub mod axis;
 pub mod certify;
 pub mod check;
 pub mod error;

@@ -1,13 +1,101 @@
 //! Trims over the range of speed, and the linear model at each.
 
+use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use auv::{Actuator, Dynamics, Linearisation, Pitch, Speed, Trim, Vehicle, linearise_with, trim_with, trims};
+use auv::longitudinal::{INTERFACE, measured};
+use auv::{Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
 use serde_json::{Map, Value, json};
+use signals::{Interface, States};
 
 /// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
+
+/// The longitudinal vehicle, in the level flight of a design file.
+#[derive(Debug, Clone, Copy)]
+pub struct Longitudinal<'a> {
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+    /// The design file: its depth, its pitch in trim, its waves, and whether depth is a state.
+    pub file: &'a DesignFile,
+}
+
+impl VehicleModel for Longitudinal<'_> {
+    fn name(&self) -> &str {
+        &self.vehicle.name
+    }
+
+    fn status(&self) -> Status {
+        self.vehicle.status
+    }
+
+    fn interface(&self) -> &'static Interface {
+        &INTERFACE
+    }
+
+    fn states(&self) -> States {
+        self.vehicle.coefficients.surge.states(self.file.has_depth())
+    }
+
+    fn actuators(&self) -> &[Actuator] {
+        &self.vehicle.actuators
+    }
+
+    fn speed_given(&self) -> bool {
+        self.vehicle.coefficients.surge.is_given()
+    }
+
+    fn trims(&self, speeds: &[f64]) -> Result<Vec<OperatingPoint>, ModelError> {
+        Ok(self.level(speeds)?.iter().map(operating_point).collect())
+    }
+
+    fn trim_slopes(&self, speeds: &[f64]) -> Result<Vec<Mat>, ModelError> {
+        let slope = |trim: &Trim| {
+            let l = linearise_with(self.vehicle, trim, self.file.has_depth())?;
+            Ok(column(&l.trim_slope(&self.vehicle.actuators)))
+        };
+        self.level(speeds)?.iter().map(slope).collect()
+    }
+
+    fn linearise(&self, speed: f64) -> Result<Linearisation, ModelError> {
+        Ok(Linearisation::of(&linearise_at(self.vehicle, self.file, speed)?, &self.vehicle.actuators))
+    }
+}
+
+impl Longitudinal<'_> {
+    /// The level trims at increasing speeds.
+    fn level(&self, speeds: &[f64]) -> Result<Vec<Trim>, ModelError> {
+        let (depth, pitch) = self.file.level();
+        trims(self.vehicle, depth, speeds, pitch).map_err(ModelError::Trim)
+    }
+}
+
+impl Linearisation {
+    /// The longitudinal motion of a vehicle with these actuators.
+    pub fn of(l: &auv::Linearisation, actuators: &[Actuator]) -> Self {
+        Self {
+            a: l.a.clone(),
+            b: l.b.clone(),
+            states: l.states,
+            trim: operating_point(&l.trim),
+            trim_slope: column(&l.trim_slope(actuators)),
+            by_waves: l.by_waves.clone(),
+        }
+    }
+}
+
+fn operating_point(trim: &Trim) -> OperatingPoint {
+    OperatingPoint {
+        speed: trim.speed,
+        signals: measured([trim.forward_speed, trim.heave, 0.0, trim.pitch, trim.depth]).to_vec(),
+        actuators: trim.actuators.clone(),
+    }
+}
+
+fn column(vector: &nalgebra::DVector<f64>) -> Mat {
+    Mat::from_column_slice(vector.len(), 1, vector.as_slice())
+}
 
 /// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
 /// the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from the
@@ -15,7 +103,11 @@ pub const TRIM_ROWS: usize = 101;
 ///
 /// # Errors
 /// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
-pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<Linearisation, ModelError> {
+pub fn linearise_at(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    speed: f64,
+) -> Result<auv::Linearisation, ModelError> {
     let (depth, pitch) = file.level();
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
     let still = linearise_with(vehicle, &level, file.has_depth())?;
@@ -31,14 +123,18 @@ pub fn linearise_at(vehicle: &Vehicle, file: &DesignFile, speed: f64) -> Result<
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn linearise_vehicle(vehicle: &Vehicle, depth: f64, speed: f64) -> Result<Linearisation, ModelError> {
+pub fn linearise_vehicle(
+    vehicle: &Vehicle,
+    depth: f64,
+    speed: f64,
+) -> Result<auv::Linearisation, ModelError> {
     let pitch = Pitch::over(vehicle, depth, &[speed], None);
     let level = trim_with(vehicle, Speed::Path(speed), depth, &pitch).map_err(ModelError::Trim)?;
     Ok(linearise_with(vehicle, &level, false)?)
 }
 
 /// Trim, A, B and eigenvalues at one speed as JSON.
-pub fn to_json(vehicle: &Vehicle, l: &Linearisation) -> Value {
+pub fn to_json(vehicle: &Vehicle, l: &auv::Linearisation) -> Value {
     let t = &l.trim;
     let outputs = vehicle.actuators.iter().zip(&t.actuators);
     let actuators: Map<String, Value> = outputs.map(|(a, output)| (a.name.clone(), json!(output))).collect();
@@ -67,15 +163,9 @@ pub fn trim_table(vehicle: &Vehicle, file: &DesignFile) -> Result<Vec<Trim>, Mod
     trims(vehicle, depth, &file.spread(TRIM_ROWS), pitch).map_err(ModelError::Trim)
 }
 
-/// [`Linearisation::trim_slope`] as a matrix with one column.
-pub fn trim_slope(l: &Linearisation, actuators: &[Actuator]) -> Mat {
-    let slope = l.trim_slope(actuators);
-    Mat::from_column_slice(slope.len(), 1, slope.as_slice())
-}
-
-/// `[A B]` of a linearisation.
-pub fn stacked(l: &Linearisation) -> Mat {
-    block(&[&[&l.a, &l.b]])
+/// `[A B]`.
+pub fn stacked(a: &Mat, b: &Mat) -> Mat {
+    block(&[&[a, b]])
 }
 
 /// A and B from `[A B]`.

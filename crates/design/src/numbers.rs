@@ -8,7 +8,7 @@ pub fn decimals(v: f64, digits: usize) -> String {
 }
 
 /// The factor from a unit to the displayed one, and the latter: degrees for radians.
-pub fn readable(unit: &'static str) -> (f64, &'static str) {
+pub fn readable(unit: &str) -> (f64, &str) {
     if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, unit) }
 }
 

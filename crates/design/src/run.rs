@@ -2,8 +2,10 @@
 //! sampled, freeze, anti-windup, limits, verdict.
 
 use crate::augment::augment;
+use crate::axis::{OperatingPoint, VehicleModel};
 use crate::certify::certify;
 use crate::certify::claims;
+use crate::certify::lft_matrices;
 use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
 use crate::check::{CHECKED_SPEEDS, Checks, check};
@@ -11,21 +13,23 @@ use crate::error::Error;
 use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
 use crate::numbers::{above, decimals};
-use crate::store::freeze::{Frozen, freeze};
+use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use crate::verdict::found::Effort;
-use auv::{Pitch, Status, Trim};
+use auv::longitudinal::{DEPTH, PITCH};
+use auv::{Pitch, Status};
 use base::progress::Progress;
 use lpv::controller::Controller;
 use lpv::matrix::to_rows;
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 use proof::claim::Proof;
-use scheduled::Rows;
+use scheduled::{ControllerDesign, InputHashes, Rows};
 
 /// A design with the results of all stages.
 #[derive(Debug, Clone)]
@@ -68,152 +72,220 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     for words in inputs.doubts() {
         progress.done("", &format!("WARNING: {words}"));
     }
-    progress.done("design", &format!("{}: {}", inputs.design.source(), inputs.design.description));
-    let model = Model::new(&inputs.vehicle, &inputs.design)?;
+    let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
+    progress.done("design", &format!("{}: {}", file.source(), file.description));
+    let model = Model::new(vehicle, file)?;
     progress.done("trim", &trim_line(inputs, &model));
     progress.done("linearise", &linearise_line(&model));
     progress.done("fit", &fit_line(inputs, &model));
     progress.done("LFT", &lft_line(&model));
-    reach::check(&inputs.vehicle.actuators, &inputs.design, &model)?;
-    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
-    progress.done("augment", &augment_line(inputs, &plant));
-    for words in authority::remarks(&inputs.vehicle.actuators, &inputs.design, &model) {
+    let plant = augmented(vehicle, file, &model, progress)?;
+    for words in authority::remarks(&inputs.vehicle.actuators, file, &model) {
         progress.done("", &words);
     }
-    let nominal = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, progress)?;
+    let nominal = synthesise(&inputs.vehicle.actuators, file, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
     let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
-    let what = "the closed loop against the fit and the true linearisations";
-    let check = || check(&inputs.vehicle, &inputs.design, &plant, &design.controller, design.certified.gamma);
-    let checks = progress.timed("check", what, check).0?;
-    progress.done("check", &check_line(&checks, design.certified.gamma));
-    if let Some(words) = checks.remark(inputs.design.sample_time, inputs.design.control_weight.low) {
-        progress.done("", &words);
-    }
-    let proof = certificate_stage(inputs, &model, &plant, &design, progress);
-    let sampled = sampled_stage(inputs, &model, &design, progress);
-    let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
-    frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
-    let proof = proof.map(|proof| limits_stage(inputs, proof, &plant, &design.controller, &frozen, progress));
-    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
-        frozen.controller.anti_windup = Some(limits.e.clone());
-    }
-    let judge = || Verdict::of(inputs, &frozen.controller, Effort::FULL);
+    let axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
+    let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
     let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
     progress.done("verdict", &verdict.to_string());
+    let FinishedAxis { synthesised, checks, proof, sampled, controller } = axis;
+    let Synthesised { model, plant, design } = synthesised;
+    let frozen = Frozen { controller, plant: lpv_model(&inputs.vehicle, file, &model)? };
     Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
 
-/// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
-/// inspected.
-fn certificate_stage(
-    inputs: &Inputs,
-    model: &Model,
-    plant: &GeneralisedPlant,
-    design: &Design,
-    progress: &Progress,
-) -> Result<Proof, String> {
-    let what = "covering the fit's residual and proving in exact arithmetic";
-    let (proof, seconds) =
-        progress.timed("certify", what, || certify(&inputs.vehicle, &inputs.design, model, plant, design));
-    let proof = proof.map_err(|reason| reason.to_string());
-    match &proof {
-        Ok(proof) => {
-            let claim = claims::gain(&proof.theorem, inputs.design.scheduling().1);
-            progress.done("certify", &proved(&claim, seconds));
-        }
-        Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
-    }
-    proof
+/// An axis with the results of its stages.
+#[derive(Debug, Clone)]
+pub struct FinishedAxis {
+    /// Model, generalised plant and controller.
+    pub synthesised: Synthesised,
+    /// The results of the checks.
+    pub checks: Checks,
+    /// The certificate, or why there is none.
+    pub proof: Result<Proof, String>,
+    /// The certificate of the sampled loop, or why there is none.
+    pub sampled: Result<Proof, String>,
+    /// The frozen controller.
+    pub controller: ControllerDesign,
 }
 
-/// Computes the certificate of the sampled loop. If the proof fails, the reason is reported and returned.
-fn sampled_stage(
-    inputs: &Inputs,
-    model: &Model,
-    design: &Design,
+/// The results of the stages up to the synthesis.
+#[derive(Debug, Clone)]
+pub struct Synthesised {
+    /// The LPV model of the axis.
+    pub model: Model,
+    /// The generalised plant.
+    pub plant: GeneralisedPlant,
+    /// The controller and its gammas.
+    pub design: Design,
+}
+
+/// Runs the stages of an axis of any vehicle, from its linear models to the frozen, proved controller.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_axis(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    hashes: &InputHashes,
     progress: &Progress,
-) -> Result<Proof, String> {
-    let what = "the gain of the sampled loop, in exact arithmetic";
-    let (proof, seconds) =
-        progress.timed("sampled", what, || sampled(&inputs.vehicle, &inputs.design, model, design));
-    let proof = proof.map_err(|reason| reason.to_string());
-    let words = match &proof {
-        Ok(proof) => format!(
-            "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
+) -> Result<FinishedAxis, Error> {
+    progress.done("design", &format!("{}: {}", file.source(), file.description));
+    let model = Model::new(vehicle, file)?;
+    progress.done("linearise", &linearise_line(&model));
+    progress.done("LFT", &lft_line(&model));
+    let plant = augmented(vehicle, file, &model, progress)?;
+    let design = synthesise(vehicle.actuators(), file, &plant, progress)?;
+    proved(vehicle, file, hashes, Synthesised { model, plant, design }, progress)
+}
+
+/// The generalised plant of a model that actuators and measurements reach.
+fn augmented(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    model: &Model,
+    progress: &Progress,
+) -> Result<GeneralisedPlant, Error> {
+    reach::check(vehicle.actuators(), file, model)?;
+    let plant = augment(vehicle.actuators(), file, model.linear())?;
+    progress.done("augment", &augment_line(file, &plant));
+    Ok(plant)
+}
+
+/// Checks and proves a controller, freezes it, and adds anti-windup.
+fn proved(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    synthesised: Synthesised,
+    progress: &Progress,
+) -> Result<FinishedAxis, Error> {
+    let Synthesised { model, plant, design } = &synthesised;
+    let what = "the closed loop against the fit and the true linearisations";
+    let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
+    let checks = progress.timed("check", what, check).0?;
+    progress.done("check", &check_line(&checks, design.certified.gamma));
+    if let Some(words) = checks.remark(file.sample_time, file.control_weight.low) {
+        progress.done("", &words);
+    }
+    let axis = Axis { vehicle, file, progress };
+    let proof = axis.certificate(model, plant, design);
+    let sampled = axis.sampled(model, design);
+    let lft = lft_matrices(&design.controller);
+    let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
+    controller.anti_windup = axis.anti_windup(&design.controller)?;
+    let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, &controller));
+    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
+        controller.anti_windup = Some(limits.e.clone());
+    }
+    Ok(FinishedAxis { synthesised, checks, proof, sampled, controller })
+}
+
+/// What the stages of a proof have in common.
+#[derive(Clone, Copy)]
+struct Axis<'a> {
+    vehicle: &'a dyn VehicleModel,
+    file: &'a DesignFile,
+    progress: &'a Progress<'a>,
+}
+
+impl Axis<'_> {
+    /// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
+    /// inspected.
+    fn certificate(&self, model: &Model, plant: &GeneralisedPlant, design: &Design) -> Result<Proof, String> {
+        let Self { vehicle, file, progress } = *self;
+        let what = "covering the fit's residual and proving in exact arithmetic";
+        let (proof, seconds) =
+            progress.timed("certify", what, || certify(vehicle, file, model, plant, design));
+        let proof = proof.map_err(|reason| reason.to_string());
+        match &proof {
+            Ok(proof) => {
+                let claim = claims::gain(&proof.theorem, file.scheduling().1);
+                progress.done("certify", &proved_in(&claim, seconds));
+            }
+            Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
+        }
+        proof
+    }
+
+    /// Computes the certificate of the sampled loop. If the proof fails, the reason is reported and returned.
+    fn sampled(&self, model: &Model, design: &Design) -> Result<Proof, String> {
+        let Self { vehicle, file, progress } = *self;
+        let what = "the gain of the sampled loop, in exact arithmetic";
+        let (proof, seconds) = progress.timed("sampled", what, || sampled(vehicle, file, model, design));
+        let proof = proof.map_err(|reason| reason.to_string());
+        let words = match &proof {
+            Ok(proof) => format!(
+                "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
              for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
              the trapezoidal rule",
-            claims::bound(&proof.theorem),
-            inputs.design.sample_time
-        ),
-        Err(reason) => format!("NOT PROVED: {reason}"),
-    };
-    progress.done("sampled", &words);
-    proof
-}
-
-/// Anti-windup, if the design has it. If none is found, the controller is used without it.
-fn anti_windup_stage(
-    inputs: &Inputs,
-    controller: &Controller,
-    progress: &Progress,
-) -> Result<Option<Rows>, Error> {
-    if !inputs.design.anti_windup {
-        return Ok(None);
+                claims::bound(&proof.theorem),
+                file.sample_time
+            ),
+            Err(reason) => format!("NOT PROVED: {reason}"),
+        };
+        progress.done("sampled", &words);
+        proof
     }
-    let what = "a gain for commands beyond the limits";
-    let (found, seconds) =
-        progress.timed("windup", what, || anti_windup(&inputs.vehicle, &inputs.design, controller));
-    match found {
-        Ok(found) => {
-            let words = format!(
-                "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
+
+    /// Anti-windup, if the design has it. If none is found, the controller is used without it.
+    fn anti_windup(&self, controller: &Controller) -> Result<Option<Rows>, Error> {
+        let Self { vehicle, file, progress } = *self;
+        if !file.anti_windup {
+            return Ok(None);
+        }
+        let what = "a gain for commands beyond the limits";
+        let (found, seconds) = progress.timed("windup", what, || anti_windup(vehicle, file, controller));
+        match found {
+            Ok(found) => {
+                let words = format!(
+                    "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
                  it acts only while a command saturates"
-            );
-            progress.done("windup", &words);
-            Ok(Some(to_rows(&found.gain)))
+                );
+                progress.done("windup", &words);
+                Ok(Some(to_rows(&found.gain)))
+            }
+            Err(Error::Synthesis(reason)) => {
+                progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
+                Ok(None)
+            }
+            Err(other) => Err(other),
         }
-        Err(Error::Synthesis(reason)) => {
-            progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
-            Ok(None)
-        }
-        Err(other) => Err(other),
     }
-}
 
-/// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
-fn limits_stage(
-    inputs: &Inputs,
-    proof: Proof,
-    plant: &GeneralisedPlant,
-    controller: &Controller,
-    frozen: &Frozen,
-    progress: &Progress,
-) -> Proof {
-    let what = "the largest step from which the saturated loop returns to trim";
-    let claim = || {
-        with_limits(&proof, plant, controller, &frozen.controller, &inputs.vehicle.actuators, &inputs.design)
-    };
-    let (found, seconds) = progress.timed("limits", what, claim);
-    let words = match &found {
-        Ok(None) => return proof,
-        Ok(Some(found)) => {
-            let flown = claims::unproved_step(&frozen.controller, &found.theorem, &inputs.design.manoeuvre);
-            let claim =
-                claims::limits(&frozen.controller, &found.theorem).map(|claim| proved(&claim, seconds));
-            let lines: Vec<String> = claim.into_iter().chain(flown).collect();
-            Some(lines.join("\n")).filter(|words| !words.is_empty())
-        }
-        Err(reason) => {
-            Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
-        }
-    };
-    words.iter().for_each(|words| progress.done("limits", words));
-    found.ok().flatten().unwrap_or(proof)
+    /// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
+    fn limits(
+        &self,
+        proof: Proof,
+        plant: &GeneralisedPlant,
+        controller: &Controller,
+        frozen: &ControllerDesign,
+    ) -> Proof {
+        let Self { vehicle, file, progress } = *self;
+        let what = "the largest step from which the saturated loop returns to trim";
+        let claim = || with_limits(&proof, plant, controller, frozen, vehicle.actuators(), file);
+        let (found, seconds) = progress.timed("limits", what, claim);
+        let words = match &found {
+            Ok(None) => return proof,
+            Ok(Some(found)) => {
+                let flown = claims::unproved_step(frozen, &found.theorem, &file.manoeuvre);
+                let claim = claims::limits(frozen, &found.theorem).map(|claim| proved_in(&claim, seconds));
+                let lines: Vec<String> = claim.into_iter().chain(flown).collect();
+                Some(lines.join("\n")).filter(|words| !words.is_empty())
+            }
+            Err(reason) => {
+                Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
+            }
+        };
+        words.iter().for_each(|words| progress.done("limits", words));
+        found.ok().flatten().unwrap_or(proof)
+    }
 }
 
 /// A proved claim, with the time of the proof.
-fn proved(claim: &str, seconds: f64) -> String {
+fn proved_in(claim: &str, seconds: f64) -> String {
     format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
 }
 
@@ -230,7 +302,7 @@ fn vehicle_line(inputs: &Inputs) -> String {
 
 fn trim_line(inputs: &Inputs, model: &Model) -> String {
     let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
-    let angle = |trim: &Trim| decimals(trim.pitch.to_degrees(), 2);
+    let angle = |trim: &OperatingPoint| decimals(trim.signals[PITCH].to_degrees(), 2);
     let default = inputs.design.pitch_asked.is_none();
     let pitch = match &inputs.design.pitch {
         Pitch::Free => format!("incidence {} to {} deg", angle(first), angle(last)),
@@ -249,7 +321,7 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
         model.grid.len(),
         first.speed,
         last.speed,
-        first.depth
+        first.signals[DEPTH]
     )
 }
 
@@ -296,13 +368,12 @@ fn lft_line(model: &Model) -> String {
     )
 }
 
-fn augment_line(inputs: &Inputs, plant: &GeneralisedPlant) -> String {
+fn augment_line(file: &DesignFile, plant: &GeneralisedPlant) -> String {
     let s = plant.sizes();
-    let tracked: Vec<String> = inputs
-        .design
+    let tracked: Vec<String> = file
         .tracked
         .iter()
-        .map(|t| format!("{} (w_b {} rad/s)", t.signal().name, t.weight.bandwidth))
+        .map(|t| format!("{} (w_b {} rad/s)", t.signal.name, t.weight.bandwidth))
         .collect();
     format!(
         "tracks {}; {} states, {} inputs w, {} outputs z, {} measurements, {} controls",

@@ -33,6 +33,7 @@ use crate::run::Finished;
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::StoredRow;
+use auv::longitudinal::SIGNALS;
 use auv::{Actuator, LpvModel, LpvModelError};
 use base::files::{Files, read, reading};
 use certificate::{Certificate, Theorem};
@@ -41,7 +42,6 @@ use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
 use serde_json::Value;
-use signals::SIGNALS;
 use std::path::{Path, PathBuf};
 
 /// The default output directory: `build/VEHICLE/DESIGN`.
@@ -108,12 +108,12 @@ impl Stored {
     /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
     /// loops.
     fn check_unproved_parts(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
-        let model = Model::new(&inputs.vehicle, &inputs.design)?;
-        verify::check_inputs(certificate, &inputs.vehicle, &inputs.design, &model)?;
+        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+        verify::check_inputs(certificate, &inputs.longitudinal(), &inputs.design, &model)?;
         unedited::check(&self.controller, &self.plant, inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
-        check(&inputs.vehicle, &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
+        check(&inputs.longitudinal(), &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
             .map(|_| ())
     }
 }

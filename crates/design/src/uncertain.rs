@@ -26,11 +26,13 @@ pub mod vehicle;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
+use crate::linearise::linearise_at;
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::pencil::Pencil;
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
+use auv::Linearisation;
 
 /// The accuracy of the uncertain model over the range of speed; higher accuracy needs more channels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,13 +61,16 @@ impl Fidelity {
 /// [`Error::Uncertain`].
 pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<UncertainModel, Error> {
     let vehicle = &inputs.vehicle;
+    let speeds = model.grid.iter().map(|(_, l)| l.trim.speed);
+    let nominals: Vec<Linearisation> =
+        speeds.map(|speed| linearise_at(vehicle, &inputs.design, speed)).collect::<Result<_, _>>()?;
     let mut ranges = Vec::new();
-    for (_, nominal) in &model.grid {
+    for nominal in &nominals {
         ranges.push(trim_range(inputs, nominal)?);
     }
     let moved = TrimRange::varying(&ranges);
     let (mut rhos, mut gradients, mut middle) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, ((rho, nominal), range)) in model.grid.iter().zip(&ranges).enumerate() {
+    for (i, (((rho, _), nominal), range)) in model.grid.iter().zip(&nominals).zip(&ranges).enumerate() {
         let all = blocks(inputs, &nominal.trim, &range.largest_changes(&moved))?;
         gradients.push(Gradients::at(vehicle, nominal, &all)?);
         rhos.push(*rho);

@@ -5,8 +5,7 @@ use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
-use scheduled::{Actuator, ControllerDesign, Kind};
-use signals::{DEPTH, SIGNALS, Signal, Values, place, tracked};
+use scheduled::{Actuator, ControllerDesign, Kind, Level, Port};
 
 /// What is proved of a controller, in words for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,7 +20,7 @@ pub struct Standing {
 const STUCK_AFTER: f64 = 1.0;
 const FEWEST_STUCK_TICKS: f64 = 10.0;
 
-/// Words that an actuator cannot be called by: those of C99, C11 and C++20 that consist of small letters, C's others,
+/// Words that an actuator or a signal cannot be called by: those of C99, C11 and C++20 that consist of small letters, C's others,
 /// and the outputs besides the commands.
 const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t \
     char32_t class compl concept const const_cast consteval constexpr constinit continue co_await co_return co_yield \
@@ -37,9 +36,11 @@ pub(crate) fn header(
     standing: &Standing,
     fields: &[(&'static str, String)],
 ) -> Result<String, ExportError> {
-    let taken = |actuator: &&Actuator| KEYWORDS.split_whitespace().any(|word| word == actuator.name);
-    if let Some(actuator) = design.actuators.iter().find(taken) {
-        return Err(ExportError::Keyword { name: actuator.name.clone() });
+    let inputs = inputs(design);
+    let names =
+        design.actuators.iter().map(|actuator| &actuator.name).chain(inputs.iter().map(|input| &input.name));
+    if let Some(name) = names.into_iter().find(|name| KEYWORDS.split_whitespace().any(|word| word == *name)) {
+        return Err(ExportError::Keyword { name: name.clone() });
     }
     let own = vec![
         ("about", about(design, standing, tables.real)),
@@ -51,8 +52,9 @@ pub(crate) fn header(
         ("certified", u8::from(design.gamma.certified).to_string()),
         ("sha256", standing.certificate_sha256.clone().unwrap_or_default()),
         ("stuck_ticks", stuck_ticks(design).to_string()),
-        ("inputs", inputs(design).iter().map(|input| input.member()).collect()),
+        ("inputs", inputs.iter().map(Input::member).collect()),
         ("outputs", design.actuators.iter().map(output).collect()),
+        ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
         ("stuck_bits", stuck_bits(design)),
         ("state", state(design, tables)),
     ];
@@ -66,8 +68,8 @@ fn stuck_ticks(design: &ControllerDesign) -> u64 {
 
 /// A member of the inputs.
 pub(crate) struct Input {
-    pub(crate) name: &'static str,
-    /// Its place in [`SIGNALS`].
+    pub(crate) name: String,
+    /// The index of its signal.
     pub(crate) signal: usize,
     pub(crate) measured: bool,
     comment: String,
@@ -83,28 +85,28 @@ impl Input {
 pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
-    let comment = |signal: &Signal, measured: bool, what: &str| {
-        let range = match signal.values {
-            Values::Inclination => ", -pi/2 to pi/2".to_owned(),
-            Values::ForwardSpeed if measured => format!(", scheduled on {slowest:.4} to {fastest:.4}"),
-            Values::ForwardSpeed => format!(", {slowest:.4} to {fastest:.4}"),
-            Values::Any => String::new(),
+    let comment = |signal: &Port, measured: bool, what: &str| {
+        let range = match (signal.level, signal.range) {
+            (_, Some([least, most])) => format!(", {least:.4} to {most:.4}"),
+            (Level::Scheduled, None) if measured => format!(", scheduled on {slowest:.4} to {fastest:.4}"),
+            (Level::Scheduled, None) => format!(", {slowest:.4} to {fastest:.4}"),
+            _ => String::new(),
         };
         format!("{}{range}: {what}", signal.unit)
     };
-    let each = SIGNALS.iter().enumerate();
+    let each = design.signals.iter().enumerate();
     let measured = each.filter(|(place, _)| design.measures(*place)).map(|(place, signal)| Input {
-        name: signal.name,
+        name: signal.name.clone(),
         signal: place,
         measured: true,
-        comment: comment(signal, true, signal.measured),
+        comment: comment(signal, true, &signal.measured),
     });
-    let wanted = tracked().enumerate().filter(|(place, _)| design.follows(*place));
+    let wanted = design.references().enumerate().filter(|(place, _)| design.follows(*place));
     let wanted = wanted.map(|(place, (signal, reference))| Input {
-        name: reference.name,
+        name: reference.name.clone(),
         signal: place,
         measured: false,
-        comment: comment(signal, false, reference.wanted),
+        comment: comment(signal, false, &reference.wanted),
     });
     measured.chain(wanted).collect()
 }
@@ -122,10 +124,19 @@ fn output(actuator: &Actuator) -> String {
     format!("{sign}    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
 }
 
-/// Whether depths count from one that the state keeps.
-pub(crate) fn has_depth(design: &ControllerDesign) -> bool {
-    let measured = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
-    measured.filter_map(|input| place(&input.signal)).any(|place| place == DEPTH)
+/// The output of a trim.
+fn trim(signal: &Port) -> String {
+    let Port { name, unit, measured, .. } = signal;
+    format!("    @prefix@_real trim_{name}; /* {unit}: {measured} of level trim at the speed V_r */")
+}
+
+/// The signals that are deviations from the value measured at the reset, which the state keeps.
+pub(crate) fn origins(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
+    let measured = |signal: &Port| {
+        let inputs = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
+        inputs.into_iter().any(|input| input.signal == signal.name)
+    };
+    design.signals.iter().filter(move |signal| signal.level == Level::Start && measured(signal))
 }
 
 /// The name of the bit of a measurement.
@@ -144,9 +155,8 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     if design.reference_filter.is_some() {
         members += "    @prefix@_real filtered_speed; /* m/s: V_r, the filtered reference of the speed */\n";
     }
-    if has_depth(design) {
-        members +=
-            "    @prefix@_real depth_zero; /* m: depths count from here, the one measured at the reset */\n";
+    for Port { name, unit, .. } in origins(design) {
+        members += &format!("    @prefix@_real origin_{name}; /* {unit}: {name} at the reset */\n");
     }
     if design.delay_ticks > 0 {
         let (late, m) = (design.delay_ticks, design.actuators.len());
@@ -155,7 +165,7 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
         members += "    int next; /* which of them comes out at the next tick */\n";
     }
     for input in inputs(design).iter().filter(|input| input.measured) {
-        members += &format!("    @prefix@_watched {};\n", input.name);
+        members += &format!("    @prefix@_watched watched_{};\n", input.name);
     }
     members
 }

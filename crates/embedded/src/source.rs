@@ -1,12 +1,12 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::header::{Input, has_depth, inputs, stuck_bit};
+use crate::header::{Input, inputs, origins, stuck_bit};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::fill;
-use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, ROUNDING_OF_RHO};
-use signals::{Law, SIGNALS, STATES, place};
+use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, Port, ROUNDING_OF_RHO};
+use signals::Law;
 
 /// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
 /// the other.
@@ -55,19 +55,33 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("put_out", put_out(design, tables.real)),
         ("level", level(design, tables)),
         (
-            "depth_zero",
-            if has_depth(design) { "    fresh.depth_zero = in->depth;".to_owned() } else { String::new() },
+            "origins",
+            lines(origins(design).map(|Port { name, .. }| format!("    fresh.origin_{name} = in->{name};"))),
         ),
-        ("wanted", if design.speed_given { "speed" } else { "speed_reference" }.to_owned()),
+        ("trim_members", lines(trims(design).map(|name| format!("    real trim_{name};")))),
+        (
+            "trims",
+            lines(trims(design).map(|name| {
+                let column = column(name);
+                format!("    t->trim_{name} = between({column}[row], {column}[row + 1], part);")
+            })),
+        ),
+        (
+            "put_out_trims",
+            lines(design.trimmed().map(|place| {
+                let name = &design.signals[place].name;
+                format!("    out->trim_{name} = t->trim_{name};")
+            })),
+        ),
+        ("speed", scheduled(design).name.clone()),
+        ("wanted", wanted_speed(design).to_owned()),
         ("reset", reset(design)),
         (
             "filtered_speed",
-            match (design.reference_filter, design.speed_given) {
-                (Some(_), _) => "state->filtered_speed",
-                (None, true) => "in->speed",
-                (None, false) => "in->speed_reference",
-            }
-            .to_owned(),
+            match design.reference_filter {
+                Some(_) => "state->filtered_speed".to_owned(),
+                None => format!("in->{}", wanted_speed(design)),
+            },
         ),
         ("anti_windup", anti_windup(tables)),
         ("delay", if design.delay_ticks == 0 { String::new() } else { DELAY.to_owned() }),
@@ -76,14 +90,47 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             match tables.autopilot.filter() {
                 None => String::new(),
                 Some(_) => {
-                    "    state->filtered_speed += FILTER * (in->speed_reference - state->filtered_speed);"
-                        .to_owned()
+                    let wanted = wanted_speed(design);
+                    format!("    state->filtered_speed += FILTER * (in->{wanted} - state->filtered_speed);")
                 }
             },
         ),
         ("watch", watch(design)),
     ];
     fill(&fill(include_str!("template/autopilot.c"), &own), fields)
+}
+
+fn lines(lines: impl Iterator<Item = String>) -> String {
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The signal that is scheduled on.
+fn scheduled(design: &ControllerDesign) -> &Port {
+    &design.signals[design.scheduled().unwrap_or_default()]
+}
+
+/// The input whose filtered value is V_r: the reference of the speed, or the measured one if the speed is imposed.
+fn wanted_speed(design: &ControllerDesign) -> &str {
+    let signal = scheduled(design);
+    let reference = signal.reference.as_ref().filter(|_| !design.speed_given);
+    reference.map_or(&signal.name, |reference| &reference.name)
+}
+
+/// The signals whose trim is needed: those that are put out, and those from whose trim an input is a deviation.
+fn trims(design: &ControllerDesign) -> impl Iterator<Item = &String> {
+    let used = |name: &String| {
+        let inputs = design.controller_inputs.iter().filter(|input| input.kind != Kind::Error);
+        inputs.into_iter().any(|input| input.signal == *name)
+    };
+    let needed = move |(place, signal): &(usize, &Port)| {
+        signal.level == Level::Trim && (design.trimmed().any(|one| one == *place) || used(&signal.name))
+    };
+    design.signals.iter().enumerate().filter(needed).map(|(_, signal)| &signal.name)
+}
+
+/// The name of the column of a trim.
+fn column(signal: &str) -> String {
+    format!("TRIM_{}", signal.to_ascii_uppercase())
 }
 
 fn join<T>(items: &[T], between: &str, each: impl Fn(&T) -> String) -> String {
@@ -96,7 +143,9 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     let mut text = tables.matrices();
     text += &tables.column("FORWARD_SPEED", &trim.forward_speed);
     text += &tables.column("SPEED", &trim.speed);
-    text += &tables.column("PITCH", &trim.pitch);
+    for name in trims(design) {
+        text += &tables.column(&column(name), &trim.signals[name]);
+    }
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
@@ -153,23 +202,25 @@ fn curves(design: &ControllerDesign) -> String {
 fn y(design: &ControllerDesign, real: Real) -> String {
     let line = |(index, input): (usize, &scheduled::ControllerInput)| {
         let name = &input.signal;
+        let signal = design.signals.iter().find(|signal| signal.name == *name);
+        let reference =
+            signal.and_then(|signal| signal.reference.as_ref()).map_or("", |reference| &reference.name);
         let taken = match input.kind {
             Kind::Error => {
-                return format!(
-                    "    y[{index}] = (in->{name}_reference - in->{name}) / {};\n",
-                    real.literal(input.scale)
-                );
+                let scale = real.literal(input.scale);
+                return format!("    y[{index}] = (in->{reference} - in->{name}) / {scale};\n");
             }
-            Kind::Reference => format!("in->{name}_reference"),
+            Kind::Reference => format!("in->{reference}"),
             Kind::Measurement => format!("in->{name}"),
         };
-        let level = match place(name).map_or("", |place| STATES[SIGNALS[place].state].symbol) {
-            "theta" => format!("({taken} - t->trim_pitch)"),
-            "u" => format!("({taken} - filtered_speed)"),
-            "w" => format!("({taken} - filtered_speed * tan@f@(t->trim_pitch))"),
-            "z" if has_depth(design) => format!("({taken} - state->depth_zero)"),
-            "z" => format!("({taken} - {})", real.literal(design.depth)),
-            _ => taken,
+        let level = match signal.map(|signal| (signal.level, signal.start)) {
+            Some((Level::Trim, _)) => format!("({taken} - t->trim_{name})"),
+            Some((Level::Scheduled, _)) => format!("({taken} - filtered_speed)"),
+            Some((Level::Start, _)) if origins(design).any(|one| one.name == *name) => {
+                format!("({taken} - state->origin_{name})")
+            }
+            Some((Level::Start, start)) => format!("({taken} - {})", real.literal(start)),
+            Some((Level::Zero, _)) | None => taken,
         };
         format!("    y[{index}] = {level} / {};\n", real.literal(input.scale))
     };
@@ -210,9 +261,8 @@ fn put_out(design: &ControllerDesign, real: Real) -> String {
 
 /// The inputs in level flight at the middle of the speeds, in the order of the struct.
 fn level(design: &ControllerDesign, tables: &Tables) -> String {
-    let trim = tables.autopilot.trim();
-    let signals = trim.signals(trim.forward_speed(design.scheduling.centre), design.depth);
-    tables.real.list(inputs(design).iter().map(|input| signals[input.signal]))
+    let level = tables.autopilot.level(design.scheduling.centre);
+    tables.real.list(inputs(design).iter().map(|input| level.measured[input.signal]))
 }
 
 fn measured(design: &ControllerDesign) -> Vec<Input> {
@@ -222,7 +272,7 @@ fn measured(design: &ControllerDesign) -> Vec<Input> {
 fn reset(design: &ControllerDesign) -> String {
     let mut text = String::new();
     if design.reference_filter.is_some() {
-        text += "    fresh.filtered_speed = in->speed_reference;\n";
+        text += &format!("    fresh.filtered_speed = in->{};\n", wanted_speed(design));
     }
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\
@@ -230,7 +280,8 @@ fn reset(design: &ControllerDesign) -> String {
                  \x20       for (int j = 0; j < COMMANDS; j++) fresh.waiting[k][j] = t.commands[j];\n";
     }
     for Input { name, .. } in measured(design) {
-        text += &format!("    fresh.{name}.last = in->{name};\n    fresh.{name}.ticks = 0u;\n");
+        text +=
+            &format!("    fresh.watched_{name}.last = in->{name};\n    fresh.watched_{name}.ticks = 0u;\n");
     }
     text
 }
@@ -261,7 +312,7 @@ fn anti_windup(tables: &Tables) -> String {
 fn watch(design: &ControllerDesign) -> String {
     let line = |input: &Input| {
         let Input { name, .. } = input;
-        format!("    t.status |= watch(&state->{name}, in->{name}, {});\n", stuck_bit(input))
+        format!("    t.status |= watch(&state->watched_{name}, in->{name}, {});\n", stuck_bit(input))
     };
     measured(design).iter().map(line).collect()
 }

@@ -3,11 +3,10 @@
 
 mod design;
 
+use design::example::{SIGNALS, SPEED, TRACKED};
 use design::{Random, random};
 use scheduled::{Autopilot, ControllerDesign, Inputs};
-use signals::{SIGNALS, SPEED, TRACKED};
 use squid_embedded::{Real, Standing, compare as compare_sources, export};
-use std::array::from_fn;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -44,7 +43,7 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
         .unwrap();
     assert!(done.success(), "{design:?}");
     let taken = |(reset, inputs): &Row| {
-        let measured = (0..SIGNALS.len()).filter(|i| design.measures(*i)).map(|i| inputs.measured[i]);
+        let measured = (0..SIGNALS).filter(|i| design.measures(*i)).map(|i| inputs.measured[i]);
         let wanted = (0..TRACKED).filter(|i| design.follows(*i)).map(|i| inputs.references[i]);
         std::iter::once(f64::from(u8::from(*reset))).chain(measured).chain(wanted).collect::<Vec<_>>()
     };
@@ -72,13 +71,13 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
             inputs.measured[SPEED] = random.between(-1.0, 5.0);
             inputs.references[SPEED] = random.between(-1.0, 5.0);
         }
-        let mut now = inputs;
+        let mut now = inputs.clone();
         let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e308, 1e12, -0.0, 5e-324];
         if random.one_of(25) {
-            let place = random.below(SIGNALS.len() + TRACKED);
+            let place = random.below(SIGNALS + TRACKED);
             let number = odd[random.below(odd.len())];
             // Autopilot refuses all, and C has only those that the design takes.
-            match place.checked_sub(SIGNALS.len()) {
+            match place.checked_sub(SIGNALS) {
                 Some(place) if design.follows(place) => now.references[place] = number,
                 None if design.measures(place) => now.measured[place] = number,
                 _ => {}
@@ -91,9 +90,7 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
 
 fn at_rest(design: &ControllerDesign) -> Inputs {
     let autopilot = Autopilot::new(design).unwrap();
-    let measured =
-        autopilot.trim().signals(autopilot.trim().forward_speed(design.scheduling.centre), design.depth);
-    Inputs { measured, references: from_fn(|place| measured[place]) }
+    autopilot.level(design.scheduling.centre)
 }
 
 /// Runs the autopilot on the same rows, and compares. Returns how often each code came.
@@ -128,10 +125,8 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usiz
             let outputs = autopilot.outputs();
             let taken = |(actuator, command): (&scheduled::Actuator, &f64)| actuator.taken(*command).0;
             let commands = design.actuators.iter().zip(&outputs.commands).map(taken);
-            let expected: Vec<u64> = commands
-                .chain([outputs.scheduling_parameter, outputs.trim_pitch])
-                .map(f64::to_bits)
-                .collect();
+            let expected: Vec<u64> =
+                commands.chain([outputs.scheduling_parameter, outputs.trim[0]]).map(f64::to_bits).collect();
             let numbers: Vec<u64> = rest[..m + 2].iter().copied().map(f64::to_bits).collect();
             assert_eq!(numbers, expected, "tick {index}: {rest:?} is not {outputs:?}");
             let outside = rest[m + 2] as u64 & STATUS_OUT_OF_RANGE != 0;
@@ -168,9 +163,9 @@ fn a_loop_without_a_solution_is_reported() {
     (design.lft.bt, design.lft.dut) = (zeros(n, 1), zeros(m, 1));
     (design.lft.ct, design.lft.dty, design.lft.dtt) = (zeros(1, n), zeros(1, p), vec![vec![1.0]]);
     let rest = at_rest(&design);
-    let mut fast = rest;
+    let mut fast = rest.clone();
     fast.measured[SPEED] = 9.0;
-    let rows = [(false, rest), (false, fast), (true, fast), (false, rest)];
+    let rows = [(false, rest.clone()), (false, fast.clone()), (true, fast), (false, rest)];
     let found = replayed(&design, Real::Double, &rows);
     assert_eq!(compare(&design, &rows, &found), [3, 0, 2, 0]);
 }
@@ -182,7 +177,7 @@ fn a_sensor_that_is_stuck_sets_its_bit() {
     assert!(design.measures(SPEED) && design.sample_time == 0.02);
     let (rest, ticks) = (at_rest(&design), 50);
     let moving = |index: usize| {
-        let mut inputs = rest;
+        let mut inputs = rest.clone();
         let step = if index < 10 {
             index
         } else if index < 80 {
@@ -214,7 +209,7 @@ fn floats_follow_doubles() {
         let row = |index: usize| {
             inputs.measured[SPEED] += numbers.between(-0.02, 0.02);
             inputs.measured[0] += numbers.between(-0.01, 0.01);
-            (index == 0, inputs)
+            (index == 0, inputs.clone())
         };
         let rows: Vec<Row> = (0..500).map(row).collect();
         let [double, float] = Real::ALL.map(|real| replayed(&design, real, &rows));

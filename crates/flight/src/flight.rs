@@ -2,10 +2,20 @@
 
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
+use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of, tracked};
 use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
-use scheduled::{Autopilot, ControllerDesign, Inputs as Measured, Manoeuvre, Outputs, Trim};
-use signals::{Each, EachTracked, SIGNALS, measured};
+use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
+use signals::{Reference, Signal};
 use std::array::from_fn;
+
+/// Measured values and references, SI, by their places in [`SIGNALS`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Signals {
+    /// The value of each signal.
+    pub measured: Each<f64>,
+    /// The reference of each signal that can be tracked, absolute.
+    pub references: EachTracked<f64>,
+}
 
 /// One row of a flight's record.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +23,7 @@ pub struct Row {
     /// Time, s.
     pub time: f64,
     /// Measured values and references, SI.
-    pub signals: Measured,
+    pub signals: Signals,
     /// Depth, m.
     pub depth: f64,
     /// The scheduling parameter.
@@ -25,7 +35,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The measured value of the signal at a place in [`signals::SIGNALS`].
+    /// The measured value of the signal at a place in [`auv::longitudinal::SIGNALS`].
     pub fn measured(&self, place: usize) -> f64 {
         self.signals.measured[place]
     }
@@ -151,9 +161,11 @@ pub fn fly_varied(
     manoeuvre: &Manoeuvre,
     &Variations { sea, gains, off_trim }: &Variations<'_>,
 ) -> Result<Flight, Error> {
-    let steps = manoeuvre.steps();
-    if let Some(place) = (0..steps.len()).find(|i| steps[*i] != 0.0 && !design.has_reference(*i)) {
-        return Err(Error::NoReference { signal: SIGNALS[place].name });
+    let steps = |(place, (signal, _)): &(usize, (&Signal, Reference))| {
+        manoeuvre.step(signal.name) != 0.0 && !design.has_reference(*place)
+    };
+    if let Some((_, (signal, _))) = tracked().enumerate().find(steps) {
+        return Err(Error::NoReference { signal: signal.name });
     }
     let sample_time = design.sample_time;
     let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
@@ -193,7 +205,7 @@ impl Demand {
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: manoeuvre.above_trim(time),
+            above_trim: from_fn(|place| manoeuvre.above_trim(time, SIGNALS[place].name)),
             current: Current::default(),
         }
     }
@@ -234,7 +246,7 @@ pub fn fly_course(
     level: (f64, &Pitch),
     course: Course<impl Fn(f64) -> Demand>,
     sampling: &Sampling<'_>,
-    law: impl FnMut(&Measured) -> Result<LawOutput, Error>,
+    law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
 ) -> Result<Flight, Error> {
     let start = Start::new(vehicle, level, course.initial_speed(), None, Each::default())?;
     start.fly(course, sampling, law)
@@ -272,18 +284,19 @@ impl Start {
         self,
         course: Course<impl Fn(f64) -> Demand>,
         &Sampling { sample_time, trims }: &Sampling<'_>,
-        mut law: impl FnMut(&Measured) -> Result<LawOutput, Error>,
+        mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
     ) -> Result<Flight, Error> {
         let Self { mut plant, depth: initial_depth, mut conditions } = self;
         let steps = (course.duration / sample_time).round() as u64;
         let mut flight =
             Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
+        let mut inputs = Inputs { measured: vec![0.0; SIGNALS.len()], references: vec![0.0; TRACKED] };
         for k in 0..=steps {
             let time = k as f64 * sample_time;
             let Demand { speed, above_trim, current } = (course.demand)(time);
             let forward_speed = trims.forward_speed(speed);
-            let level = trims.signals(forward_speed, initial_depth);
-            let references = from_fn(|place| level[place] + above_trim[place]);
+            let references =
+                from_fn(|place| trims.signal(forward_speed, place, initial_depth) + above_trim[place]);
             let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
             plant.set_current(current + gauss_markov)?;
             plant.set_given_speed(forward_speed)?;
@@ -294,7 +307,7 @@ impl Start {
                 flight.surfacing = Some(Surfacing { time, speed: u });
                 break;
             }
-            let signals = Measured { measured: measured([u, w, q, theta, depth]), references };
+            let signals = Signals { measured: measured([u, w, q, theta, depth]), references };
             let mut read = signals;
             if let Some(sea) = &mut conditions {
                 read.measured = sea.read(&signals.measured);
@@ -302,7 +315,9 @@ impl Start {
                 flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
                 sea.advance(sample_time);
             }
-            let LawOutput { commands, rho, out_of_range } = law(&read)?;
+            inputs.measured.copy_from_slice(&read.measured);
+            inputs.references.copy_from_slice(&read.references);
+            let LawOutput { commands, rho, out_of_range } = law(&inputs)?;
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
             }
@@ -328,8 +343,8 @@ pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error
 fn displaced(state: State, by: Each<f64>) -> State {
     let State { motion: Motion { u, w, q, theta }, depth, .. } = state;
     let mut motion = [u, w, q, theta, depth];
-    for (signal, by) in SIGNALS.iter().zip(by).filter(|(_, by)| *by != 0.0) {
-        motion[signal.state] += by;
+    for (value, by) in motion.iter_mut().zip(state_of(by)).filter(|(_, by)| *by != 0.0) {
+        *value += by;
     }
     let [u, w, q, theta, depth] = motion;
     State { motion: Motion { u, w, q, theta }, depth, ..state }

@@ -2,8 +2,8 @@
 
 use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
+use auv::longitudinal::{SIGNALS, tracked};
 use scheduled::ControllerDesign;
-use signals::{SIGNALS, tracked};
 
 /// Time histories of the variables, SI; the heading in a CSV file is `name [unit]`, or `name` without a unit.
 #[derive(Debug, Clone, PartialEq)]

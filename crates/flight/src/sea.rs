@@ -1,8 +1,8 @@
 //! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
+use auv::longitudinal::{Each, SIGNALS};
 use auv::{Current, Surroundings, Vehicle, Water};
-use signals::{Each, SIGNALS};
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
 use std::sync::Arc;
 

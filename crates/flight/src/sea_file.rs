@@ -1,9 +1,9 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
 use crate::sea::{PERFECT, Sea, WaveParameters};
+use auv::longitudinal::{Each, SIGNALS};
 use auv::number;
 use auv::toml_file::{Document, FileError, Table};
-use signals::{Each, SIGNALS};
 use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
 
 const SPECTRA: [&str; 2] = ["jonswap", "pierson-moskowitz"];

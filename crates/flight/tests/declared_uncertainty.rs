@@ -2,11 +2,11 @@
 //! trim of the nominal vehicle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use auv::longitudinal::PITCH;
 use auv::{Actuator, Trim, Vehicle, linearise};
 use base::progress::Progress;
 use nalgebra::DMatrix;
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::PITCH;
 use squid_design::inputs::Inputs;
 use squid_design::run::run;
 use squid_design::store::load;
@@ -87,7 +87,7 @@ fn fly_over_the_box(
                     gains[actuator] += block.half_range * d;
                 }
             }
-            if !is_strong_enough(&changed, &trim, &gains, manoeuvre.pitch_step) {
+            if !is_strong_enough(&changed, &trim, &gains, manoeuvre.step("pitch")) {
                 worst.too_weak += 1;
                 continue;
             }
@@ -99,7 +99,7 @@ fn fly_over_the_box(
                 continue;
             };
             let figures =
-                StepFigures::of(&flight.rows, PITCH, (STEP_TIME, manoeuvre.pitch_step), &inputs.limits());
+                StepFigures::of(&flight.rows, PITCH, (STEP_TIME, manoeuvre.step("pitch")), &inputs.limits());
             if figures.steady_error.is_nan() || figures.steady_error > 0.1 {
                 worst.lost += 1;
             }

@@ -1,9 +1,9 @@
 //! Simulations of Squid's committed design at sea, with the size of its hull.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use auv::longitudinal::{PITCH, SPEED};
 use auv::{Geometry, Vehicle};
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::{PITCH, SPEED};
 use squid_design::inputs::Inputs;
 use squid_flight::error::Error;
 use squid_flight::flight::{Flight, Row, fly, fly_at_sea};
@@ -185,14 +185,14 @@ fn long_waves_carry_the_vehicle() {
     let squid = Squid::new();
     let swell = "[waves]\nspectrum = \"pierson-moskowitz\"\nheight = 1.0\nperiod = 12.0\nheading = 180.0\n";
     let mut still = squid.manoeuvre.clone();
-    still.pitch_step = 0.0;
+    still = still.without_steps();
     let sea = Sea::parse(&format!("seed = 1\ndepth = 20.0\n{swell}"), "sea.toml").unwrap();
     let vehicle: &Vehicle = &squid.inputs.vehicle;
     let flight = fly_at_sea(vehicle, &squid.design, squid.inputs.design.level(), &still, &sea).unwrap();
     let water = (flight.sea.iter().map(|row| row.water.vertical.powi(2)).sum::<f64>()
         / flight.sea.len() as f64)
         .sqrt();
-    let heave = signals::place("heave").unwrap();
+    let heave = auv::longitudinal::place("heave").unwrap();
     let mean = flight.rows.iter().map(|row| row.measured(heave)).sum::<f64>() / flight.rows.len() as f64;
     let through = rms(&flight.rows, |row| row.measured(heave) - mean);
     assert!(water > 0.04 && through < 0.1 * water, "{through} of {water}");

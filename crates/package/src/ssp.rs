@@ -19,9 +19,10 @@ use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
 use crate::ssp::units::{of_connectors, real, units};
 use auv::TrimPoint;
+use auv::longitudinal::{SIGNALS, measured, tracked};
 use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
-use signals::{SIGNALS, measured, tracked};
+use signals::{Reference, Signal};
 use squid_design::store::Stored;
 use std::collections::BTreeMap;
 use std::io;
@@ -101,8 +102,10 @@ fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) ->
         ],
         _ => {
             let level = measured([at.forward_speed, at.heave, 0.0, at.pitch, stored.plant.depth]);
-            let wanted = level.into_iter().zip(stored.manoeuvre.steps()).map(|(level, step)| level + step);
-            let references = tracked().map(|(_, reference)| reference.name).zip(wanted);
+            let wanted = |(signal, reference): (&Signal, Reference), level: f64| {
+                (reference.name, level + stored.manoeuvre.step(signal.name))
+            };
+            let references = tracked().zip(level).map(|(one, level)| wanted(one, level));
             SIGNALS.iter().map(|signal| signal.name).zip(level).chain(references).collect()
         }
     };

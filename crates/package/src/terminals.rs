@@ -6,14 +6,13 @@ use crate::kind::Kind;
 use model_description::ModelDescription;
 use model_description::element::{NONE, Xml, document, leaf, parent};
 use scheduled::ControllerDesign;
-use signals::SIGNALS;
 use std::io;
 
 /// What goes through the plug, in the order of the design: measurements one way, commands the other.
 fn members<'a>(of: &'a ModelDescription, design: &'a ControllerDesign) -> impl Iterator<Item = &'a str> {
     let commands = design.actuators.iter().map(|one| one.name.as_str());
-    let measured = SIGNALS.iter().enumerate().filter(|(place, _)| design.measures(*place));
-    let all = measured.map(|(_, signal)| signal.name).chain(commands);
+    let measured = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
+    let all = measured.map(|(_, signal)| signal.name.as_str()).chain(commands);
     all.filter(|name| of.position(name).is_some())
 }
 

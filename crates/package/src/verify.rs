@@ -128,7 +128,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
                 step: None,
             })
         };
-        let Inputs { vehicle, design, .. } = inputs;
+        let (vehicle, design) = (&inputs.longitudinal(), &inputs.design);
         let model = Model::new(vehicle, design)?;
         if let Some(found) = stored::check_inputs(&certificate, inputs, &model)? {
             return of_plant(with_uncertainty(path, &certificate, inputs, &found)?);
@@ -282,7 +282,7 @@ fn made_of(
         Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
         Err(_) => {
             let Inputs { vehicle, design, hashes, .. } = inputs;
-            let model = Model::new(vehicle, design).map_err(|e| e.to_string())?;
+            let model = Model::new(&inputs.longitudinal(), design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
             freeze::frozen(vehicle, design, hashes, &model, lft, gamma).map_err(|e| e.to_string())?.plant
         }

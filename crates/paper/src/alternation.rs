@@ -5,8 +5,8 @@ use crate::switched::Handover;
 use lpv::matrix::{Mat, block, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
+use squid_design::axis::VehicleModel;
 use squid_design::check::sampled::{Interconnection, trapezoidal};
-use squid_design::linearise::linearise_at;
 use squid_report::error::Error;
 use squid_report::subject::Subject;
 
@@ -55,7 +55,7 @@ pub fn worst_alternation(
     let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
     for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
         let speed = 0.5 * (v[0] + v[1]);
-        let model = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, speed)?;
+        let model = subject.inputs.longitudinal().linearise(speed)?;
         let turn = match which {
             Loop::Flying => {
                 let [one, two] = [trapezoidal(&k[0], tick)?, trapezoidal(&k[1], tick)?];

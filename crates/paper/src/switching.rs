@@ -3,10 +3,10 @@
 use crate::alternation::{Alternation, Loop, worst_alternation};
 use crate::claims::{AT_REST, Claim, Found, RampFigures, WORSE, switching_harms};
 use crate::switched::{Handover, fly_switched};
+use auv::longitudinal::{PITCH, SPEED};
 use lpv::error::SynthesisError;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::Design;
-use signals::{PITCH, SPEED};
 use squid_design::numbers::readable;
 use squid_flight::flight::{Row, fly};
 use squid_report::error::Error;
@@ -96,7 +96,7 @@ fn ramp_figures(subject: &Subject, rows: &[Row]) -> RampFigures {
     let m = &subject.stored.manoeuvre;
     let after: Vec<&Row> = rows.iter().filter(|r| r.time >= m.step_time).collect();
     let rms = |rows: &[&Row]| {
-        let squares = rows.iter().map(|r| (r.error(PITCH) / m.pitch_step).powi(2));
+        let squares = rows.iter().map(|r| (r.error(PITCH) / m.step("pitch")).powi(2));
         (squares.sum::<f64>() / rows.len() as f64).sqrt()
     };
     let tail = &after[after.len() - (after.len() / 10).max(1).min(after.len())..];

@@ -3,10 +3,10 @@
 use crate::claims::{
     Claim, Found, LEAST_DAMPING, all_below, best, equivalent_damping, least, well_damped, worst,
 };
+use auv::longitudinal::PITCH;
 use lpv::matrix::largest;
 use lpv::synthesis::synthesise;
 use scheduled::ControllerDesign;
-use signals::PITCH;
 use squid_design::augment::augment;
 use squid_design::certify::lft_matrices;
 use squid_design::inputs::Inputs;
@@ -71,7 +71,7 @@ struct Tuned {
 pub fn tuning(subject: &Subject) -> Result<Found, Error> {
     let all = in_parallel(TRIED.iter(), |(w, letter)| tune(subject, *w, letter));
     let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let step = subject.stored.manoeuvre.pitch_step.to_degrees();
+    let step = subject.stored.manoeuvre.step("pitch").to_degrees();
     let words = format!(
         "W_e is given another bandwidth and the (nominal) controller is synthesised again each time; \
             everything else is as in the design file. Impulses, bandwidths and damping are of the linear loop \
@@ -106,7 +106,7 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];
         let flight = subject.fly_step(subject.speeds[i], &controller)?;
-        let (height, figures) = (subject.stored.manoeuvre.pitch_step, subject.figures(&flight));
+        let (height, figures) = (subject.stored.manoeuvre.step("pitch"), subject.figures(&flight));
         let rows = flight.rows;
         Ok(Response {
             flying: Linear::of(&FrozenLoop::flying(subject, &design.controller, truth)?, pitch),
@@ -340,7 +340,7 @@ mod tests {
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
-            signals: scheduled::Inputs {
+            signals: squid_flight::flight::Signals {
                 measured: [-error, 1.0, 0.0, 0.0, 0.0],
                 references: [0.0, 1.0, 0.0],
             },

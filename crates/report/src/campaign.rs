@@ -8,7 +8,7 @@ use crate::page::section::{Part, Section, Table};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
-use signals::SIGNALS;
+use auv::longitudinal::SIGNALS;
 use squid_campaign::bound::Gains;
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};

@@ -15,9 +15,9 @@ use crate::peers::survival::{fleet, survival};
 use crate::peers::tune::{sharpness, tuned};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::Linearisation;
+use squid_design::axis::Linearisation;
+use squid_design::axis::VehicleModel;
 use squid_design::check::flown::Flown;
-use squid_design::linearise::linearise_at;
 
 /// The computational effort of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,7 +112,7 @@ fn words(subject: &Subject) -> String {
             within a tenth of the step at the end; overshoot is the worst of those. Rows closer than {:.0} % are \
             drawn, those without outcome are not compared.",
         subject.wanted_speed(),
-        auv::rounded(subject.stored.manoeuvre.pitch_step.to_degrees()),
+        auv::rounded(subject.stored.manoeuvre.step("pitch").to_degrees()),
         100.0 * DRAW
     )
 }
@@ -124,7 +124,7 @@ fn at_speed(
     speed: f64,
     points: usize,
 ) -> Result<Vec<Line>, Error> {
-    let l = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, speed)?;
+    let l = subject.inputs.longitudinal().linearise(speed)?;
     let fleet = fleet(subject, speed, points)?;
     let judged = |(_, law): &(&str, &dyn Law)| -> Result<_, Error> {
         let lives = survival(subject, *law, speed, &fleet);
@@ -304,7 +304,10 @@ pub(crate) mod tests {
             let fly = |law: &dyn Law| {
                 let demand = |time: f64| squid_flight::flight::Demand {
                     speed: subject.speeds[2],
-                    above_trim: signals::only(signals::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
+                    above_trim: auv::longitudinal::only(
+                        auv::longitudinal::PITCH,
+                        if time < 1.0 { 0.0 } else { 0.01 },
+                    ),
                     current: auv::Current::default(),
                 };
                 let course = squid_flight::flight::Course { duration: 6.0, demand };

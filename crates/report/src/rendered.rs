@@ -169,7 +169,7 @@ mod tests {
         other.plant.trim[0].pitch += 1e-9;
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
-        other.manoeuvre.pitch_step *= 0.5;
+        other.manoeuvre.steps.values_mut().for_each(|step| *step *= 0.5);
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
         other.rows[0].advice = Some(Advice { turn: None, words: "no key".into() });

@@ -11,9 +11,9 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::in_parallel;
 use auv::Status;
+use auv::longitudinal::PITCH;
 use base::progress::Progress;
 use certificate::Theorem;
-use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use std::time::Instant;

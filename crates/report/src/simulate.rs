@@ -6,9 +6,9 @@ use crate::page::plot::{Kind, Line, Panel, draw};
 use crate::page::words::{capital, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
+use auv::longitudinal::{SPEED, place};
 use base::files::Files;
 use scheduled::Manoeuvre;
-use signals::{SPEED, place};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
@@ -64,7 +64,7 @@ pub fn run(inputs: &Inputs, stored: &Stored, directory: &Path) -> Result<Flown, 
             speed_to: speed,
             step_time: 2.0,
             duration: 2.0 + FLOWN,
-            ..manoeuvre.with_step(stepped.place, stepped.height)
+            ..manoeuvre.with_step(stepped.name, stepped.height)
         };
         let flown = fly(&inputs.vehicle, &stored.controller, inputs.design.level(), &step)?;
         ended += &early_end(&format!("the step at {speed:.2} m/s"), flown.surfacing);

@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 use crate::page::key::Key;
-use auv::{Actuator, Linearisation, Status, Vehicle};
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS};
+use auv::{Actuator, Status, Vehicle};
 use base::progress::Progress;
 use certificate::Theorem;
 use lpv::controller::Controller;
@@ -11,15 +12,15 @@ use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use lpv::synthesis::{Design, by_inequalities};
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::{DEPTH, PITCH, SIGNALS};
 use squid_design::augment::augment;
+use squid_design::axis::Linearisation;
+use squid_design::axis::VehicleModel;
 use squid_design::certify::controller_of;
 use squid_design::check::sampled::Sampling;
 use squid_design::error::ModelError;
 use squid_design::fit::Model;
 use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::linearise_at;
 use squid_design::numbers::readable;
 use squid_design::store::Stored;
 use squid_design::synthesise::options;
@@ -107,7 +108,7 @@ impl Step {
     pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
         let place = inputs.design.stepped();
         let (factor, unit) = readable(SIGNALS[place].unit);
-        Self { place, name: SIGNALS[place].name, height: manoeuvre.steps()[place], factor, unit }
+        Self { place, name: SIGNALS[place].name, height: manoeuvre.step(SIGNALS[place].name), factor, unit }
     }
 
     /// The height with its unit, in words.
@@ -147,14 +148,12 @@ impl<'a> Subject<'a> {
     /// As [`Model::new`]; [`ProofError::Mismatch`](proof::error::ProofError::Mismatch) when the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
-        let model = Model::new(&inputs.vehicle, &inputs.design)?;
+        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let controller = controller_of(&stored.controller.lft)?;
         let speeds = inputs.design.spread(SPEEDS);
-        let truth = speeds
-            .iter()
-            .map(|v| linearise_at(&inputs.vehicle, &inputs.design, *v))
-            .collect::<Result<_, ModelError>>()?;
+        let truth =
+            speeds.iter().map(|v| inputs.longitudinal().linearise(*v)).collect::<Result<_, ModelError>>()?;
         let (mu, alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,
@@ -282,7 +281,7 @@ impl<'a> Subject<'a> {
             step_time: STEP_TIME,
             step_end: f64::MAX,
             duration: STEP_TIME + FLOWN,
-            ..self.stored.manoeuvre.with_step(self.step().place, self.step().height)
+            ..self.stored.manoeuvre.with_step(self.step().name, self.step().height)
         };
         Ok(fly(&self.inputs.vehicle, controller, self.inputs.design.level(), &step)?)
     }

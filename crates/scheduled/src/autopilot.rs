@@ -1,14 +1,14 @@
 //! The sampled autopilot: trim feedforward, and K(rho) on references and measurements.
 
-use std::cell::LazyCell;
 use std::sync::Arc;
 
+use crate::design::Port;
 use crate::ports::{Inputs, Outputs};
-use crate::trim::Level;
+use crate::trim::AtSpeed;
 use crate::{
     ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
-use signals::{DEPTH, SPEED, place};
+use signals::Level;
 
 /// The constant part of an autopilot.
 #[derive(Debug)]
@@ -16,7 +16,11 @@ pub(crate) struct Plan {
     sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
-    /// Index of the signal in [`signals::SIGNALS`], kind and scale of each controller input.
+    /// The signals of the design.
+    signals: Vec<Port>,
+    /// The index of the signal that is scheduled on.
+    pub(crate) speed: usize,
+    /// Index of the signal, kind and scale of each controller input.
     inputs: Vec<(usize, Kind, f64)>,
     /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
     pub(crate) filter: Option<f64>,
@@ -28,8 +32,10 @@ pub(crate) struct Plan {
     pub(crate) parameters: usize,
     /// Sampled anti-windup gain from phi to the controller's states, n x m.
     anti_windup: Option<Matrix>,
-    /// Depth of the trims in m, for a design that does not measure the depth.
-    pub(crate) depth: Option<f64>,
+    /// The indices of the signals whose trim is put out.
+    pub(crate) trimmed: Vec<usize>,
+    /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
+    origins: Vec<Option<f64>>,
 }
 
 /// A controller that runs at multiples of its sample time.
@@ -40,8 +46,8 @@ pub(crate) struct Plan {
 ///
 /// ```text
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
-/// y0(V_r)   = the signals in level flight at forward speed V_r: pitch theta0(V_r) of the trim table, speed V_r,
-///             pitch rate 0, heave V_r tan(theta0(V_r)), and the depth measured at initialisation
+/// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](signals::Level): V_r itself, a column of
+///             the trim table, the value measured at initialisation, or 0
 /// y_i       = (reference_i - y0_i(V_r))/scale_i           an input of kind reference
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
@@ -68,8 +74,8 @@ pub struct Autopilot {
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
-    /// The depth in m from which depths are measured, see [`Plan::initial_depth`].
-    depth: f64,
+    /// The value of each signal at initialisation, see [`Plan::origin`].
+    origins: Vec<f64>,
     /// Excess phi of u over the limits.
     excess: Vec<f64>,
     outputs: Outputs,
@@ -96,14 +102,25 @@ impl Autopilot {
     pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
         design.validate()?;
         let lft = Lft::from_rows(&design.lft, design.controller_inputs.len(), design.actuators.len())?;
+        let missing = || DesignError::Empty { key: "signals" };
+        let measured = |place: usize, signal: &Port| (!design.measures(place)).then_some(signal.start);
         let plan = Plan {
+            signals: design.signals.clone(),
+            speed: design.scheduled().ok_or_else(missing)?,
+            trimmed: design.trimmed().collect(),
+            origins: design
+                .signals
+                .iter()
+                .enumerate()
+                .map(|(place, signal)| measured(place, signal))
+                .collect(),
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
             inputs: design
                 .controller_inputs
                 .iter()
-                .filter_map(|input| Some((place(&input.signal)?, input.kind, input.scale)))
+                .filter_map(|input| Some((design.place(&input.signal)?, input.kind, input.scale)))
                 .collect(),
             filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
             speed_given: design.speed_given,
@@ -112,9 +129,8 @@ impl Autopilot {
                 .iter()
                 .map(|actuator| [actuator.scale, actuator.minimum, actuator.maximum])
                 .collect(),
-            trim: Trim::new(design.trim.clone()),
+            trim: Trim::new(design.trim.clone(), &design.signals),
             parameters: design.lft.blocks.len(),
-            depth: (!design.measures(DEPTH)).then_some(design.depth),
             anti_windup: design
                 .anti_windup_gain()?
                 .map(|gain| lft.held_input(&gain, design.sample_time))
@@ -124,13 +140,13 @@ impl Autopilot {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
-            depth: 0.0,
+            origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
                 out_of_range: false,
-                trim_pitch: 0.0,
+                trim: vec![0.0; plan.trimmed.len()],
             },
             plan: Arc::new(plan),
             delayed: vec![0.0; design.delay_ticks * design.actuators.len()],
@@ -143,6 +159,21 @@ impl Autopilot {
     /// The trim table.
     pub fn trim(&self) -> &Trim {
         &self.plan.trim
+    }
+
+    /// The signals in trim at a speed V in m/s along the path, as measurements and as references.
+    pub fn level(&self, speed: f64) -> Inputs {
+        let Plan { trim, signals, .. } = &*self.plan;
+        let at = trim.at(trim.forward_speed(speed));
+        let of = |(place, signal): (usize, &Port)| at.signal(place, signal.start);
+        let measured: Vec<f64> = signals.iter().enumerate().map(of).collect();
+        let tracked = signals.iter().filter(|signal| signal.reference.is_some()).count();
+        Inputs { references: measured[..tracked].to_vec(), measured }
+    }
+
+    /// The measured value of the signal that is scheduled on.
+    pub fn speed(&self, inputs: &Inputs) -> f64 {
+        inputs.measured[self.plan.speed]
     }
 
     /// The controller K(rho) in discrete time, with its state.
@@ -170,9 +201,9 @@ impl Autopilot {
         self.filtered_speed
     }
 
-    /// The depth in m from which depths are measured: that at initialisation.
-    pub fn depth(&self) -> f64 {
-        self.depth
+    /// The value of each signal at initialisation, for those whose level it is.
+    pub fn origins(&self) -> &[f64] {
+        &self.origins
     }
 
     /// The controller input y at the last tick or at initialisation, in the order of the design's inputs.
@@ -190,7 +221,7 @@ impl Autopilot {
         Snapshot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
-            depth: self.depth,
+            origins: self.origins.clone(),
             outputs: self.outputs.clone(),
             delayed: self.delayed.clone(),
             start: self.start,
@@ -204,10 +235,18 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.check(self.controller.state().len(), self.outputs.commands.len(), self.delayed.len())?;
+        let Self { controller, outputs, delayed, origins, .. } = &*self;
+        let Outputs { commands, trim, .. } = outputs;
+        snapshot.check([
+            controller.state().len(),
+            commands.len(),
+            trim.len(),
+            delayed.len(),
+            origins.len(),
+        ])?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
-        self.depth = snapshot.depth;
+        self.origins.copy_from_slice(&snapshot.origins);
         self.outputs.clone_from(&snapshot.outputs);
         self.delayed.copy_from_slice(&snapshot.delayed);
         self.start = snapshot.start;
@@ -227,7 +266,9 @@ impl Autopilot {
         self.next_tick = 0;
         self.outside = false;
         self.filtered_speed = self.plan.speed_reference(inputs);
-        self.depth = self.plan.initial_depth(inputs);
+        for (signal, origin) in self.origins.iter_mut().enumerate() {
+            *origin = self.plan.origin(signal, inputs);
+        }
         self.compute_outputs(inputs)?;
         let Self { delayed, outputs, .. } = self;
         delayed
@@ -261,7 +302,7 @@ impl Autopilot {
         }
         self.delay_commands();
         if let Some(gain) = self.plan.filter {
-            self.filtered_speed += gain * (inputs.references[SPEED] - self.filtered_speed);
+            self.filtered_speed += gain * (inputs.references[self.plan.speed] - self.filtered_speed);
         }
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
@@ -307,39 +348,51 @@ impl Autopilot {
     }
 
     fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {
-        inputs.check()?;
         let plan = &*self.plan;
+        inputs.check(&plan.signals)?;
         if plan.filter.is_none() {
             self.filtered_speed = plan.speed_reference(inputs);
         }
-        let (level, depth) = (plan.trim.level(self.filtered_speed), self.depth);
-        let y0 = LazyCell::new(|| level.signals(depth));
-        plan.y(inputs, |signal| y0[signal]).zip(&mut self.y).for_each(|(value, y)| *y = value);
-        let rho = plan.rho(inputs.measured[SPEED]);
+        let (trim, origins) = (plan.trim.at(self.filtered_speed), &self.origins);
+        plan.y(inputs, |signal| trim.signal(signal, origins[signal]))
+            .zip(&mut self.y)
+            .for_each(|(value, y)| *y = value);
+        let rho = plan.rho(inputs.measured[plan.speed]);
         let clamped = rho.clamp(-1.0, 1.0);
         let outputs = &mut self.outputs;
         outputs.out_of_range = (rho - clamped).abs() > ROUNDING_OF_RHO;
         outputs.scheduling_parameter = clamped;
-        outputs.trim_pitch = level.pitch();
+        for (value, &signal) in outputs.trim.iter_mut().zip(&plan.trimmed) {
+            *value = trim.signal(signal, origins[signal]);
+        }
         self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
-        plan.add_feedforward(level, &mut outputs.commands, &mut self.excess)
+        plan.add_feedforward(trim, &mut outputs.commands, &mut self.excess)
     }
 }
 
 impl Plan {
     /// The unfiltered V_r: the speed reference, or the measured speed if the speed is imposed.
     pub(crate) fn speed_reference(&self, inputs: &Inputs) -> f64 {
-        if self.speed_given { inputs.measured[SPEED] } else { inputs.references[SPEED] }
+        if self.speed_given { inputs.measured[self.speed] } else { inputs.references[self.speed] }
     }
 
-    /// The depth from which depths are measured in a flight that starts with these inputs.
-    pub(crate) fn initial_depth(&self, inputs: &Inputs) -> f64 {
-        self.depth.unwrap_or(inputs.measured[DEPTH])
+    /// The origin of a signal in a flight that starts with these inputs.
+    pub(crate) fn origin(&self, signal: usize, inputs: &Inputs) -> f64 {
+        self.origins[signal].unwrap_or(inputs.measured[signal])
+    }
+
+    /// Whether the origin of a signal is its level, and moves with the measured value.
+    pub(crate) fn starts_as_measured(&self, signal: usize) -> bool {
+        self.signals[signal].level == Level::Start && self.origins[signal].is_none()
     }
 
     /// The controller input y; `y0` gives a signal in level flight at V_r.
-    pub(crate) fn y(&self, inputs: &Inputs, y0: impl Fn(usize) -> f64) -> impl Iterator<Item = f64> {
-        let Inputs { measured, references } = *inputs;
+    pub(crate) fn y<'a>(
+        &'a self,
+        inputs: &'a Inputs,
+        y0: impl Fn(usize) -> f64 + 'a,
+    ) -> impl Iterator<Item = f64> {
+        let Inputs { measured, references } = inputs;
         self.inputs.iter().map(move |&(signal, kind, scale)| {
             let difference = match kind {
                 Kind::Error => references[signal] - measured[signal],
@@ -359,13 +412,13 @@ impl Plan {
     /// limits to `excess`.
     fn add_feedforward(
         &self,
-        level: Level<'_>,
+        trim: AtSpeed<'_>,
         commands: &mut [f64],
         excess: &mut [f64],
     ) -> Result<(), TickError> {
         for (index, (command, excess)) in commands.iter_mut().zip(excess).enumerate() {
             let [scale, minimum, maximum] = self.actuators[index];
-            let value = level.command(index) + scale * *command;
+            let value = trim.command(index) + scale * *command;
             if !value.is_finite() {
                 return Err(TickError::Diverged { index, value });
             }

@@ -1,7 +1,8 @@
 //! The frozen controller design, as in its JSON file.
 
 use serde::{Deserialize, Serialize};
-use signals::{Curve, DEPTH, Force, PITCH, SPEED, Status, place};
+use signals::{Curve, Force, Level, Signal, Status};
+use std::collections::BTreeMap;
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -27,6 +28,8 @@ pub struct ControllerDesign {
     /// Delay of the commands in ticks, for computation and network; at most [`MAX_DELAY_TICKS`].
     #[serde(default, skip_serializing_if = "is_default")]
     pub delay_ticks: usize,
+    /// What can be measured and tracked: the signals of the vehicle model, first those with a reference.
+    pub signals: Vec<Port>,
     /// The scheduling parameter.
     pub scheduling: Scheduling,
     /// The controller inputs, in the order of `y`.
@@ -48,9 +51,6 @@ pub struct ControllerDesign {
     pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
-    /// Depth of the trims in m, the initial depth reference; 0 without one.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub depth: f64,
     /// The achieved performance level.
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.
@@ -72,11 +72,63 @@ pub struct VehicleName {
     pub status: Status,
 }
 
+/// A signal between the vehicle and the autopilot: a row of [`signals::Interface`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Port {
+    /// Its name, also that of the FMU's input.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// What the sensor measures.
+    pub measured: String,
+    /// Its reference, if it can be tracked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// Its value in trim.
+    pub level: Level,
+    /// Where flights start by default, of a signal that is measured from its value at the start.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub start: f64,
+    /// The values that it can take; any without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// A typical size.
+    pub nominal: f64,
+}
+
+/// The reference of a signal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// Its name, also that of the FMU's input.
+    pub name: String,
+    /// What it prescribes.
+    pub wanted: String,
+}
+
+impl From<&Signal> for Port {
+    fn from(signal: &Signal) -> Self {
+        Self {
+            name: signal.name.into(),
+            unit: signal.unit.into(),
+            measured: signal.measured.into(),
+            reference: signal
+                .reference
+                .map(|one| Reference { name: one.name.into(), wanted: one.wanted.into() }),
+            level: signal.level,
+            start: 0.0,
+            range: signal.range,
+            nominal: signal.nominal,
+        }
+    }
+}
+
 /// `rho = (V - centre)/half_range`, V the speed along the path in trim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduling {
-    /// The scheduling quantity; always `speed`.
+    /// The signal that is scheduled on, the one whose level is [`Level::Scheduled`].
     pub quantity: String,
     /// V at rho = -1, in m/s.
     pub minimum: f64,
@@ -104,7 +156,7 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerInput {
-    /// Name of the signal in [`signals::SIGNALS`].
+    /// Name of the signal.
     pub signal: String,
     /// How the input is formed from the signal.
     pub kind: Kind,
@@ -127,35 +179,59 @@ impl ControllerInput {
 }
 
 impl ControllerDesign {
-    /// Whether the autopilot measures the signal at a place in [`signals::SIGNALS`]; it always measures the speed, for
-    /// rho.
+    /// The index of a signal.
+    pub fn place(&self, name: &str) -> Option<usize> {
+        self.signals.iter().position(|signal| signal.name == name)
+    }
+
+    /// The index of the signal that is scheduled on.
+    pub fn scheduled(&self) -> Option<usize> {
+        self.signals.iter().position(|signal| signal.level == Level::Scheduled)
+    }
+
+    /// The signals that can be tracked, each with its reference; their indices are those of the signals.
+    pub fn references(&self) -> impl Iterator<Item = (&Port, &Reference)> {
+        self.signals.iter().map_while(|signal| Some((signal, signal.reference.as_ref()?)))
+    }
+
+    /// The indices of the signals with a trim that can be tracked: the autopilot puts their trim out.
+    pub fn trimmed(&self) -> impl Iterator<Item = usize> {
+        let trimmed = |(place, (signal, _)): (usize, (&Port, &Reference))| {
+            (signal.level == Level::Trim).then_some(place)
+        };
+        self.references().enumerate().filter_map(trimmed)
+    }
+
+    /// Whether the autopilot measures a signal; it always measures the one that is scheduled on, for rho.
     pub fn measures(&self, signal: usize) -> bool {
-        signal == SPEED || self.has_input(signal, ControllerInput::is_measured)
+        Some(signal) == self.scheduled() || self.has_input(signal, ControllerInput::is_measured)
     }
 
-    /// Whether flights have a reference of the signal at a place in [`signals::SIGNALS`]: of each signal that the
-    /// autopilot tracks, always of the speed, and of the pitch unless the depth is tracked instead.
+    /// Whether flights have a reference of a signal: of each that the autopilot tracks, always of the one that is
+    /// scheduled on, and of the first if it tracks none besides.
     pub fn has_reference(&self, signal: usize) -> bool {
-        signal == SPEED || self.follows(signal) || (signal == PITCH && !self.follows(DEPTH))
+        let steered = |place: usize| Some(place) != self.scheduled() && self.follows(place);
+        let none = || !(0..self.references().count()).any(steered);
+        Some(signal) == self.scheduled() || self.follows(signal) || (signal == 0 && none())
     }
 
-    /// The tracked signals besides the speed, in words: pitch, depth, or both.
-    pub fn steered(&self) -> &'static str {
-        match (self.has_reference(PITCH), self.has_reference(DEPTH)) {
-            (true, true) => "pitch and depth",
-            (false, true) => "depth",
-            _ => "pitch",
-        }
+    /// The tracked signals besides the one that is scheduled on, in words: pitch, depth, or both.
+    pub fn steered(&self) -> String {
+        let others = (0..self.references().count()).filter(|one| Some(*one) != self.scheduled());
+        let names = others.filter(|one| self.has_reference(*one)).map(|one| self.signals[one].name.as_str());
+        names.collect::<Vec<_>>().join(" and ")
     }
 
-    /// Whether the autopilot uses a reference of the signal at a place in [`signals::SIGNALS`]; always that of the
-    /// speed, for the trim, unless the speed is imposed.
+    /// Whether the autopilot uses a reference of a signal; always that of the one that is scheduled on, for the trim,
+    /// unless the speed is imposed.
     pub fn follows(&self, signal: usize) -> bool {
-        (signal == SPEED && !self.speed_given) || self.has_input(signal, ControllerInput::is_reference)
+        (Some(signal) == self.scheduled() && !self.speed_given)
+            || self.has_input(signal, ControllerInput::is_reference)
     }
 
     fn has_input(&self, signal: usize, kind: fn(&ControllerInput) -> bool) -> bool {
-        self.controller_inputs.iter().any(|input| kind(input) && place(&input.signal) == Some(signal))
+        let name = self.signals.get(signal).map(|signal| &signal.name);
+        self.controller_inputs.iter().any(|input| kind(input) && Some(&input.signal) == name)
     }
 }
 
@@ -228,8 +304,8 @@ pub struct TrimTable {
     pub speed: Vec<f64>,
     /// Forward speed u in body axes in m/s, increasing.
     pub forward_speed: Vec<f64>,
-    /// Pitch angle in rad.
-    pub pitch: Vec<f64>,
+    /// The signals whose level is [`Level::Trim`], each a column, SI.
+    pub signals: BTreeMap<String, Vec<f64>>,
     /// Commands, one row per speed, in the order of the actuators.
     pub actuators: Rows,
 }

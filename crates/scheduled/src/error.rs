@@ -17,7 +17,7 @@ pub enum DesignError {
     BadNumber { key: String, value: f64, allowed: &'static str },
     /// A text that is not allowed.
     #[error("{key} is '{found}', but must be {allowed}")]
-    BadText { key: String, found: String, allowed: &'static str },
+    BadText { key: String, found: String, allowed: String },
     /// The same name twice.
     #[error("{key} is '{name}', which occurs twice")]
     NameTaken { key: String, name: String },
@@ -51,12 +51,12 @@ pub enum DesignError {
 }
 
 /// Why a tick could not be computed.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum TickError {
     /// An input that is infinite or not a number.
     #[error("the input {name} is {value}, which is not finite")]
-    InputNotFinite { name: &'static str, value: f64 },
+    InputNotFinite { name: String, value: f64 },
     /// `I - Dtt Theta` has no inverse.
     #[error(
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"

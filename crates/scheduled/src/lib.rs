@@ -38,7 +38,7 @@ mod validate;
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    MAX_DELAY_TICKS, Rows, Scheduling, TrimTable, VehicleName,
+    MAX_DELAY_TICKS, Port, Reference, Rows, Scheduling, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;
@@ -47,7 +47,7 @@ pub use lft::{Lft, Sizes};
 pub use manoeuvre::{MANOEUVRE_FORMAT, MANOEUVRE_RESOURCE, Manoeuvre, ManoeuvreError};
 pub use ports::{Inputs, Outputs};
 /// How well the vehicle of a design is known.
-pub use signals::Status;
+pub use signals::{Level, Status};
 pub use snapshot::{Snapshot, SnapshotError};
 pub use tangent::OutputTangents;
 pub use trim::{FARTHEST, Trim};

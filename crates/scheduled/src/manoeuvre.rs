@@ -1,11 +1,9 @@
-//! The default manoeuvre: a pitch or depth step during a speed ramp.
-
-use std::f64::consts::FRAC_PI_2;
+//! The default manoeuvre: steps of references during a speed ramp.
 
 use serde::{Deserialize, Serialize};
-use signals::{DEPTH, EachTracked, PITCH, only};
+use std::collections::BTreeMap;
 
-use crate::design::is_default;
+use crate::ControllerDesign;
 
 /// The manoeuvre in `resources/`.
 pub const MANOEUVRE_RESOURCE: &str = "manoeuvre.json";
@@ -16,23 +14,23 @@ pub const MANOEUVRE_FORMAT: &str = "squid-manoeuvre/1";
 /// A step takes effect this much earlier \[s\], so that rounding of `k Ts` cannot delay it by a tick.
 const ROUNDING_OF_TIME: f64 = 1e-9;
 
-/// A step of pitch, of depth or of both, during a speed ramp.
+/// A step of one or more references during a speed ramp.
 ///
 /// ```text
-/// V(t)     = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
-/// theta(t) = theta_trim(V(t)) + pitch_step   for step_time <= t < step_end
-///            theta_trim(V(t))                otherwise
+/// V(t)   = speed_from + (speed_to - speed_from) clamp((t - ramp_start)/ramp_duration, 0, 1)
+/// r_i(t) = y0_i(V(t)) + steps[i]   for step_time <= t < step_end
+///          y0_i(V(t))              otherwise
 /// ```
 ///
-/// The depth reference steps likewise, from the initial depth.
+/// y0 is the signal in trim; of the depth, and of all that is measured from the start, the initial value.
 ///
 /// ```
 /// use scheduled::Manoeuvre;
 /// let manoeuvre = Manoeuvre::from_json(
-///     r#"{"format": "squid-manoeuvre/1", "pitch_step": 0.17, "step_time": 5.0, "step_end": 100.0,
+///     r#"{"format": "squid-manoeuvre/1", "steps": {"pitch": 0.17}, "step_time": 5.0, "step_end": 100.0,
 ///         "speed_from": 0.5, "speed_to": 3.0, "ramp_start": 10.0, "ramp_duration": 20.0, "duration": 60.0}"#,
 /// )?;
-/// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.above_trim(20.0)), (1.75, [0.17, 0.0, 0.0]));
+/// assert_eq!((manoeuvre.speed_reference(20.0), manoeuvre.above_trim(20.0, "pitch")), (1.75, 0.17));
 /// # Ok::<(), scheduled::ManoeuvreError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,11 +38,8 @@ const ROUNDING_OF_TIME: f64 = 1e-9;
 pub struct Manoeuvre {
     /// [`MANOEUVRE_FORMAT`].
     pub format: String,
-    /// Height of the step above the trim pitch \[rad\].
-    pub pitch_step: f64,
-    /// Height of the depth step, positive down \[m\].
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub depth_step: f64,
+    /// Height of the step of each signal that steps, SI.
+    pub steps: BTreeMap<String, f64>,
     /// Start of the step \[s\].
     pub step_time: f64,
     /// End of the step \[s\]; beyond the end of the flight for a lasting step.
@@ -73,18 +68,14 @@ pub enum ManoeuvreError {
     WrongFormat { found: String },
     /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
-    BadNumber { key: &'static str, value: f64, allowed: &'static str },
+    BadNumber { key: String, value: f64, allowed: &'static str },
     /// A step that ends before it starts.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
     StepEndsBeforeItStarts { step_time: f64, step_end: f64 },
 }
 
-fn check_number(
-    key: &'static str,
-    value: f64,
-    valid: bool,
-    allowed: &'static str,
-) -> Result<(), ManoeuvreError> {
+fn check_number(key: &str, value: f64, valid: bool, allowed: &'static str) -> Result<(), ManoeuvreError> {
+    let key = key.to_owned();
     if value.is_finite() && valid { Ok(()) } else { Err(ManoeuvreError::BadNumber { key, value, allowed }) }
 }
 
@@ -119,10 +110,10 @@ impl Manoeuvre {
         if self.format != MANOEUVRE_FORMAT {
             return Err(ManoeuvreError::WrongFormat { found: self.format.clone() });
         }
-        let valid = self.pitch_step.abs() < FRAC_PI_2;
-        check_number("pitch_step", self.pitch_step, valid, "above -pi/2 and below pi/2")?;
+        for (name, height) in &self.steps {
+            check_number(&format!("{name}_step"), *height, true, "finite")?;
+        }
         for (key, value) in [
-            ("depth_step", self.depth_step),
             ("step_time", self.step_time),
             ("step_end", self.step_end),
             ("speed_from", self.speed_from),
@@ -141,6 +132,25 @@ impl Manoeuvre {
         Ok(())
     }
 
+    /// Checks that an autopilot has a reference of every signal that steps, and that each step is within the range of
+    /// its signal.
+    ///
+    /// # Errors
+    /// [`ManoeuvreError::BadNumber`].
+    #[inline]
+    pub fn check_steps(&self, design: &ControllerDesign) -> Result<(), ManoeuvreError> {
+        for (name, height) in self.steps.iter().filter(|(_, height)| **height != 0.0) {
+            let key = format!("{name}_step");
+            let place = design.place(name).filter(|place| design.has_reference(*place));
+            let Some(signal) = place.map(|place| &design.signals[place]) else {
+                return check_number(&key, *height, false, "0: the autopilot has no reference of it");
+            };
+            let [least, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            check_number(&key, *height, least < *height && *height < most, "within the range of the signal")?;
+        }
+        Ok(())
+    }
+
     /// Checks that the vehicle moves ahead: its speeds are above 0.
     ///
     /// # Errors
@@ -153,11 +163,9 @@ impl Manoeuvre {
         Ok(())
     }
 
-    /// The nine numbers of the manoeuvre.
-    pub fn numbers(&mut self) -> [&mut f64; 9] {
+    /// The numbers of the manoeuvre besides the steps.
+    pub fn numbers(&mut self) -> [&mut f64; 7] {
         [
-            &mut self.pitch_step,
-            &mut self.depth_step,
             &mut self.step_time,
             &mut self.step_end,
             &mut self.speed_from,
@@ -175,23 +183,26 @@ impl Manoeuvre {
         (1.0 - progress) * self.speed_from + progress * self.speed_to
     }
 
-    /// The step of each reference \[SI\]; 0 for the speed, which has a ramp.
-    pub fn steps(&self) -> EachTracked<f64> {
-        let mut steps = EachTracked::default();
-        (steps[PITCH], steps[DEPTH]) = (self.pitch_step, self.depth_step);
-        steps
+    /// The height of the step of a signal, SI; 0 without one.
+    pub fn step(&self, signal: &str) -> f64 {
+        self.steps.get(signal).copied().unwrap_or_default()
     }
 
-    /// This manoeuvre with a single step, in the reference at a place in [`signals::SIGNALS`].
+    /// This manoeuvre with a single step, of this signal.
     #[must_use]
-    pub fn with_step(&self, place: usize, step: f64) -> Self {
-        let steps = only(place, step);
-        Self { pitch_step: steps[PITCH], depth_step: steps[DEPTH], ..self.clone() }
+    pub fn with_step(&self, signal: &str, height: f64) -> Self {
+        Self { steps: [(signal.to_owned(), height)].into(), ..self.clone() }
     }
 
-    /// References minus their trim values, the depth minus the initial depth \[SI\], at a time \[s\].
-    pub fn above_trim(&self, time: f64) -> EachTracked<f64> {
+    /// This manoeuvre without a step.
+    #[must_use]
+    pub fn without_steps(&self) -> Self {
+        Self { steps: BTreeMap::new(), ..self.clone() }
+    }
+
+    /// The reference of a signal minus its value in trim, SI, at a time \[s\].
+    pub fn above_trim(&self, time: f64, signal: &str) -> f64 {
         let time = time + ROUNDING_OF_TIME;
-        if time >= self.step_time && time < self.step_end { self.steps() } else { EachTracked::default() }
+        if time >= self.step_time && time < self.step_end { self.step(signal) } else { 0.0 }
     }
 }

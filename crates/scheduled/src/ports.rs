@@ -1,16 +1,15 @@
 //! Inputs and outputs of an autopilot.
 
-use signals::{Each, EachTracked, SIGNALS, tracked};
-
 use crate::TickError;
+use crate::design::Port;
 
 /// Measurements and references of the autopilot; SI units, radians.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
-    /// The measured value of each signal.
-    pub measured: Each<f64>,
+    /// The measured value of each signal of the design; those that it does not measure have no effect.
+    pub measured: Vec<f64>,
     /// The reference of each signal that can be tracked, absolute.
-    pub references: EachTracked<f64>,
+    pub references: Vec<f64>,
 }
 
 /// Outputs of the autopilot, held between ticks.
@@ -22,20 +21,25 @@ pub struct Outputs {
     pub scheduling_parameter: f64,
     /// The measured speed is outside the scheduled range, and rho was clamped.
     pub out_of_range: bool,
-    /// Trim pitch at the speed V_r in rad.
-    pub trim_pitch: f64,
+    /// The trim of each signal of [`ControllerDesign::trimmed`](crate::ControllerDesign::trimmed) at the speed V_r.
+    pub trim: Vec<f64>,
 }
 
 impl Inputs {
     /// Rejects inputs that are not finite.
-    pub(crate) fn check(&self) -> Result<(), TickError> {
-        let measured = SIGNALS.iter().map(|signal| signal.name).zip(self.measured);
-        let references = tracked().map(|(_, reference)| reference.name).zip(self.references);
-        for (name, value) in measured.chain(references) {
-            if !value.is_finite() {
-                return Err(TickError::InputNotFinite { name, value });
-            }
+    pub(crate) fn check(&self, signals: &[Port]) -> Result<(), TickError> {
+        for (signal, value) in signals.iter().zip(&self.measured) {
+            finite(&signal.name, *value)?;
+        }
+        for (reference, value) in
+            signals.iter().filter_map(|signal| signal.reference.as_ref()).zip(&self.references)
+        {
+            finite(&reference.name, *value)?;
         }
         Ok(())
     }
+}
+
+fn finite(name: &str, value: f64) -> Result<(), TickError> {
+    if value.is_finite() { Ok(()) } else { Err(TickError::InputNotFinite { name: name.to_owned(), value }) }
 }

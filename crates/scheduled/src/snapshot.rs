@@ -9,8 +9,8 @@ pub struct Snapshot {
     pub state: Vec<f64>,
     /// The filtered speed reference V_r in m/s.
     pub filtered_speed: f64,
-    /// The depth in m from which depths are measured.
-    pub depth: f64,
+    /// The value at initialisation of each signal, for those whose level it is.
+    pub origins: Vec<f64>,
     /// Outputs of the last tick.
     pub outputs: Outputs,
     /// Delayed commands, computed but not yet put out; see [`ControllerDesign::delay_ticks`](crate::ControllerDesign).
@@ -36,20 +36,18 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    pub(crate) fn check(&self, states: usize, commands: usize, delayed: usize) -> Result<(), SnapshotError> {
-        for (what, found, expected) in [
-            ("states", self.state.len(), states),
-            ("commands", self.outputs.commands.len(), commands),
-            ("delayed commands", self.delayed.len(), delayed),
-        ] {
-            if found != expected {
-                return Err(SnapshotError::Length { what, found, expected });
+    /// Checks the numbers of states, commands, trims, delayed commands and signals, and that all values are finite.
+    pub(crate) fn check(&self, lengths: [usize; 5]) -> Result<(), SnapshotError> {
+        let Self { filtered_speed, start, ref outputs, .. } = *self;
+        let lists = [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins];
+        let names = ["states", "commands", "trims", "delayed commands", "signals"];
+        for ((what, list), expected) in names.into_iter().zip(lists).zip(lengths) {
+            if list.len() != expected {
+                return Err(SnapshotError::Length { what, found: list.len(), expected });
             }
         }
-        let Self { filtered_speed, depth, start, ref outputs, .. } = *self;
-        let others = [filtered_speed, depth, start, outputs.scheduling_parameter, outputs.trim_pitch];
-        let commands = self.outputs.commands.iter().chain(&self.delayed);
-        let mut all = self.state.iter().chain(commands).chain(&others);
+        let others = [filtered_speed, start, outputs.scheduling_parameter];
+        let mut all = lists.into_iter().flatten().chain(&others);
         match all.find(|value| !value.is_finite()) {
             Some(&value) => Err(SnapshotError::NotFinite { value }),
             None => Ok(()),

@@ -1,7 +1,6 @@
 //! Exact derivatives of a tick with respect to its inputs.
 
 use crate::{Autopilot, Inputs, TickError};
-use signals::{DEPTH, SPEED};
 
 /// The directional derivatives of the outputs of a tick.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,8 +11,8 @@ pub struct OutputTangents {
     pub computed: Vec<f64>,
     /// Derivative of the scheduling parameter.
     pub scheduling_parameter: f64,
-    /// Derivative of the trim pitch.
-    pub trim_pitch: f64,
+    /// Derivatives of the trims.
+    pub trim: Vec<f64>,
 }
 
 impl Autopilot {
@@ -39,20 +38,21 @@ impl Autopilot {
         } else {
             (plan.speed_reference(inputs), plan.speed_reference(direction))
         };
-        // At initialisation depths are measured from the measured depth, which moves with the direction.
-        let (depth, ddepth) = if initial {
-            (plan.initial_depth(inputs), plan.depth.map_or(direction.measured[DEPTH], |_| 0.0))
-        } else {
-            (self.depth(), 0.0)
+        let trim = plan.trim.at(speed);
+        let origin =
+            |signal: usize| if initial { plan.origin(signal, inputs) } else { self.origins()[signal] };
+        let y: Vec<f64> = plan.y(inputs, |signal| trim.signal(signal, origin(signal))).collect();
+        // At initialisation a level that is the measured value moves with it.
+        let moved = |signal: usize| {
+            let moves = initial && plan.starts_as_measured(signal);
+            let dorigin = if moves { direction.measured[signal] } else { 0.0 };
+            plan.trim.signal_slope(speed, signal) * dspeed + dorigin
         };
-        let (y0, slopes) = (plan.trim.signals(speed, depth), plan.trim.signal_slopes(speed));
-        let y: Vec<f64> = plan.y(inputs, |signal| y0[signal]).collect();
-        let moved = |signal: usize| slopes[signal] * dspeed + if signal == DEPTH { ddepth } else { 0.0 };
         let dy: Vec<f64> = plan.y(direction, moved).collect();
-        let rho = plan.rho(inputs.measured[SPEED]);
+        let rho = plan.rho(inputs.measured[plan.speed]);
         let inside = rho.abs() <= 1.0;
-        let slope = plan.trim.speed_slope(inputs.measured[SPEED]) / plan.half_range;
-        let drho = if inside { slope * direction.measured[SPEED] } else { 0.0 };
+        let slope = plan.trim.speed_slope(inputs.measured[plan.speed]) / plan.half_range;
+        let drho = if inside { slope * direction.measured[plan.speed] } else { 0.0 };
         let theta = &[rho.clamp(-1.0, 1.0)][..plan.parameters];
         let mut commands = vec![0.0; plan.actuators.len()];
         let mut computed = commands.clone();
@@ -68,7 +68,8 @@ impl Autopilot {
             let free = free && (initial || !self.has_delay());
             *command = if free { feedforward + scale * *command } else { 0.0 };
         }
-        let trim_pitch = plan.trim.pitch_slope(speed) * dspeed;
-        Ok(OutputTangents { commands, computed, scheduling_parameter: drho, trim_pitch })
+        let trims =
+            plan.trimmed.iter().map(|&signal| plan.trim.signal_slope(speed, signal) * dspeed).collect();
+        Ok(OutputTangents { commands, computed, scheduling_parameter: drho, trim: trims })
     }
 }

@@ -1,12 +1,15 @@
 //! Level trim over speed, interpolated linearly.
 
 use crate::TrimTable;
-use signals::{Each, measured};
+use crate::design::Port;
+use signals::Level;
 
 /// The trim table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trim {
     table: TrimTable,
+    /// The level of each signal, with its column if it has one.
+    signals: Vec<(Level, Vec<f64>)>,
 }
 
 /// A position between two rows: `(1 - fraction) row[index] + fraction row[index + 1]`.
@@ -34,8 +37,10 @@ impl Place {
 
 impl Trim {
     /// A checked table with at least two rows and increasing speeds.
-    pub(crate) fn new(table: TrimTable) -> Self {
-        Self { table }
+    pub(crate) fn new(table: TrimTable, signals: &[Port]) -> Self {
+        let column = |name: &str| table.signals.get(name).cloned().unwrap_or_default();
+        let signals = signals.iter().map(|signal| (signal.level, column(&signal.name))).collect();
+        Self { table, signals }
     }
 
     /// Speed V in m/s along the path at forward speed u in m/s; extrapolated from the first and last interval.
@@ -49,27 +54,22 @@ impl Trim {
         find(&self.table.speed, speed).limited().interpolate(|row| self.table.forward_speed[row])
     }
 
-    /// Pitch angle in rad at forward speed u in m/s; constant beyond the table.
-    pub fn pitch(&self, forward_speed: f64) -> f64 {
-        self.level(forward_speed).pitch()
+    /// A signal in trim at forward speed u in m/s; `start` is the one whose level is [`Level::Start`]. The trim is
+    /// constant beyond the table.
+    pub fn signal(&self, forward_speed: f64, signal: usize, start: f64) -> f64 {
+        self.at(forward_speed).signal(signal, start)
     }
 
     /// Command of one actuator at forward speed u in m/s; constant beyond the table.
     pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
-        self.level(forward_speed).command(actuator)
+        self.at(forward_speed).command(actuator)
     }
 
-    /// Each signal in level flight at forward speed u in m/s and at a depth in m; the pitch angle is constant beyond
-    /// the table.
-    pub fn signals(&self, forward_speed: f64, depth: f64) -> Each<f64> {
-        self.level(forward_speed).signals(depth)
-    }
-
-    /// Level flight at forward speed u in m/s, looked up once; constant beyond the table.
-    pub(crate) fn level(&self, forward_speed: f64) -> Level<'_> {
+    /// The trim at forward speed u in m/s, looked up once; constant beyond the table.
+    pub(crate) fn at(&self, forward_speed: f64) -> AtSpeed<'_> {
         let mut place = find(&self.table.forward_speed, forward_speed);
         place.fraction = place.fraction.clamp(0.0, 1.0);
-        Level { table: &self.table, place, forward_speed }
+        AtSpeed { trim: self, place, forward_speed }
     }
 
     /// Slope of the speed along the path over forward speed u in m/s, right-hand at a corner.
@@ -79,18 +79,14 @@ impl Trim {
         self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
     }
 
-    /// Slope of the pitch angle over forward speed u in rad s/m, zero beyond the table.
+    /// Slope of a signal in trim over forward speed u in m/s, right-hand at a corner; of a column zero beyond the table.
     #[inline]
-    pub fn pitch_slope(&self, forward_speed: f64) -> f64 {
-        self.slope_within(forward_speed, |row| self.table.pitch[row])
-    }
-
-    /// Slope of each signal in level flight over forward speed u in m/s, right-hand at a corner.
-    #[inline]
-    pub fn signal_slopes(&self, forward_speed: f64) -> Each<f64> {
-        let (pitch, slope) = (self.pitch(forward_speed), self.pitch_slope(forward_speed));
-        let heave = pitch.tan() + forward_speed * slope / pitch.cos().powi(2);
-        measured([1.0, heave, 0.0, slope, 0.0])
+    pub fn signal_slope(&self, forward_speed: f64, signal: usize) -> f64 {
+        match &self.signals[signal] {
+            (Level::Scheduled, _) => 1.0,
+            (Level::Trim, column) => self.slope_within(forward_speed, |row| column[row]),
+            (Level::Start | Level::Zero, _) => 0.0,
+        }
     }
 
     /// Slope of the command of one actuator over forward speed u in m/s, zero beyond the table.
@@ -112,29 +108,28 @@ impl Trim {
     }
 }
 
-/// Level flight at one speed.
+/// The trim at one speed.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Level<'a> {
-    table: &'a TrimTable,
+pub(crate) struct AtSpeed<'a> {
+    trim: &'a Trim,
     place: Place,
     forward_speed: f64,
 }
 
-impl Level<'_> {
-    /// Each signal at a depth in m: y0 = C x0 with x0 = [u, u tan(theta), 0, theta, depth], the path being level.
-    pub(crate) fn signals(&self, depth: f64) -> Each<f64> {
-        let pitch = self.pitch();
-        measured([self.forward_speed, self.forward_speed * pitch.tan(), 0.0, pitch, depth])
-    }
-
-    /// Pitch angle in rad.
-    pub(crate) fn pitch(&self) -> f64 {
-        self.place.interpolate(|row| self.table.pitch[row])
+impl AtSpeed<'_> {
+    /// y0 of a signal; `start` is the one of a signal whose level is [`Level::Start`].
+    pub(crate) fn signal(&self, signal: usize, start: f64) -> f64 {
+        match &self.trim.signals[signal] {
+            (Level::Scheduled, _) => self.forward_speed,
+            (Level::Trim, column) => self.place.interpolate(|row| column[row]),
+            (Level::Start, _) => start,
+            (Level::Zero, _) => 0.0,
+        }
     }
 
     /// Command of one actuator.
     pub(crate) fn command(&self, actuator: usize) -> f64 {
-        self.place.interpolate(|row| self.table.actuators[row][actuator])
+        self.place.interpolate(|row| self.trim.table.actuators[row][actuator])
     }
 }
 
@@ -157,13 +152,36 @@ fn find(grid: &[f64], value: f64) -> Place {
 mod tests {
     use super::*;
 
+    /// The signals of the table.
+    const ANGLE: usize = 0;
+    const SPEED: usize = 1;
+    const DEPTH: usize = 2;
+    const RATE: usize = 3;
+
     fn trim() -> Trim {
-        Trim::new(TrimTable {
+        let port = |name: &str, level| Port {
+            name: name.to_owned(),
+            unit: "1".to_owned(),
+            measured: name.to_owned(),
+            reference: None,
+            level,
+            start: 0.0,
+            range: None,
+            nominal: 1.0,
+        };
+        let table = TrimTable {
             speed: vec![0.5, 1.0, 3.0],
             forward_speed: vec![0.4, 0.9, 2.9],
-            pitch: vec![-0.1, -0.05, -0.01],
+            signals: [("angle".to_owned(), vec![-0.1, -0.05, -0.01])].into(),
             actuators: vec![vec![1.0, 2.0], vec![3.0, 4.0], vec![7.0, 0.0]],
-        })
+        };
+        let signals = [
+            port("angle", Level::Trim),
+            port("speed", Level::Scheduled),
+            port("depth", Level::Start),
+            port("rate", Level::Zero),
+        ];
+        Trim::new(table, &signals)
     }
 
     #[test]
@@ -192,20 +210,22 @@ mod tests {
             (trim().speed_slope(0.65), trim().speed_slope(1.9), trim().speed_slope(9.0)),
             (1.0, 1.0, 1.0)
         );
-        assert!((trim().pitch_slope(0.6) - 0.1).abs() < 1e-15);
+        assert!((trim().signal_slope(0.6, ANGLE) - 0.1).abs() < 1e-15);
         assert_eq!((trim().command_slope(1.9, 0), trim().command_slope(1.9, 1)), (2.0, -2.0));
-        assert_eq!((trim().command_slope(9.0, 0), trim().pitch_slope(0.1)), (0.0, 0.0));
+        assert_eq!((trim().command_slope(9.0, 0), trim().signal_slope(0.1, ANGLE)), (0.0, 0.0));
     }
 
-    /// [pitch, speed, depth, pitch rate, heave] on a level path; the slopes agree with central differences.
+    /// Each kind of level; the slopes agree with central differences.
     #[test]
-    fn level_flight_gives_every_signal() {
-        assert_eq!(trim().signals(0.4, 7.0), [-0.1, 0.4, 7.0, 0.0, 0.4 * (-0.1f64).tan()]);
-        assert_eq!(trim().signals(9.0, 7.0), [-0.01, 9.0, 7.0, 0.0, 9.0 * (-0.01f64).tan()]);
+    fn trim_gives_every_signal() {
+        let at = |speed: f64| [ANGLE, SPEED, DEPTH, RATE].map(|signal| trim().signal(speed, signal, 7.0));
+        assert_eq!(at(0.4), [-0.1, 0.4, 7.0, 0.0]);
+        assert_eq!(at(9.0), [-0.01, 9.0, 7.0, 0.0]);
         for speed in [0.1, 0.6, 1.9, 9.0] {
-            let (high, low) = (trim().signals(speed + 1e-6, 7.0), trim().signals(speed - 1e-6, 7.0));
-            for (place, slope) in trim().signal_slopes(speed).into_iter().enumerate() {
-                assert!((slope - (high[place] - low[place]) / 2e-6).abs() < 1e-8, "{speed}, {place}");
+            let (high, low) = (at(speed + 1e-6), at(speed - 1e-6));
+            for signal in [ANGLE, SPEED, DEPTH, RATE] {
+                let slope = trim().signal_slope(speed, signal);
+                assert!((slope - (high[signal] - low[signal]) / 2e-6).abs() < 1e-8, "{speed}, {signal}");
             }
         }
     }
@@ -217,7 +237,7 @@ mod tests {
         let far = [trim().speed(1e308), trim().forward_speed(1e308)];
         assert!(far.iter().all(|speed| speed.is_finite() && *speed > 1e99), "{far:?}");
         assert!(trim().speed(-1e308) < -1e99);
-        assert_eq!((trim().pitch(9.0), trim().pitch(-9.0)), (-0.01, -0.1));
+        assert_eq!((trim().signal(9.0, ANGLE, 0.0), trim().signal(-9.0, ANGLE, 0.0)), (-0.01, -0.1));
         assert_eq!((trim().command(9.0, 0), trim().command(9.0, 1)), (7.0, 0.0));
     }
 }

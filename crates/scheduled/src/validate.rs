@@ -1,6 +1,6 @@
 //! Validation of a design.
 
-use signals::{Curve, NAMES, SIGNALS, SPEED, TRACKED_NAMES, place};
+use signals::{Curve, Level};
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -30,6 +30,7 @@ impl ControllerDesign {
             let (key, value) = ("delay_ticks".to_owned(), self.delay_ticks as f64);
             return Err(DesignError::BadNumber { key, value, allowed: "at most 10" });
         }
+        self.validate_signals()?;
         self.validate_scheduling()?;
         self.validate_controller_inputs()?;
         self.validate_actuators()?;
@@ -39,7 +40,6 @@ impl ControllerDesign {
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
         self.validate_trim()?;
-        finite(format_args!("depth"), self.depth)?;
         for (key, value) in [
             ("gamma.optimum", self.gamma.optimum),
             ("gamma.bound", self.gamma.bound),
@@ -61,12 +61,52 @@ impl ControllerDesign {
         gain.map(|rows| checked("anti_windup", rows, states, actuators)).transpose()
     }
 
+    /// The signals: names that can be those of variables, first those with a reference, one that is scheduled on.
+    #[inline]
+    fn validate_signals(&self) -> Result<(), DesignError> {
+        if self.signals.is_empty() {
+            return Err(DesignError::Empty { key: "signals" });
+        }
+        let mut taken = BTreeSet::new();
+        for (index, signal) in self.signals.iter().enumerate() {
+            let key = |last: &str| format!("signals[{index}].{last}");
+            let reference = signal.reference.iter().map(|reference| ("reference.name", &reference.name));
+            for (last, name) in std::iter::once(("name", &signal.name)).chain(reference) {
+                self::name(key(last), name)?;
+                if !taken.insert(name) {
+                    return Err(DesignError::NameTaken { key: key(last), name: name.clone() });
+                }
+            }
+            if signal.reference.is_some() && index > 0 && self.signals[index - 1].reference.is_none() {
+                let (found, allowed) =
+                    (signal.name.clone(), "before the signals without a reference".to_owned());
+                return Err(DesignError::BadText { key: key("name"), found, allowed });
+            }
+            if signal.level == Level::Scheduled && self.scheduled() != Some(index) {
+                let allowed = "the level of one signal".to_owned();
+                return Err(DesignError::BadText {
+                    key: key("level"),
+                    found: "scheduled".to_owned(),
+                    allowed,
+                });
+            }
+            finite(format_args!("signals[{index}].start"), signal.start)?;
+            positive(format_args!("signals[{index}].nominal"), signal.nominal)?;
+            if let Some([minimum, maximum]) = signal.range {
+                range(format_args!("signals[{index}].range"), minimum, maximum)?;
+            }
+        }
+        Ok(())
+    }
+
     #[inline]
     fn validate_scheduling(&self) -> Result<(), DesignError> {
         let scheduling = &self.scheduling;
-        if scheduling.quantity != "speed" {
-            let key = "scheduling.quantity".to_owned();
-            return Err(DesignError::BadText { key, found: scheduling.quantity.clone(), allowed: "'speed'" });
+        let scheduled = self.signals.iter().find(|signal| signal.level == Level::Scheduled);
+        if scheduled.is_none_or(|signal| signal.name != scheduling.quantity) {
+            let (key, found) = ("scheduling.quantity".to_owned(), scheduling.quantity.clone());
+            let allowed = "the signal with the level 'scheduled'".to_owned();
+            return Err(DesignError::BadText { key, found, allowed });
         }
         positive(format_args!("scheduling.half_range"), scheduling.half_range)?;
         let (minimum, maximum) = (scheduling.minimum, scheduling.maximum);
@@ -89,18 +129,18 @@ impl ControllerDesign {
         let mut taken = BTreeSet::new();
         for (index, input) in self.controller_inputs.iter().enumerate() {
             let key = |last: &str| format!("controller_inputs[{index}].{last}");
-            let bad = |last, found: &str, allowed| {
+            let bad = |last, found: &str, allowed: String| {
                 Err(DesignError::BadText { key: key(last), found: found.to_owned(), allowed })
             };
-            let signal = place(&input.signal).map(|place| &SIGNALS[place]);
-            let (signal, allowed) = if input.is_reference() {
-                (signal.filter(|signal| signal.reference.is_some()), TRACKED_NAMES)
-            } else {
-                (signal, NAMES)
-            };
-            match signal {
-                None => return bad("signal", &input.signal, allowed),
-                Some(signal) if signal.unit != input.unit => return bad("unit", &input.unit, signal.unit),
+            let allowed =
+                self.signals.iter().filter(|signal| !input.is_reference() || signal.reference.is_some());
+            match allowed.clone().find(|signal| signal.name == input.signal) {
+                None => {
+                    return bad("signal", &input.signal, one_of(allowed.map(|signal| signal.name.as_str())));
+                }
+                Some(signal) if signal.unit != input.unit => {
+                    return bad("unit", &input.unit, signal.unit.clone());
+                }
                 Some(_) => {}
             }
             positive(format_args!("controller_inputs[{index}].scale"), input.scale)?;
@@ -108,9 +148,11 @@ impl ControllerDesign {
                 return Err(DesignError::NameTaken { key: key("signal"), name: input.signal.clone() });
             }
         }
-        if self.speed_given && (self.reference_filter.is_some() || self.follows(SPEED)) {
+        let follows_speed = self.scheduled().is_some_and(|speed| self.follows(speed));
+        if self.speed_given && (self.reference_filter.is_some() || follows_speed) {
             let (key, found) = ("speed_given".to_owned(), "true".to_owned());
-            return Err(DesignError::BadText { key, found, allowed: "false if the speed has a reference" });
+            let allowed = "false if the speed has a reference".to_owned();
+            return Err(DesignError::BadText { key, found, allowed });
         }
         self.reference_filter.map_or(Ok(()), |w| positive(format_args!("reference_filter"), w))
     }
@@ -123,12 +165,7 @@ impl ControllerDesign {
         let mut names: BTreeSet<&str> = BTreeSet::new();
         for (index, actuator) in self.actuators.iter().enumerate() {
             let key = |last: &str| format!("actuators[{index}].{last}");
-            let allowed = "a letter, then letters, digits and underscores";
-            let starts_with_letter = actuator.name.starts_with(|c: char| c.is_ascii_alphabetic());
-            if !starts_with_letter || actuator.name.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-            {
-                return Err(DesignError::BadText { key: key("name"), found: actuator.name.clone(), allowed });
-            }
+            name(key("name"), &actuator.name)?;
             if !names.insert(&actuator.name) {
                 return Err(DesignError::NameTaken { key: key("name"), name: actuator.name.clone() });
             }
@@ -156,9 +193,23 @@ impl ControllerDesign {
         increasing("trim.speed", &trim.speed)?;
         length(format_args!("trim.forward_speed"), trim.forward_speed.len(), rows)?;
         increasing("trim.forward_speed", &trim.forward_speed)?;
-        length(format_args!("trim.pitch"), trim.pitch.len(), rows)?;
-        for (row, &pitch) in trim.pitch.iter().enumerate() {
-            finite(format_args!("trim.pitch[{row}]"), pitch)?;
+        let trimmed = self.signals.iter().filter(|signal| signal.level == Level::Trim);
+        for name in trimmed.clone().map(|signal| &signal.name) {
+            let column = trim.signals.get(name).map_or(&[][..], Vec::as_slice);
+            length(format_args!("trim.signals.{name}"), column.len(), rows)?;
+            for (row, &value) in column.iter().enumerate() {
+                finite(format_args!("trim.signals.{name}[{row}]"), value)?;
+            }
+        }
+        if let Some(other) =
+            trim.signals.keys().find(|key| !trimmed.clone().any(|signal| signal.name == **key))
+        {
+            let allowed = one_of(trimmed.map(|signal| signal.name.as_str()));
+            return Err(DesignError::BadText {
+                key: "trim.signals".to_owned(),
+                found: other.clone(),
+                allowed,
+            });
         }
         length(format_args!("trim.actuators"), trim.actuators.len(), rows)?;
         for (row, commands) in trim.actuators.iter().enumerate() {
@@ -183,6 +234,26 @@ impl ControllerDesign {
             return Err(DesignError::TrimTooShort { first, last, minimum, maximum });
         }
         Ok(())
+    }
+}
+
+/// Checks that a name can be that of a variable.
+#[inline]
+fn name(key: String, name: &str) -> Result<(), DesignError> {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_part) {
+        return Ok(());
+    }
+    let allowed = "a letter, then letters, digits and underscores".to_owned();
+    Err(DesignError::BadText { key, found: name.to_owned(), allowed })
+}
+
+/// Names in words: 'a', 'b' or 'c'.
+fn one_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.map(|name| format!("'{name}'")).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.concat(),
     }
 }
 

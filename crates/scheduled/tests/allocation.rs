@@ -19,7 +19,7 @@ fn allocates_nothing(design: &ControllerDesign) {
     let making = measure(|| made = Autopilot::new(design).ok());
     assert!(making.count_total > 0, "the allocator counts");
     let mut autopilot = made.unwrap();
-    let inputs = Inputs { measured: [0.1, 2.2, 0.0, 0.0, 0.0], references: [0.2, 2.0, 0.0] };
+    let inputs = Inputs { measured: vec![0.1, 2.2, 0.0, 0.0, 0.0], references: vec![0.2, 2.0, 0.0] };
     autopilot.initialise(0.0, &inputs).unwrap();
     let flight = measure(|| {
         for step in 1..=1000 {

@@ -4,11 +4,12 @@ use crate::knob::Knob;
 use base::progress::Progress;
 use scheduled::ControllerDesign;
 use squid_design::augment::augment;
+use squid_design::certify::lft_matrices;
 use squid_design::error::Error;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, Sense};
-use squid_design::store::freeze::freeze;
+use squid_design::store::freeze::{controller, gamma};
 use squid_design::synthesise::robust::search;
 use squid_design::synthesise::{synthesise, synthesise_quickly};
 use squid_design::verdict::Verdict;
@@ -50,8 +51,9 @@ fn design_with(
         ControllerKind::Robust => search(&inputs, model, &plant, &found, &Progress::default())?.design,
         _ => found,
     };
-    let controller = freeze(vehicle, design, &inputs.hashes, model, &found, false)?.controller;
-    Ok((inputs, controller))
+    let lft = lft_matrices(&found.controller);
+    let frozen = controller(&inputs.longitudinal(), design, &inputs.hashes, lft, gamma(&found, false))?;
+    Ok((inputs, frozen))
 }
 
 /// Designs with some keys multiplied, and evaluates the result.

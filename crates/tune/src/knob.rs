@@ -85,9 +85,9 @@ impl Knob {
     pub fn name(self, design: &DesignFile) -> String {
         match self {
             Self::Frequency(i) | Self::Bandwidth(i) | Self::Follow(i) => {
-                format!("{self} of {}", design.tracked[i].signal().name)
+                format!("{self} of {}", design.tracked[i].signal.name)
             }
-            Self::Noise(i) => format!("{self} of {}", design.measured[i].signal().name),
+            Self::Noise(i) => format!("{self} of {}", design.measured[i].signal.name),
             Self::Weight | Self::Disturbance => self.to_string(),
         }
     }

@@ -3,7 +3,9 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
+use auv::longitudinal::pitching;
 use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
+use squid_design::axis::Linearisation as Linear;
 use squid_design::fit::authority::holding_ratio;
 use squid_design::fit::frequency::system;
 use squid_design::linearise::stacked;
@@ -168,7 +170,7 @@ impl Authority {
                 .map(|(b, remaining)| (b * remaining).abs())
                 .collect::<Vec<f64>>()
         };
-        let turns = row(l.pitching()[1]);
+        let turns = row(pitching(l.states)[1]);
         let main = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
         let (growth, lag) = (growth(&l), vehicle.actuators[main].lag);
         if growth * lag > MAX_GROWTH_TIMES_LAG {
@@ -177,7 +179,7 @@ impl Authority {
                 vehicle.actuators[main].name
             ));
         }
-        let held = 1.0 / holding_ratio(&vehicle.actuators, ONE_DEGREE, &l);
+        let held = 1.0 / holding_ratio(&vehicle.actuators, ONE_DEGREE, &Linear::of(&l, &vehicle.actuators));
         if HELD_FRACTION * held < SMALLEST_PITCH {
             return Err(format!("the actuators can hold at most {held:.1} deg of pitch"));
         }
@@ -189,7 +191,7 @@ impl Authority {
     /// The pitch acceleration at a frequency for sinusoids of the remaining range of all actuators, including the
     /// motion of all states, rad/s2; it tends to `turn` at high frequencies.
     fn turn_at(&self, frequency: f64) -> f64 {
-        let system = system(&stacked(&self.linear), self.linear.states);
+        let system = system(&stacked(&self.linear.a, &self.linear.b), self.linear.states);
         let pitch =
             |(j, remaining): (usize, &f64)| remaining * system.part(PITCH_OUTPUT, j).gain_at(frequency);
         frequency * frequency * self.remaining.iter().enumerate().map(pitch).sum::<f64>()

@@ -89,7 +89,7 @@ pub enum CandidateStatus {
 pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) -> Result<Tuned, Error> {
     let search = Search {
         inputs,
-        model: Model::new(&inputs.vehicle, &inputs.design)?,
+        model: Model::new(&inputs.longitudinal(), &inputs.design)?,
         knobs: Knob::all(&inputs.design),
         keys: REQUIREMENTS
             .iter()

@@ -20,8 +20,7 @@ pub use small::input;
 pub fn manoeuvre() -> Manoeuvre {
     Manoeuvre {
         format: MANOEUVRE_FORMAT.to_owned(),
-        depth_step: 0.0,
-        pitch_step: 10f64.to_radians(),
+        steps: [("pitch".to_owned(), 10f64.to_radians())].into(),
         step_time: 2.0,
         step_end: 1e9,
         speed_from: 0.8,
@@ -166,7 +165,11 @@ fn trim_table(vehicle: &Vehicle) -> TrimTable {
     TrimTable {
         speed: speeds,
         forward_speed: trims.iter().map(|one| one.forward_speed).collect(),
-        pitch: trims.iter().map(|one| one.pitch).collect(),
+        signals: [
+            ("pitch".to_owned(), trims.iter().map(|one| one.pitch).collect()),
+            ("heave".to_owned(), trims.iter().map(|one| one.heave).collect()),
+        ]
+        .into(),
         actuators: trims.into_iter().map(|one| one.actuators).collect(),
     }
 }

@@ -1,11 +1,12 @@
 //! What the loop says of itself, and which files it refuses.
 
 use crate::example::{Flight, design, manoeuvre, resources, with};
+use auv::longitudinal::SIGNALS;
 use fmi2::model_description::{Causality, Kind};
 use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
 use fmu_squid::describe;
 use scheduled::MANOEUVRE_RESOURCE;
-use signals::{Curve, SIGNALS};
+use signals::Curve;
 
 /// What the controller measures, the plant puts out by the same name and in the same unit.
 #[test]

@@ -31,11 +31,11 @@ fn follows_step_and_ramp() {
         assert!(fidelity == LPV || drift < 1e-4, "and stays there until the step: {drift}");
         flight.fly(60.0, 0.1);
         let design = design();
-        let (speed, pitch) = (design.trim.forward_speed[19], design.trim.pitch[19]);
+        let (speed, pitch) = (design.trim.forward_speed[19], design.trim.signals["pitch"][19]);
         assert!((flight.get("speed_reference_used") - speed).abs() < 1e-12, "2.4 m/s along the path");
-        assert!((flight.get("pitch_reference_used") - pitch - manoeuvre().pitch_step).abs() < 1e-12);
+        assert!((flight.get("pitch_reference_used") - pitch - manoeuvre().step("pitch")).abs() < 1e-12);
         assert!((flight.get("trim_pitch") - pitch).abs() < 1e-12);
-        assert!(flight.get("tracking_error").abs() < 0.01 * manoeuvre().pitch_step);
+        assert!(flight.get("tracking_error").abs() < 0.01 * manoeuvre().step("pitch"));
         assert!((flight.get("speed") - speed).abs() < 0.01);
         assert!((flight.get("scheduling_parameter") - (2.4 - 1.75) / 1.25).abs() < 0.01);
         assert!(flight.get("depth") < 45.0, "bow up, it climbs");
@@ -50,7 +50,7 @@ fn references(time: f64) -> [f64; 3] {
     let speed = 0.8 + 1.6 * ((time - 3.0) / 10.0).clamp(0.0, 1.0);
     let forward = autopilot.trim().forward_speed(speed);
     let step = if time > 2.0 - 1e-6 { 10f64.to_radians() } else { 0.0 };
-    [autopilot.trim().pitch(forward) + step, forward, speed]
+    [autopilot.trim().signal(forward, 0, 0.0) + step, forward, speed]
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn rounded_steps_neither_lose_nor_double_a_tick() {
 
 #[test]
 fn manual_hands_the_references_over_and_back() {
-    let mut flight = started(&with(&design(), &Manoeuvre { pitch_step: 0.0, speed_to: 0.8, ..manoeuvre() }));
+    let mut flight = started(&with(&design(), &Manoeuvre { speed_to: 0.8, ..manoeuvre().without_steps() }));
     let (pitch, speed) = (flight.get("pitch_reference_used"), flight.get("speed_reference_used"));
     flight.set("pitch_reference", 0.1);
     flight.set("speed_reference", 1.5);

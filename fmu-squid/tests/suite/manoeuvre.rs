@@ -1,9 +1,8 @@
 //! References over time, and what a manoeuvre file may say.
 
-use crate::example::manoeuvre;
+use crate::example::{design, manoeuvre};
 use scheduled::{Manoeuvre, ManoeuvreError};
 use serde_json::{Value, json};
-use signals::{DEPTH, PITCH};
 
 #[test]
 fn speed_ramps_between_its_ends() {
@@ -21,20 +20,19 @@ fn speed_ramps_between_its_ends() {
 #[test]
 fn the_step_comes_and_ends_on_time_in_spite_of_rounding() {
     let manoeuvre = Manoeuvre { step_time: 0.3, step_end: 0.6, ..manoeuvre() };
-    let height = manoeuvre.pitch_step;
-    let at = |tick: f64| manoeuvre.above_trim(tick * 0.02)[PITCH];
+    let height = manoeuvre.step("pitch");
+    let at = |tick: f64| manoeuvre.above_trim(tick * 0.02, "pitch");
     assert_eq!([14.0, 15.0, 29.0, 30.0].map(at), [0.0, height, height, 0.0]);
-    assert_eq!(manoeuvre.above_trim(0.3f64.next_down())[PITCH], height);
-    assert_eq!(manoeuvre.above_trim(0.6f64.next_down())[PITCH], 0.0);
+    assert_eq!(manoeuvre.above_trim(0.3f64.next_down(), "pitch"), height);
+    assert_eq!(manoeuvre.above_trim(0.6f64.next_down(), "pitch"), 0.0);
 }
 
 #[test]
 fn files_read_back_to_the_same_numbers() {
-    let manoeuvre = Manoeuvre { pitch_step: 0.1 + 0.2, ..manoeuvre() };
+    let manoeuvre = manoeuvre().with_step("pitch", 0.1 + 0.2);
     assert_eq!(Manoeuvre::from_json(&manoeuvre.to_json().unwrap()).unwrap(), manoeuvre);
-    assert!(!manoeuvre.to_json().unwrap().contains("depth_step"), "files without one are as they were");
-    let deeper = manoeuvre.with_step(DEPTH, -1.5);
-    assert_eq!((deeper.steps(), deeper.pitch_step), ([0.0, 0.0, -1.5], 0.0));
+    let deeper = manoeuvre.with_step("depth", -1.5);
+    assert_eq!((deeper.step("depth"), deeper.step("pitch")), (-1.5, 0.0));
     assert_eq!(Manoeuvre::from_json(&deeper.to_json().unwrap()).unwrap(), deeper);
 }
 
@@ -42,7 +40,7 @@ fn files_read_back_to_the_same_numbers() {
 fn says_which_key_is_wrong() {
     for (key, value, expected) in [
         ("format", json!("squid-manoeuvre/2"), "format is 'squid-manoeuvre/2', but only 'squid-manoeuvre/1'"),
-        ("pitch_step", json!(1.6), "pitch_step is 1.6, but must be above -pi/2 and below pi/2"),
+        ("steps", json!({"pitch": "high"}), "invalid type: string \"high\", expected f64"),
         ("ramp_duration", json!(0.0), "ramp_duration is 0, but must be finite and above 0"),
         ("duration", json!(-2.0), "duration is -2, but must be finite and above 0"),
         ("step_end", json!(1.0), "step_end is 1 s, before step_time at 2 s"),
@@ -61,6 +59,13 @@ fn says_which_key_is_wrong() {
         one.check().unwrap();
         assert_eq!(one.check_ahead().unwrap_err().to_string(), expected);
     }
+    for (signal, height, expected) in [
+        ("pitch", 1.6, "pitch_step is 1.6, but must be within the range of the signal"),
+        ("yaw", 0.1, "yaw_step is 0.1, but must be 0: the autopilot has no reference of it"),
+    ] {
+        let found = manoeuvre().with_step(signal, height).check_steps(&design());
+        assert_eq!(found.unwrap_err().to_string(), expected);
+    }
     let message = Manoeuvre::from_json("{}").unwrap_err().to_string();
     assert!(message.contains("missing field `format`"), "{message}");
 }
@@ -74,6 +79,6 @@ fn numbers_that_are_not_finite_are_refused() {
         (Manoeuvre { duration: f64::INFINITY, ..manoeuvre() }, "duration"),
     ] {
         let error = manoeuvre.to_json().unwrap_err();
-        assert!(matches!(error, ManoeuvreError::BadNumber { key, .. } if key == expected), "{error}");
+        assert!(matches!(&error, ManoeuvreError::BadNumber { key, .. } if key == expected), "{error}");
     }
 }

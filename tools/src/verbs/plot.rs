@@ -5,12 +5,11 @@ use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
 use auv::Actuator;
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, tracked};
 use auv::toml_file::cited;
 use base::files::{read, write};
-use scheduled::Inputs;
 use serde_json::{Value, json};
-use signals::{DEPTH, PITCH, SIGNALS, tracked};
-use squid_flight::flight::{Row, Surfacing, out_of_water};
+use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
 use squid_report::page::plot::draw;
@@ -78,7 +77,7 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, 
     let (time, depth) = (column("time")?, column("depth")?);
     let row = |k: usize| Row {
         time: time[k],
-        signals: Inputs {
+        signals: Signals {
             measured: measured.map(|column| column.map_or(f64::NAN, |column| column[k])),
             references: from_fn(|place| references[place].map_or(f64::NAN, |column| column[k])),
         },

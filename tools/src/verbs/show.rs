@@ -57,7 +57,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
     }
     if asked.fit || all {
-        let model = Model::new(&inputs.vehicle, &inputs.design)?;
+        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
         say(&tables::fit(&inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }

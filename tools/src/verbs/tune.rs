@@ -100,7 +100,7 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
         "begun from the vehicle: {} to {} m/s, steps of {:.1} deg",
         auv::number(parsed.speed_min),
         auv::number(parsed.speed_max),
-        parsed.manoeuvre.pitch_step.to_degrees()
+        parsed.manoeuvre.step("pitch").to_degrees()
     );
     Progress::new(&show).done("start", &words);
     Ok((Inputs::new(vehicle, parsed)?, text, true))

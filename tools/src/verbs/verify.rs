@@ -63,11 +63,11 @@ pub fn run(
     verified.unproved.iter().for_each(|line| say(line));
     if verbose {
         theorem.sentences().iter().for_each(|sentence| say(sentence));
-        if let Some(ClaimedStep { output, size, unit, .. }) = verified.step {
-            say(&format!("That step is one of the {} reference, of up to {size} {unit}.", output.name));
+        if let Some(ClaimedStep { output, size, unit, .. }) = &verified.step {
+            say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));
         }
     }
-    let step = |name: &str| verified.step.filter(|step| step.output.name == name).map(|step| step.size);
+    let step = |name: &str| verified.step.as_ref().filter(|step| step.output == name).map(|step| step.size);
     Ok(answer(&json!({
         "status": "proved",
         "theorem": theorem.to_string(),

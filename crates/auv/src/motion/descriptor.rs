@@ -3,9 +3,9 @@
 //!
 //! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
 
+use crate::longitudinal::STATES;
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
-use signals::STATES;
 
 use crate::motion::dynamics::{Motion, add};
 use crate::motion::parameter::Parameter;

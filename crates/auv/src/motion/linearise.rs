@@ -1,8 +1,9 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
+use crate::longitudinal::{STATES, pitching};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
-use signals::{STATES, States};
+use signals::States;
 
 use crate::motion::balance::reaches_all;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
@@ -45,12 +46,6 @@ impl Linearisation {
         values
     }
 
-    /// Returns the places of w, q and theta among the states: every vehicle has these, one after the other.
-    pub fn pitching(&self) -> [usize; 3] {
-        let heave = self.states.iter().position(|state| state.symbol == "w").unwrap_or(0);
-        [heave, heave + 1, heave + 2]
-    }
-
     /// Returns whether the depth is a state.
     pub fn has_depth(&self) -> bool {
         self.states.contains(&STATES[4])
@@ -70,7 +65,7 @@ impl Linearisation {
         let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
         // x0' = ahead + turned alpha'.
         let n = self.a.nrows();
-        let first = 1 - self.pitching()[0];
+        let first = 1 - pitching(self.states)[0];
         let own = |x: [f64; STATES.len()]| DVector::from_column_slice(&x[first..first + n]);
         let ahead = own([1.0, tan, 0.0, 0.0, 0.0]);
         let turned = own([0.0, u * (1.0 + tan * tan), 0.0, 1.0, 0.0]);

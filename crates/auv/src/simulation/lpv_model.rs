@@ -1,8 +1,8 @@
 //! The LPV model of a vehicle: A and B as polynomials in speed, with the trim table.
 
+use crate::longitudinal::states;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use signals::states;
 use thiserror::Error;
 
 use crate::motion::level::Pitch;

@@ -1,7 +1,8 @@
 //! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
 
+use crate::longitudinal::states;
 use crate::scalar::Scalar;
-use signals::{States, states};
+use signals::States;
 
 /// Where the surge velocity comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -24,13 +24,13 @@ impl Terms {
     pub fn of(design: &ControllerDesign, theorem: &Theorem, manoeuvre: Option<&Manoeuvre>) -> Self {
         let step = ClaimedStep::of(design, theorem);
         let speeds = (design.scheduling.minimum, design.scheduling.maximum);
-        Self { speeds, step, flown: step.and_then(|step| step.exceeded_by(manoeuvre?)) }
+        Self { speeds, flown: step.as_ref().and_then(|step| step.exceeded_by(manoeuvre?)), step }
     }
 
     /// The terms of a design file.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Self {
         let step = ClaimedStep::of_file(file, theorem);
-        let flown = step.and_then(|step| step.exceeded_by(&file.manoeuvre));
+        let flown = step.as_ref().and_then(|step| step.exceeded_by(&file.manoeuvre));
         Self { speeds: (file.speed_min, file.speed_max), step, flown }
     }
 }
@@ -87,7 +87,7 @@ pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
 /// The claim with saturated commands.
 fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
     let limits = theorem.limits?;
-    let step = terms.and_then(|terms| terms.step);
+    let step = terms.and_then(|terms| terms.step.as_ref());
     let step_in_words = match step {
         Some(step) => step.to_string(),
         None => format!("a step of up to {} of input {}", limits.size, limits.input),
@@ -106,7 +106,7 @@ fn beyond(step: &ClaimedStep, flown: f64) -> Option<String> {
     Some(format!(
         "the {} step that is flown, {} {unit}, is LARGER than the one that is proved, {size} {unit}: with saturated \
          commands nothing is proved of it",
-        output.name,
+        output,
         shown.trim_end_matches('0').trim_end_matches('.')
     ))
 }
@@ -172,14 +172,13 @@ pub fn limits(design: &ControllerDesign, theorem: &Theorem) -> Option<String> {
 mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
-    use signals::PITCH;
 
     /// Squid's default manoeuvre has a step of 10 deg.
     #[test]
     fn a_flown_step_above_the_proved_one_is_said() {
         let manoeuvre = shipped("squid", "design").design.manoeuvre;
-        assert!(ClaimedStep::new(PITCH, 10.1_f64.to_radians()).exceeded_by(&manoeuvre).is_none());
-        let smaller = ClaimedStep::new(PITCH, 7.55_f64.to_radians());
+        assert!(ClaimedStep::new("pitch", "rad", 10.1_f64.to_radians()).exceeded_by(&manoeuvre).is_none());
+        let smaller = ClaimedStep::new("pitch", "rad", 7.55_f64.to_radians());
         let said = beyond(&smaller, smaller.exceeded_by(&manoeuvre).unwrap()).unwrap();
         let expected = "the pitch step that is flown, 10 deg, is LARGER than the one that is proved, 7.5 deg: with \
                         saturated commands nothing is proved of it";

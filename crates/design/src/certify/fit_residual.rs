@@ -2,11 +2,10 @@
 //! of models ([`proof::ball`]) contains it.
 
 use crate::augment::{LinearModel, place};
+use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::linearise_at;
-use auv::Vehicle;
 use lpv::matrix::Mat;
 use lpv::tracking::ModelPlace;
 use proof::ball::ModelResidual;
@@ -19,18 +18,22 @@ pub const SAMPLES: usize = 1001;
 ///
 /// # Errors
 /// The errors of the linearisation.
-pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<ModelResidual, Error> {
-    let ModelPlace { left, right } = place(&vehicle.actuators, file)?;
+pub fn fit_residual(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    model: &Model,
+) -> Result<ModelResidual, Error> {
+    let ModelPlace { left, right } = place(vehicle.actuators(), file)?;
     // The trim of an input without a lag or a delay drives no state.
     let rows: Vec<usize> = (0..left.ncols()).filter(|j| left.column(*j).amax() > 0.0).collect();
     let fit = model.linear();
     let at = |v: f64| -> Result<Mat, Error> {
-        let truth = LinearModel::at(&linearise_at(vehicle, file, v)?, &vehicle.actuators, file);
+        let truth = LinearModel::at(&vehicle.linearise(v)?, file);
         let residual = truth.matrix(0.0)? - fit.matrix(file.rho(v))?;
         Ok(residual.select_rows(&rows).columns(0, right.nrows()).into_owned())
     };
     let residuals = file.spread(SAMPLES).into_iter().map(at).collect::<Result<_, Error>>()?;
-    let scales = vehicle.actuators.iter().map(|actuator| actuator.reach()).collect();
+    let scales = vehicle.actuators().iter().map(|actuator| actuator.reach()).collect();
     Ok(ModelResidual {
         left: left.select_columns(&rows),
         right,
@@ -44,7 +47,7 @@ pub fn fit_residual(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Resu
 ///
 /// # Errors
 /// The errors of the linearisation.
-pub fn bends_at_rest(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<bool, Error> {
+pub fn bends_at_rest(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model) -> Result<bool, Error> {
     if file.speed_min >= 0.0 || file.speed_max <= 0.0 {
         return Ok(false);
     }

@@ -2,25 +2,23 @@
 //! with saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates
 //! are limits on the rates of those states of the plant that are the lags.
 
+use crate::axis::VehicleModel;
 use crate::error::{CertifyError, Error};
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::trim_table;
+use crate::linearise::TRIM_ROWS;
 use crate::numbers::readable;
-use auv::{Actuator, Vehicle};
+use crate::synthesise::anti_windup::largest_step;
+use auv::Actuator;
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
 use lpv::plant::GeneralisedPlant;
 use proof::claim::Proof;
 use proof::error::ProofError;
 use proof::limits::{Step, with_limits as with_step};
-use scheduled::{ControllerDesign, Kind, Manoeuvre};
-use signals::{DEPTH, PITCH, SIGNALS, Signal, place};
+use scheduled::{ControllerDesign, Kind, Manoeuvre, Port};
+use signals::Level;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
-
-/// The largest claimed pitch step \[rad\] (90 deg): the linear models are meaningless for larger pitch, however strong
-/// the actuators. The largest depth step is one up to the surface.
-const MOST: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quickest recovery.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
@@ -29,11 +27,13 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// rounding of another processor.
 const SAME_LIMIT: f64 = 1e-8;
 
-/// Adds the claim for the largest step found to a proof, and proves all of it.
+/// Adds the claim for the largest step found to a proof, and proves all of it. No step is claimed beyond the range of
+/// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
+/// depth step up to the surface.
 ///
 /// The anti-windup of the frozen design has the gain of the quickest recovery; the wanted step is that of the default
 /// flight. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or without a
-/// reference of pitch or depth. Actuator rates are saturated, too.
+/// reference besides that of the speed. Actuator rates are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -45,14 +45,15 @@ pub fn with_limits(
     actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let (Some(quickest), Some(Stepped { input, signal, scale })) = (&frozen.anti_windup, Stepped::of(frozen))
+    let (Some(quickest), Some(Stepped { input, scale, .. })) = (&frozen.anti_windup, Stepped::of(frozen))
     else {
         return Ok(None);
     };
+    let signal = design.tracked[input].signal;
     let step = Step {
         input,
-        largest: if signal == PITCH { MOST } else { design.depth.max(scale) } / scale,
-        wanted: design.manoeuvre.steps()[signal].abs() / scale,
+        largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
+        wanted: design.manoeuvre.step(signal.name).abs() / scale,
         quickest,
         fastest: FASTEST,
         commands: sides(frozen),
@@ -90,9 +91,13 @@ pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> 
 ///
 /// # Errors
 /// [`CertifyError::RateWithoutLag`], [`ProofError::WrongPlant`]; the errors of the trims.
-pub fn check_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &DesignFile) -> Result<(), Error> {
+pub fn check_vehicle(
+    certificate: &Certificate,
+    vehicle: &dyn VehicleModel,
+    design: &DesignFile,
+) -> Result<(), Error> {
     let Some(limits) = &certificate.limits else { return Ok(()) };
-    let actuators = &vehicle.actuators;
+    let actuators = vehicle.actuators();
     let wrong =
         |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());
     let rates_there = rates(actuators, design, &certificate.moving_states())?;
@@ -100,7 +105,7 @@ pub fn check_vehicle(certificate: &Certificate, vehicle: &Vehicle, design: &Desi
         return wrong("the number of limits");
     }
     let (commands, claimed) = limits.limits.split_at(actuators.len());
-    let trims = trim_table(vehicle, design)?;
+    let trims = vehicle.trims(&design.spread(TRIM_ROWS))?;
     let rows: Vec<&[f64]> = trims.iter().map(|trim| trim.actuators.as_slice()).collect();
     let sides = actuators.iter().enumerate().map(|(j, a)| side(&rows, j, (a.min, a.max)) / a.reach());
     if commands.iter().zip(sides).any(|(claimed, side)| *claimed > (1.0 + SAME_LIMIT) * side) {
@@ -126,73 +131,74 @@ fn rates(
     Ok(limited.filter(|(state, _)| kept.contains(state)).collect())
 }
 
-/// The reference of the claim: pitch, or depth if there is no reference of pitch.
-struct Stepped {
+/// The reference of the claim: the first signal of the interface with one, besides the signal that is scheduled on.
+struct Stepped<'a> {
     /// Its index among the references, with which w begins.
     input: usize,
-    /// Its index in [`SIGNALS`].
-    signal: usize,
+    /// Its signal.
+    signal: &'a Port,
     /// Its unit, SI.
     scale: f64,
 }
 
-impl Stepped {
-    fn of(design: &ControllerDesign) -> Option<Self> {
-        let references = design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
-        let each: Vec<(usize, f64)> =
-            references.filter_map(|input| Some((place(&input.signal)?, input.scale))).collect();
-        [PITCH, DEPTH].into_iter().find_map(|wanted| {
-            let input = each.iter().position(|(signal, _)| *signal == wanted)?;
-            Some(Self { input, signal: wanted, scale: each[input].1 })
+impl<'a> Stepped<'a> {
+    fn of(design: &'a ControllerDesign) -> Option<Self> {
+        let references = || design.controller_inputs.iter().filter(|input| input.kind == Kind::Reference);
+        design.signals.iter().filter(|signal| signal.level != Level::Scheduled).find_map(|signal| {
+            let (input, found) = references().enumerate().find(|(_, input)| input.signal == signal.name)?;
+            Some(Self { input, signal, scale: found.scale })
         })
     }
 }
 
 /// The largest step of a proved claim.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ClaimedStep {
-    /// The stepped output.
-    pub output: &'static Signal,
+    /// The name of the stepped output.
+    pub output: String,
     /// Its size in `unit`, rounded down to a tenth of a degree or a hundredth of a metre.
     pub size: f64,
-    /// deg or m.
-    pub unit: &'static str,
+    /// deg, m or another unit of the output.
+    pub unit: String,
     /// The proved size in `unit`, not rounded.
     proved: f64,
+    /// `unit` per SI unit.
+    factor: f64,
 }
 
 impl ClaimedStep {
     /// The step of a manoeuvre, in `unit`, if it is larger than the proved one.
     pub fn exceeded_by(&self, manoeuvre: &Manoeuvre) -> Option<f64> {
-        let (factor, _) = readable(self.output.unit);
-        let flown = factor * manoeuvre.steps()[place(self.output.name)?].abs();
+        let flown = self.factor * manoeuvre.step(&self.output).abs();
         (flown > self.proved).then_some(flown)
     }
 
     /// The claimed step of a frozen design.
     pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
         let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
-        (limits.input == stepped.input).then(|| Self::new(stepped.signal, limits.size * stepped.scale))
+        let Port { name, unit, .. } = stepped.signal;
+        (limits.input == stepped.input).then(|| Self::new(name, unit, limits.size * stepped.scale))
     }
 
-    /// The claimed step of a design file; `None` if the stepped reference is neither pitch nor depth.
+    /// The claimed step of a design file; `None` if the claim is about another reference.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
         let limits = theorem.limits?;
         let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == file.stepped())?;
-        Some(Self::new(stepped.place, limits.size * stepped.scale))
+        Some(Self::new(stepped.signal.name, stepped.signal.unit, limits.size * stepped.scale))
     }
 
-    pub(crate) fn new(place: usize, size: f64) -> Self {
-        let (factor, unit) = readable(SIGNALS[place].unit);
-        let digits = if place == PITCH { 10.0 } else { 100.0 };
+    pub(crate) fn new(output: &str, unit: &str, size: f64) -> Self {
+        let (factor, unit) = readable(unit);
+        let digits = if factor == 1.0 { 100.0 } else { 10.0 };
         let proved = factor * size;
-        Self { output: &SIGNALS[place], size: (digits * proved).floor() / digits, unit, proved }
+        let size = (digits * proved).floor() / digits;
+        Self { output: output.to_owned(), size, unit: unit.to_owned(), proved, factor }
     }
 }
 
 impl Display for ClaimedStep {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "a {} step of up to {} {}", self.output.name, self.size, self.unit)
+        write!(f, "a {} step of up to {} {}", self.output, self.size, self.unit)
     }
 }
 

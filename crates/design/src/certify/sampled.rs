@@ -1,11 +1,11 @@
 //! The gain of the sampled loop for every trajectory of the speed that is constant between ticks.
 
 use crate::augment::augment;
+use crate::axis::VehicleModel;
 use crate::certify::controller_of;
 use crate::error::{Error, ModelError};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use auv::Vehicle;
 use certificate::Certificate;
 use lpv::analysis::AtTicks;
 use lpv::synthesis::Design;
@@ -22,16 +22,21 @@ pub const CERTIFICATE: &str = "sampled_certificate.json";
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
-pub fn sampled(vehicle: &Vehicle, file: &DesignFile, model: &Model, design: &Design) -> Result<Proof, Error> {
+pub fn sampled(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    model: &Model,
+    design: &Design,
+) -> Result<Proof, Error> {
     let ticks = at_ticks(vehicle, file, model)?;
     let controller = design.controller.delayed_at_ticks(file.delay_ticks(), file.sample_time);
     Ok(proof::sampled::sampled(&ticks, &controller, &design.certified)?)
 }
 
 /// The plant of the claim; the delay of the commands is in the controller.
-fn at_ticks(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
+fn at_ticks(vehicle: &dyn VehicleModel, file: &DesignFile, model: &Model) -> Result<AtTicks, Error> {
     let undelayed = DesignFile { delay: 0.0, ..file.clone() };
-    let plant = augment(&vehicle.actuators, &undelayed, model.linear())?;
+    let plant = augment(vehicle.actuators(), &undelayed, model.linear())?;
     Ok(plant.at_ticks(file.sample_time).map_err(ModelError::Sampled)?)
 }
 
@@ -42,7 +47,7 @@ fn at_ticks(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<AtTic
 /// [`ProofError::WrongPlant`] with the first part that differs; the errors of [`augment`].
 pub fn check_inputs(
     certificate: &Certificate,
-    vehicle: &Vehicle,
+    vehicle: &dyn VehicleModel,
     file: &DesignFile,
     model: &Model,
 ) -> Result<Option<()>, Error> {

@@ -1,12 +1,12 @@
 //! Whether a certificate belongs to a frozen controller, and to the plant of a vehicle and a design file.
 
 use crate::augment::augment;
+use crate::axis::VehicleModel;
 use crate::certify::fit_residual::fit_residual;
 use crate::certify::{frozen_rows, limits};
 use crate::error::{CertifyError, Error};
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use auv::Vehicle;
 use certificate::Certificate;
 use proof::claim::first_difference;
 use proof::error::ProofError;
@@ -21,14 +21,14 @@ use scheduled::{ControllerDesign, LftMatrices};
 /// [`ProofError::WrongPlant`], [`ProofError::Ball`], the errors of [`augment`].
 pub fn check_inputs(
     certificate: &Certificate,
-    vehicle: &Vehicle,
+    vehicle: &dyn VehicleModel,
     file: &DesignFile,
     model: &Model,
 ) -> Result<(), Error> {
     same_plant::check(
         &certificate.plant,
         &certificate.blocks,
-        &augment(&vehicle.actuators, file, model.linear())?,
+        &augment(vehicle.actuators(), file, model.linear())?,
     )?;
     limits::check_vehicle(certificate, vehicle, file)?;
     let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);

@@ -1,13 +1,14 @@
 //! The figures of the loop in flight, linear and frozen at a speed: the sampled controller, held commands, actuators
 //! with lags, the trim that follows the speed reference, and the true linearisation.
 
+use crate::axis::Linearisation;
 use crate::check::margins::{Margins, Opened};
 use crate::check::sampled::{Sampling, trapezoidal};
-use auv::Linearisation;
+use auv::longitudinal::PITCH;
 use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::{PITCH, SIGNALS};
+use signals::Signal;
 
 /// The step of the water's vertical speed in a gust, m/s.
 pub const GUST: f64 = 0.3;
@@ -19,8 +20,8 @@ pub const DURATION: f64 = 60.0;
 const SETTLED: f64 = 0.02;
 
 /// The rms of the white noise of a sensor at each sample: 0.05 deg, 0.05 deg/s, 0.01 m/s, 0.01 m.
-pub fn noise(place: usize) -> f64 {
-    match SIGNALS[place].unit {
+pub fn noise(signal: &Signal) -> f64 {
+    match signal.unit {
         "m/s" | "m" => 0.01,
         _ => 0.05f64.to_radians(),
     }
@@ -110,9 +111,9 @@ pub fn opened(sampling: &Sampling, system: &StateSpace) -> Option<(Opened, Vec<f
     let places = open..commands + m;
     let opened = Opened::new(system.parts(places.clone(), places), sampling.sample_time);
     let mut noisy = system.parts(commands..commands + m, open..commands);
-    for (j, (place, scale)) in fed_back.iter().enumerate() {
-        noisy.b.column_mut(j).scale_mut(noise(*place) / scale);
-        noisy.d.column_mut(j).scale_mut(noise(*place) / scale);
+    for (j, (signal, scale)) in fed_back.iter().enumerate() {
+        noisy.b.column_mut(j).scale_mut(noise(signal) / scale);
+        noisy.d.column_mut(j).scale_mut(noise(signal) / scale);
     }
     let rms = rms(&noisy).iter().zip(sampling.actuators).map(|(rms, a)| rms * a.reach()).collect();
     Some((opened, rms))

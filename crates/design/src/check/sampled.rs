@@ -4,13 +4,14 @@
 //! trapezoidal rule, as in the FMU, and closed with the true linearisation and the actuator lags under a zero-order
 //! hold.
 
+use crate::axis::Linearisation;
 use crate::error::CertifyError;
 use crate::inputs::design_file::{DesignFile, Measured, Tracked};
-use auv::{Actuator, Linearisation};
+use auv::Actuator;
 use lpv::matrix::{Mat, block, largest, solve};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use signals::{SIGNALS, SPEED};
+use signals::Signal;
 
 /// The data of a sampled loop: its actuators, the signals of its controller, and the sample time.
 #[derive(Debug, Clone, Copy)]
@@ -187,12 +188,13 @@ impl<'a> Sampling<'a> {
     ) -> Interconnection {
         let DesignFile { tracked, measured, .. } = self.design;
         let (n, p, q) = (a.nrows(), tracked.len(), measured.len());
-        let slope = l.trim_slope(self.actuators);
+        let slope = &l.trim_slope;
         let by_trim = b * slope.rows(l.states.len(), self.actuators.len());
         let by_trim = Mat::from_column_slice(n, 1, by_trim.as_slice());
         let reach = self.actuators.iter().map(Actuator::reach);
         let reach = Mat::from_diagonal(&DVector::from_iterator(b.ncols(), reach));
-        let speed = Mat::from_fn(1, p, |_, i| if tracked[i].place == SPEED { tracked[i].scale } else { 0.0 });
+        let follows = self.design.tracked_speed();
+        let speed = Mat::from_fn(1, p, |_, i| if Some(i) == follows { tracked[i].scale } else { 0.0 });
         let of_states = |c: Mat| block(&[&[&c, &Mat::zeros(c.nrows(), n - l.states.len())]]);
         let c = of_states(Tracked::scaled_outputs(tracked, l.states));
         let (one, zero) = (Mat::identity(p, p), Mat::zeros);
@@ -213,12 +215,11 @@ impl<'a> Sampling<'a> {
         let Some(w) = self.design.reference_filter() else { return fixed };
         let [pole, gain] = filter(w);
         // The effect of the trim on each reference and measurement, in its scale.
-        let moves = |(place, scale): (usize, f64)| {
-            -l.states.iter().zip(slope.iter()).map(|(state, x)| SIGNALS[place].output(state) * x).sum::<f64>()
-                / scale
+        let moves = |(signal, scale): (&Signal, f64)| {
+            -l.states.iter().zip(slope.iter()).map(|(state, x)| signal.output(state) * x).sum::<f64>() / scale
         };
         let all =
-            tracked.iter().map(|t| (t.place, t.scale)).chain(measured.iter().map(|m| (m.place, m.scale)));
+            tracked.iter().map(|t| (t.signal, t.scale)).chain(measured.iter().map(|m| (m.signal, m.scale)));
         let moves = Mat::from_iterator(p + q, 1, all.map(moves));
         Interconnection {
             a: block(&[&[&fixed.a, &by_trim], &[&zero(1, n), &Mat::from_element(1, 1, pole)]]),
@@ -270,12 +271,12 @@ pub fn trapezoidal(k: &StateSpace, sample_time: f64) -> Result<StateSpace, Certi
 pub(crate) mod tests {
     use super::*;
     use crate::augment::{LinearModel, augment};
+    use crate::axis::VehicleModel;
     use crate::inputs::tests::shipped;
-    use crate::linearise::linearise_at;
+    use auv::longitudinal::PITCH;
     use lpv::controller::Controller;
     use lpv::partition::Group::{U, X, Y};
     use nalgebra::Complex;
-    use signals::PITCH;
 
     /// A matrix of arbitrary numbers below 0.3 in magnitude.
     pub(crate) fn some(rows: usize, columns: usize, seed: f64) -> Mat {
@@ -296,7 +297,7 @@ pub(crate) mod tests {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-            let l = linearise_at(&inputs.vehicle, file, speed).unwrap();
+            let l = inputs.longitudinal().linearise(speed).unwrap();
             let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
             let parts = [
                 (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
@@ -305,10 +306,10 @@ pub(crate) mod tests {
                 (U, Y, some(m, y, 3.0)),
             ];
             let k = Controller::new(vec![], &parts).unwrap();
-            let plant = augment(actuators, file, LinearModel::at(&l, actuators, file)).unwrap();
+            let plant = augment(actuators, file, LinearModel::at(&l, file)).unwrap();
             let designed = plant.close(&k).frozen(&[]).unwrap();
             let flown = Sampling::of(actuators, file).ideal(&l).closed(&k.frozen(&[]).unwrap());
-            let slope = l.trim_slope(actuators);
+            let slope = &l.trim_slope;
             let pitch = file.tracked.iter().position(|t| t.place == PITCH).unwrap();
             for omega in [0.01, 0.3, 2.0, 20.0] {
                 let s = Complex::new(0.0, omega);
@@ -321,7 +322,7 @@ pub(crate) mod tests {
                         .collect();
                     // The effect of the speed reference on the trimmed pitch; the pitch reference of the plant is
                     // relative to that.
-                    let moves = file.tracked[j].place == SPEED && file.reference_filter().is_some();
+                    let moves = Some(j) == file.tracked_speed() && file.reference_filter().is_some();
                     let moved = if moves {
                         models[j] * (slope[3] * file.tracked[j].scale / file.tracked[pitch].scale)
                     } else {
@@ -361,7 +362,7 @@ pub(crate) mod tests {
         let mut inputs = shipped("squid", "design");
         inputs.design.delay = 5e-4;
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-        let l = linearise_at(&inputs.vehicle, file, 1.3).unwrap();
+        let l = inputs.longitudinal().linearise(1.3).unwrap();
         let y = file.tracked.len() + file.measured.len();
         let gain = StateSpace {
             a: Mat::zeros(0, 0),

@@ -11,18 +11,17 @@
 //! so V_r is sampled, too, and r(t_k) is held like a command.
 
 use crate::augment::{LinearModel, augment};
+use crate::axis::Linearisation;
 use crate::check::sampled::{Sampling, trapezoidal};
 use crate::error::{Error, ModelError};
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::trim_slope;
-use auv::{Actuator, Linearisation};
+use auv::Actuator;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::matrix::{Mat, block};
 use lpv::partition::Group::{U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
-use signals::SPEED;
 
 impl Sampling<'_> {
     /// Bounds on the gain from w to z, including between the ticks, of the true linearisation with the actuator lags
@@ -44,15 +43,13 @@ impl Sampling<'_> {
     ) -> Result<(GeneralisedPlant, StateSpace), Error> {
         // The delay of the commands is in the controller.
         let design = DesignFile { delay: 0.0, lags: true, ..self.design.clone() };
-        let plant = augment(self.actuators, &design, LinearModel::at(l, self.actuators, &design))?;
+        let plant = augment(self.actuators, &design, LinearModel::at(l, &design))?;
         let k = trapezoidal(frozen, self.sample_time)?;
         let ticks = self.delay_ticks();
-        let speed = design.tracked.iter().position(|t| t.place == SPEED);
-        let Some(speed) = speed.filter(|_| design.reference_filter().is_some()) else {
+        let Some(speed) = design.tracked_speed().filter(|_| design.reference_filter().is_some()) else {
             return Ok((plant, k.delayed(ticks)));
         };
-        let slope = trim_slope(l, self.actuators).rows(l.states.len(), self.actuators.len())
-            * design.tracked[speed].scale;
+        let slope = l.trim_slope.rows(l.states.len(), self.actuators.len()) * design.tracked[speed].scale;
         let reach = self.actuators.iter().map(|a| 1.0 / a.reach());
         let slope = Mat::from_diagonal(&DVector::from_iterator(self.actuators.len(), reach)) * slope;
         let level = level_of_trim(l, self.actuators, &design);
@@ -121,9 +118,9 @@ impl Held {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::axis::VehicleModel;
     use crate::check::sampled::tests::some;
     use crate::inputs::tests::shipped;
-    use crate::linearise::linearise_at;
 
     /// Between ticks the plant of the design, with its trim held, has the modes of the flown loop, and those of the
     /// weights.
@@ -138,7 +135,7 @@ mod tests {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-            let l = linearise_at(&inputs.vehicle, file, speed).unwrap();
+            let l = inputs.longitudinal().linearise(speed).unwrap();
             let (m, y) = (actuators.len(), file.tracked.len() + file.measured.len());
             let k = StateSpace {
                 a: some(3, 3, 0.0) - Mat::identity(3, 3),

@@ -4,13 +4,15 @@
 //! w. The linear model gives the acceleration with the actuators at their limits, and the commands that hold the pitch
 //! at r. If these are insufficient, the actuators saturate, whatever the weights.
 
+use crate::axis::Linearisation;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::numbers::{readable, rounded_down};
-use auv::{Actuator, Linearisation, Pitch, rounded};
+use auv::longitudinal::pitching;
+use auv::longitudinal::{DEPTH, PITCH};
+use auv::{Actuator, Pitch, rounded};
 use lpv::matrix::Mat;
 use lpv::weights::ReferenceModel;
-use signals::{DEPTH, PITCH};
 
 /// Singular values below this fraction of the largest are taken as zero.
 const RANK_TOLERANCE: f64 = 1e-9;
@@ -43,7 +45,7 @@ fn worst(model: &Model, ratio: impl Fn(&Linearisation) -> f64) -> Option<Shortag
 }
 
 fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<String> {
-    let step = file.manoeuvre.pitch_step;
+    let step = file.manoeuvre.step("pitch");
     let Shortage { speed, ratio } = worst(model, |l| holding_ratio(actuators, step, l))?;
     let degrees = step.to_degrees();
     let (speed, shown) = (rounded(speed), rounded(degrees));
@@ -82,13 +84,13 @@ fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Stri
     if matches!(file.pitch, Pitch::Held(_)) {
         return None;
     }
-    let rate = file.manoeuvre.depth_step.abs() * steepest(tracked.model.as_ref()?);
+    let rate = file.manoeuvre.step("depth").abs() * steepest(tracked.model.as_ref()?);
     let Shortage { speed, ratio } = worst(model, |l| rate / (l.trim.speed.abs() * STEEP.sin()))?;
     Some(format!(
         "WARNING: for a step of {} m the reference model of the depth, {} rad/s, moves at {} m/s: at {} m/s a path \
          steeper than {} deg,\nfar from the level flight of the linear models; lower its 'frequency' to {} rad/s or \
          less, or manoeuvre.depth_step",
-        rounded(file.manoeuvre.depth_step),
+        rounded(file.manoeuvre.step("depth")),
         rounded(tracked.model?.frequency),
         rounded(rate),
         rounded(speed),
@@ -100,17 +102,17 @@ fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Stri
 fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
     let frequency = tracked.model?.frequency;
     let is_pitch = tracked.place == PITCH;
-    let step = if is_pitch { file.manoeuvre.pitch_step.abs() } else { tracked.scale };
+    let step = if is_pitch { file.manoeuvre.step("pitch").abs() } else { tracked.scale };
     let asked = if is_pitch { step * frequency * frequency } else { step * frequency };
     let Shortage { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
-    let (factor, unit) = readable(tracked.signal().unit);
+    let (factor, unit) = readable(tracked.signal.unit);
     let lower = if is_pitch { ratio.sqrt() } else { ratio };
     let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
     Some(format!(
         "WARNING: the reference model of the {}, {} rad/s, needs {} times the acceleration available from all \
          actuators at {} m/s,\n\
          for a step of {} {unit}; lower its 'frequency' to {} rad/s or less, or {key}",
-        tracked.signal().name,
+        tracked.signal.name,
         rounded(frequency),
         rounded(ratio),
         rounded(speed),
@@ -122,8 +124,9 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
 /// The largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its
 /// rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
-    let [_, pitch_rate, _] = l.pitching();
-    let driven = if tracked.place == PITCH { pitch_rate } else { tracked.signal().state };
+    let [_, pitch_rate, _] = pitching(l.states);
+    let own = l.states.iter().position(|state| tracked.signal.output(state) == 1.0);
+    let driven = if tracked.place == PITCH { pitch_rate } else { own.unwrap_or_default() };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
 }
 
@@ -132,7 +135,7 @@ fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f6
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u with minimum norm, u in units of reach.
 pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
-    let [heave, _, theta] = l.pitching();
+    let [heave, _, theta] = pitching(l.states);
     let coefficients = Mat::from_fn(theta, 1 + actuators.len(), |i, j| match j {
         0 => l.a[(i, heave)],
         j => l.b[(i, j - 1)] * actuators[j - 1].reach(),
@@ -161,7 +164,7 @@ mod tests {
     fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
         let mut inputs = shipped("squid", "design");
         change(&mut inputs);
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
@@ -186,9 +189,9 @@ mod tests {
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
         let mut inputs = shipped("remus100", "depth");
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
         let mut said = |step: f64| {
-            inputs.design.manoeuvre.depth_step = step;
+            inputs.design.manoeuvre = inputs.design.manoeuvre.with_step("depth", step);
             remarks(&inputs.vehicle.actuators, &inputs.design, &model)
         };
         let most = 0.7 / (0.35 * (-1f64).exp());
@@ -218,7 +221,7 @@ mod tests {
         let step = |degrees: f64| {
             move |i: &mut Inputs| {
                 i.vehicle.actuators.iter_mut().for_each(|a| (a.min, a.max) = (-26.0, 26.0));
-                i.design.manoeuvre.pitch_step = degrees.to_radians();
+                i.design.manoeuvre = i.design.manoeuvre.with_step("pitch", degrees.to_radians());
                 i.design.tracked[0].model.as_mut().unwrap().frequency = 0.1;
             }
         };

@@ -4,11 +4,12 @@ use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
 use auv::Actuator;
+use auv::longitudinal::{PITCH, SIGNALS, SPEED, pitching};
 use lpv::matrix::{Mat, largest_complex_singular_value as largest};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
-use signals::{PITCH, SIGNALS, SPEED, States};
+use signals::States;
 
 /// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
@@ -46,7 +47,7 @@ pub struct Errors {
 /// The actuator with the largest effect on pitch at its reach, at the lowest speed of the model.
 pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
-        model.grid.first().map_or(0.0, |(_, l)| l.b[(l.pitching()[1], j)].abs() * actuators[j].reach())
+        model.grid.first().map_or(0.0, |(_, l)| l.b[(pitching(l.states)[1], j)].abs() * actuators[j].reach())
     };
     let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
     most.unwrap_or(0)
@@ -54,7 +55,7 @@ pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
 
 /// The errors of each order of the model's residuals.
 pub fn errors(actuators: &[Actuator], tracked: &[Tracked], model: &Model) -> Vec<Errors> {
-    let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+    let samples: Vec<(f64, Mat)> = model.grid.iter().map(|(rho, l)| (*rho, stacked(&l.a, &l.b))).collect();
     let fits = model
         .residuals
         .iter()
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let mut inputs = shipped("squid", "design");
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
         let at = |inputs: &Inputs| {
             errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)
                 .into_iter()

@@ -4,56 +4,16 @@
 //! Otherwise there is no controller, whatever the requirements. The test is that of [`lpv::system::modes`]; here the
 //! motion is named, and what would act on it or measure it.
 
+use crate::axis::Linearisation;
 use crate::error::ModelError;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, scaled_outputs};
 use crate::linearise::{scaled, split, stacked};
-use auv::{Actuator, Linearisation};
+use auv::Actuator;
 use lpv::matrix::Mat;
 use lpv::system::modes::unreachable_mode;
 use nalgebra::Complex;
-use signals::STATES;
-
-/// A motion, described for messages.
-struct Motion {
-    /// The symbol of its state.
-    symbol: &'static str,
-    /// Its name.
-    name: &'static str,
-    /// What would act on it.
-    acts: &'static str,
-    /// What would measure it.
-    shows: &'static str,
-}
-
-const MOTIONS: [Motion; STATES.len()] = [
-    Motion {
-        symbol: "u",
-        name: "surge speed",
-        acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
-        shows: "measure 'speed'",
-    },
-    Motion {
-        symbol: "w",
-        name: "heave speed",
-        acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
-        shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
-    },
-    Motion {
-        symbol: "q",
-        name: "pitch rate",
-        acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
-        shows: "measure 'pitch_rate' or 'pitch'",
-    },
-    Motion {
-        symbol: "theta",
-        name: "pitch",
-        acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
-            a centre of gravity farther below that of buoyancy (z_G)",
-        shows: "measure 'pitch'",
-    },
-    Motion { symbol: "z", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
-];
+use signals::State;
 
 /// Checks every linearisation of a model.
 ///
@@ -65,12 +25,12 @@ pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result
         let (a, b) = scaled_system(actuators, l);
         let speed = l.trim.speed;
         if let Some(mode) = unreachable_mode(&a, &b) {
-            let Motion { name, acts, .. } = motion(file, dominant_state(&a, &b, mode));
+            let State { name, acts, .. } = file.states[dominant_state(&a, &b, mode)];
             return Err(ModelError::NotReached { speed, motion: name, acts });
         }
         let (a, c) = (a.transpose(), outputs.transpose());
         if let Some(mode) = unreachable_mode(&a, &c) {
-            let Motion { name, shows, .. } = motion(file, dominant_state(&a, &c, mode));
+            let State { name, shows, .. } = file.states[dominant_state(&a, &c, mode)];
             return Err(ModelError::NotSeen { speed, motion: name, shows });
         }
     }
@@ -79,12 +39,7 @@ pub fn check(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Result
 
 /// A, and B with inputs in units of their reach.
 fn scaled_system(actuators: &[Actuator], l: &Linearisation) -> (Mat, Mat) {
-    split(&scaled(actuators, stacked(l)))
-}
-
-/// The motion of a state of the design, by its index.
-fn motion(file: &DesignFile, place: usize) -> &'static Motion {
-    MOTIONS.iter().find(|motion| motion.symbol == file.states[place].symbol).unwrap_or(&MOTIONS[0])
+    split(&scaled(actuators, stacked(&l.a, &l.b)))
 }
 
 /// The dominant state of a mode that is not controllable through B: the largest entry of the left singular vector x of
@@ -108,7 +63,7 @@ mod tests {
 
     fn squid() -> (Inputs, Model) {
         let inputs = shipped("squid", "design");
-        let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
         (inputs, model)
     }
 
@@ -124,7 +79,7 @@ mod tests {
         let squid = squid();
         assert!(check(&squid.0.vehicle.actuators, &squid.0.design, &squid.1).is_ok());
         let speed = squid.1.grid[3].1.trim.speed;
-        for (state, motion) in MOTIONS.iter().take(squid.0.design.states.len()).enumerate() {
+        for (state, motion) in squid.0.design.states.iter().enumerate() {
             let found = refusal(&squid, |l| {
                 l.a.row_mut(state).fill(0.0);
                 l.b.row_mut(state).fill(0.0);
@@ -141,8 +96,7 @@ mod tests {
     fn the_motion_that_no_measurement_shows_is_named_with_its_speed() {
         let squid = squid();
         let found = refusal(&squid, |l| l.a.column_mut(1).fill(0.0));
-        let (speed, Motion { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, &MOTIONS[1]);
+        let (speed, State { name, shows, .. }) = (squid.1.grid[3].1.trim.speed, squid.0.design.states[1]);
         assert_eq!(found, ModelError::NotSeen { speed, motion: name, shows }.to_string());
-        assert_eq!(STATES.map(|state| state.symbol), MOTIONS.each_ref().map(|motion| motion.symbol));
     }
 }

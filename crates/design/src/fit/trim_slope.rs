@@ -4,10 +4,11 @@
 //! speed. A rational fit with one common denominator has the poles that a polynomial lacks, with the same number of
 //! channels.
 
+use crate::axis::{Linearisation, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise;
-use auv::{Actuator, Linearisation, Trim, Vehicle};
+use crate::linearise::TRIM_ROWS;
+use auv::Actuator;
 use lpv::lft::Lft;
 use lpv::matrix::{Mat, eigenvalues, largest, largest_singular_value};
 use lpv::rational::MatrixRational;
@@ -20,34 +21,35 @@ const ACCEPTED_ERROR: f64 = 0.02;
 /// The factor by which a further pole must reduce the error.
 const REDUCTION: f64 = 0.5;
 
+/// The slopes of the trims of a design at [`TRIM_ROWS`] speeds, each with its rho.
+///
+/// # Errors
+/// The errors of the trims.
+pub fn trim_slopes(vehicle: &dyn VehicleModel, design: &DesignFile) -> Result<Vec<(f64, Mat)>, ModelError> {
+    let speeds = design.spread(TRIM_ROWS);
+    Ok(speeds.iter().map(|v| design.rho(*v)).zip(vehicle.trim_slopes(&speeds)?).collect())
+}
+
 /// The LFT of the slope of the trim, `[x0'; u0']` per m/s of forward speed, (n + m) x 1.
 ///
 /// The fits ([`MatrixRational::fit`]) have a numerator of the design's order and at most as many poles, all at least
 /// [`NEAREST_POLE`] from 0; without poles the fit is a polynomial. A further pole is added while the largest error at
-/// the speeds of `trims` is above a fiftieth of the largest slope, provided that the pole halves the error. Inputs are
+/// the speeds of `slopes` is above a fiftieth of the largest slope, provided that the pole halves the error. Inputs are
 /// in units of their reach.
 ///
 /// # Errors
 /// [`ModelError::Fit`]; [`ModelError::Coefficient`].
 pub fn trim_slope(
-    vehicle: &Vehicle,
+    actuators: &[Actuator],
     design: &DesignFile,
     grid: &[(f64, Linearisation)],
-    trims: &[Trim],
+    slopes: &[(f64, Mat)],
 ) -> Result<Lft, ModelError> {
-    let actuators = &vehicle.actuators;
-    let states = design.states.len();
-    let of_states = std::iter::repeat_n(1.0, states);
+    let of_states = std::iter::repeat_n(1.0, design.states.len());
     let units: Vec<f64> = of_states.chain(actuators.iter().map(Actuator::reach)).collect();
-    let in_units = |l: &Linearisation| {
-        let slope = linearise::trim_slope(l, actuators);
-        Mat::from_fn(units.len(), 1, |i, _| slope[i] / units[i])
-    };
-    let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, in_units(l))).collect();
-    let true_slopes = trims.iter().map(|trim| {
-        Ok((design.rho(trim.speed), in_units(&auv::linearise_with(vehicle, trim, design.has_depth())?)))
-    });
-    let true_slopes = true_slopes.collect::<Result<Vec<(f64, Mat)>, ModelError>>()?;
+    let in_units = |slope: &Mat| Mat::from_fn(units.len(), 1, |i, _| slope[i] / units[i]);
+    let samples: Vec<(f64, Mat)> = grid.iter().map(|(rho, l)| (*rho, in_units(&l.trim_slope))).collect();
+    let true_slopes: Vec<(f64, Mat)> = slopes.iter().map(|(rho, slope)| (*rho, in_units(slope))).collect();
     let error = |lft: &Lft| {
         let error_at = |(rho, m): &(f64, Mat)| Ok(largest_singular_value(&(lft.evaluate(&[*rho])? - m)));
         Ok::<f64, ModelError>(largest(

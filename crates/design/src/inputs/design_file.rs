@@ -16,12 +16,13 @@ mod uncertainty;
 mod values;
 
 use auv::Pitch;
+use auv::longitudinal::DEPTH;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 pub use sea::WorkingSea;
-use signals::{DEPTH, PITCH, SIGNALS, SPEED, Signal, States};
+use signals::{Interface, Signal, States};
 pub use uncertainty::{HalfRange, UncertainCoefficient, UncertainParameter, Uncertainty};
 
 /// A range of numbers, with its text for messages.
@@ -95,8 +96,10 @@ const NOISE: Range =
 /// A tracked output with its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tracked {
-    /// Its index in [`SIGNALS`].
+    /// Its index among the signals of the interface.
     pub place: usize,
+    /// Its row there.
+    pub signal: &'static Signal,
     /// The unit of its reference, SI.
     pub scale: f64,
     /// R: the emphasis of slow references.
@@ -110,8 +113,10 @@ pub struct Tracked {
 /// A measured signal with its noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Its index in [`SIGNALS`].
+    /// Its index among the signals of the interface.
     pub place: usize,
+    /// Its row there.
+    pub signal: &'static Signal,
     /// Its unit, SI.
     pub scale: f64,
     /// The noise, in units of the scale.
@@ -121,36 +126,26 @@ pub struct Measured {
 impl Measured {
     /// `C` of the measurements from the states of the linear model, in units of their scales.
     pub fn scaled_outputs(measured: &[Self], states: States) -> Mat {
-        scaled_outputs(measured.iter().map(|m| (m.place, m.scale)), states)
-    }
-
-    /// Its row in the table of signals.
-    pub fn signal(&self) -> &'static Signal {
-        &SIGNALS[self.place]
+        scaled_outputs(measured.iter().map(|m| (m.signal, m.scale)), states)
     }
 }
 
 impl Tracked {
-    /// Its row in the table of signals.
-    pub fn signal(&self) -> &'static Signal {
-        &SIGNALS[self.place]
-    }
-
     /// `C` of the tracked outputs from the states of the linear model, one row each.
     pub fn outputs(tracked: &[Self], states: States) -> Mat {
-        Mat::from_fn(tracked.len(), states.len(), |i, j| tracked[i].signal().output(&states[j]))
+        Mat::from_fn(tracked.len(), states.len(), |i, j| tracked[i].signal.output(&states[j]))
     }
 
     /// `C` of the tracked outputs in units of their scales.
     pub fn scaled_outputs(tracked: &[Self], states: States) -> Mat {
-        scaled_outputs(tracked.iter().map(|t| (t.place, t.scale)), states)
+        scaled_outputs(tracked.iter().map(|t| (t.signal, t.scale)), states)
     }
 }
 
-/// `C` of signals, given by index and scale, from the states of the linear model, in units of the scales.
-pub fn scaled_outputs(signals: impl IntoIterator<Item = (usize, f64)>, states: States) -> Mat {
-    let rows: Vec<(usize, f64)> = signals.into_iter().collect();
-    Mat::from_fn(rows.len(), states.len(), |i, j| SIGNALS[rows[i].0].output(&states[j]) / rows[i].1)
+/// `C` of signals with their scales, from the states of the linear model, in units of the scales.
+pub fn scaled_outputs<'a>(signals: impl IntoIterator<Item = (&'a Signal, f64)>, states: States) -> Mat {
+    let rows: Vec<(&Signal, f64)> = signals.into_iter().collect();
+    Mat::from_fn(rows.len(), states.len(), |i, j| rows[i].0.output(&states[j]) / rows[i].1)
 }
 
 /// A design file, checked.
@@ -176,6 +171,8 @@ pub struct DesignFile {
     pub pitch: Pitch,
     /// The states of the linear model; set by [`Inputs`](crate::inputs::Inputs).
     pub states: States,
+    /// The states and signals of the vehicle.
+    pub interface: &'static Interface,
     /// Order of the polynomials in speed.
     pub order: usize,
     /// Singular values of the LFT below this fraction of the largest are dropped.
@@ -227,17 +224,27 @@ impl DesignFile {
         (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
     }
 
-    /// The index in [`SIGNALS`] of the output whose step is assessed first: pitch, or depth if that is tracked and
-    /// pitch is not.
+    /// The index of the signal whose step is assessed first: the first in the interface that is tracked, besides the
+    /// one that is scheduled on.
     pub fn stepped(&self) -> usize {
-        let is_tracked = |place: usize| self.tracked.iter().any(|t| t.place == place);
-        if is_tracked(DEPTH) && !is_tracked(PITCH) { DEPTH } else { PITCH }
+        let others =
+            self.tracked.iter().map(|t| t.place).filter(|place| Some(*place) != self.interface.scheduled());
+        others.min().unwrap_or_default()
+    }
+
+    /// Whether a signal is tracked or measured.
+    pub fn uses(&self, place: usize) -> bool {
+        self.tracked.iter().any(|t| t.place == place) || self.measured.iter().any(|m| m.place == place)
     }
 
     /// Whether depth is tracked or measured, and therefore a state of the linear models.
     pub fn has_depth(&self) -> bool {
-        let places = self.tracked.iter().map(|t| t.place).chain(self.measured.iter().map(|m| m.place));
-        places.into_iter().any(|place| place == DEPTH)
+        self.uses(DEPTH)
+    }
+
+    /// The index among the tracked outputs of the signal that is scheduled on.
+    pub fn tracked_speed(&self) -> Option<usize> {
+        self.tracked.iter().position(|t| Some(t.place) == self.interface.scheduled())
     }
 
     /// Depth \[m\], and the pitch in level trim.
@@ -256,13 +263,13 @@ impl DesignFile {
         (speed - centre) / half_range
     }
 
-    /// The signals of the vehicle that the controller measures, each by its index in [`SIGNALS`] with its scale: the
-    /// measurements, or the errors. Separate references are not included, because no loop closes through them.
-    pub fn fed_back(&self) -> Vec<(usize, f64)> {
+    /// The signals that the controller measures, each with its scale: the measurements, or the errors. Separate
+    /// references are not included, because no loop closes through them.
+    pub fn fed_back(&self) -> Vec<(&'static Signal, f64)> {
         if self.measured.is_empty() {
-            self.tracked.iter().map(|t| (t.place, t.scale)).collect()
+            self.tracked.iter().map(|t| (t.signal, t.scale)).collect()
         } else {
-            self.measured.iter().map(|m| (m.place, m.scale)).collect()
+            self.measured.iter().map(|m| (m.signal, m.scale)).collect()
         }
     }
 
@@ -283,8 +290,8 @@ impl DesignFile {
     /// The frequency w of the filter of the speed reference, `w/(s + w)`, rad/s: the reference model of the speed, for
     /// a controller with separate references; `None` for one that measures the errors.
     pub fn reference_filter(&self) -> Option<f64> {
-        let speed = self.tracked.iter().find(|t| t.place == SPEED && !self.measured.is_empty())?;
-        Some(speed.model?.frequency)
+        let speed = self.tracked_speed().filter(|_| !self.measured.is_empty())?;
+        Some(self.tracked[speed].model?.frequency)
     }
 
     /// The file name, followed by the design's name if the command line changed it.

@@ -1,8 +1,8 @@
 //! Values in the files of a design that are allowed but improbable.
 
 use crate::inputs::Inputs;
+use auv::longitudinal::{DEPTH, PITCH};
 use auv::rounded;
-use signals::{DEPTH, PITCH};
 
 /// A unit of the pitch error above this (deg) is unusual: the linear models do not hold so far.
 const PITCH_SCALE: f64 = 45.0;

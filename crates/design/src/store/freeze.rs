@@ -1,17 +1,17 @@
 //! The frozen design: the contents of the FMUs' resources.
 
-use crate::certify::lft_matrices;
+use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::trim_table;
-use auv::{LpvModel, Trim, Vehicle};
+use crate::linearise::{Longitudinal, TRIM_ROWS, trim_table};
+use auv::{LpvModel, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    Scheduling, TrimTable, VehicleName,
+    Port, Scheduling, TrimTable, VehicleName,
 };
-use signals::Signal;
+use signals::{Level, Signal};
 
 /// The two frozen files.
 #[derive(Debug, Clone)]
@@ -22,29 +22,17 @@ pub struct Frozen {
     pub plant: LpvModel,
 }
 
-/// Returns the contents of the frozen files of a design, without anti-windup.
-///
-/// # Errors
-/// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn freeze(
-    vehicle: &Vehicle,
-    file: &DesignFile,
-    hashes: &InputHashes,
-    model: &Model,
-    design: &Design,
-    certified: bool,
-) -> Result<Frozen, Error> {
-    let gamma = Gamma {
+/// The gamma of a design.
+pub fn gamma(design: &Design, certified: bool) -> Gamma {
+    Gamma {
         optimum: design.gamma_optimum,
         bound: design.certified.gamma,
         back_off: crate::synthesise::back_off(design),
         certified,
-    };
-    let k = &design.controller;
-    frozen(vehicle, file, hashes, model, lft_matrices(k), gamma)
+    }
 }
 
-/// As [`freeze`], from the matrices and the gamma of a controller; the rest follows from vehicle and design file.
+/// The contents of the frozen files of a controller, without anti-windup.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
@@ -56,34 +44,55 @@ pub fn frozen(
     lft: LftMatrices,
     gamma: Gamma,
 ) -> Result<Frozen, Error> {
+    let controller = controller(&Longitudinal { vehicle, file }, file, hashes, lft, gamma)?;
+    Ok(Frozen { controller, plant: lpv_model(vehicle, file, model)? })
+}
+
+/// The frozen LPV model of the vehicle.
+///
+/// # Errors
+/// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
+pub fn lpv_model(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<LpvModel, Error> {
     let trims = trim_table(vehicle, file)?;
     // The depth follows from the other states, so the plant computes it itself.
     let others = vehicle.coefficients.surge.states(false).len();
     let (mut a, mut b) = model.coefficients();
     a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
     b.iter_mut().for_each(|b| *b = b.rows(0, others).into_owned());
-    let plant = LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?;
-    Ok(Frozen { controller: controller(vehicle, file, hashes, lft, gamma, &trims), plant })
+    Ok(LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?)
 }
 
-fn controller(
-    vehicle: &Vehicle,
+/// The frozen controller of an axis, without anti-windup.
+///
+/// # Errors
+/// [`ModelError::Trim`](crate::error::ModelError::Trim).
+pub fn controller(
+    vehicle: &dyn VehicleModel,
     file: &DesignFile,
     hashes: &InputHashes,
     lft: LftMatrices,
     gamma: Gamma,
-    trims: &[Trim],
-) -> ControllerDesign {
+) -> Result<ControllerDesign, Error> {
+    let trims = vehicle.trims(&file.spread(TRIM_ROWS))?;
+    let signals = vehicle.interface().signals;
+    let scheduled = vehicle.interface().scheduled().map(|place| (place, &signals[place]));
     let (centre, half_range) = file.scheduling();
-    let column = |of: fn(&Trim) -> f64| trims.iter().map(of).collect();
-    ControllerDesign {
+    let column = |place: usize| trims.iter().map(|trim| trim.signals[place]).collect::<Vec<f64>>();
+    let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
+    let ports = signals.iter().enumerate().map(|(place, signal)| {
+        let starts = signal.level == Level::Start && file.uses(place);
+        Port { start: if starts { start(place) } else { 0.0 }, ..Port::from(signal) }
+    });
+    let trimmed = signals.iter().enumerate().filter(|(_, signal)| signal.level == Level::Trim);
+    Ok(ControllerDesign {
         format: CONTROLLER_FORMAT.into(),
-        vehicle: VehicleName { name: vehicle.name.clone(), status: vehicle.status },
+        vehicle: VehicleName { name: vehicle.name().into(), status: vehicle.status() },
         design: file.name.clone(),
         sample_time: file.sample_time,
         delay_ticks: file.delay_ticks(),
+        signals: ports.collect(),
         scheduling: Scheduling {
-            quantity: "speed".into(),
+            quantity: scheduled.map_or_else(String::new, |(_, signal)| signal.name.into()),
             minimum: file.speed_min,
             maximum: file.speed_max,
             centre,
@@ -91,9 +100,9 @@ fn controller(
         },
         controller_inputs: controller_inputs(file),
         reference_filter: file.reference_filter(),
-        speed_given: vehicle.coefficients.surge.is_given(),
+        speed_given: vehicle.speed_given(),
         actuators: vehicle
-            .actuators
+            .actuators()
             .iter()
             .map(|a| Actuator {
                 name: a.name.clone(),
@@ -108,15 +117,14 @@ fn controller(
         lft,
         anti_windup: None,
         trim: TrimTable {
-            speed: column(|t| t.speed),
-            forward_speed: column(|t| t.forward_speed),
-            pitch: column(|t| t.pitch),
-            actuators: trims.iter().map(|t| t.actuators.clone()).collect(),
+            speed: trims.iter().map(|trim| trim.speed).collect(),
+            forward_speed: scheduled.map_or_else(Vec::new, |(place, _)| column(place)),
+            signals: trimmed.map(|(place, signal)| (signal.name.to_owned(), column(place))).collect(),
+            actuators: trims.iter().map(|trim| trim.actuators.clone()).collect(),
         },
-        depth: if file.has_depth() { file.depth } else { 0.0 },
         gamma,
         inputs: hashes.clone(),
-    }
+    })
 }
 
 /// The inputs of the controller, in the order of y: the errors, or the references and then the measurements.
@@ -128,7 +136,7 @@ fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {
         scale,
     };
     let kind = if file.measured.is_empty() { Kind::Error } else { Kind::Reference };
-    let tracked = file.tracked.iter().map(|t| input(t.signal(), kind, t.scale));
-    let measured = file.measured.iter().map(|m| input(m.signal(), Kind::Measurement, m.scale));
+    let tracked = file.tracked.iter().map(|t| input(t.signal, kind, t.scale));
+    let measured = file.measured.iter().map(|m| input(m.signal, Kind::Measurement, m.scale));
     tracked.chain(measured).collect()
 }

@@ -4,22 +4,19 @@
 //! lags and the delay of the design. It acts only beyond the limits. For what the certificate proves, and when another
 //! gain replaces it, see [`crate::certify::limits`].
 
+use crate::axis::{Linearisation, VehicleModel};
 use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::linearise_at;
-use auv::{Linearisation, Vehicle};
+use auv::Actuator;
 use lpv::anti_windup::{Aim, AntiWindup, LimitedLoop, anti_windup as least_gain};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, block, solve};
-use signals::{DEPTH, PITCH};
+use signals::LargestStep;
 
 /// The number of evenly spaced speeds: both ends of the range, where the limits differ most.
 pub const SPEEDS: usize = 2;
-
-/// The largest pitch step \[rad\] (30 deg) for which the gain is designed.
-const PITCH_STEP: f64 = std::f64::consts::PI / 6.0;
 
 /// Bound on the gain \[1/s\]: for a command that exceeds its limit by the limit itself, a state changes by at most its
 /// own size in a tenth of a second, which is several ticks.
@@ -36,20 +33,20 @@ const REGION_FRACTION: f64 = 0.6;
 /// # Errors
 /// The errors of trim and linearisation; [`Error::Synthesis`] if no gain was found.
 pub fn anti_windup(
-    vehicle: &Vehicle,
+    vehicle: &dyn VehicleModel,
     design: &DesignFile,
     controller: &Controller,
 ) -> Result<AntiWindup, Error> {
     let loops = design.spread(SPEEDS).into_iter().map(|speed| {
-        let l = linearise_at(vehicle, design, speed)?;
+        let l = vehicle.linearise(speed)?;
         let frozen = controller.frozen(&vec![design.rho(speed); controller.blocks.len()])?;
-        let plant = Sampling::of(&vehicle.actuators, design).ideal(&l);
+        let plant = Sampling::of(vehicle.actuators(), design).ideal(&l);
         let (n, nk) = (plant.a.nrows(), frozen.a.nrows());
         let closed = plant.injected(&frozen);
         let k = block(&[&[&(&frozen.d * &plant.measured), &frozen.c]]);
         let b = block(&[&[&plant.b], &[&Mat::zeros(nk, plant.b.ncols())]]);
         let c = block(&[&[&plant.c, &Mat::zeros(plant.c.nrows(), nk)]]);
-        let limits = limits(vehicle, &l);
+        let limits = limits(vehicle.actuators(), &l);
         let shifts = solve(&closed.a, &-closed.b.columns(0, design.tracked.len()).into_owned())
             .ok_or_else(|| SynthesisError::numerical("anti-windup", "the loop has an integrator"))?;
         let held = &k * &shifts + &frozen.d * &plant.references;
@@ -72,15 +69,15 @@ pub fn anti_windup(
 /// pitch 30 deg, in speed the entire range, in depth up to the surface or at least the scale.
 pub fn largest_step(design: &DesignFile, tracked: usize) -> f64 {
     let one = &design.tracked[tracked];
-    match one.place {
-        PITCH => PITCH_STEP,
-        DEPTH => design.depth.max(one.scale),
-        _ => design.speed_max - design.speed_min,
+    match one.signal.largest_step {
+        LargestStep::Of(size) => size,
+        LargestStep::Depth => design.depth.max(one.scale),
+        LargestStep::Range => design.speed_max - design.speed_min,
     }
 }
 
 /// The range of each command to either side of the trim, in units of its reach.
-fn limits(vehicle: &Vehicle, l: &Linearisation) -> Vec<f64> {
-    let of = |(a, trim): (&auv::Actuator, &f64)| (a.max - trim).min(trim - a.min) / a.reach();
-    vehicle.actuators.iter().zip(&l.trim.actuators).map(of).collect()
+fn limits(actuators: &[Actuator], l: &Linearisation) -> Vec<f64> {
+    let of = |(a, trim): (&Actuator, &f64)| (a.max - trim).min(trim - a.min) / a.reach();
+    actuators.iter().zip(&l.trim.actuators).map(of).collect()
 }

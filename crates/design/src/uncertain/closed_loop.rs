@@ -51,7 +51,7 @@ pub fn uncertain_loop(
 ) -> Result<Perturbable, Error> {
     let (actuators, file, speed) = (&inputs.vehicle.actuators, &inputs.design, frozen.speed);
     let linear =
-        LinearModel { ab: frozen.model.lft.clone(), ..LinearModel::at(&frozen.nominal, actuators, file) };
+        LinearModel { ab: frozen.model.lft.clone(), ..LinearModel::at(&frozen.linear(actuators), file) };
     let plant = augment(actuators, &file.with_unweighted_references(), linear)?;
     let closed = plant.close(&frozen_controller(controller, file.rho(speed))?);
     let blocks = frozen.model.blocks.iter().map(|b| Block::Real(b.repetitions)).collect();

@@ -7,7 +7,7 @@ use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain, UncertainModel};
 use crate::uncertain::trim::{random_corners, retrim};
 use crate::uncertain::vehicle::with_gains;
-use auv::{Trim, Vehicle, linearise_with};
+use auv::{Linearisation, Trim, Vehicle, linearise_with};
 use lpv::matrix::Mat;
 
 /// The number of corners of the box at which the models are compared.
@@ -84,6 +84,7 @@ pub fn errors(
         let norm = |stacked: Mat| scaled(&vehicle.actuators, stacked).norm();
         norm(found - wanted) / norm(wanted.clone())
     };
+    let stacked = |l: &Linearisation| stacked(&l.a, &l.b);
     let nominal = stacked(&frozen.nominal);
     let mut worst = ModelErrors::default();
     for corner in random_corners(frozen.parameters.len(), CORNERS, 2) {
@@ -124,5 +125,5 @@ pub fn model_error(
     let retrimmed = Retrimmed { vehicle: &changed, trim: &moved, point };
     let delta = deltas(vehicle, frozen, model, &retrimmed, |change| change.clamp(-share, share));
     let truth = with_gains(linearise_with(&changed, &moved, frozen.nominal.has_depth())?, all, point);
-    Ok(stacked(&truth) - model.evaluate(inputs.design.rho(frozen.speed), &delta)?)
+    Ok(stacked(&truth.a, &truth.b) - model.evaluate(inputs.design.rho(frozen.speed), &delta)?)
 }

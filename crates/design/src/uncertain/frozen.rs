@@ -1,5 +1,6 @@
 //! The uncertain model at one speed.
 
+use crate::axis::Linearisation;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::linearise::{linearise_at, stacked};
@@ -8,7 +9,7 @@ use crate::uncertain::model::{Block, UncertainModel};
 use crate::uncertain::pencil::{DETAIL, Pencil};
 use crate::uncertain::reduce::minimal;
 use crate::uncertain::trim::{TrimRange, blocks, trim_range};
-use auv::Linearisation;
+use auv::Actuator;
 
 /// The uncertain model at one speed, and the data it was made of.
 #[derive(Debug, Clone)]
@@ -16,13 +17,20 @@ pub struct FrozenUncertain {
     /// Speed along the path, m/s.
     pub speed: f64,
     /// The nominal linearisation and its trim.
-    pub nominal: Linearisation,
+    pub nominal: auv::Linearisation,
     /// The range of the trim.
     pub trim_range: TrimRange,
     /// All uncertain parameters, including those without a channel in the model.
     pub parameters: Vec<Block>,
     /// The model.
     pub model: UncertainModel,
+}
+
+impl FrozenUncertain {
+    /// The nominal linearisation as the design has it.
+    pub fn linear(&self, actuators: &[Actuator]) -> Linearisation {
+        Linearisation::of(&self.nominal, actuators)
+    }
 }
 
 /// The uncertain model at the depth of a design and a speed \[m/s\].
@@ -36,7 +44,7 @@ pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
     let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
     let mut gradients = [Gradients::at(vehicle, &nominal, &parameters)?];
     coarsen(vehicle, &parameters, DETAIL, &mut gradients);
-    let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal));
+    let pencil = Pencil::frozen(&gradients[0], &stacked(&nominal.a, &nominal.b));
     let model = UncertainModel::from_lft(minimal(&pencil.lft()), &parameters);
     Ok(FrozenUncertain { speed, nominal, trim_range, parameters, model })
 }

@@ -6,13 +6,14 @@
 //! correspond to any vehicle.
 
 use crate::augment::{LinearModel, augment};
+use crate::axis::Linearisation;
 use crate::check::frozen_controller;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::uncertain::frozen::FrozenUncertain;
 use crate::uncertain::model::{Block, Uncertain};
 use crate::uncertain::trim::retrim;
-use auv::{Linearisation, Vehicle, linearise_with};
+use auv::{Vehicle, linearise_with};
 use lpv::controller::Controller;
 use lpv::mu::CMat;
 
@@ -38,11 +39,11 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     }
     let mut linearisation = linearise_with(&changed, &trim, frozen.nominal.has_depth()).ok()?;
     linearisation.by_waves.clone_from(&frozen.nominal.by_waves);
-    Some(with_gains(linearisation, blocks, delta))
+    Some(Linearisation::of(&with_gains(linearisation, blocks, delta), &vehicle.actuators))
 }
 
 /// A linearisation with the gains of the actuators at their deltas.
-pub(crate) fn with_gains(mut l: Linearisation, blocks: &[Block], delta: &[f64]) -> Linearisation {
+pub(crate) fn with_gains(mut l: auv::Linearisation, blocks: &[Block], delta: &[f64]) -> auv::Linearisation {
     let gains = gains(l.b.ncols(), blocks, delta);
     l.b.column_iter_mut().zip(gains).for_each(|(mut column, gain)| column.scale_mut(gain));
     l
@@ -66,7 +67,7 @@ pub fn gains(actuators: usize, blocks: &[Block], delta: &[f64]) -> Vec<f64> {
 pub fn gain(inputs: &Inputs, l: &Linearisation, controller: &Controller) -> Result<f64, Error> {
     let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
     let rho = file.rho(l.trim.speed);
-    let plant = augment(actuators, &file.with_unweighted_references(), LinearModel::at(l, actuators, file))?;
+    let plant = augment(actuators, &file.with_unweighted_references(), LinearModel::at(l, file))?;
     Ok(plant.close(&frozen_controller(controller, rho)?).frozen(&[])?.hinf_norm().value)
 }
 
@@ -108,6 +109,7 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
     use crate::uncertain::frozen::at_speed;
+    use auv::longitudinal::state_of;
     use auv::{Dynamics, Motion};
 
     const SPEED: f64 = 1.3;
@@ -142,15 +144,16 @@ mod tests {
         by_hand.drag_area *= 1.3;
         let dynamics = Dynamics::new(&by_hand).unwrap();
         let trim = &found.trim;
-        let start = [trim.forward_speed, trim.heave, 0.0, trim.pitch];
+        let [u, w, q, theta, depth] = state_of(std::array::from_fn(|place| trim.signals[place]));
+        let start = [u, w, q, theta];
         let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
         let rate = |at: &[f64]| {
             let motion = Motion { u: at[0], w: at[1], q: at[2], theta: at[3] };
-            dynamics.rate(&vehicle.actuators, &motion, trim.depth, 0.0, at[4..].iter().copied())
+            dynamics.rate(&vehicle.actuators, &motion, depth, 0.0, at[4..].iter().copied())
         };
         assert!(rate(&start).iter().all(|v| v.abs() < 1e-9), "no trim: {:?}", rate(&start));
         assert!((start[0].hypot(start[1]) - SPEED).abs() < 1e-9);
-        assert!((trim.heave - frozen.nominal.trim.heave).abs() > 1e-4, "the trim should move");
+        assert!((w - frozen.nominal.trim.heave).abs() > 1e-4, "the trim should move");
         for j in 0..start.len() {
             let step = 1e-7 * start[j].abs().max(1.0);
             let moved = |by: f64| {

@@ -4,9 +4,9 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use auv::Actuator;
+use auv::longitudinal::{SIGNALS, SPEED};
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
-use signals::{SIGNALS, SPEED};
 use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
 
@@ -51,7 +51,7 @@ impl StepAtSpeed {
             ramp_start: STEP_TIME - 2.0 * AT_ONCE,
             ramp_duration: AT_ONCE,
             duration: STEP_TIME + DURATION,
-            ..inputs.design.manoeuvre.with_step(SPEED, 0.0)
+            ..inputs.design.manoeuvre.without_steps()
         };
         let (middle, half_range) = inputs.design.scheduling();
         let step = |tracked: &crate::inputs::design_file::Tracked| {
@@ -61,7 +61,10 @@ impl StepAtSpeed {
                     let step = if speed <= middle { size } else { -size };
                     Manoeuvre { speed_to: speed + step, ..level.clone() }
                 }
-                place => level.with_step(place, inputs.design.manoeuvre.steps()[place]),
+                _ => {
+                    let name = tracked.signal.name;
+                    level.with_step(name, inputs.design.manoeuvre.step(name))
+                }
             };
             Ok(Self::flown(tracked.place, speed, flight(inputs, controller, &manoeuvre)?.as_ref(), inputs))
         };

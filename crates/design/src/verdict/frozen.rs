@@ -1,13 +1,13 @@
 //! The frozen, sampled loop at one speed.
 
 use crate::augment::{LinearModel, augment};
+use crate::axis::VehicleModel;
 use crate::check::flown::Flown;
 use crate::check::frozen_controller;
 use crate::check::margins::Margins;
 use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::linearise::linearise_at;
 use lpv::analysis::{Exogenous, SampledGain};
 use lpv::controller::Controller;
 use lpv::matrix::eigenvalues;
@@ -36,9 +36,9 @@ pub struct AtSpeed {
 impl AtSpeed {
     pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64, sampled: bool) -> Result<Self, Error> {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-        let l = linearise_at(&inputs.vehicle, design, speed)?;
+        let l = inputs.longitudinal().linearise(speed)?;
         let frozen = frozen_controller(k, design.rho(speed))?;
-        let plant = augment(actuators, design, LinearModel::at(&l, actuators, design))?;
+        let plant = augment(actuators, design, LinearModel::at(&l, design))?;
         let sampling = Sampling::of(actuators, design);
         let system = frozen.frozen(&[])?;
         let gain = |w: Exogenous| sampled.then(|| sampling.gain(&l, &system, w)).transpose();

@@ -10,8 +10,8 @@ use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
+use auv::longitudinal::PITCH;
 use auv::rounded;
-use signals::{PITCH, SIGNALS};
 use std::f64::consts::TAU;
 
 /// Conversion to per cent.
@@ -103,7 +103,7 @@ fn steps(
     found: &Found,
     of: impl Fn(&StepAtSpeed) -> f64,
 ) -> Vec<(String, Vec<Figure>)> {
-    let outputs = inputs.design.tracked.iter().map(|t| t.signal().name);
+    let outputs = inputs.design.tracked.iter().map(|t| t.signal.name);
     let outputs = outputs.filter(|name| only.is_none_or(|only| only == *name));
     let row = |name: &'static str| {
         let steps = found.steps.iter().filter(|step| step.output == name);
@@ -117,7 +117,7 @@ fn steady_errors(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
         let error = |f: &Flown| PER_CENT * f.steps[i].steady_error;
         (format!("{name}: steady error"), frozen(found, error))
     };
-    inputs.design.tracked.iter().map(|t| t.signal().name).enumerate().map(row).collect()
+    inputs.design.tracked.iter().map(|t| t.signal.name).enumerate().map(row).collect()
 }
 
 /// A figure of each frozen loop.
@@ -161,13 +161,7 @@ fn rates(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
 /// The names of the points at which the loop can be opened: the measurements, or the errors, and the commands.
 fn places(inputs: &Inputs) -> Vec<String> {
     let commands = inputs.vehicle.actuators.iter().map(|a| a.name.clone());
-    inputs
-        .design
-        .fed_back()
-        .into_iter()
-        .map(|(place, _)| SIGNALS[place].name.to_owned())
-        .chain(commands)
-        .collect()
+    inputs.design.fed_back().into_iter().map(|(signal, _)| signal.name.to_owned()).chain(commands).collect()
 }
 
 /// A margin at each point and speed.

@@ -232,7 +232,7 @@ fn a_manoeuvre_stays_within_the_design() {
         1,
     );
     let design = DesignFile::parse(&whole, "design.toml", "design").unwrap();
-    assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.pitch_step), (3.0, -10f64.to_radians()));
+    assert_eq!((design.manoeuvre.speed_to, design.manoeuvre.step("pitch")), (3.0, -10f64.to_radians()));
 }
 
 /// Waves that break, that carry the vehicle along, or with a hull without dimensions.

@@ -2,22 +2,23 @@
 
 use crate::designs::{Made, made};
 use auv::Pitch;
+use auv::longitudinal::{PITCH, SPEED};
 use lpv::controller::Controller;
 use lpv::state_space::StateSpace;
 use scheduled::Manoeuvre;
-use signals::{PITCH, SPEED};
+use squid_design::axis::VehicleModel;
+use squid_design::certify::lft_matrices;
 use squid_design::check::flown::Flown;
 use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::linearise_at;
-use squid_design::store::freeze::{Frozen, freeze};
+use squid_design::store::freeze::{Frozen, frozen, gamma};
 use squid_flight::flight::{Row, fly};
 
 /// The loops at five speeds, and the largest rms of each command under noise relative to the allowed one: 4 N, 0.5 deg.
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
+        let l = inputs.longitudinal().linearise(speed).unwrap();
         let k: StateSpace = controller.frozen(&[inputs.design.rho(speed)]).unwrap();
         Flown::of(&sampling, &l, &k).unwrap()
     };
@@ -69,7 +70,8 @@ fn a_box_flies_from_rest() {
     let Made { inputs, model, design, .. } = made;
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
     assert!(made.proof().theorem.gamma_with_model_error.unwrap() < 1.0);
-    let frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, model, design, true).unwrap();
+    let (lft, gamma) = (lft_matrices(&design.controller), gamma(design, true));
+    let frozen = frozen(&inputs.vehicle, &inputs.design, &inputs.hashes, model, lft, gamma).unwrap();
     let Frozen { controller, plant } = &frozen;
     assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
 

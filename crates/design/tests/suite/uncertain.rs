@@ -13,6 +13,7 @@ use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use proptest::prelude::*;
 use squid_design::augment::{LinearModel, augment};
+use squid_design::axis::Linearisation;
 use squid_design::certify::controller_of;
 use squid_design::check::frozen_controller;
 use squid_design::fit::Model;
@@ -38,7 +39,7 @@ struct Subject {
 
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
-    let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
     let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
     let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     Subject { inputs, model, frozen, joint }
@@ -50,7 +51,8 @@ static SUBJECTS: LazyLock<[Subject; 2]> =
 /// The linearisation that the model represents: coefficients at delta, nominal trim, gains at delta.
 fn truth(subject: &Subject, frozen: &FrozenUncertain, delta: &[f64]) -> Mat {
     let changed = perturbed(&subject.inputs.vehicle, &frozen.model.blocks, delta);
-    let mut found = stacked(&linearise(&changed, &frozen.nominal.trim).unwrap());
+    let linear = linearise(&changed, &frozen.nominal.trim).unwrap();
+    let mut found = stacked(&linear.a, &linear.b);
     for (b, d) in frozen.model.blocks.iter().zip(delta) {
         if let Uncertain::Gain(actuator) = b.uncertain {
             found.column_mut(4 + actuator).scale_mut(1.0 + b.half_range * d);
@@ -85,7 +87,7 @@ fn at_delta_zero_the_models_are_the_nominal_ones() {
     for subject in SUBJECTS.iter() {
         for frozen in &subject.frozen {
             let zero = vec![0.0; frozen.model.blocks.len()];
-            let nominal = stacked(&frozen.nominal);
+            let nominal = stacked(&frozen.nominal.a, &frozen.nominal.b);
             assert!((frozen.model.evaluate(0.0, &zero).unwrap() - &nominal).norm() < 1e-14 * nominal.norm());
         }
         let zero = vec![0.0; subject.joint.blocks.len()];
@@ -184,8 +186,10 @@ fn the_uncertain_loop_closed_by_delta_is_the_perturbed_loop() {
             let found = closed_by(&n, &real);
 
             let (actuators, nominal) = (&subject.inputs.vehicle.actuators, &frozen.nominal);
-            let linear =
-                LinearModel { ab: Lft::constant(vehicle), ..LinearModel::at(nominal, actuators, design) };
+            let linear = LinearModel {
+                ab: Lft::constant(vehicle),
+                ..LinearModel::at(&Linearisation::of(nominal, actuators), design)
+            };
             let plant = augment(actuators, &design.with_unweighted_references(), linear).unwrap();
             let frozen_at_rho = frozen_controller(&controller, rho).unwrap();
             let wanted = plant.close(&frozen_at_rho).frozen(&[]).unwrap();
@@ -270,7 +274,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("buoyancy", 1.0),
         ("z_B", 0.002),
     ]);
-    let model = Model::new(&inputs.vehicle, &inputs.design).unwrap();
+    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
     let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
     let frozen = &subject.frozen[0];

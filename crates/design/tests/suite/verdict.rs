@@ -2,15 +2,15 @@
 //! be missed.
 
 use crate::designs::committed;
+use auv::longitudinal::{PITCH, SPEED};
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::{PITCH, SPEED};
+use squid_design::axis::VehicleModel;
 use squid_design::certify::controller_of;
 use squid_design::check::flown::Flown;
 use squid_design::check::margins::Margins;
 use squid_design::check::sampled::Sampling;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS, Sense};
-use squid_design::linearise::linearise_at;
 use squid_design::store::Stored;
 use squid_design::verdict::Verdict;
 use squid_design::verdict::found::{Effort, Found};
@@ -134,7 +134,7 @@ fn frozen_figures_are_those_of_the_check() {
     let k = controller_of(&stored.controller.lft).unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = linearise_at(&inputs.vehicle, &inputs.design, speed).unwrap();
+        let l = inputs.longitudinal().linearise(speed).unwrap();
         Flown::of(&sampling, &l, &k.frozen(&[inputs.design.rho(speed)]).unwrap()).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();
@@ -167,13 +167,12 @@ fn flown_figures_are_those_of_flights() {
     // The speed steps from the slow end to 0.25 m/s more, a fifth of half the range.
     let (low, step) = (design.speed_min, 0.25);
     let speed = Manoeuvre {
-        pitch_step: 0.0,
         speed_from: low,
         speed_to: low + step,
         ramp_start: 2.0,
         ramp_duration: 1e-9,
         duration: 30.0,
-        ..design.manoeuvre.clone()
+        ..design.manoeuvre.without_steps()
     };
     let rows = flown(&speed);
     let (from, to) = (rows[0].reference(SPEED), rows.last().unwrap().reference(SPEED));
@@ -188,9 +187,9 @@ fn flown_figures_are_those_of_flights() {
         step_time: 2.0,
         ramp_start: 0.0,
         duration: 30.0,
-        ..design.manoeuvre.clone()
+        ..design.manoeuvre.without_steps()
     });
-    let step = design.manoeuvre.pitch_step;
+    let step = design.manoeuvre.step("pitch");
     let beyond = rows.iter().filter(|r| r.time > 2.0).map(|r| -r.error(PITCH) / step).fold(0.0, f64::max);
     let found = verdict.found.steps.iter().find(|s| s.output == "pitch" && s.speed == low).unwrap();
     assert!((found.overshoot - beyond).abs() < 1e-6, "{found:?} {beyond}");

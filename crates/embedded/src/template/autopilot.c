@@ -40,7 +40,7 @@ typedef struct {
     real commands[HEIGHT * COMMAND_PANELS];
     real excess[COMMANDS]; /* what the limits cut off of u */
     real scheduling_parameter;
-    real trim_pitch;
+@trim_members@
     unsigned status;
 } tick;
 
@@ -98,14 +98,14 @@ static int compute(const @prefix@_state *state, const @prefix@_inputs *in, real 
     /* Level flight at V_r; the trim is held beyond its table. */
     const int row = row_at(filtered_speed);
     const real part = clamp(way(row, filtered_speed), 0.0@f@, 1.0@f@);
-    t->trim_pitch = between(PITCH[row], PITCH[row + 1], part);
+@trims@
 
     real *const y = t->signals + STATES;
     for (int i = 0; i < STATES; i++) t->signals[i] = state->x[i];
 @y@
 
-    const int here = row_at(in->speed);
-    const real along = clamp(way(here, in->speed), -FARTHEST, FARTHEST);
+    const int here = row_at(in->@speed@);
+    const real along = clamp(way(here, in->@speed@), -FARTHEST, FARTHEST);
     const real rho = (between(SPEED[here], SPEED[here + 1], along) - CENTRE) / HALF_RANGE;
     const real theta = clamp(rho, -1.0@f@, 1.0@f@);
     t->scheduling_parameter = theta;
@@ -127,7 +127,7 @@ static void put_out(const tick *t, @prefix@_outputs *out)
 {
 @put_out@
     out->scheduling_parameter = t->scheduling_parameter;
-    out->trim_pitch = t->trim_pitch;
+@put_out_trims@
     out->status = t->status;
 }
 
@@ -150,7 +150,7 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
     @prefix@_state fresh;
     tick t;
     for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;
-@depth_zero@
+@origins@
     const int code = compute(&fresh, in, in->@wanted@, &t);
     if (code != @PREFIX@_OK) return code;
 @reset@

@@ -30,7 +30,7 @@ typedef struct {
 typedef struct {
 @outputs@
     @prefix@_real scheduling_parameter; /* 1, -1 to 1: rho, -1 at the slowest and 1 at the fastest scheduled speed */
-    @prefix@_real trim_pitch; /* rad: pitch angle of level trim at the speed V_r */
+@trims@
     unsigned status; /* the sum of the bits below */
 } @prefix@_outputs;
 

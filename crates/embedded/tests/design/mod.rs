@@ -1,7 +1,7 @@
 //! Random designs that differ in everything that the source depends on.
 
 #[path = "../../../scheduled/tests/example/mod.rs"]
-mod example;
+pub mod example;
 
 use example::input;
 use scheduled::{Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, Rows, TrimTable};
@@ -105,7 +105,9 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
     let speed: Vec<f64> = (0..rows).map(|row| 0.5 + 2.5 * row as f64 / (rows - 1) as f64).collect();
     TrimTable {
         forward_speed: speed.iter().map(|v| v - random.between(0.0, 1e-3)).collect(),
-        pitch: speed.iter().map(|_| random.between(-0.1, 0.0)).collect(),
+        signals: ["pitch", "heave"]
+            .map(|name| (name.to_owned(), speed.iter().map(|_| random.between(-0.1, 0.0)).collect()))
+            .into(),
         actuators: random.rows(rows, actuators, 30.0),
         speed,
     }
@@ -122,7 +124,10 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let mut a = random.rows(n, n, 1.0);
     a.iter_mut().enumerate().for_each(|(index, row)| row[index] -= 2.0);
     let reference_filter = (!speed_given && seed % 2 == 1).then_some(1.7);
+    let mut signals = example::ports();
+    signals[example::DEPTH].start = 12.5;
     ControllerDesign {
+        signals,
         // What would end a comment, or be read as something else.
         design: "a */ b /* c ??/ \\ @f@".to_owned(),
         controller_inputs,
@@ -143,7 +148,6 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
         },
         anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
         trim: trim(random, m),
-        depth: 12.5,
         actuators,
         ..example::design()
     }

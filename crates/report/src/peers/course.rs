@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
 use auv::Current;
-use signals::{PITCH, SPEED, only};
+use auv::longitudinal::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Course, Demand, Row};
@@ -80,7 +80,7 @@ pub fn speed_step(subject: &Subject, speed: f64) -> f64 {
 /// # Errors
 /// The errors of the trim; a flight that diverges or surfaces is not an error.
 pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigures, Error> {
-    let pitch_step = subject.stored.manoeuvre.pitch_step;
+    let pitch_step = subject.stored.manoeuvre.step("pitch");
     let speed_step = speed_step(subject, speed);
     let demand = |time: f64| {
         let time = time + 1e-9;
@@ -131,7 +131,7 @@ pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
     };
     let after: Vec<&Row> = flight.rows.iter().filter(|row| row.time + 1e-9 >= m.step_time).collect();
     let speed = flight.rows.iter().map(|row| row.error(SPEED).abs()).fold(0.0, f64::max);
-    (Step::of(&after, PITCH, m.pitch_step), speed)
+    (Step::of(&after, PITCH, m.step("pitch")), speed)
 }
 
 #[cfg(test)]
@@ -143,7 +143,7 @@ mod tests {
     fn figures_of_a_known_response() {
         let row = |i: u32| {
             let time = 1e-3 * f64::from(i);
-            let signals = scheduled::Inputs {
+            let signals = squid_flight::flight::Signals {
                 measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0, 0.0],
                 references: [0.2, 1.0, 0.0],
             };

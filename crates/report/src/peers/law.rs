@@ -4,10 +4,10 @@
 use crate::error::Error;
 use crate::subject::Subject;
 use auv::Vehicle;
+use auv::longitudinal::SPEED;
 use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::state_space::StateSpace;
-use scheduled::{Autopilot, Inputs as Measured};
-use signals::SPEED;
+use scheduled::{Autopilot, Inputs};
 use squid_design::check::sampled::trapezoidal;
 use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course};
 use std::collections::VecDeque;
@@ -120,7 +120,7 @@ pub fn fly(
     // Commands are delayed as those of the autopilot; the first ones hold before.
     let mut waiting: VecDeque<Vec<f64>> = VecDeque::new();
     let mut started = false;
-    let tick = |measured: &Measured| {
+    let tick = |measured: &Inputs| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
         }

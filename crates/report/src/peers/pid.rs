@@ -2,10 +2,11 @@
 
 use crate::peers::law::{Law, Limits, RunningLaw, between};
 use crate::subject::Subject;
-use auv::{Actuator, Linearisation};
+use auv::Actuator;
+use auv::longitudinal::{PITCH, SPEED, pitching};
 use lpv::matrix::{Mat, pseudo_inverse};
 use lpv::state_space::StateSpace;
-use signals::{PITCH, SPEED};
+use squid_design::axis::Linearisation;
 
 /// The gains at one speed. The outputs are demanded accelerations, of pitch (rad/s^2) and forward (m/s^2).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +69,7 @@ impl Inputs {
             size: p + design.measured.len(),
             reference: (reference, design.tracked[reference].scale),
             pitch: measured(PITCH)?,
-            rate: measured(signals::place("pitch_rate")?)?,
+            rate: measured(auv::longitudinal::place("pitch_rate")?)?,
             speed: if subject.speed_is_given() { None } else { Some(measured(SPEED)?) },
         })
     }
@@ -84,7 +85,7 @@ impl Inputs {
 /// N: the least commands, in units of reach, for a unit pitch acceleration and, if the speed is a state, for a unit
 /// surge acceleration.
 fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
-    let [heave, q, _] = l.pitching();
+    let [heave, q, _] = pitching(l.states);
     let driven = if heave > 0 { vec![q, 0] } else { vec![q] };
     let b = Mat::from_fn(driven.len(), actuators.len(), |i, j| l.b[(driven[i], j)] * actuators[j].reach());
     pseudo_inverse(&b, 1e-9)

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
+use auv::longitudinal::{PITCH, only};
 use auv::{Current, Vehicle};
-use signals::{PITCH, only};
 use squid_design::error::UncertainError;
 use squid_design::linearise::linearise_at;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
@@ -70,7 +70,7 @@ pub struct Survival {
 /// Simulates the pitch step of the manoeuvre for a fleet at a speed (m/s). A vehicle survives if it neither diverges
 /// nor surfaces, and its final error is within a tenth of the step. Vehicles without a trim are lost.
 pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> Survival {
-    let step = subject.stored.manoeuvre.pitch_step;
+    let step = subject.stored.manoeuvre.step("pitch");
     let demand = |time: f64| Demand {
         speed,
         above_trim: only(PITCH, if time + 1e-9 < STEP_TIME { 0.0 } else { step }),

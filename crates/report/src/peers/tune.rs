@@ -7,12 +7,12 @@ use crate::peers::law::{Law, Scheduled};
 use crate::peers::pid::{Gains, Pid};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
-use auv::Linearisation;
+use auv::longitudinal::SPEED;
 use cobyla::{Func, RhoBeg, StopTols, minimize};
 use lpv::weights::ReferenceModel;
-use signals::SPEED;
+use squid_design::axis::Linearisation;
+use squid_design::axis::VehicleModel;
 use squid_design::check::flown::opened;
-use squid_design::linearise::linearise_at;
 use std::cell::{Cell, RefCell};
 
 /// The peak sensitivity and the noise response of a loop at one speed.
@@ -86,7 +86,7 @@ const UNFIT: &str = "it takes a design that tracks pitch and no depth, and measu
 /// # Errors
 /// The errors of trim and linearisation.
 pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Result<Pid, String>, Error> {
-    let linear = |v: &f64| Ok(linearise_at(&subject.inputs.vehicle, &subject.inputs.design, *v)?);
+    let linear = |v: &f64| Ok(subject.inputs.longitudinal().linearise(*v)?);
     let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
     if Pid::new(subject, &[(&truth[0], gains(&guess(subject, 1.0)))]).is_none() {
         return Ok(Err(UNFIT.into()));

@@ -12,11 +12,13 @@ use crate::page::words::capital;
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
-use auv::{Current, Linearisation};
+use auv::Current;
+use auv::longitudinal::EachTracked;
 use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
-use signals::{EachTracked, SIGNALS};
+use signals::Signal;
+use squid_design::axis::Linearisation;
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
@@ -68,8 +70,7 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     let tick = design.sample_time;
     let omega = |k: i32| 10f64.powf(f64::from(LOWEST) + f64::from(k) / f64::from(IN_A_DECADE));
     let axis: Vec<f64> = (0..).map(omega).take_while(|omega| *omega < PI / tick).collect();
-    let chart = |(j, (place, scale)): (usize, &(usize, f64))| {
-        let signal = &SIGNALS[*place];
+    let chart = |(j, (signal, scale)): (usize, &(&Signal, f64))| {
         let (factor, unit) = readable(signal.unit);
         let (factor, unit) =
             if signal.unit == "rad/s" { (1f64.to_degrees(), "deg/s") } else { (factor, unit) };

@@ -7,12 +7,14 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
+use auv::longitudinal::{SIGNALS, STATES, pitching};
 use lpv::matrix::{Mat, eigenvalues};
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
-use signals::{SIGNALS, STATES, States};
+use signals::States;
+use squid_design::axis::VehicleModel;
 use squid_design::fit::frequency;
-use squid_design::linearise::{linearise_at, stacked};
+use squid_design::linearise::stacked;
 use squid_design::numbers::readable;
 
 /// The compared orders.
@@ -45,7 +47,8 @@ fn keys(subject: &Subject) -> Vec<Key> {
 }
 
 fn fits(subject: &Subject) -> Result<Vec<MatrixPolynomial>, Error> {
-    let samples: Vec<(f64, Mat)> = subject.model.grid.iter().map(|(rho, l)| (*rho, stacked(l))).collect();
+    let samples: Vec<(f64, Mat)> =
+        subject.model.grid.iter().map(|(rho, l)| (*rho, stacked(&l.a, &l.b))).collect();
     let fit = |order| MatrixPolynomial::fit(&samples, order);
     Ok(orders(subject).into_iter().map(fit).collect::<Result<_, _>>()?)
 }
@@ -102,7 +105,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (input, actuator) = subject.pitching_actuator();
     let (mut charts, mut phases) = (Vec::new(), Vec::new());
     for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
-        let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at]));
+        let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at].a, &subject.truth[at].b));
         let models: Vec<Mat> =
             std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
         let title = Subject::speed_name(speed);
@@ -157,8 +160,8 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The errors of trim and linearisation.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = linearise_at(&subject.inputs.vehicle, &subject.inputs.design, printed.speed)?;
-    let heave = computed.pitching()[0];
+    let computed = subject.inputs.longitudinal().linearise(printed.speed)?;
+    let heave = pitching(computed.states)[0];
     let size = computed.a.nrows() - heave;
     let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);

@@ -7,7 +7,7 @@ use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
-use signals::PITCH;
+use auv::longitudinal::PITCH;
 use squid_design::check::flown::{DURATION, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
@@ -170,7 +170,7 @@ fn rows(subject: &Subject) -> Vec<Row> {
     add("delay margin (s)".into(), 3, true, smallest(|m| m.delay));
     add("delay margin, all commands at once (s)".into(), 3, true, Box::new(|f| f.common_delay));
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
-        let name = tracked.signal().name;
+        let name = tracked.signal.name;
         let of = |what: &str| format!("{name} step: {what}");
         add(of("overshoot (%)"), 2, false, Box::new(move |f| 100.0 * f.steps[i].overshoot));
         add(of("rise, 10 to 90 % (s)"), 2, false, Box::new(move |f| f.steps[i].rise_time));

@@ -3,12 +3,12 @@
 
 use crate::error::Error;
 use crate::subject::Subject;
-use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use lpv::weights::ReferenceModel;
 use nalgebra::{Complex, DMatrix};
+use squid_design::axis::Linearisation;
 use squid_design::check::sampled::{Interconnection, trapezoidal};
 use std::f64::consts::PI;
 

@@ -36,7 +36,7 @@ pub fn loops(subject: &Subject) -> Result<Vec<Part>, Error> {
             .into(),
     )];
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
-        parts.push(Part::Figure(figure(subject, &loops, i, tracked.signal().name)));
+        parts.push(Part::Figure(figure(subject, &loops, i, tracked.signal.name)));
     }
     Ok(parts)
 }

@@ -7,7 +7,7 @@ use crate::page::key::Key;
 use crate::page::section::Part;
 use crate::page::words::capital;
 use crate::subject::Subject;
-use signals::{DEPTH, PITCH, SPEED};
+use auv::longitudinal::{DEPTH, PITCH, SPEED};
 use squid_flight::flight::{Row, fly};
 
 /// The section on the design's manoeuvre: pitch, speed and commands over time.

@@ -8,10 +8,10 @@ use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
-use auv::Linearisation;
 use lpv::controller::Controller;
 use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
+use squid_design::axis::Linearisation;
 use squid_design::numbers::above;
 
 /// Frequencies, rad/s, logarithmically spaced from 1e-4 to 1e2.
@@ -38,7 +38,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
-        let title = format!("error of {}", tracked.signal().name);
+        let title = format!("error of {}", tracked.signal.name);
         let limit = |omega| allowed(&tracked.weight, omega);
         charts.push(chart(title, &loops, gamma, &|l, omega| l.error(i, omega), &limit));
     }

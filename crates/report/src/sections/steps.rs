@@ -12,7 +12,7 @@ use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
-use signals::{EachTracked, SPEED};
+use auv::longitudinal::{EachTracked, SPEED};
 use squid_design::numbers::readable;
 use squid_flight::flight::{Course, Demand, Flight, Row};
 

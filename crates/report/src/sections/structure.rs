@@ -105,7 +105,7 @@ fn weighted(subject: &Subject, states: usize) -> Diagram {
     let apart = !design.measured.is_empty();
     let models = design.tracked.iter().filter(|t| t.model.is_some()).count();
     let names = |all: Vec<&str>| all.join(", ");
-    let outputs = names(design.tracked.iter().map(|t| t.signal().name).collect());
+    let outputs = names(design.tracked.iter().map(|t| t.signal.name).collect());
     let caption = format!(
         "What is weighted: the errors of {outputs} by W_e, the commands by W_u; w has the \
             references r, the disturbances d at the actuators{}.",

@@ -50,7 +50,7 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
         format!(
             "The step with commands cut off is one of the {} reference from trim, of up to {size} {unit} either \
                 way, with the reference of the speed held.",
-            output.name
+            output
         )
     });
     let lags = if subject.inputs.design.lags { "" } else { "the lags of the actuators, " };

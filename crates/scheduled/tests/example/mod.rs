@@ -3,11 +3,52 @@
 #![allow(dead_code, reason = "not every test needs everything")]
 
 use scheduled::*;
-use signals::{SIGNALS, place};
+use std::f64::consts::FRAC_PI_2;
+
+/// The places of the signals.
+pub const PITCH: usize = 0;
+pub const SPEED: usize = 1;
+pub const DEPTH: usize = 2;
+pub const RATE: usize = 3;
+pub const HEAVE: usize = 4;
+
+/// How many signals there are, and how many can be tracked.
+pub const SIGNALS: usize = 5;
+pub const TRACKED: usize = 3;
+
+/// Name, unit and level of each signal.
+const TABLE: [(&str, &str, Level); SIGNALS] = [
+    ("pitch", "rad", Level::Trim),
+    ("speed", "m/s", Level::Scheduled),
+    ("depth", "m", Level::Start),
+    ("pitch_rate", "rad/s", Level::Zero),
+    ("heave", "m/s", Level::Trim),
+];
+
+pub fn ports() -> Vec<Port> {
+    let port = |(place, (name, unit, level)): (usize, (&str, &str, Level))| Port {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        measured: format!("the {name}"),
+        reference: (place < TRACKED)
+            .then(|| Reference { name: format!("{name}_reference"), wanted: format!("wanted {name}") }),
+        level,
+        start: 0.0,
+        range: (place == PITCH).then_some([-FRAC_PI_2, FRAC_PI_2]),
+        nominal: 1.0,
+    };
+    TABLE.into_iter().enumerate().map(port).collect()
+}
 
 pub fn input(signal: &str, kind: Kind, scale: f64) -> ControllerInput {
-    let unit = SIGNALS[place(signal).unwrap()].unit.to_owned();
-    ControllerInput { signal: signal.to_owned(), kind, unit, scale }
+    let (_, unit, _) = TABLE.into_iter().find(|(name, ..)| *name == signal).unwrap();
+    ControllerInput { signal: signal.to_owned(), kind, unit: unit.to_owned(), scale }
+}
+
+/// The signals in trim at a forward speed, and a depth.
+pub fn level(trim: &Trim, speed: f64, depth: f64) -> Inputs {
+    let measured: Vec<f64> = (0..SIGNALS).map(|signal| trim.signal(speed, signal, depth)).collect();
+    Inputs { references: measured[..TRACKED].to_vec(), measured }
 }
 
 pub fn design() -> ControllerDesign {
@@ -25,6 +66,7 @@ pub fn design() -> ControllerDesign {
         vehicle: VehicleName { name: "Example".to_owned(), status: Status::Surrogate },
         design: "default".to_owned(),
         sample_time: 0.02,
+        signals: ports(),
         scheduling: Scheduling {
             quantity: "speed".to_owned(),
             minimum: 0.5,
@@ -53,10 +95,13 @@ pub fn design() -> ControllerDesign {
         trim: TrimTable {
             speed: vec![0.5, 1.75, 3.0],
             forward_speed: vec![0.49, 1.749, 3.0],
-            pitch: vec![-0.11, -0.01, -0.003],
+            signals: [
+                ("pitch".to_owned(), vec![-0.11, -0.01, -0.003]),
+                ("heave".to_owned(), vec![-0.054, -0.0175, -0.009]),
+            ]
+            .into(),
             actuators: vec![vec![1.5, 1.0, 1.0], vec![9.0, 8.0, 8.0], vec![24.0, 23.0, 23.0]],
         },
-        depth: 0.0,
         gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }

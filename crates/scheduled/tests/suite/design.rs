@@ -1,9 +1,9 @@
 //! Reading, writing and rejecting designs.
 
-use crate::example;
+use crate::example::{self, HEAVE, PITCH, RATE, SPEED};
 use proptest::prelude::*;
-use scheduled::{ControllerDesign, Kind};
-use signals::{Curve, PITCH, SPEED, place};
+use scheduled::{ControllerDesign, Kind, Level};
+use signals::Curve;
 
 #[test]
 fn reads_back_what_it_wrote() {
@@ -36,8 +36,8 @@ fn a_design_is_written_as_it_was_read() {
 #[test]
 fn optional_keys_are_omitted_and_read_back() {
     let json = example::two_degrees().to_json().unwrap();
-    for key in ["delay_ticks", "reference_filter", "speed_given", "anti_windup", "depth"] {
-        assert!(!json.contains(&format!("\"{key}\"")), "{json}");
+    for key in ["delay_ticks", "reference_filter", "speed_given", "anti_windup", "start"] {
+        assert!(!json.contains(&format!("\"{key}\":")), "{json}");
     }
     let mut design = example::two_degrees();
     design.reference_filter = Some(0.3);
@@ -58,10 +58,9 @@ fn optional_keys_are_omitted_and_read_back() {
 
 #[test]
 fn measures_and_follows_the_signals_of_its_inputs() {
-    let [rate, heave] = ["pitch_rate", "heave"].map(|name| place(name).unwrap());
     let of = |design: &ControllerDesign| {
         (
-            [PITCH, SPEED, rate, heave].map(|one| design.measures(one)),
+            [PITCH, SPEED, RATE, HEAVE].map(|one| design.measures(one)),
             [PITCH, SPEED].map(|one| design.follows(one)),
         )
     };
@@ -92,6 +91,39 @@ fn refused(mut design: ControllerDesign, change: impl FnOnce(&mut ControllerDesi
     let message = design.validate().unwrap_err().to_string();
     assert!(message.contains(expected), "{message}");
     assert!(design.to_json().is_err());
+}
+
+/// The trim of the pitch.
+fn column(design: &mut ControllerDesign) -> &mut Vec<f64> {
+    design.trim.signals.get_mut("pitch").unwrap()
+}
+
+#[test]
+fn rejects_invalid_signals() {
+    assert_refused(|d| d.signals.clear(), "signals is empty");
+    assert_refused(|d| d.signals[3].name = "a b".to_owned(), "signals[3].name is 'a b'");
+    assert_refused(
+        |d| d.signals[3].name = "pitch_reference".to_owned(),
+        "signals[3].name is 'pitch_reference', which occurs twice",
+    );
+    assert_refused(
+        |d| d.signals.swap(2, 3),
+        "signals[3].name is 'depth', but must be before the signals without",
+    );
+    assert_refused(
+        |d| d.signals[2].level = Level::Scheduled,
+        "signals[2].level is 'scheduled', but must be the level",
+    );
+    assert_refused(
+        |d| d.signals[1].level = Level::Zero,
+        "scheduling.quantity is 'speed', but must be the signal with",
+    );
+    assert_refused(|d| d.signals[4].nominal = 0.0, "signals[4].nominal is 0");
+    assert_refused(|d| d.signals[0].range = Some([1.0, -1.0]), "signals[0].range ranges from 1 to -1");
+    assert_refused(
+        |d| drop(d.trim.signals.insert("yaw".to_owned(), vec![0.0; 3])),
+        "trim.signals is 'yaw', but must be 'pitch' or 'heave'",
+    );
 }
 
 #[test]
@@ -128,8 +160,8 @@ fn rejects_invalid_designs() {
         |d| d.trim.forward_speed[1] = 0.2,
         "trim.forward_speed must increase, but 0.2 follows 0.49",
     );
-    assert_refused(|d| d.trim.pitch.truncate(2), "trim.pitch has 2 entries, but must have 3");
-    assert_refused(|d| d.trim.pitch[2] = f64::NAN, "trim.pitch[2] is NaN");
+    assert_refused(|d| column(d).truncate(2), "trim.signals.pitch has 2 entries, but must have 3");
+    assert_refused(|d| column(d)[2] = f64::NAN, "trim.signals.pitch[2] is NaN");
     assert_refused(|d| d.trim.actuators[1].truncate(1), "trim.actuators[1] has 1 entries");
     assert_refused(|d| d.trim.actuators[1][2] = 200.0, "trim.actuators[1][2] is 200, outside the limits");
     assert_refused(|d| d.trim.speed[2] = 2.9, "trim.speed covers 0.5 .. 2.9 m/s");

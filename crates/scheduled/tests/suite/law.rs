@@ -1,11 +1,14 @@
 //! The control law with references and measurements as inputs, and the filter of the speed reference.
 
-use crate::example;
+use crate::example::{self, DEPTH, HEAVE, PITCH, RATE, SPEED, level};
 use proptest::prelude::*;
 use scheduled::*;
-use signals::{DEPTH, PITCH, SPEED, place};
+use std::sync::LazyLock;
 
-const CRUISE: Inputs = Inputs { measured: [-0.01, 1.749, 0.0, 0.0, 0.0], references: [-0.01, 1.749, 0.0] };
+static CRUISE: LazyLock<Inputs> = LazyLock::new(|| Inputs {
+    measured: vec![-0.01, 1.749, 0.0, 0.0, 0.0],
+    references: vec![-0.01, 1.749, 0.0],
+});
 
 fn started(design: &ControllerDesign) -> Autopilot {
     let mut autopilot = Autopilot::new(design).unwrap();
@@ -19,8 +22,10 @@ fn filtered(bandwidth: f64) -> ControllerDesign {
 
 fn inputs() -> impl Strategy<Value = Inputs> {
     let measured = [-0.5..0.5, 0.3..3.2, 0.0..9.0, -0.3..0.3, -0.3..0.3];
-    (measured, [-0.5..0.5, 0.3..3.2, 0.0..9.0])
-        .prop_map(|(measured, references)| Inputs { measured, references })
+    (measured, [-0.5..0.5, 0.3..3.2, 0.0..9.0]).prop_map(|(measured, references)| Inputs {
+        measured: measured.into(),
+        references: references.into(),
+    })
 }
 
 fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -40,7 +45,7 @@ proptest! {
             both.tick(&inputs).unwrap();
             assert_close(&both.outputs().commands, &errors.outputs().commands, 1e-9);
             prop_assert_eq!(both.outputs().scheduling_parameter, errors.outputs().scheduling_parameter);
-            prop_assert_eq!(both.outputs().trim_pitch, errors.outputs().trim_pitch);
+            prop_assert_eq!(&both.outputs().trim, &errors.outputs().trim);
         }
     }
 
@@ -69,7 +74,7 @@ proptest! {
     ) {
         let mut autopilot = started(&filtered(bandwidth));
         prop_assert_eq!(autopilot.filtered_speed(), 1.749, "the initialisation sets it to the reference");
-        let held = Inputs { references: [-0.01, reference, 0.0], ..CRUISE };
+        let held = Inputs { references: vec![-0.01, reference, 0.0], ..CRUISE.clone() };
         let mut ticks = 0;
         for cut in cuts {
             ticks += cut;
@@ -110,14 +115,14 @@ proptest! {
         design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
         design.actuators.iter_mut().for_each(|one| (one.minimum, one.maximum) = (-1e9, 1e9));
         let mut autopilot = started(&design);
-        autopilot.tick(&Inputs { references: [0.1, 2.5, 4.0], ..CRUISE }).unwrap();
+        autopilot.tick(&Inputs { references: vec![0.1, 2.5, 4.0], ..CRUISE.clone() }).unwrap();
         if initial {
             autopilot.initialise(0.0, &at).unwrap();
         }
         let moved = |by: f64| {
-            let mut moved = at;
-            moved.measured.iter_mut().zip(direction.measured).for_each(|(to, d)| *to += by * d);
-            moved.references.iter_mut().zip(direction.references).for_each(|(to, d)| *to += by * d);
+            let mut moved = at.clone();
+            moved.measured.iter_mut().zip(&direction.measured).for_each(|(to, d)| *to += by * d);
+            moved.references.iter_mut().zip(&direction.references).for_each(|(to, d)| *to += by * d);
             let mut autopilot = autopilot.clone();
             if initial { autopilot.initialise(0.0, &moved).unwrap() } else { _ = autopilot.tick(&moved).unwrap() }
             autopilot.outputs().clone()
@@ -127,7 +132,7 @@ proptest! {
             high.commands.iter().zip(&low.commands).map(|(high, low)| (high - low) / 2e-5).collect();
         let found = autopilot.tangents(initial, &at, &direction).unwrap();
         assert_close(&found.commands, &slopes, 1e-5);
-        assert_close(&[found.trim_pitch], &[(high.trim_pitch - low.trim_pitch) / 2e-5], 1e-5);
+        assert_close(&found.trim, &[(high.trim[0] - low.trim[0]) / 2e-5], 1e-5);
     }
 }
 
@@ -149,37 +154,29 @@ fn inputs_are_deviations_from_the_level_trim_at_the_filtered_reference() {
     design.lft.dty = vec![none(); 2];
     design.lft.duy = vec![gains, none(), none()];
     let mut autopilot = started(&design);
-    let mut inputs = CRUISE;
-    inputs.measured[place("pitch_rate").unwrap()] = 0.05;
-    inputs.measured[place("heave").unwrap()] = -0.1;
+    let mut inputs = CRUISE.clone();
+    (inputs.measured[RATE], inputs.measured[HEAVE]) = (0.05, -0.1);
     (inputs.measured[PITCH], inputs.measured[SPEED]) = (0.03, 1.9);
-    inputs.references = [0.15, 3.0, 0.0];
+    inputs.references = vec![0.15, 3.0, 0.0];
     autopilot.tick(&inputs).unwrap();
     let speed = 3.0 - (3.0 - 1.749) * (-10.0 * 0.02f64).exp();
     assert!((autopilot.filtered_speed() - speed).abs() < 1e-15);
     autopilot.tick(&inputs).unwrap();
     let part = (speed - 1.749) / (3.0 - 1.749);
     let pitch = -0.01 + part * (-0.003 + 0.01);
-    let y = [
-        (0.15 - pitch) / 0.2,
-        (1.9 - speed) / 0.5,
-        0.05 / 0.1,
-        (-0.1 - speed * f64::tan(pitch)) / 0.4,
-        (3.0 - 1.9) / 0.3,
-    ];
+    let heave = -0.0175 + part * (-0.009 + 0.0175);
+    let y = [(0.15 - pitch) / 0.2, (1.9 - speed) / 0.5, 0.05 / 0.1, (-0.1 - heave) / 0.4, (3.0 - 1.9) / 0.3];
     let u: f64 = kinds.iter().zip(y).map(|((.., gain), y)| 1e-3 * gain * y).sum();
     let trim = [9.0 + part * 15.0, 8.0 + part * 15.0, 8.0 + part * 15.0];
     assert_close(&autopilot.outputs().commands, &[trim[0] + 100.0 * u, trim[1], trim[2]], 1e-13);
-    assert_close(&[autopilot.outputs().trim_pitch], &[pitch], 1e-15);
+    assert_close(&autopilot.outputs().trim, &[pitch], 1e-15);
 }
 
 #[test]
 fn level_flight_leaves_the_trim() {
     let mut autopilot = started(&filtered(0.5));
     for speed in [0.5, 1.749, 2.8] {
-        let signals = autopilot.trim().signals(speed, 7.0);
-        let level =
-            Inputs { measured: signals, references: [signals[PITCH], signals[SPEED], signals[DEPTH]] };
+        let level = level(autopilot.trim(), speed, 7.0);
         autopilot.initialise(0.0, &level).unwrap();
         let trim: Vec<f64> = (0..3).map(|index| autopilot.trim().command(speed, index)).collect();
         autopilot.advance(10.0, &level).unwrap();
@@ -193,18 +190,18 @@ fn a_flight_does_not_depend_on_its_initial_depth() {
     let mut design = filtered(0.5);
     design.controller_inputs[0] = example::input("depth", Kind::Reference, 2.0);
     design.controller_inputs[2] = example::input("depth", Kind::Measurement, 2.0);
-    design.depth = 20.0;
+    design.signals[DEPTH].start = 20.0;
     assert_eq!((design.follows(DEPTH), design.measures(DEPTH), design.follows(PITCH)), (true, true, false));
     let flown = |start: f64| {
         let at = |k: f64| {
-            let mut inputs = CRUISE;
+            let mut inputs = CRUISE.clone();
             inputs.references[DEPTH] = start + if k < 50.0 { 0.5 } else { 1.5 };
             inputs.measured[DEPTH] = start + 0.25 * (k / 64.0).floor();
             inputs
         };
         let mut autopilot = started(&design);
         autopilot.initialise(0.0, &at(0.0)).unwrap();
-        assert_eq!(autopilot.depth(), start);
+        assert_eq!(autopilot.origins()[DEPTH], start);
         let mut commands = vec![];
         for k in 0..200 {
             if k == 100 {
@@ -222,8 +219,8 @@ fn a_flight_does_not_depend_on_its_initial_depth() {
     assert!(deep[0] != deep[60] && deep[60] != deep[199]);
     let json = design.to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), design);
-    let wrong = ControllerDesign { depth: f64::NAN, ..design };
-    assert_eq!(wrong.to_json().unwrap_err().to_string(), "depth is NaN, but must be finite");
+    design.signals[DEPTH].start = f64::NAN;
+    assert_eq!(design.to_json().unwrap_err().to_string(), "signals[2].start is NaN, but must be finite");
 }
 
 #[test]
@@ -257,22 +254,24 @@ fn an_imposed_speed_replaces_the_reference() {
     let (mut one, mut other) = (started(&given()), started(&free));
     for (measured, wanted) in [(1.1, 2.0), (2.4, 0.7), (0.6, 0.6)] {
         let at = |reference| Inputs {
-            measured: [0.02, measured, 0.0, 0.01, 0.0],
-            references: [0.05, reference, 0.0],
+            measured: vec![0.02, measured, 0.0, 0.01, 0.0],
+            references: vec![0.05, reference, 0.0],
         };
         one.tick(&at(wanted)).unwrap();
         other.tick(&at(measured)).unwrap();
         assert_eq!(one.outputs(), other.outputs());
-        let direction = Inputs { measured: [0.0, 1.0, 0.0, 0.0, 0.0], references: [0.0, 5.0, 0.0] };
+        let direction = Inputs { measured: vec![0.0, 1.0, 0.0, 0.0, 0.0], references: vec![0.0, 5.0, 0.0] };
         let tangents = one.tangents(false, &at(wanted), &direction).unwrap();
         let by = 1e-6;
-        let moved =
-            Inputs { measured: [0.02, measured + by, 0.0, 0.01, 0.0], references: [0.05, wanted, 0.0] };
+        let moved = Inputs {
+            measured: vec![0.02, measured + by, 0.0, 0.01, 0.0],
+            references: vec![0.05, wanted, 0.0],
+        };
         let there = one.tangents(false, &moved, &direction).unwrap();
         for ((slope, before), after) in tangents.commands.iter().zip(&tangents.computed).zip(there.computed) {
             assert!(((after - before) / by - slope).abs() < 1e-3 * (1.0 + slope.abs()), "{slope}");
         }
-        assert!(tangents.trim_pitch != 0.0);
+        assert!(tangents.trim[0] != 0.0);
     }
     let json = given().to_json().unwrap();
     assert_eq!(ControllerDesign::from_json(&json).unwrap(), given());

@@ -19,7 +19,7 @@ fn limited(reach: f64) -> ControllerDesign {
 }
 
 fn inputs(pitch_reference: f64) -> Inputs {
-    Inputs { measured: [-0.01, 1.749, 0.0, 0.0, 0.0], references: [pitch_reference, 1.749, 0.0] }
+    Inputs { measured: vec![-0.01, 1.749, 0.0, 0.0, 0.0], references: vec![pitch_reference, 1.749, 0.0] }
 }
 
 fn started(design: &ControllerDesign) -> Autopilot {

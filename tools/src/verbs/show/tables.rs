@@ -94,7 +94,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     let plant = augment(
         &inputs.vehicle.actuators,
         &inputs.design,
-        Model::new(&inputs.vehicle, &inputs.design)?.linear(),
+        Model::new(&inputs.longitudinal(), &inputs.design)?.linear(),
     )?;
     let (centre, half_range) = inputs.design.scheduling();
     let mut out = format!(

@@ -1,33 +1,37 @@
 //! Reads the default manoeuvre: the table `[manoeuvre]`.
 
+use crate::inputs::design_file::Tracked;
 use crate::inputs::design_file::values::{ROUNDING, angle};
 use auv::toml_file::Table;
 use auv::{number, rounded};
 use scheduled::{MANOEUVRE_FORMAT, Manoeuvre};
+use signals::{Interface, Level, Signal};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 /// Time from the end of the flight to the end of the step of the default manoeuvre, s.
 const NEVER: f64 = 1e6;
 
 /// The limits of the design on a manoeuvre; `None` for those that could not be read.
-pub(super) struct Limits {
+pub(super) struct Limits<'a> {
     /// The range of speed, m/s.
     pub speeds: Option<(f64, f64)>,
-    /// The largest pitch reference of the design, rad; `None` if pitch is not tracked.
-    pub pitch: Option<f64>,
-    /// The largest depth reference of the design, m; `None` if depth is not tracked.
-    pub depth: Option<f64>,
+    /// The signals.
+    pub interface: &'static Interface,
+    /// The tracked outputs: their scales are the largest references.
+    pub tracked: &'a [Tracked],
     /// The longest flight, s.
     pub duration: Option<f64>,
 }
 
-impl Limits {
+impl Limits<'_> {
     /// The default manoeuvre: a step of at most the scale, at speeds in the range of the design.
     pub fn manoeuvre(&self, table: &Table<'_>) -> Option<Manoeuvre> {
-        table.allow_only(&[
-            "pitch_step",
+        let steps = self.steps();
+        let keys: Vec<String> = steps.iter().map(|signal| format!("{}_step", signal.name)).collect();
+        let mut allowed: Vec<&str> = keys.iter().map(String::as_str).collect();
+        allowed.extend([
             "unit",
-            "depth_step",
             "step_time",
             "speed_from",
             "speed_to",
@@ -35,16 +39,25 @@ impl Limits {
             "ramp_duration",
             "duration",
         ]);
-        // A design that tracks neither has a pitch step, because its FMU has that parameter.
-        let pitch_step = if self.pitch.is_some() || self.depth.is_none() {
-            angle(table).and_then(|factor| self.pitch_step(table, factor))
-        } else {
-            no_step(table, &["pitch_step", "unit"], "pitch")
-        };
-        let depth_step = match self.depth {
-            Some(scale) => depth_step(table, scale),
-            None => no_step(table, &["depth_step"], "depth"),
-        };
+        table.allow_only(&allowed);
+        let scale =
+            |signal: &Signal| self.tracked.iter().find(|t| t.signal.name == signal.name).map(|t| t.scale);
+        // A design that tracks none has a step of the first, because its FMU has that parameter.
+        let none = steps.iter().all(|signal| scale(signal).is_none());
+        let flown: Vec<bool> =
+            steps.iter().enumerate().map(|(i, signal)| scale(signal).is_some() || (none && i == 0)).collect();
+        let mut heights = BTreeMap::new();
+        let mut complete = true;
+        for ((signal, key), flown) in steps.iter().zip(&keys).zip(&flown) {
+            let height =
+                if *flown { step(table, key, signal, scale(signal)) } else { no_step(table, key, signal) };
+            complete &= height.is_some();
+            heights.extend(height.filter(|_| *flown).map(|height| (signal.name.to_owned(), height)));
+        }
+        let mut angles = steps.iter().zip(&flown).filter(|(signal, _)| signal.unit == "rad");
+        if let Some((signal, _)) = angles.clone().next().filter(|_| !angles.any(|(_, flown)| *flown)) {
+            complete &= no_step(table, "unit", signal).is_some();
+        }
         let most = self.duration.unwrap_or(f64::INFINITY);
         let words = format!("above 0 and at most {} (s), a million sample times", number(most));
         let duration = table.number("duration", |v| v > 0.0 && v <= most, &words);
@@ -56,8 +69,7 @@ impl Limits {
         let ramp_duration = table.number("ramp_duration", |v| v > 0.0, "above 0 (s)");
         Some(Manoeuvre {
             format: MANOEUVRE_FORMAT.into(),
-            pitch_step: pitch_step?,
-            depth_step: depth_step?,
+            steps: complete.then_some(heights)?,
             step_time: step_time?,
             step_end: duration? + NEVER,
             speed_from: speed_from?,
@@ -68,20 +80,10 @@ impl Limits {
         })
     }
 
-    fn pitch_step(&self, table: &Table<'_>, factor: f64) -> Option<f64> {
-        let Some(scale) = self.pitch.filter(|scale| *scale < FRAC_PI_2) else {
-            let words = "other than 0 and below a right angle";
-            let step = table.number("pitch_step", |v| v != 0.0 && (v * factor).abs() < FRAC_PI_2, words);
-            return step.map(|step| factor * step);
-        };
-        let unit = if factor == 1.0 { "rad" } else { "deg" };
-        let words = format!(
-            "other than 0 and at most {} {unit} in size, the 'scale' of pitch: the largest reference that the \
-                design is made for",
-            rounded(scale / factor)
-        );
-        let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
-        table.number("pitch_step", allowed, &words).map(|step| factor * step)
+    /// The signals that can step: those that can be tracked, besides the one that is scheduled on.
+    fn steps(&self) -> Vec<&'static Signal> {
+        let steps = self.interface.tracked().map(|(signal, _)| signal);
+        steps.filter(|signal| signal.level != Level::Scheduled).collect()
     }
 
     fn speed(&self, table: &Table<'_>, key: &str) -> Option<f64> {
@@ -94,21 +96,44 @@ impl Limits {
     }
 }
 
-/// A step of 0 for an output that is not tracked; its keys must be absent.
-fn no_step(table: &Table<'_>, keys: &[&str], output: &str) -> Option<f64> {
-    let given = keys.iter().find(|key| table.has(key));
-    given.iter().for_each(|key| {
-        table.not_allowed(key, "given", format!("left out, since no [[track]] has the output '{output}'"));
-    });
-    given.is_none().then_some(0.0)
+/// A step of 0 for an output that is not tracked; its key must be absent.
+fn no_step(table: &Table<'_>, key: &str, signal: &Signal) -> Option<f64> {
+    if table.has(key) {
+        let words = format!("left out, since no [[track]] has the output '{}'", signal.name);
+        table.not_allowed(key, "given", words);
+        return None;
+    }
+    Some(0.0)
 }
 
-/// The step of the depth \[m\], at most its scale.
-fn depth_step(table: &Table<'_>, scale: f64) -> Option<f64> {
+/// The step of a signal, SI: an angle in the unit of the table, at most its scale and within its range.
+fn step(table: &Table<'_>, key: &str, signal: &Signal, scale: Option<f64>) -> Option<f64> {
+    let factor = if signal.unit == "rad" { angle(table)? } else { 1.0 };
+    let [_, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    let Some(scale) = scale.filter(|scale| *scale < most) else {
+        let (limit, unit) = (rounded(most / factor), unit(signal, factor));
+        let words = match most {
+            FRAC_PI_2 => "other than 0 and below a right angle".to_owned(),
+            f64::INFINITY => "other than 0".to_owned(),
+            _ => format!("other than 0 and below {limit} {unit} in size"),
+        };
+        return table
+            .number(key, |v| v != 0.0 && (v * factor).abs() < most, &words)
+            .map(|step| factor * step);
+    };
+    let shown = match unit(signal, factor) {
+        unit @ ("deg" | "rad") => format!("{} {unit}", rounded(scale / factor)),
+        unit => format!("{} ({unit})", rounded(scale / factor)),
+    };
     let words = format!(
-        "other than 0 and at most {} (m) in size, the 'scale' of depth: the largest reference that the design is made \
-         for",
-        rounded(scale)
+        "other than 0 and at most {shown} in size, the 'scale' of {}: the largest reference that the design is made for",
+        signal.name
     );
-    table.number("depth_step", |v| v != 0.0 && v.abs() <= scale * (1.0 + ROUNDING), &words)
+    let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
+    table.number(key, allowed, &words).map(|step| factor * step)
+}
+
+/// The unit of a step with a factor to SI.
+fn unit(signal: &Signal, factor: f64) -> &'static str {
+    if signal.unit == "rad" && factor != 1.0 { "deg" } else { signal.unit }
 }

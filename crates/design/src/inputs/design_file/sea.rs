@@ -1,6 +1,7 @@
 //! The sea for which a controller is designed: the table `[sea]`.
 
-use auv::{Linearisation, RegularWaves};
+use crate::axis::Linearisation;
+use auv::RegularWaves;
 use lpv::matrix::Mat;
 use squid_flight::sea::WaveParameters;
 use squid_sea::ShapingFilter;

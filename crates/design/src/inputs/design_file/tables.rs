@@ -7,10 +7,11 @@ use crate::inputs::design_file::{
     CONTROL_WEIGHT, DISTURBANCE, DesignFile, RATE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
+use auv::longitudinal::INTERFACE;
 use auv::toml_file::{Document, FileError, Table};
 use lpv::weights::RisingWeight;
 use scheduled::MAX_DELAY_TICKS;
-use signals::{DEPTH, PITCH, states};
+use signals::Interface;
 use squid_flight::sea::WaveParameters;
 
 /// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
@@ -44,20 +45,33 @@ impl DesignFile {
     /// # Errors
     /// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
+        Self::parse_for(&INTERFACE, text, file, name)
+    }
+
+    /// As [`parse`](Self::parse), for a vehicle with other states and signals.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_for(
+        interface: &'static Interface,
+        text: &str,
+        file: &str,
+        name: &str,
+    ) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
-        document.finish(design(&document, name))
+        document.finish(design(&document, interface, name))
     }
 }
 
 /// The design of a file; `None` if a recorded mistake leaves a value undefined.
-fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
+fn design(document: &Document<'_>, interface: &'static Interface, name: &str) -> Option<DesignFile> {
     let root = document.root();
     root.allow_only(&SECTIONS);
     let description = root.text("description");
     let model = root.required_table("model", "range of speed, depth, and the fit").map(|t| Model::of(&t));
     let pitch = root.table("trim").map_or(Some(None), |table| pitch(&table).map(Some));
-    let measured = measured(&root);
-    let tracked = tracked(&root, measured.as_ref().is_none_or(|all| !all.is_empty()));
+    let measured = measured(&root, interface);
+    let tracked = tracked(&root, interface, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
@@ -73,11 +87,10 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
     let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
-    let scale = |place: usize| tracked.iter().flatten().find(|t| t.place == place).map(|t| t.scale);
     let limits = Limits {
         speeds,
-        pitch: scale(PITCH),
-        depth: scale(DEPTH),
+        interface,
+        tracked: tracked.as_deref().unwrap_or_default(),
         duration: sample_time.map(|time| MOST_TICKS * time),
     };
     let manoeuvre = root.required_table("manoeuvre", "the default manoeuvre of the FMU of the complete loop");
@@ -95,7 +108,8 @@ fn design(document: &Document<'_>, name: &str) -> Option<DesignFile> {
         depth: model.depth?,
         pitch: pitch.clone()?.unwrap_or_default(),
         pitch_asked: pitch?,
-        states: states(false, false),
+        states: interface.states,
+        interface,
         order: model.order?,
         drop: model.drop?,
         tracked: tracked?,

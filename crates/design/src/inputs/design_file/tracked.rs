@@ -4,38 +4,50 @@ use crate::inputs::design_file::values::{rising, within};
 use crate::inputs::design_file::{
     BANDWIDTH, DAMPING, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, SCALE, Tracked,
 };
+use crate::numbers::readable;
 use auv::toml_file::Table;
 use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
-use signals::{PITCH, SIGNALS, SPEED};
-use std::f64::consts::FRAC_PI_2;
+use signals::{Interface, Level, Signal};
 
 /// Relative tolerance of an angle: rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// The tracked outputs. They may have reference models if references and measurements are separate.
-pub(super) fn tracked(root: &Table<'_>, separate: bool) -> Option<Vec<Tracked>> {
+pub(super) fn tracked(
+    root: &Table<'_>,
+    interface: &'static Interface,
+    separate: bool,
+) -> Option<Vec<Tracked>> {
     if !root.requires("track", "what is tracked, each output in a table [[track]]") {
         return None;
     }
     let tables = root.tables("track");
     let mut taken: Vec<usize> = Vec::new();
-    let each: Vec<Option<Tracked>> = tables.iter().map(|table| track(table, separate, &mut taken)).collect();
+    let each: Vec<Option<Tracked>> =
+        tables.iter().map(|table| track(table, interface, separate, &mut taken)).collect();
     each.into_iter().collect()
 }
 
-fn track(table: &Table<'_>, separate: bool, taken: &mut Vec<usize>) -> Option<Tracked> {
+fn track(
+    table: &Table<'_>,
+    interface: &'static Interface,
+    separate: bool,
+    taken: &mut Vec<usize>,
+) -> Option<Tracked> {
     let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
     keys.extend(separate.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
-    let (place, unit) = signal(table, "output", signals::TRACKED, taken)?;
-    let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, place, unit * scale));
+    let (place, signal, unit) =
+        signal(table, "output", interface.tracked().map(|(signal, _)| signal), taken)?;
+    let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, signal, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
     let bandwidth = within(table, "bandwidth", BANDWIDTH);
     let references = references(table);
-    let model = if separate { reference_model(table, place) } else { Some(None) };
+    let model = if separate { reference_model(table, signal) } else { Some(None) };
     Some(Tracked {
         place,
+        signal,
         scale: unit * scale?,
         references: references?,
         weight: TrackingWeight { peak: peak?, steady_error: steady_error?, bandwidth: bandwidth? },
@@ -43,13 +55,29 @@ fn track(table: &Table<'_>, separate: bool, taken: &mut Vec<usize>) -> Option<Tr
     })
 }
 
-/// Records a mistake if the unit of the pitch error (rad) is larger than any possible error.
-fn is_possible_error(table: &Table<'_>, place: usize, scale: f64) -> bool {
-    let allowed = place != PITCH || scale <= FRAC_PI_2 * (1.0 + ROUNDING);
+/// Records a mistake if the unit of the error is beyond the range of the signal.
+fn is_possible_error(table: &Table<'_>, signal: &Signal, scale: f64) -> bool {
+    let [_, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    let allowed = scale <= most * (1.0 + ROUNDING);
     if !allowed {
-        let found = format!("{} rad, or {} deg", auv::rounded(scale), auv::rounded(scale.to_degrees()));
-        let words = "at most 90 deg, the unit of the pitch error (degrees with the unit \"rad\"?)";
-        table.not_allowed("scale", found, words);
+        let Signal { name, unit, .. } = signal;
+        let (factor, readable) = readable(unit);
+        let (found, doubt) = match *unit {
+            "rad" => {
+                let degrees = auv::rounded(scale * factor);
+                (
+                    format!("{} rad, or {degrees} deg", auv::rounded(scale)),
+                    " (degrees with the unit \"rad\"?)",
+                )
+            }
+            _ => (format!("{} {unit}", auv::rounded(scale)), ""),
+        };
+        let most = auv::rounded(most * factor);
+        table.not_allowed(
+            "scale",
+            found,
+            format!("at most {most} {readable}, the unit of the {name} error{doubt}"),
+        );
     }
     allowed
 }
@@ -64,8 +92,8 @@ fn references(table: &Table<'_>) -> Option<ReferenceWeight> {
 }
 
 /// The reference model of an output. That of the speed is of first order, because the trim moves with it.
-fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceModel>> {
-    if place == SPEED {
+fn reference_model(table: &Table<'_>, signal: &Signal) -> Option<Option<ReferenceModel>> {
+    if signal.level == Level::Scheduled {
         let frequency = within(table, "frequency", FREQUENCY);
         if table.has("damping") {
             table.not_allowed("damping", "given", "left out for the speed, whose model is of first order");
@@ -82,31 +110,38 @@ fn reference_model(table: &Table<'_>, place: usize) -> Option<Option<ReferenceMo
 }
 
 /// The measurements; empty without such a table.
-pub(super) fn measured(root: &Table<'_>) -> Option<Vec<Measured>> {
+pub(super) fn measured(root: &Table<'_>, interface: &'static Interface) -> Option<Vec<Measured>> {
     let mut taken: Vec<usize> = Vec::new();
     let each: Vec<Option<Measured>> =
-        root.tables("measure").iter().map(|table| measure(table, &mut taken)).collect();
+        root.tables("measure").iter().map(|table| measure(table, interface, &mut taken)).collect();
     each.into_iter().collect()
 }
 
-fn measure(table: &Table<'_>, taken: &mut Vec<usize>) -> Option<Measured> {
+fn measure(table: &Table<'_>, interface: &'static Interface, taken: &mut Vec<usize>) -> Option<Measured> {
     table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
-    let (place, unit) = signal(table, "signal", SIGNALS.len(), taken)?;
+    let (place, signal, unit) = signal(table, "signal", interface.signals.iter(), taken)?;
     let scale = within(table, "scale", SCALE);
     let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
-    Some(Measured { place, scale: unit * scale?, noise: noise? })
+    Some(Measured { place, signal, scale: unit * scale?, noise: noise? })
 }
 
-/// The index of a signal among the first `count`, and its unit in SI; each may be named once.
-fn signal(table: &Table<'_>, key: &str, count: usize, taken: &mut Vec<usize>) -> Option<(usize, f64)> {
-    let names: Vec<&str> = SIGNALS[..count].iter().map(|signal| signal.name).collect();
+/// The index of a signal among those allowed, which are the first of the interface, its row, and its unit in SI; each
+/// may be named once.
+fn signal(
+    table: &Table<'_>,
+    key: &str,
+    allowed: impl Iterator<Item = &'static Signal>,
+    taken: &mut Vec<usize>,
+) -> Option<(usize, &'static Signal, f64)> {
+    let allowed: Vec<&'static Signal> = allowed.collect();
+    let names: Vec<&str> = allowed.iter().map(|signal| signal.name).collect();
     let place = table.one_of(key, &names);
     if let Some(place) = place.filter(|place| taken.contains(place)) {
-        table.not_allowed(key, format!("\"{}\" a second time", SIGNALS[place].name), "named once");
+        table.not_allowed(key, format!("\"{}\" a second time", allowed[place].name), "named once");
         return None;
     }
     taken.extend(place);
-    let units = SIGNALS[place?].units;
-    let names: Vec<&str> = units.iter().map(|unit| unit.name).collect();
-    Some((place?, table.one_of("unit", &names).map(|unit| units[unit].factor)?))
+    let signal = allowed[place?];
+    let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
+    Some((place?, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))
 }

@@ -8,8 +8,8 @@ use crate::page::section::{Part, Table};
 use crate::page::words::capital;
 use crate::subject::Subject;
 use crate::threads::in_parallel;
+use auv::longitudinal::{SPEED, place};
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::{SPEED, place};
 use squid_design::numbers::decimals;
 use squid_flight::flight::{Flight, Row, fly_at_sea};
 use squid_flight::sea::Sea;
@@ -103,12 +103,8 @@ pub(super) fn fly(
     k: u64,
 ) -> Result<Flight, Error> {
     let (inputs, stored) = (subject.inputs, subject.stored);
-    let level = Manoeuvre {
-        speed_from: speed,
-        speed_to: speed,
-        duration: FLOWN,
-        ..stored.manoeuvre.with_step(SPEED, 0.0)
-    };
+    let level =
+        Manoeuvre { speed_from: speed, speed_to: speed, duration: FLOWN, ..stored.manoeuvre.without_steps() };
     let sea = Sea { seed: sea.seed.wrapping_add(k), ..sea.clone() };
     Ok(fly_at_sea(&inputs.vehicle, controller, inputs.design.level(), &level, &sea)?)
 }

@@ -10,16 +10,18 @@ use crate::page::words::capital;
 use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
+use auv::longitudinal::PITCH;
 use base::progress::Progress;
 use lpv::matrix::to_rows;
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::PITCH;
 use squid_design::augment::augment;
+use squid_design::certify::lft_matrices;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, WorkingSea};
+use squid_design::linearise::Longitudinal;
 use squid_design::numbers::decimals;
-use squid_design::store::freeze::freeze;
+use squid_design::store::freeze::{controller, gamma};
 use squid_design::synthesise::anti_windup::anti_windup;
 use squid_design::synthesise::synthesise;
 use squid_flight::flight::{Row, fly_at_sea};
@@ -72,17 +74,19 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// A controller of the same weights, for still water.
 fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     let design = DesignFile { sea: None, ..inputs.design.clone() };
-    let actuators = &inputs.vehicle.actuators;
-    let model = Model::new(&inputs.vehicle, &design)?;
+    let (actuators, vehicle) =
+        (&inputs.vehicle.actuators, Longitudinal { vehicle: &inputs.vehicle, file: &design });
+    let model = Model::new(&vehicle, &design)?;
     let plant = augment(actuators, &design, model.linear())?;
     let found = synthesise(actuators, &design, &plant, &Progress::default())?;
-    let frozen = freeze(&inputs.vehicle, &design, &inputs.hashes, &model, &found, false)?;
+    let lft = lft_matrices(&found.controller);
+    let frozen = controller(&vehicle, &design, &inputs.hashes, lft, gamma(&found, false))?;
     let gain = if design.anti_windup {
-        Some(to_rows(&anti_windup(&inputs.vehicle, &design, &found.controller)?.gain))
+        Some(to_rows(&anti_windup(&vehicle, &design, &found.controller)?.gain))
     } else {
         None
     };
-    Ok(ControllerDesign { anti_windup: gain, ..frozen.controller })
+    Ok(ControllerDesign { anti_windup: gain, ..frozen })
 }
 
 /// A climb from deep water to the working depth.
@@ -91,15 +95,14 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
     let from = DEEP.max(2.0 * sea.depth);
     let (speed, _) = inputs.design.scheduling();
     // Astern the vehicle climbs with the bow down.
-    let pitch = stored.manoeuvre.pitch_step.abs().copysign(speed);
+    let pitch = stored.manoeuvre.step("pitch").abs().copysign(speed);
     let takes = 1.5 * (from - sea.depth) / (speed * pitch.sin());
     let manoeuvre = Manoeuvre {
         speed_from: speed,
         speed_to: speed,
-        pitch_step: pitch,
         step_time: BEGINS,
         duration: (BEGINS + takes).min(LONGEST),
-        ..stored.manoeuvre.clone()
+        ..stored.manoeuvre.with_step("pitch", pitch)
     };
     let deep = Sea::of_waves(sea.waves.clone(), from, SEED)?;
     let (mut errors, mut depths) = (vec![], vec![]);
@@ -170,7 +173,7 @@ mod tests {
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
         let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
-        let steep = Manoeuvre { pitch_step: 0.08, ..inputs.design.manoeuvre.clone() };
+        let steep = inputs.design.manoeuvre.with_step("pitch", 0.08);
         inputs.design =
             DesignFile { sea, anti_windup: false, uncertainty: None, manoeuvre: steep, ..inputs.design };
         let directory = tempfile::tempdir().unwrap();

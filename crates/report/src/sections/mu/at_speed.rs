@@ -4,7 +4,6 @@
 use crate::error::Error;
 use crate::sections::mu::worst_gain::WorstGain;
 use crate::subject::Subject;
-use auv::Linearisation;
 use lpv::matrix::{Mat, solve, spectral_abscissa};
 use lpv::mu::lower::{LowerBound, lower_bound};
 use lpv::mu::margin::real_lower_bound;
@@ -14,6 +13,7 @@ use lpv::mu::upper::{DgScalings, UpperBoundOptions, upper_bound_with};
 use lpv::mu::{self, CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::DVector;
+use squid_design::axis::Linearisation;
 use squid_design::error::Error as DesignError;
 use squid_design::uncertain::closed_loop::uncertain_loop;
 use squid_design::uncertain::frozen::FrozenUncertain;
@@ -250,7 +250,8 @@ fn unstable_at(
     found: Option<&LowerBound>,
 ) -> Result<[Option<f64>; 2], Error> {
     let farthest = found.map_or(1.0, |found| (FOLLOWED / found.value).max(1.0));
-    let controller = subject.frozen(&subject.controller, &frozen.nominal)?;
+    let controller =
+        subject.frozen(&subject.controller, &frozen.linear(&subject.inputs.vehicle.actuators))?;
     let flies = |l: &Linearisation| subject.sampling().spectral_radius(l, &controller) < 1.0;
     let ideal =
         |l: &Linearisation| spectral_abscissa(&subject.sampling().ideal(l).closed(&controller).a) < 0.0;

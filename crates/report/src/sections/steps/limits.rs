@@ -7,8 +7,8 @@ use crate::page::section::{Part, Table};
 use crate::page::words::{capital, seconds, tidy};
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
+use auv::longitudinal::DEPTH;
 use scheduled::{ControllerDesign, Manoeuvre};
-use signals::DEPTH;
 use squid_design::synthesise::anti_windup::largest_step;
 use squid_flight::flight::{Flight, Row, fly, unless_lost};
 use squid_flight::metrics::StepFigures;
@@ -135,7 +135,7 @@ fn fly_held(
         step_time: STEP_TIME,
         step_end: TIMES[0],
         duration: TIMES[1],
-        ..subject.stored.manoeuvre.with_step(subject.step().place, height)
+        ..subject.stored.manoeuvre.with_step(subject.step().name, height)
     };
     let mut vehicle = subject.inputs.vehicle.clone();
     let (depth, pitch) = subject.inputs.design.level();

@@ -1,0 +1,201 @@
+//! The longitudinal vehicle: its states, its signals, and its linear model as an axis of an autopilot has it.
+
+use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const DEGREE: f64 = PI / 180.0;
+
+/// The states of the linear model, x = \[u w q theta z\], in their order.
+pub const STATES: [State; 5] = [
+    State {
+        symbol: "u",
+        unit: "m/s",
+        name: "surge speed",
+        acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
+        shows: "measure 'speed'",
+    },
+    State {
+        symbol: "w",
+        unit: "m/s",
+        name: "heave speed",
+        acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
+        shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
+    },
+    State {
+        symbol: "q",
+        unit: "rad/s",
+        name: "pitch rate",
+        acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
+        shows: "measure 'pitch_rate' or 'pitch'",
+    },
+    State {
+        symbol: "theta",
+        unit: "rad",
+        name: "pitch",
+        acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
+               a centre of gravity farther below that of buoyancy (z_G)",
+        shows: "measure 'pitch'",
+    },
+    State { symbol: "z", unit: "m", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
+];
+
+/// The states of the linear model of a vehicle: \[w q theta\], with u unless its speed is given from outside, and with
+/// the depth z for a design that has to do with it.
+pub fn states(speed_given: bool, depth: bool) -> States {
+    static ALL: [State; 5] = STATES;
+    &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
+}
+
+/// The places of w, q and theta among states: every vehicle has these, one after the other.
+pub fn pitching(states: States) -> [usize; 3] {
+    let heave = states.iter().position(|state| state.symbol == "w").unwrap_or(0);
+    [heave, heave + 1, heave + 2]
+}
+
+/// The index of pitch in [`SIGNALS`].
+pub const PITCH: usize = 0;
+
+/// The index of speed in [`SIGNALS`].
+pub const SPEED: usize = 1;
+
+/// The index of depth in [`SIGNALS`].
+pub const DEPTH: usize = 2;
+
+/// Every signal that an autopilot can measure; first those that it can track.
+pub static SIGNALS: [Signal; 5] = [
+    Signal {
+        name: "pitch",
+        unit: "rad",
+        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+        measured: "pitch angle",
+        reference: Some(Reference { name: "pitch_reference", wanted: "wanted pitch angle" }),
+        state: "theta",
+        level: Level::Trim,
+        range: Some([-FRAC_PI_2, FRAC_PI_2]),
+        largest_step: LargestStep::Of(PI / 6.0),
+        nominal: 0.1,
+    },
+    Signal {
+        name: "speed",
+        unit: "m/s",
+        units: &[Unit { name: "m/s", factor: 1.0 }],
+        measured: "forward speed through the water, along the body axis",
+        reference: Some(Reference {
+            name: "speed_reference",
+            wanted: "wanted forward speed through the water, along the body axis",
+        }),
+        state: "u",
+        level: Level::Scheduled,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 1.0,
+    },
+    Signal {
+        name: "depth",
+        unit: "m",
+        units: &[Unit { name: "m", factor: 1.0 }],
+        measured: "depth below the surface, downwards",
+        reference: Some(Reference { name: "depth_reference", wanted: "wanted depth" }),
+        state: "z",
+        level: Level::Start,
+        range: None,
+        largest_step: LargestStep::Depth,
+        nominal: 10.0,
+    },
+    Signal {
+        name: "pitch_rate",
+        unit: "rad/s",
+        units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+        measured: "rate of pitch",
+        reference: None,
+        state: "q",
+        level: Level::Zero,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 0.1,
+    },
+    Signal {
+        name: "heave",
+        unit: "m/s",
+        units: &[Unit { name: "m/s", factor: 1.0 }],
+        measured: "speed through the water, along the body z axis",
+        reference: None,
+        state: "w",
+        level: Level::Trim,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 0.1,
+    },
+];
+
+/// The interface of the longitudinal vehicle.
+pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
+
+/// How many signals can be tracked; they are the first of [`SIGNALS`].
+pub const TRACKED: usize = 3;
+
+/// A value for each row of [`SIGNALS`].
+pub type Each<T> = [T; SIGNALS.len()];
+
+/// A value for each row of [`SIGNALS`] that can be tracked.
+pub type EachTracked<T> = [T; TRACKED];
+
+/// A value for the signal at a place in [`SIGNALS`], and 0 for the others that can be tracked.
+pub fn only(place: usize, value: f64) -> EachTracked<f64> {
+    std::array::from_fn(|one| if one == place { value } else { 0.0 })
+}
+
+/// The index of a signal in [`SIGNALS`].
+pub fn place(name: &str) -> Option<usize> {
+    INTERFACE.place(name)
+}
+
+/// Every signal that can be tracked, with its reference, in the order of [`SIGNALS`].
+pub fn tracked() -> impl Iterator<Item = (&'static Signal, Reference)> {
+    INTERFACE.tracked()
+}
+
+/// The signals in a state `x`, in the order and units of [`STATES`]: y = C x.
+pub fn measured([u, w, q, theta, z]: [f64; STATES.len()]) -> Each<f64> {
+    [theta, u, z, q, w]
+}
+
+/// The state with these signals: the inverse of [`measured`].
+pub fn state_of([theta, u, z, q, w]: Each<f64>) -> [f64; STATES.len()] {
+    [u, w, q, theta, z]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_fits_together() {
+        assert_eq!(
+            ["pitch", "speed", "depth", "yaw"].map(place),
+            [Some(PITCH), Some(SPEED), Some(DEPTH), None]
+        );
+        assert_eq!(INTERFACE.scheduled(), Some(SPEED));
+        for (place, signal) in SIGNALS.iter().enumerate() {
+            assert_eq!(signal.reference.is_some(), place < TRACKED, "{}", signal.name);
+            let state = STATES.iter().find(|state| state.symbol == signal.state).unwrap();
+            assert_eq!(state.unit, signal.unit, "{}", signal.name);
+            assert!(signal.units.iter().any(|unit| unit.name == signal.unit && unit.factor == 1.0));
+        }
+        for (signal, reference) in tracked() {
+            assert_eq!(reference.name, format!("{}_reference", signal.name));
+        }
+    }
+
+    #[test]
+    fn a_signal_is_the_row_of_its_state() {
+        let x = [1.0, 2.0, 3.0, 4.0, 5.0];
+        for (signal, value) in SIGNALS.iter().zip(measured(x)) {
+            let row: f64 = STATES.iter().zip(x).map(|(state, x)| signal.output(state) * x).sum();
+            assert_eq!(value, row, "{}", signal.name);
+            assert_eq!(state_of(measured(x)), x);
+            assert_eq!(signal.is_among(states(true, true)), signal.name != "speed", "{}", signal.name);
+            assert_eq!(signal.is_among(states(false, false)), signal.name != "depth", "{}", signal.name);
+        }
+    }
+}
