@@ -1,18 +1,19 @@
 //! The gain-scheduled controller as a co-simulation FMU:
 //!
 //! ```text
-//! resources/controller.json -> scheduled::Autopilot -> table of variables -> FMU
+//! resources/controller.json, controller_2.json ... -> an axis each -> table of variables -> FMU
 //! ```
 //!
 //! The crate contains no vehicle: names and limits of the actuators, trim, sample time and matrices come from the
 //! frozen design. The C symbols are in `library`.
 
-mod fmu;
-mod model;
+mod axis;
+mod controller;
 mod tangents;
 mod variables;
 
-pub use model::{Controller, ControllerError, RESOURCE};
+pub use axis::{Axis, ControllerError, RESOURCE};
+pub use controller::Controller;
 pub use variables::outputs;
 
 use fmi2::{DescribeError, Described, Resources};

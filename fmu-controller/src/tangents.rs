@@ -3,7 +3,7 @@
 use fmi2::Moment;
 use scheduled::{ControllerDesign, Inputs, OutputTangents};
 
-use crate::{Controller, ControllerError};
+use crate::{Axis, ControllerError};
 
 /// The quantities, in the order of their numbers.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ impl Quantity {
     }
 }
 
-impl Controller {
+impl Axis {
     /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
     /// the commands through the inverse of their curves.
     ///

@@ -3,45 +3,75 @@
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
 //! output depends on an input, and a master has no algebraic loop.
 
-use scheduled::{Actuator, ControllerDesign, Level, Port};
+use scheduled::{Actuator, ControllerDesign, Inputs, Level, Port};
 
-use crate::Controller;
+use crate::Axis;
 use crate::tangents::Quantity;
 
-type Variable = fmi2::Variable<Controller>;
-type Role<T> = fmi2::Role<Controller, T>;
+type Variable = fmi2::Variable<Axis>;
+type Role<T> = fmi2::Role<Axis, T>;
 
-/// The table for one design.
-pub(crate) fn table(design: &ControllerDesign) -> Vec<Variable> {
-    inputs(design).into_iter().chain(outputs(design)).collect()
+/// An input of an axis: the measured value or the reference of a signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Input {
+    Measured(usize),
+    Reference(usize),
 }
 
-/// Commands, monitors and constants of a design.
-pub fn outputs(design: &ControllerDesign) -> Vec<Variable> {
-    let inputs = inputs(design);
-    let inputs: Vec<&str> = inputs.iter().map(Variable::name).collect();
+impl Input {
+    pub(crate) fn of(self, inputs: &Inputs) -> f64 {
+        match self {
+            Self::Measured(signal) => inputs.measured[signal],
+            Self::Reference(signal) => inputs.references[signal],
+        }
+    }
+
+    pub(crate) fn set(self, inputs: &mut Inputs, value: f64) {
+        match self {
+            Self::Measured(signal) => inputs.measured[signal] = value,
+            Self::Reference(signal) => inputs.references[signal] = value,
+        }
+    }
+
+    /// Its row of the table.
+    pub(crate) fn variable(self, design: &ControllerDesign) -> Variable {
+        let (Self::Measured(place) | Self::Reference(place)) = self;
+        let signal = &design.signals[place];
+        let wanted = signal.reference.as_ref().filter(|_| matches!(self, Self::Reference(_)));
+        let (name, what) =
+            wanted.map_or((&signal.name, &signal.measured), |reference| (&reference.name, &reference.wanted));
+        let set = Role::input(move |m: &mut Axis, v| self.set(&mut m.inputs, v));
+        let one = Variable::real(name, what, move |m| self.of(&m.inputs), set);
+        within_range(one, signal, design, wanted.is_none()).quantity(self.quantity().number(design))
+    }
+
+    pub(crate) fn quantity(self) -> Quantity {
+        match self {
+            Self::Measured(signal) => Quantity::Measured(signal),
+            Self::Reference(signal) => Quantity::Reference(signal),
+        }
+    }
+}
+
+/// Name and unit of each input: what the design measures, then the references that it follows.
+pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (&str, &str, Input)> {
+    let measured = design.signals.iter().enumerate().filter(|(i, _)| design.measures(*i));
+    let measured =
+        measured.map(|(i, signal)| (signal.name.as_str(), signal.unit.as_str(), Input::Measured(i)));
+    let references = design.references().enumerate().filter(|(i, _)| design.follows(*i));
+    let references = references
+        .map(|(i, (signal, wanted))| (wanted.name.as_str(), signal.unit.as_str(), Input::Reference(i)));
+    measured.chain(references)
+}
+
+/// Commands, monitors and constants of a design; the names of monitors and constants begin with `prefix`.
+pub fn outputs(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
+    let inputs: Vec<&str> = inputs(design).map(|(name, ..)| name).collect();
     let commands = design.actuators.iter().enumerate();
     let commands = commands.map(|(index, actuator)| {
         command(index, actuator, &inputs).quantity(Quantity::Command(index).number(design))
     });
-    commands.chain(monitors(design)).chain(constants()).collect()
-}
-
-/// What the design measures, then the references that it follows.
-fn inputs(design: &ControllerDesign) -> Vec<Variable> {
-    let measured =
-        design.signals.iter().enumerate().filter(|(i, _)| design.measures(*i)).map(|(i, signal)| {
-            let set = Role::input(move |m: &mut Controller, v| m.inputs.measured[i] = v);
-            let one = Variable::real(&signal.name, &signal.measured, move |m| m.inputs.measured[i], set);
-            within_range(one, signal, design, true).quantity(Quantity::Measured(i).number(design))
-        });
-    let references = design.references().enumerate().filter(|(i, _)| design.follows(*i));
-    let references = references.map(|(i, (signal, wanted))| {
-        let set = Role::input(move |m: &mut Controller, v| m.inputs.references[i] = v);
-        let one = Variable::real(&wanted.name, &wanted.wanted, move |m| m.inputs.references[i], set);
-        within_range(one, signal, design, false).quantity(Quantity::Reference(i).number(design))
-    });
-    measured.chain(references).collect()
+    commands.chain(monitors(design, prefix)).chain(constants(prefix)).collect()
 }
 
 /// Adds unit, size and range of a signal: that of a measured speed is wider than that of its reference.
@@ -76,7 +106,7 @@ fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
         .initially_depends_on(inputs)
 }
 
-fn monitors(design: &ControllerDesign) -> Vec<Variable> {
+fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let scheduled = design.scheduled().map(|place| &design.signals[place]);
     let measured = scheduled.map_or("", |signal| &signal.name);
     let reference =
@@ -87,7 +117,7 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
     };
     let scheduling = vec![
         Variable::real(
-            "scheduling_parameter",
+            format!("{prefix}scheduling_parameter"),
             "scheduling parameter rho: -1 at the slowest, 1 at the fastest scheduled speed",
             |m| m.autopilot.outputs().scheduling_parameter,
             Role::output(),
@@ -100,7 +130,7 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
         .depends_on(&[])
         .initially_depends_on(&[measured]),
         Variable::boolean(
-            "speed_out_of_range",
+            format!("{prefix}speed_out_of_range"),
             "the speed lies outside the scheduled range, and rho is held at its end",
             |m| m.autopilot.outputs().out_of_range,
             Role::output(),
@@ -111,7 +141,7 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
     let trims = design.trimmed().enumerate().map(|(index, place)| {
         let signal = &design.signals[place];
         let one = Variable::real(
-            format!("trim_{}", signal.name),
+            format!("{prefix}trim_{}", signal.name),
             format!("{} of level trim at the {which} speed", signal.measured),
             move |m| m.autopilot.outputs().trim[index],
             Role::output(),
@@ -127,14 +157,19 @@ fn monitors(design: &ControllerDesign) -> Vec<Variable> {
     scheduling.into_iter().chain(trims).collect()
 }
 
-fn constants() -> Vec<Variable> {
+fn constants(prefix: &str) -> Vec<Variable> {
     vec![
-        Variable::real("sample_time", "time between two ticks", |m| m.design.sample_time, Role::constant())
-            .unit("s")
-            .at_least(0.0)
-            .nominal(0.02),
         Variable::real(
-            "gamma",
+            format!("{prefix}sample_time"),
+            "time between two ticks",
+            |m| m.design.sample_time,
+            Role::constant(),
+        )
+        .unit("s")
+        .at_least(0.0)
+        .nominal(0.02),
+        Variable::real(
+            format!("{prefix}gamma"),
             "bound of the closed loop's L2 gain",
             |m| m.design.gamma.bound,
             Role::constant(),
@@ -143,7 +178,7 @@ fn constants() -> Vec<Variable> {
         .at_least(0.0)
         .nominal(1.0),
         Variable::boolean(
-            "gamma_certified",
+            format!("{prefix}gamma_certified"),
             "the bound was proved in exact arithmetic",
             |m| m.design.gamma.certified,
             Role::constant(),

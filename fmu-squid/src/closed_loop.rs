@@ -1,7 +1,7 @@
 //! The loop of plant and autopilot, in the order in which a master steps the two.
 
 use fmi2::{Log, Model};
-use fmu_controller::Controller;
+use fmu_controller::Axis;
 use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
@@ -30,7 +30,7 @@ pub struct ClosedLoop {
     /// The vehicle.
     pub plant: PlantModel,
     /// The autopilot.
-    pub controller: Controller,
+    pub controller: Axis,
     /// The manoeuvre flown by default.
     pub manoeuvre: Manoeuvre,
     /// The external references, flown while `manual` is true.
@@ -52,7 +52,7 @@ impl ClosedLoop {
     /// [`ClosedLoopError::Manoeuvre`].
     pub fn new(
         plant: PlantModel,
-        controller: Controller,
+        controller: Axis,
         mut manoeuvre: Manoeuvre,
     ) -> Result<Self, ClosedLoopError> {
         let (vehicle, design) = (plant.vehicle(), controller.design());
@@ -96,7 +96,7 @@ impl ClosedLoop {
         self.plant.settings.initial_speed = self.manoeuvre.speed_reference(time);
         self.plant.initialise(time, log)?;
         self.measure(time);
-        self.controller.initialise(time, log)?;
+        self.controller.initialise(time)?;
         self.command();
         // Actuators without lag follow the first commands at once.
         Ok(self.plant.apply_inputs()?)

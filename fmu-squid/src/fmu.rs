@@ -2,7 +2,7 @@
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
-use fmu_controller::Controller;
+use fmu_controller::{Axis, RESOURCE};
 use fmu_plant::{PlantModel, TOLERANCE, fidelities};
 
 use crate::tangents::Own;
@@ -14,7 +14,7 @@ impl Model for ClosedLoop {
 
     fn load(resources: &Resources) -> Result<Self, ClosedLoopError> {
         let plant = PlantModel::load(resources)?;
-        let controller = Controller::load(resources)?;
+        let controller = Axis::load(resources, RESOURCE)?;
         let manoeuvre = Manoeuvre::from_json(resources.text(MANOEUVRE_RESOURCE)?)
             .map_err(ClosedLoopError::ManoeuvreFile)?;
         Self::new(plant, controller, manoeuvre)

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! resources/vehicle.json, plant.json -> fmu_plant::PlantModel      -+
-//! resources/controller.json          -> fmu_controller::Controller -+-> ClosedLoop -> table of variables -> FMU
+//! resources/controller.json          -> fmu_controller::Axis -------+-> ClosedLoop -> table of variables -> FMU
 //! resources/manoeuvre.json           -> scheduled::Manoeuvre                  -+
 //! ```
 //!

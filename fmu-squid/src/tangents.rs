@@ -1,6 +1,6 @@
 //! Exact derivatives of the loop between two ticks, while the commands are held, and at its start.
 
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, TRACKED};
+use auv::longitudinal::{DEPTH, EachTracked, PITCH, SIGNALS, SPEED, TRACKED};
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
@@ -49,10 +49,10 @@ impl ClosedLoop {
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
-        let references: Vec<f64> = (0..TRACKED).map(|place| tangents[own(Own::Reference(place))]).collect();
+        let references: EachTracked<f64> = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
         tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let direction = Inputs { measured: vec![0.0; SIGNALS.len()], references: references.clone() };
+            let direction = Inputs { measured: vec![0.0; SIGNALS.len()], references: references.to_vec() };
             let autopilot = self.controller.autopilot();
             let moved = self.controller.tangents(moment.initial, &direction)?;
             tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&references);

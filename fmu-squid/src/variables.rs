@@ -202,7 +202,7 @@ fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let constants = ["sample_time", "gamma", "gamma_certified"];
     let names: Vec<String> =
         model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
-    fmu_controller::outputs(model.controller.design()).into_iter().map(move |one| {
+    fmu_controller::outputs(model.controller.design(), "").into_iter().map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
         let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };

@@ -251,7 +251,8 @@ fn at_inputs(inputs: &[(u32, f64, f64)], offsets: &[f64]) -> Vec<f64> {
 
 /// The trim table of the example has a corner every 0.1 m/s or so; its speeds along the body are a little less.
 fn off_corner(speed: f64) -> f64 {
-    let trims = describe::<Controller>(&resources()).unwrap().model.design().trim.forward_speed.clone();
+    let trims =
+        describe::<Controller>(&resources()).unwrap().model.axes()[0].design().trim.forward_speed.clone();
     let near = trims.into_iter().find(|corner| (corner - speed).abs() < 1e-3);
     near.map_or(speed, |corner| corner + 2e-3)
 }

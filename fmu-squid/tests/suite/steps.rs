@@ -182,7 +182,7 @@ fn a_million_tiny_steps_do_not_drift() {
         instance.step(f64::from(k) * 1e-6, 1e-6, &mut Silent).unwrap();
     }
     assert!((instance.time() - 1.0).abs() < 1e-12, "{}", instance.time());
-    assert_eq!(instance.model().autopilot().ticks(), 50);
+    assert_eq!(instance.model().axes()[0].autopilot().ticks(), 50);
     let mut whole = started::<Controller>(Interface::CoSimulation);
     disturb(&mut whole, "pitch_reference", 0.05);
     whole.step(0.0, 1.0, &mut Silent).unwrap();

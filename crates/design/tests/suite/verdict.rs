@@ -187,7 +187,7 @@ fn flown_figures_are_those_of_flights() {
         step_time: 2.0,
         ramp_start: 0.0,
         duration: 30.0,
-        ..design.manoeuvre.without_steps()
+        ..design.manoeuvre.clone()
     });
     let step = design.manoeuvre.step("pitch");
     let beyond = rows.iter().filter(|r| r.time > 2.0).map(|r| -r.error(PITCH) / step).fold(0.0, f64::max);

@@ -17,7 +17,11 @@ impl<M: 'static> Variable<M> {
     /// let within: Variable<Vehicle> = alone.embedded(|v| &v.thruster, |v| &mut v.thruster);
     /// ```
     #[must_use]
-    pub fn embedded<N: 'static>(self, part: fn(&N) -> &M, part_mut: fn(&mut N) -> &mut M) -> Variable<N> {
+    pub fn embedded<N: 'static>(
+        self,
+        part: impl Fn(&N) -> &M + Copy + Send + Sync + 'static,
+        part_mut: impl Fn(&mut N) -> &mut M + Copy + Send + Sync + 'static,
+    ) -> Variable<N> {
         let access = match self.access {
             Access::Real(get, set) => Access::Real(read(get, part), write(set, part_mut)),
             Access::Integer(get, set) => Access::Integer(read(get, part), write(set, part_mut)),
@@ -31,13 +35,16 @@ impl<M: 'static> Variable<M> {
     }
 }
 
-fn read<M: 'static, N: 'static, T: 'static>(get: Get<M, T>, part: fn(&N) -> &M) -> Get<N, T> {
+fn read<M: 'static, N: 'static, T: 'static>(
+    get: Get<M, T>,
+    part: impl Fn(&N) -> &M + Send + Sync + 'static,
+) -> Get<N, T> {
     Box::new(move |whole| get(part(whole)))
 }
 
 fn write<M: 'static, N: 'static, T: 'static>(
     set: Option<Set<M, T>>,
-    part_mut: fn(&mut N) -> &mut M,
+    part_mut: impl Fn(&mut N) -> &mut M + Send + Sync + 'static,
 ) -> Option<Set<N, T>> {
     let set = set?;
     Some(Box::new(move |whole, value| set(part_mut(whole), value)))

@@ -203,6 +203,13 @@ impl<M> Variable<M> {
         self
     }
 
+    /// Moves its number among the quantities, for a model that is one of several in another.
+    #[must_use]
+    pub fn quantity_from(mut self, first: usize) -> Self {
+        self.quantity = self.quantity.map(|number| first + number);
+        self
+    }
+
     /// How to set the rate at which a Real input changes during the next step (`fmi2SetRealInputDerivatives`); the
     /// model advances the input, and the rate is set to zero after the step.
     #[must_use]

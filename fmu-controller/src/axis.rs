@@ -1,16 +1,16 @@
-//! The autopilot as a model: a sampled controller with its held inputs and outputs.
+//! One axis of the autopilot: a sampled controller with its held inputs and outputs.
 
 use std::sync::Arc;
 
-use fmi2::{Log, ResourceError, rounding_of_time};
+use fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
 use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, TickError};
 
-/// The frozen design in `resources/`.
+/// The frozen design of the first axis in `resources/`; that of the second is `controller_2.json`, and so on.
 pub const RESOURCE: &str = "controller.json";
 
 /// A sampled controller with its held inputs and outputs.
 #[derive(Debug, Clone)]
-pub struct Controller {
+pub struct Axis {
     pub(crate) design: Arc<ControllerDesign>,
     pub(crate) autopilot: Autopilot,
     /// Measurements and references; the next tick uses them.
@@ -25,8 +25,18 @@ pub enum ControllerError {
     #[error(transparent)]
     Resource(#[from] ResourceError),
     /// The design is not allowed.
-    #[error("resources/{RESOURCE}: {0}")]
-    Design(#[from] DesignError),
+    #[error("resources/{file}: {reason}")]
+    Design {
+        file: String,
+        #[source]
+        reason: DesignError,
+    },
+    /// Two axes do not fit together.
+    #[error("resources/{file}: {what} is '{found}', and that of the axes before it is '{expected}'")]
+    OtherAxes { file: String, what: &'static str, found: String, expected: String },
+    /// Two axes command an actuator.
+    #[error("resources/{file}: the actuator '{name}' is commanded by an axis before it")]
+    SharedActuator { file: String, name: String },
     /// A tick could not be computed.
     #[error(transparent)]
     Tick(#[from] TickError),
@@ -35,7 +45,16 @@ pub enum ControllerError {
     Behind { tick: f64, time: f64 },
 }
 
-impl Controller {
+impl Axis {
+    /// The axis of a design in `resources`.
+    ///
+    /// # Errors
+    /// [`ControllerError::Resource`], [`ControllerError::Design`].
+    pub fn load(resources: &Resources, file: &str) -> Result<Self, ControllerError> {
+        let bad = |reason| ControllerError::Design { file: file.to_owned(), reason };
+        Self::new(ControllerDesign::from_json(resources.text(file)?).map_err(bad)?).map_err(bad)
+    }
+
     /// The controller of a design, flying level in the middle of the scheduled speeds, so that a simulation with
     /// default values stays in trim.
     ///
@@ -62,6 +81,53 @@ impl Controller {
         self.design.actuators[index].taken(self.autopilot.outputs().commands[index]).0
     }
 
+    /// Restarts at a time in s, with outputs for the present inputs.
+    ///
+    /// # Errors
+    /// [`ControllerError::Tick`].
+    pub fn initialise(&mut self, start: f64) -> Result<(), ControllerError> {
+        Ok(self.autopilot.initialise(start, &self.inputs)?)
+    }
+
+    /// Runs the ticks that are due before a time in s.
+    ///
+    /// # Errors
+    /// [`ControllerError::Behind`], [`ControllerError::Tick`].
+    pub(crate) fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
+        self.keeps_up(from)?;
+        if self.autopilot.advance(to, &self.inputs)? {
+            self.warn_of_range(log);
+        }
+        Ok(())
+    }
+
+    /// Passes every number that a saved state needs.
+    ///
+    /// # Errors
+    /// Of a state that is read: the bytes end early, or are not a state of this axis.
+    pub fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        state.reals(&mut self.inputs.measured)?;
+        state.reals(&mut self.inputs.references)?;
+        let mut snapshot = self.autopilot.snapshot();
+        state.reals(&mut snapshot.state)?;
+        state.real(&mut snapshot.filtered_speed)?;
+        state.reals(&mut snapshot.origins)?;
+        let outputs = &mut snapshot.outputs;
+        state.reals(&mut outputs.commands)?;
+        state.real(&mut outputs.scheduling_parameter)?;
+        state.reals(&mut outputs.trim)?;
+        state.boolean(&mut outputs.out_of_range)?;
+        state.reals(&mut snapshot.delayed)?;
+        state.real(&mut snapshot.start)?;
+        state.integer(&mut snapshot.ticks)?;
+        state.boolean(&mut snapshot.outside)?;
+        if state.is_read() {
+            self.autopilot.restore(&snapshot).map_err(StateError::inconsistent)
+        } else {
+            Ok(())
+        }
+    }
+
     /// Runs the next tick with the present inputs, whatever the time.
     ///
     /// # Errors
@@ -86,7 +152,7 @@ impl Controller {
         }
     }
 
-    pub(crate) fn warn_of_range(&self, log: &mut dyn Log) {
+    fn warn_of_range(&self, log: &mut dyn Log) {
         let (speed, rho) =
             (self.autopilot.speed(&self.inputs), self.autopilot.outputs().scheduling_parameter);
         let along_path = self.autopilot.trim().speed(speed);

@@ -1,0 +1,179 @@
+//! The autopilot behind the interface of an FMU: axes that share sensors and a clock.
+
+use fmi2::model_description::{DefaultExperiment, identifier};
+use fmi2::{About, Log, Model, Moment, Resources, SavedState, StateError, Tangents, Variable};
+use scheduled::ControllerDesign;
+
+use crate::axis::{Axis, ControllerError, RESOURCE};
+use crate::tangents::Quantity;
+use crate::variables::{Input, inputs, outputs};
+
+/// The axes of an autopilot. They have one sample time, and an input of one name is one input.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    axes: Vec<Axis>,
+    /// The inputs that an axis shares with one before it: index of the axis and input, there and here.
+    shared: Vec<[(usize, Input); 2]>,
+}
+
+/// The file of an axis.
+fn file(index: usize) -> String {
+    if index == 0 { RESOURCE.to_owned() } else { RESOURCE.replace(".json", &format!("_{}.json", index + 1)) }
+}
+
+impl Controller {
+    /// The axes, in the order of their files.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Adds an axis.
+    fn add(&mut self, axis: Axis, file: String) -> Result<(), ControllerError> {
+        let (here, design) = (self.axes.len(), axis.design());
+        if let Some(first) = self.axes.first().map(Axis::design) {
+            for (what, found, expected) in [
+                ("vehicle", design.vehicle.name.clone(), first.vehicle.name.clone()),
+                ("sample_time", design.sample_time.to_string(), first.sample_time.to_string()),
+            ] {
+                if found != expected {
+                    return Err(ControllerError::OtherAxes { file, what, found, expected });
+                }
+            }
+        }
+        let mut commanded = self.axes.iter().flat_map(|axis| &axis.design().actuators);
+        if let Some(one) = commanded.find(|one| design.actuators.iter().any(|own| own.name == one.name)) {
+            return Err(ControllerError::SharedActuator { file, name: one.name.clone() });
+        }
+        let mut shared = vec![];
+        for (name, unit, input) in inputs(design) {
+            let before = self.axes.iter().enumerate().find_map(|(index, axis)| {
+                let (_, unit, input) = inputs(axis.design()).find(|(one, ..)| *one == name)?;
+                Some((index, unit.to_owned(), input))
+            });
+            if let Some((index, expected, there)) = before {
+                if expected != unit {
+                    let found = unit.to_owned();
+                    return Err(ControllerError::OtherAxes {
+                        file,
+                        what: "unit of a shared input",
+                        found,
+                        expected,
+                    });
+                }
+                shared.push([(index, there), (here, input)]);
+            }
+        }
+        self.shared.extend(shared);
+        self.axes.push(axis);
+        Ok(())
+    }
+
+    /// Passes shared inputs on.
+    fn share(&mut self) {
+        for [(from, there), (to, here)] in &self.shared {
+            let value = there.of(&self.axes[*from].inputs);
+            here.set(&mut self.axes[*to].inputs, value);
+        }
+    }
+
+    /// The first quantity of an axis; see [`Variable::quantity`].
+    fn first(&self, axis: usize) -> usize {
+        self.axes[..axis].iter().map(|axis| Quantity::count(axis.design())).sum()
+    }
+
+    /// Fills in the tangents of the outputs from those of the inputs.
+    fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
+        for [(from, there), (to, here)] in &self.shared {
+            let number = |axis: usize, input: Input| {
+                self.first(axis) + input.quantity().number(self.axes[axis].design())
+            };
+            tangents[number(*to, *here)] = tangents[number(*from, *there)];
+        }
+        for (index, axis) in self.axes.iter().enumerate() {
+            let first = self.first(index);
+            axis.carry(moment, &mut tangents[first..first + Quantity::count(axis.design())])?;
+        }
+        Ok(())
+    }
+}
+
+impl Model for Controller {
+    type Error = ControllerError;
+
+    fn load(resources: &Resources) -> Result<Self, ControllerError> {
+        let mut controller = Self { axes: vec![], shared: vec![] };
+        let files = (0..).map(file).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
+        for file in files {
+            controller.add(Axis::load(resources, &file)?, file)?;
+        }
+        Ok(controller)
+    }
+
+    fn about(&self) -> About {
+        let ControllerDesign { vehicle, sample_time, .. } = self.axes[0].design();
+        let name = &vehicle.name;
+        let each = self.axes.iter().map(|axis| {
+            let ControllerDesign { design, gamma, .. } = axis.design();
+            let proof = if gamma.certified { "certified" } else { "not certified" };
+            (axis.design().steered(), format!("design '{design}', L2 gain below {}, {proof}", gamma.bound))
+        });
+        let (steered, designs): (Vec<String>, Vec<String>) = each.unzip();
+        About {
+            identifier: format!("{}_controller", identifier(name)),
+            name: format!("{name} controller"),
+            description: format!(
+                "LPV {} controller of {name} ({} coefficients), {}",
+                steered.join(" and "),
+                vehicle.status.word(),
+                designs.join("; ")
+            ),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            enumerations: Vec::new(),
+            default_experiment: DefaultExperiment {
+                start_time: 0.0,
+                stop_time: 60.0,
+                step_size: *sample_time,
+                tolerance: None,
+            },
+        }
+    }
+
+    fn variables(&self) -> Vec<Variable<Self>> {
+        let mut table = vec![];
+        for (index, axis) in self.axes.iter().enumerate() {
+            let design = axis.design();
+            // The names of monitors and constants of further axes begin with that of the design.
+            let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
+            let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
+            let own = inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
+            let all = own.map(|input| input.variable(design)).chain(outputs(design, &prefix));
+            let first = self.first(index);
+            table.extend(all.map(|one| {
+                one.embedded(move |m: &Self| &m.axes[index], move |m| &mut m.axes[index]).quantity_from(first)
+            }));
+        }
+        table
+    }
+
+    fn initialise(&mut self, start: f64, _: &mut dyn Log) -> Result<(), ControllerError> {
+        self.share();
+        self.axes.iter_mut().try_for_each(|axis| axis.initialise(start))
+    }
+
+    fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
+        self.share();
+        self.axes.iter_mut().try_for_each(|axis| axis.step(from, to, log))
+    }
+
+    fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
+        self.axes.iter_mut().try_for_each(|axis| axis.pass_state(state))
+    }
+
+    fn tangents() -> Option<Tangents<Self>> {
+        Some(Self::carry)
+    }
+
+    fn quantities(&self) -> usize {
+        self.first(self.axes.len())
+    }
+}
