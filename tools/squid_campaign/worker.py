@@ -149,11 +149,12 @@ def references(
     design = controller.folder / "resources" / "controller.json"
     trim = json.loads(design.read_text(encoding="utf-8"))["trim"]
     speeds = np.interp(path_speeds(manoeuvre, times), trim["speed"], trim["forward_speed"])
-    pitches = np.interp(speeds, trim["forward_speed"], trim["pitch"])
+    pitches = np.interp(speeds, trim["forward_speed"], trim["signals"]["pitch"])
     # A rounded k T is not before the step.
     stepped = (times + 1e-9 >= manoeuvre["step_time"]) & (times + 1e-9 < manoeuvre["step_end"])
-    pitches = pitches + manoeuvre["pitch_step"] * stepped
-    depths = depth + manoeuvre.get("depth_step", 0.0) * stepped
+    steps = manoeuvre["steps"]
+    pitches = pitches + steps.get("pitch", 0.0) * stepped
+    depths = depth + steps.get("depth", 0.0) * stepped
     rows = zip(pitches.tolist(), depths.tolist(), speeds.tolist(), strict=True)
     return [
         dict(zip(("pitch_reference", "depth_reference", "speed_reference"), row, strict=True)) for row in rows

@@ -20,10 +20,8 @@ pub enum Error {
         reason: auv::TrimError,
     },
     /// A step in a signal without a reference in the design.
-    #[error(
-        "the manoeuvre has a step in {signal}, but the design has no reference for {signal}: leave the step out"
-    )]
-    NoReference { signal: &'static str },
+    #[error("the manoeuvre cannot be flown: {0}")]
+    Manoeuvre(#[from] scheduled::ManoeuvreError),
     /// The sea is not possible.
     #[error(transparent)]
     Sea(#[from] squid_sea::SeaError),

@@ -2,10 +2,9 @@
 
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
-use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of, tracked};
+use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
 use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
-use signals::{Reference, Signal};
 use std::array::from_fn;
 
 /// Measured values and references, SI, by their places in [`SIGNALS`].
@@ -112,7 +111,7 @@ pub struct LawOutput {
 /// pitch.
 ///
 /// # Errors
-/// As [`fly_course`]; [`Error::NoReference`], [`Error::ControllerDesign`], [`Error::Tick`].
+/// As [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
     vehicle: &Vehicle,
     design: &ControllerDesign,
@@ -161,12 +160,7 @@ pub fn fly_varied(
     manoeuvre: &Manoeuvre,
     &Variations { sea, gains, off_trim }: &Variations<'_>,
 ) -> Result<Flight, Error> {
-    let steps = |(place, (signal, _)): &(usize, (&Signal, Reference))| {
-        manoeuvre.step(signal.name) != 0.0 && !design.has_reference(*place)
-    };
-    if let Some((_, (signal, _))) = tracked().enumerate().find(steps) {
-        return Err(Error::NoReference { signal: signal.name });
-    }
+    manoeuvre.check_steps(design)?;
     let sample_time = design.sample_time;
     let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);

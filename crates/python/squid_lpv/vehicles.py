@@ -198,8 +198,8 @@ class Design:
         """Fly the nonlinear vehicle under the sampled autopilot.
 
         Args:
-            manoeuvre: keys of `manoeuvre.json` that differ from the default: pitch_step (rad), depth_step
-                (m, where the depth is tracked), step_time, speed_from, speed_to, duration and so on.
+            manoeuvre: what differs from the default, by the keys of `manoeuvre.json` and a key for each
+                of its steps: pitch_step (rad), depth_step (m, where the depth is tracked), step_time, speed_from, speed_to, duration and so on.
             sea: the text of a sea file.
 
         Raises:
@@ -207,9 +207,15 @@ class Design:
             NumericalError: the flight failed.
 
         """
+        def is_step(key: str) -> bool:
+            return key.endswith("_step")
+
         wanted = None
         if manoeuvre is not None:
-            wanted = json.dumps(self._json("manoeuvre.json") | manoeuvre)
+            default = self._json("manoeuvre.json")
+            given = {key: value for key, value in manoeuvre.items() if not is_step(key)}
+            steps = {key.removesuffix("_step"): value for key, value in manoeuvre.items() if is_step(key)}
+            wanted = json.dumps(default | given | {"steps": default["steps"] | steps})
         columns, surfacing = self.vehicle._core.simulate(str(self.directory), wanted, sea)
         values = {name: np.array(column) for name, _, column in columns}
         return Flight(values, {name: unit for name, unit, _ in columns}, surfacing)

@@ -104,7 +104,7 @@ impl Vehicle {
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
         let flight = flown.map_err(|error| match error {
-            FlightError::NoReference { .. } => wrong(error),
+            FlightError::Manoeuvre(_) => wrong(error),
             _ => NumericalError::new_err(error.to_string()),
         })?;
         let record = Record::of(&flight, &vehicle.actuators, &stored.controller);
