@@ -92,7 +92,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
         control: vec![design.control_weight; actuators.len()],
         disturbance: design.disturbance,
-        waves: model.waves,
+        coloured: model.waves,
         two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, model.trim_slope)),
         model: model.ab,
     }

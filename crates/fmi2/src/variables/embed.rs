@@ -14,7 +14,7 @@ impl<M: 'static> Variable<M> {
     ///
     /// let role = Role::input(|t: &mut Thruster, value| t.command = value);
     /// let alone = Variable::real("command", "commanded force", |t: &Thruster| t.command, role).unit("N");
-    /// let within: Variable<Vehicle> = alone.embedded(|v| &v.thruster, |v| &mut v.thruster);
+    /// let within: Variable<Vehicle> = alone.embedded(|v: &Vehicle| &v.thruster, |v| &mut v.thruster);
     /// ```
     #[must_use]
     pub fn embedded<N: 'static>(
@@ -71,7 +71,7 @@ mod tests {
                 .unit("rad")
                 .range(-1.0, 1.0);
         let meta = gain.meta.clone();
-        let within: Variable<Whole> = gain.embedded(|w| &w.part, |w| &mut w.part);
+        let within: Variable<Whole> = gain.embedded(|w: &Whole| &w.part, |w| &mut w.part);
         assert_eq!(within.meta, meta);
         let mut whole = Whole { part: Part { gain: 0.5, mode: 2 } };
         let Access::Real(get, Some(set)) = &within.access else { panic!("still a Real that can be set") };
@@ -84,7 +84,7 @@ mod tests {
     fn keeps_what_cannot_be_set_and_the_items() {
         let methods = model_description::Enumeration::new("mode", "mode", &[("a", "a"), ("b", "b")]);
         let mode = Variable::enumeration("mode", "mode", &methods, |m: &Part| m.mode, Role::output());
-        let within: Variable<Whole> = mode.embedded(|w| &w.part, |w| &mut w.part);
+        let within: Variable<Whole> = mode.embedded(|w: &Whole| &w.part, |w| &mut w.part);
         let whole = Whole { part: Part { gain: 0.5, mode: 2 } };
         let Access::Enumeration(get, None, 2) = &within.access else { panic!("two items, no setter") };
         assert_eq!(get(&whole), 2);

@@ -9,7 +9,7 @@
 //!    |                                       |
 //!   [K]--> u --[delay]--[lag]--(+)--[model]--+
 //!          |                    ^         ^
-//!        [W_u]                beta d   [waves]      d: disturbance at the input
+//!        [W_u]                beta d   [coloured]   d: disturbance at the input
 //!          v
 //!         z_u
 //! ```
@@ -57,8 +57,8 @@ pub struct TwoDegrees {
     pub trim: Option<MovingTrim>,
 }
 
-/// The numbers of states and of inputs of the wave filter.
-const WAVES: (usize, usize) = (2, 1);
+/// The numbers of states and of inputs of the filter of the coloured disturbance.
+const FILTER: (usize, usize) = (2, 1);
 
 /// A tracking problem for a model `x' = A(theta) x + B(theta) v`.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,9 +84,9 @@ pub struct TrackingProblem {
     pub control: Vec<RisingWeight>,
     /// Size of the disturbance at each input, after its lag, in units of its scale.
     pub disturbance: f64,
-    /// Waves, as white noise through a filter with two states: the LFT of `[G 0; A_w B_w]`, (n + 2) x 3, with
-    /// `x_w' = A_w x_w + B_w w` and G x_w added to x'. `None` for none.
-    pub waves: Option<Lft>,
+    /// A coloured disturbance, such as waves: white noise through a filter with two states, as the LFT of
+    /// `[G 0; A_w B_w]`, (n + 2) x 3, with `x_w' = A_w x_w + B_w w` and G x_w added to x'. `None` for none.
+    pub coloured: Option<Lft>,
     /// `None` for a controller that measures the tracking errors only.
     pub two_degrees: Option<TwoDegrees>,
 }
@@ -97,13 +97,14 @@ pub struct TrackingProblem {
 /// left [A B G x0'; 0 0 0 u0'] right + terms that do not depend on the model
 /// ```
 ///
-/// at every theta, without G if there are no waves, and with `[A B G]` alone if no trim moves.
+/// at every theta, without G if there is no coloured disturbance, and with `[A B G]` alone if no trim moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelPlace {
     /// Into x': the model's rates, and the motion of the inputs' trim into the states of lags and delays. states x
     /// (n + m), or states x n if no trim moves.
     pub left: Mat,
-    /// From `[x; w; u]`: the model's states, its inputs, the states of the waves, and as a last row, if the trim moves,
+    /// From `[x; w; u]`: the model's states, its inputs, the states of the filter, and as a last row, if the trim
+    /// moves,
     /// minus its rate. In units of the model.
     pub right: Mat,
 }
@@ -111,8 +112,9 @@ pub struct ModelPlace {
 impl TrackingProblem {
     /// The generalised plant.
     ///
-    /// States: the model's; the lags; one per delay; one per W_e; two for the waves; those of R, the trim, the
-    /// reference models, the noise and W_u, if any. `w = [r; d; n; w of the waves]`, `z = [W_e e; W_u u]`, y = e or `[R
+    /// States: the model's; the lags; one per delay; one per W_e; two for the coloured disturbance; those of R, the
+    /// trim, the reference models, the noise and W_u, if any. `w = [r; d; n; noise of the filter]`,
+    /// `z = [W_e e; W_u u]`, y = e or `[R
     /// r; C x + N n]`, all in units of their scales. With a moving trim, x, u, R r and the measurements are deviations
     /// from it.
     ///
@@ -137,18 +139,18 @@ impl TrackingProblem {
         self.check_numbers()?;
         let noises = self.two_degrees.as_ref().map_or(0, |two| two.noise.len());
         let model = self.augmented_model(n, m);
-        let (wave_states, wave_inputs) = self.waves.as_ref().map_or((0, 0), |_| WAVES);
+        let (filter_states, filter_inputs) = self.coloured.as_ref().map_or((0, 0), |_| FILTER);
         let others = p + m + noises;
         let sizes =
-            Sizes { x: self.states(n), t: model.size(), w: others + wave_inputs, u: m, ..Sizes::default() };
+            Sizes { x: self.states(n), t: model.size(), w: others + filter_inputs, u: m, ..Sizes::default() };
         let mut all = Assembly::new(sizes.x, sizes.t + sizes.w + sizes.u);
         let (_, x) = all.state(n);
         let actuators = self.actuators(&mut all);
         let (first_weight, weight_states) = all.state(p);
-        let (first_wave, waves) = all.state(wave_states);
+        let (first_filter, coloured) = all.state(filter_states);
         let wt = all.signal(sizes.x, sizes.t);
         let [unit, d, noise, excitation, u] =
-            [(0, p), (p, m), (p + m, noises), (others, wave_inputs), (sizes.w, m)]
+            [(0, p), (p, m), (p + m, noises), (others, filter_inputs), (sizes.w, m)]
                 .map(|(first, count)| all.signal(sizes.x + sizes.t + first, count));
         let r = self.weighted_references(&mut all, &unit);
         let (references, trim_rate) = self.trim_motion(&mut all, &r);
@@ -156,7 +158,7 @@ impl TrackingProblem {
         let inputs = block(&[
             &[&x],
             &[&(diagonal(self.input_scale.iter().copied()) * &forces)],
-            &[&waves],
+            &[&coloured],
             &[&excitation],
             &[&-trim_rate],
         ]);
@@ -167,8 +169,8 @@ impl TrackingProblem {
                 left[(state, n + j)] = 1.0 / self.input_scale[j];
             }
         }
-        let filters = left.ncols() - wave_states;
-        left.view_mut((first_wave, filters), (wave_states, wave_states)).fill_with_identity();
+        let filters = left.ncols() - filter_states;
+        left.view_mut((first_filter, filters), (filter_states, filter_states)).fill_with_identity();
         let moved = &model.constant * &inputs + &model.left * &wt;
         let zt = &model.right * &inputs + &model.inner * &wt;
 
@@ -186,7 +188,7 @@ impl TrackingProblem {
         let mut blocks = vec![0; model.channels.iter().max().map_or(0, |last| last + 1)];
         model.channels.iter().for_each(|channel| blocks[*channel] += 1);
         let plant = GeneralisedPlant { parts: Partitioned::of(matrix, PLANT, sizes), blocks };
-        let right = inputs.remove_rows(n + m + wave_states, wave_inputs).remove_columns(sizes.x, sizes.t);
+        let right = inputs.remove_rows(n + m + filter_states, filter_inputs).remove_columns(sizes.x, sizes.t);
         Ok((plant, ModelPlace { left: left.columns(0, filters).into_owned(), right }))
     }
 
@@ -289,31 +291,32 @@ impl TrackingProblem {
             models + two.noise.iter().filter(|noise| noise.rises()).count()
         });
         let references = self.references.iter().filter(|weight| weight.follow > 1.0).count();
-        let waves = self.waves.as_ref().map_or(0, |_| WAVES.0);
+        let coloured = self.coloured.as_ref().map_or(0, |_| FILTER.0);
         n + self.outputs.nrows()
             + references
             + lags
             + self.delay_states(self.input_scale.len())
-            + waves
+            + coloured
             + two
             + weights
     }
 
-    /// The model augmented by the waves, and by the slope of the trim if that moves: `[A B G 0 x0'; 0 0 0 0 u0'; 0 0
-    /// A_w B_w 0]`.
+    /// The model augmented by the coloured disturbance, and by the slope of the trim if that moves:
+    /// `[A B G 0 x0'; 0 0 0 0 u0'; 0 0 A_w B_w 0]`.
     fn augmented_model(&self, n: usize, m: usize) -> Lft {
         let trim = self.trim();
         let moved = trim.map_or(0, |_| m);
         let padded =
             |lft: &Lft, rows: usize| lft.stacked(&Lft::constant(Mat::zeros(rows, lft.constant.ncols())));
         let mut model = self.model.clone();
-        if let Some(waves) = &self.waves {
-            let (states, _) = WAVES;
+        if let Some(coloured) = &self.coloured {
+            let (states, _) = FILTER;
             let mut below = Mat::zeros(n + moved + states, n + states);
             below.view_mut((0, 0), (n, n)).fill_with_identity();
             below.view_mut((n + moved, n), (states, states)).fill_with_identity();
-            model =
-                padded(&model, moved + states).concatenated(&Lft::constant(below).multiply(waves)).in_order();
+            model = padded(&model, moved + states)
+                .concatenated(&Lft::constant(below).multiply(coloured))
+                .in_order();
         } else if moved > 0 {
             model = padded(&model, moved);
         }
@@ -391,8 +394,12 @@ impl TrackingProblem {
             ("model [A B]", self.model.constant.shape(), (n, n + m)),
             ("outputs", self.outputs.shape(), (p, n)),
         ];
-        if let Some(waves) = &self.waves {
-            shapes.push(("waves [G 0; A_w B_w]", waves.constant.shape(), (n + WAVES.0, WAVES.0 + WAVES.1)));
+        if let Some(coloured) = &self.coloured {
+            shapes.push((
+                "coloured disturbance [G 0; A_w B_w]",
+                coloured.constant.shape(),
+                (n + FILTER.0, FILTER.0 + FILTER.1),
+            ));
         }
         if let Some(TwoDegrees { measured, noise, models, trim }) = &self.two_degrees {
             shapes.push(("measured", measured.shape(), (noise.len(), n)));
@@ -468,7 +475,7 @@ mod tests {
             delay: 0.0,
             control: vec![RisingWeight::constant(0.5)],
             disturbance: 0.1,
-            waves: None,
+            coloured: None,
             two_degrees: None,
         }
     }
@@ -534,20 +541,15 @@ mod tests {
             let g = system.response(s).unwrap();
             let weight = (s / 2.0 + 0.46) / (s + 0.0046);
             let zero = Complex::new(0.0, 0.0);
-            let (vehicle, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv() * (10.0 - s) / (s + 10.0));
+            let (plant, lag) = ((s + 1.0).inv(), (s * 0.5 + 1.0).inv() * (10.0 - s) / (s + 10.0));
             let slow = problem.references[0].response(omega);
             assert!((slow - (s + 2.4) / (s + 0.4)).norm() < 1e-12);
             let rising = |w: RisingWeight| s / (s + w.corner) * (w.high - w.low) + w.low;
             let expected = [
-                [
-                    weight * model.response(omega) * slow,
-                    -weight * vehicle * 0.1,
-                    zero,
-                    -weight * vehicle * lag,
-                ],
+                [weight * model.response(omega) * slow, -weight * plant * 0.1, zero, -weight * plant * lag],
                 [zero, zero, zero, rising(problem.control[0])],
                 [slow, zero, zero, zero],
-                [zero, vehicle * 0.2, rising(noise), vehicle * lag * 2.0],
+                [zero, plant * 0.2, rising(noise), plant * lag * 2.0],
             ];
             for (i, row) in expected.iter().enumerate() {
                 for (j, entry) in row.iter().enumerate() {
@@ -557,9 +559,9 @@ mod tests {
         }
     }
 
-    /// Waves are filtered noise; their filter and the slope of the trim depend on the parameter.
+    /// The filter of the coloured disturbance and the slope of the trim depend on the parameter.
     #[test]
-    fn waves_have_their_transfer_functions() {
+    fn a_coloured_disturbance_has_its_transfer_function() {
         let at = |theta: f64| {
             dmatrix![0.3 - 0.1 * theta, -0.2 + 0.4 * theta, 0.0;
             -0.2 - 0.1 * theta, -1.1 - 0.3 * theta, 0.2 + 0.1 * theta;
@@ -567,9 +569,9 @@ mod tests {
         };
         let affine = MatrixPolynomial { coefficients: vec![at(0.0), at(1.0) - at(0.0)] };
         let slope = Lft::parameter(0, 1.0, 0.5).stacked(&Lft::constant(dmatrix![0.5]));
-        let with = |waves| TrackingProblem {
+        let with = |coloured| TrackingProblem {
             lags: vec![0.5],
-            waves: Some(waves),
+            coloured: Some(coloured),
             two_degrees: Some(TwoDegrees {
                 measured: dmatrix![2.0],
                 noise: vec![RisingWeight::constant(0.1)],
@@ -598,7 +600,7 @@ mod tests {
             }
         }
         let message = with(Lft::constant(Mat::zeros(2, 3))).augment().unwrap_err().to_string();
-        assert!(message.contains("waves"), "{message}");
+        assert!(message.contains("coloured disturbance"), "{message}");
     }
 
     #[test]

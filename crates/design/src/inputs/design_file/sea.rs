@@ -31,7 +31,7 @@ impl WorkingSea {
     }
 
     /// The effect of the waves on the linear motion about a trim: `[G 0; A_w B_w]`, (n + 2) x 3; see
-    /// [`lpv::tracking::TrackingProblem::waves`]. Noise of 1 at the peak is a wave whose amplitude is half the
+    /// [`lpv::tracking::TrackingProblem::coloured`]. Noise of 1 at the peak is a wave whose amplitude is half the
     /// significant height.
     pub fn acting(&self, l: &Linearisation) -> Option<Mat> {
         let (by_waves, filter) = (l.by_waves.as_ref()?, self.filter(l.trim.speed)?);
