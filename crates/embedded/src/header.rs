@@ -20,8 +20,8 @@ pub struct Standing {
 const STUCK_AFTER: f64 = 1.0;
 const FEWEST_STUCK_TICKS: f64 = 10.0;
 
-/// Words that an actuator or a signal cannot be called by: those of C99, C11 and C++20 that consist of small letters, C's others,
-/// and the outputs besides the commands.
+/// Words that an actuator or a signal cannot be called by: those of C99, C11 and C++20 that consist of small letters,
+/// C's others, and the outputs besides the commands.
 const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t \
     char32_t class compl concept const const_cast consteval constexpr constinit continue co_await co_return co_yield \
     decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if \

@@ -199,7 +199,8 @@ class Design:
 
         Args:
             manoeuvre: what differs from the default, by the keys of `manoeuvre.json` and a key for each
-                of its steps: pitch_step (rad), depth_step (m, where the depth is tracked), step_time, speed_from, speed_to, duration and so on.
+                of its steps: pitch_step (rad), depth_step (m, where the depth is tracked), step_time,
+                speed_from, speed_to, duration and so on.
             sea: the text of a sea file.
 
         Raises:

@@ -126,7 +126,8 @@ fn step(table: &Table<'_>, key: &str, signal: &Signal, scale: Option<f64>) -> Op
         unit => format!("{} ({unit})", rounded(scale / factor)),
     };
     let words = format!(
-        "other than 0 and at most {shown} in size, the 'scale' of {}: the largest reference that the design is made for",
+        "other than 0 and at most {shown} in size, the 'scale' of {}: the largest reference that the design is made \
+         for",
         signal.name
     );
     let allowed = |v: f64| v != 0.0 && (v * factor).abs() <= scale * (1.0 + ROUNDING);
