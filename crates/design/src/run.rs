@@ -95,7 +95,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     let mut frozen = freeze(&inputs.vehicle, &inputs.design, &inputs.hashes, &model, &design, proof.is_ok())?;
     frozen.controller.anti_windup = anti_windup_stage(inputs, &design.controller, progress)?;
     let proof = proof.map(|proof| limits_stage(inputs, proof, &plant, &design.controller, &frozen, progress));
-    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
+    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         frozen.controller.anti_windup = Some(limits.e.clone());
     }
     let judge = || Verdict::of(inputs, &frozen.controller, Effort::FULL);

@@ -1,6 +1,7 @@
 //! The matrices that must be definite, formed exactly.
 
-use super::{ConstantCertificate, Filter};
+use super::constant::{Constant, Filter};
+use crate::certificate::Certificate;
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
@@ -8,7 +9,8 @@ use crate::shape::columns;
 
 /// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)` with the states f of the filters and v of rates.
 pub(super) struct Filtered<'a> {
-    certificate: &'a ConstantCertificate,
+    certificate: &'a Certificate,
+    claim: &'a Constant,
     closed: &'a ClosedLoop,
     /// The number of states of the loop, of filtered channels, of channels, of columns of all Delta, of inputs.
     n: usize,
@@ -23,18 +25,19 @@ pub(super) struct Filtered<'a> {
 }
 
 impl<'a> Filtered<'a> {
-    pub(super) fn new(certificate: &'a ConstantCertificate, closed: &'a ClosedLoop) -> Self {
+    pub(super) fn new(certificate: &'a Certificate, claim: &'a Constant, closed: &'a ClosedLoop) -> Self {
         let of = |parameter: usize| {
             let own = move |c: &usize| closed.parameters[*c] == parameter;
             (0..closed.channels).filter(own)
         };
-        let filters = certificate.filters.iter().flat_map(|f| of(f.parameter).map(move |c| (f, c)));
+        let filters = claim.filters.iter().flat_map(|f| of(f.parameter).map(move |c| (f, c)));
         let filters: Vec<_> = filters.collect();
         Self {
             certificate,
+            claim,
             closed,
             n: closed.states,
-            k: certificate.filtered(),
+            k: filters.len(),
             r: closed.channels,
             d: closed.delta.as_ref().map_or(0, |(_, e)| e.cols),
             w: closed.inputs,
@@ -111,7 +114,7 @@ impl<'a> Filtered<'a> {
 
     /// The matrix that must be negative definite; rows (x, f | wt, v, w_D, w | z).
     pub(super) fn main(&self) -> Matrix {
-        let c = self.certificate;
+        let c = self.claim;
         let [_, _, w_delta, w, all] = self.columns();
         let (into, from) = self.channels();
         let mut half = Matrix::zeros(all, all);
@@ -122,8 +125,8 @@ impl<'a> Filtered<'a> {
         let mut upper = half.plus(&half.transpose()).plus(&square(&into)).plus(&square(&from).negated());
         if let Some((error, _)) = &self.closed.delta {
             let (mut row, mut column) = (0, w_delta);
-            for ball in &c.errors {
-                let lambda = Dyadic::from_f64(ball.lambda);
+            for (ball, lambda) in self.certificate.errors.iter().zip(&c.lambdas) {
+                let lambda = Dyadic::from_f64(*lambda);
                 let (nf, ne) = (ball.f.len(), columns(&ball.e));
                 let z = self.spread(&error.row_range(row, row + nf));
                 upper = upper.plus(&z.transpose().times(&z).scaled(&lambda));
@@ -145,7 +148,7 @@ impl<'a> Filtered<'a> {
     /// `A'L + LA`.
     pub(super) fn decay(&self) -> Matrix {
         let a = self.closed.state.column_range(0, self.n);
-        let product = Matrix::square(&self.certificate.lyapunov).times(&a);
+        let product = Matrix::square(&self.claim.lyapunov).times(&a);
         product.plus(&product.transpose())
     }
 
@@ -153,7 +156,7 @@ impl<'a> Filtered<'a> {
     pub(super) fn multiplier(&self, parameter: usize) -> Matrix {
         let parameters = self.parameters();
         let own: Vec<usize> = (0..parameters.len()).filter(|c| parameters[*c] == parameter).collect();
-        Matrix::square(&self.certificate.s).principal(&own)
+        Matrix::square(&self.claim.s).principal(&own)
     }
 }
 
