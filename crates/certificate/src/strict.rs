@@ -34,6 +34,11 @@ impl fmt::Display for JsonError {
 /// # Errors
 /// [`JsonError`], the first problem.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
+    // A list would be read as an object whose keys have an order.
+    if text.trim_start().starts_with('[') {
+        let (path, reason) = (String::new(), "found a list, must be an object".into());
+        return Err(JsonError { path, line: 1, column: 1, reason, is_json: true });
+    }
     let mut json = serde_json::Deserializer::from_str(text);
     let read = serde_path_to_error::deserialize(&mut json)
         .map_err(|error| (error.path().to_string().trim_start_matches('.').to_owned(), error.into_inner()));
@@ -49,10 +54,11 @@ pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
 
 /// The names of types in terms of JSON.
 fn in_plain_words(reason: &str) -> String {
-    const WORDS: [(&str, &str); 5] = [
+    const WORDS: [(&str, &str); 6] = [
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number from 0"),
         ("expected a sequence", "expected a list"),
+        ("an array of length", "a list of length"),
         ("type: sequence", "type: a list"),
         ("type: map", "type: an object"),
     ];

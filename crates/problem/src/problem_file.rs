@@ -370,7 +370,7 @@ mod tests {
         assert_eq!(plant_of(&nested("", "", "")), plant_of(PLAIN));
         plant_of(&nested(r#", "notes": 1, "convention": 2"#, "", r#", "source": 3"#)).unwrap();
         for (beside, inside, above, words) in [
-            (r#", "limit": [1]"#, "", "", "the key 'limit' is not known; did you mean 'limits'?"),
+            (r#", "limit": [1]"#, "", "", "'data.limit' is not known; did you mean 'limits'?"),
             (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
             (r#", "sample_time": 0.1"#, "", "", "'sample_time' is for sampled loops; the sample time of"),
             ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
@@ -378,11 +378,11 @@ mod tests {
                 r#", "speed": 1"#,
                 "",
                 "",
-                "'data.speed': the key 'speed' is not known (allowed: data, P, plant, blocks, rate, limits, dt,",
+                "'data.speed' is not known (allowed: data, P, plant, blocks, rate, limits, dt,",
             ),
-            ("", r#", "unit": "m""#, "", "'data.P.unit': the key 'unit' is not known (allowed: A, Bt, "),
-            ("", "", r#", "speed": 1"#, "'speed': the key 'speed' is not known (allowed: data, P, plant, "),
-            ("", r#", "dt": 0.1"#, "", "the key 'dt' is not known; it stands beside the plant, in 'data'"),
+            ("", r#", "unit": "m""#, "", "'data.P.unit' is not known (allowed: A, Bt, "),
+            ("", "", r#", "speed": 1"#, "'speed' is not known (allowed: data, P, plant, "),
+            ("", r#", "dt": 0.1"#, "", "'data.P.dt' is not known; it stands beside the plant, in 'data'"),
             ("", "", r#", "limits": [1]"#, "'limits' is out of place; it stands in 'data'"),
         ] {
             let found = refusal(&nested(beside, inside, above));

@@ -38,10 +38,11 @@ impl Source {
     pub fn json<T: DeserializeOwned>(&self) -> Result<T, Error> {
         from_json(&self.text).map_err(|error| {
             let JsonError { path, line, column, reason, is_json } = error;
-            let reason = match is_json {
-                true if path.is_empty() => format!("{} (column {column})", hinted(&reason)),
-                true => format!("'{path}': {} (column {column})", hinted(&reason)),
-                false => format!(
+            let reason = match (is_json, unknown(&reason)) {
+                (true, Some(reason)) => format!("'{path}' {reason}"),
+                (true, None) if path.is_empty() => format!("{reason} (column {column})"),
+                (true, None) => format!("'{path}': {reason} (column {column})"),
+                (false, _) => format!(
                     "this is not JSON: {reason} (column {column}){}",
                     self.advice(line, column, &reason)
                 ),
@@ -86,11 +87,10 @@ const PLACES: [(&[&str], &str); 3] = [
     (&["K", "sample_time", "delay", "held"], "in the file of a sampled loop"),
 ];
 
-/// The reason with advice, if it is an unknown key: the known one that is nearest, or where it belongs. Comments are no
-/// advice.
-fn hinted(reason: &str) -> String {
-    let Some(keys) = reason.strip_prefix("unknown field `") else { return reason.to_owned() };
-    let mut keys = keys.split('`').step_by(2);
+/// That a key is not known, with the known one that is nearest or where it belongs; `None` for other reasons. Comments
+/// are no advice.
+fn unknown(reason: &str) -> Option<String> {
+    let mut keys = reason.strip_prefix("unknown field `")?.split('`').step_by(2);
     let key = keys.next().unwrap_or_default();
     let known: Vec<&str> = keys.filter(|known| !known.is_empty() && !NOTES.contains(known)).collect();
     let place = PLACES.iter().find(|(keys, _)| keys.contains(&key)).map(|(_, place)| *place);
@@ -100,7 +100,7 @@ fn hinted(reason: &str) -> String {
         (None, Some(place)) => format!("; it stands {place}"),
         (None, None) => String::new(),
     };
-    format!("the key '{key}' is not known{advice} (allowed: {})", known.join(", "))
+    Some(format!("is not known{advice} (allowed: {})", known.join(", ")))
 }
 
 /// Whether two words differ only in case or, if long enough, in one letter.
