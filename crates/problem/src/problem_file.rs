@@ -139,7 +139,8 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
     if from_json::<Format>(&source.text).is_ok_and(|file| file.format.is_some()) {
         let certificate = parse(&source.text, &source.name)?;
         let matrices = certificate.plant.named().into_iter().map(|(key, rows)| (key, Matrix::from(rows)));
-        let matrices = matrices.chain([("D22", Matrix::from(&certificate.plant.d22))]).collect();
+        let matrices =
+            matrices.chain(certificate.plant.direct_path().map(|rows| ("D22", Matrix::from(rows)))).collect();
         let blocks = certificate.blocks.iter().map(|r| *r as f64).collect();
         let dt = certificate.discrete.then_some(1.0);
         let data = Data { p: Some(PlantFile::default()), blocks: Some(blocks), dt, ..Data::default() };

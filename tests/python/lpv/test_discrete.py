@@ -119,7 +119,7 @@ def test_a_certificate_of_the_other_time_is_refused(run_squid: Run, tmp_path: Pa
     ("data", "words"),
     [
         (ONE | {"dt": 0}, "'dt' is the number 0; it must be a sample time from 1e-9 to 1e9 s"),
-        (ONE | {"dt": True}, "'dt': invalid type: boolean `true`, expected a number"),
+        (ONE | {"dt": True}, "'data.dt': invalid type: boolean `true`, expected a number"),
         (SCHEDULED | {"rate": 1, "dt": 0.1}, "'dt' is given beside 'rate'"),
         (
             {**ONE, "A": [[1, 0], [0, -1]], "B1": [[1, 0], [0, 1]], "B2": [[1], [1]], "C1": [[1, 0], [0, 0]],

@@ -242,7 +242,7 @@ def test_no_key_is_ignored(
     problem["data"]["P"] = problem["data"]["P"] | inside
     done = run_squid("lpv", "gain", written(tmp_path, problem), "--json")
     assert done.returncode == 1
-    assert words in done.stderr and "problem.json: " in done.stderr
+    assert words in done.stderr and "problem.json:" in done.stderr
 
 
 def test_a_plant_without_parameters_has_no_blocks(run_squid: Run, tmp_path: Path) -> None:
