@@ -205,7 +205,7 @@ impl Certificate {
     /// [`Failure`], the first condition that is violated. The claim may still be true, with other matrices.
     pub fn prove(&self) -> Result<Theorem, Failure> {
         self.check()?;
-        self.claims.iter().try_for_each(|claim| claim.proved_by().prove(self))?;
+        self.claims.iter().try_for_each(|claim| claim.parts().1.prove(self))?;
         Ok(Theorem::of(self))
     }
 }

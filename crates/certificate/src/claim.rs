@@ -53,28 +53,18 @@ pub(crate) trait Proved {
 }
 
 impl Claim {
-    /// The claim as the prover sees it.
-    pub(crate) fn proved_by(&self) -> &dyn Proved {
+    /// The key of the file, and the claim as the prover sees it.
+    pub(crate) fn parts(&self) -> (&'static str, &dyn Proved) {
         match self {
-            Self::Gain(claim) => claim,
-            Self::Rate(claim) => claim,
-            Self::Limits(claim) => claim,
-            Self::Energy(claim) => claim,
-            Self::Constant(claim) => claim,
+            Self::Gain(claim) => ("gain", claim),
+            Self::Rate(claim) => ("rate", claim),
+            Self::Limits(claim) => ("limits", claim),
+            Self::Energy(claim) => ("energy", claim),
+            Self::Constant(claim) => ("constant", claim),
         }
     }
 
-    /// The key of the file.
-    pub(crate) fn kind(&self) -> &'static str {
-        match self {
-            Self::Gain(_) => "gain",
-            Self::Rate(_) => "rate",
-            Self::Limits(_) => "limits",
-            Self::Energy(_) => "energy",
-            Self::Constant(_) => "constant",
-        }
-    }
-
+    /// Whether it may be made of a loop in discrete time.
     pub(crate) fn holds_in_discrete_time(&self) -> bool {
         matches!(self, Self::Gain(Gain { lambda: None, .. }))
     }

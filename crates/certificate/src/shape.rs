@@ -132,16 +132,16 @@ impl Certificate {
     fn check_claims(&self) -> Result<(), Failure> {
         at_least_one("claims", "entries", (self.claims.len(), "claims"))?;
         for (i, claim) in self.claims.iter().enumerate() {
-            let path = format!("claims[{i}].{}", claim.kind());
-            let name = claim.proved_by().name();
-            if self.claims[..i].iter().any(|other| other.proved_by().name() == name) {
+            let (kind, proved) = claim.parts();
+            let (path, name) = (format!("claims[{i}].{kind}"), proved.name());
+            if self.claims[..i].iter().any(|other| other.parts().1.name() == name) {
                 return Err(Failure::malformed(path, format_args!("{name} is made twice")));
             }
             if self.discrete && !claim.holds_in_discrete_time() {
                 let reason = "is of a loop in continuous time, but `discrete` is true";
                 return Err(Failure::malformed(path, reason));
             }
-            claim.proved_by().check(&path, self)?;
+            proved.check(&path, self)?;
         }
         if !self.errors.is_empty() && self.robust_gain().is_none() && self.constant().is_none() {
             let reason = "no claim covers them; leave them out, or claim a gain with `lambda`";

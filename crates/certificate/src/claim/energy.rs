@@ -111,7 +111,7 @@ impl Proved for Energy {
             let path = format!("{bounds}[{k}]");
             check_number(&format!("{path}.gamma"), bound.gamma)?;
             check_number(&format!("{path}.beta"), bound.beta)?;
-            check_scalings(&path, s, ("X", &bound.x), [&bound.s, &bound.t])?;
+            check_scalings(&path, s.states(), s, ("X", &bound.x), [&bound.s, &bound.t])?;
             check_list(&format!("{path}.U"), &bound.u, s.controls())?;
             check_matrix(&format!("{path}.H"), &bound.h, s.controls(), s.states())
         })

@@ -7,7 +7,7 @@ use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::{Scalings, inequality};
-use crate::shape::{Sizes, check_matrix, check_number};
+use crate::shape::{Size, Sizes, check_matrix, check_number};
 use crate::strict::given;
 use crate::structure::{Sign, commuting, definite, positive, skew, symmetric, whole};
 use serde::{Deserialize, Serialize};
@@ -57,7 +57,7 @@ impl Proved for Gain {
             (Some(_), Some(_)) => return Err(Failure::found(path, "X beside V", "one of them")),
             (None, None) => return Err(Failure::malformed(path, "missing field `X`, or `V`")),
         };
-        check_scalings(path, of.sizes(), lyapunov, [&self.s, &self.t])
+        check_scalings(path, of.sizes().states(), of.sizes(), lyapunov, [&self.s, &self.t])
     }
 
     fn prove(&self, of: &Certificate) -> Result<(), Failure> {
@@ -74,14 +74,15 @@ impl Proved for Gain {
     }
 }
 
-/// Checks the sizes of a Lyapunov matrix and scalings of plant and controller.
+/// Checks the sizes of a Lyapunov matrix and of the scalings of plant and controller.
 pub(super) fn check_scalings(
     path: &str,
+    states: Size,
     s: Sizes,
     (name, x): (&str, &Rows),
     [sym, skew]: [&Rows; 2],
 ) -> Result<(), Failure> {
-    check_matrix(&format!("{path}.{name}"), x, s.states(), s.states())?;
+    check_matrix(&format!("{path}.{name}"), x, states, states)?;
     check_matrix(&format!("{path}.S"), sym, s.channels(), s.channels())?;
     check_matrix(&format!("{path}.T"), skew, s.channels(), s.channels())
 }

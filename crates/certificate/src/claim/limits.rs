@@ -1,7 +1,7 @@
 //! A step from which the loop with saturated commands returns to rest, with the model error.
 
 use super::Proved;
-use super::gain::prove_gain;
+use super::gain::{check_scalings, prove_gain};
 use crate::certificate::{Certificate, ModelError, Rows};
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
@@ -156,9 +156,7 @@ impl Proved for Limits {
         let states = (of.moving_states().len() + s.xk, "states of the loop with limits");
         let limited = (s.u + self.check_rates(path, of, error)?, "controls u and rates");
         check_matrix(&at("E"), &self.e, (s.xk, "controller's states"), s.controls())?;
-        check_matrix(&at("X"), &self.x, states, states)?;
-        check_matrix(&at("S"), &self.s, s.channels(), s.channels())?;
-        check_matrix(&at("T"), &self.t, s.channels(), s.channels())?;
+        check_scalings(path, states, s, ("X", &self.x), [&self.s, &self.t])?;
         check_matrix(&at("H"), &self.h, limited, states)?;
         let numbers = [self.size, self.decay, self.beta, self.lambda];
         let mut numbers = ["size", "decay", "beta", "lambda"].into_iter().zip(numbers);

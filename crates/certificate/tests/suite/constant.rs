@@ -249,7 +249,7 @@ fn each_condition_is_named() {
     names("L: found 0 rows", &|f| claim(f)["L"] = json!([]));
     names("lambdas: has 2 entries, must have 1 (model errors)", &|f| claim(f)["lambdas"] = json!([1.0, 1.0]));
     names("is of plants without a direct path", &|f| f["plant"]["D22"] = json!([[1.0]]));
-    names("filters: invalid type: floating point `1.0`, expected a sequence", &|f| {
+    names("filters: invalid type: floating point `1.0`, expected a list", &|f| {
         claim(f)["filters"] = json!(1.0)
     });
     names("claims[0].constant.poles: unknown field `poles`", &|f| claim(f)["poles"] = json!(1.0));

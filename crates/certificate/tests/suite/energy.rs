@@ -128,7 +128,7 @@ fn bad_input_is_named_in_one_sentence() {
             json!(vec![claim(&mut integrator(), "energy")["bounds"][0].clone(); 101]),
             "claims[1].energy.bounds: has 101 entries, must have at most 100",
         ),
-        ("bounds", json!(1), "claims[1].energy.bounds: invalid type: integer `1`, expected a sequence"),
+        ("bounds", json!(1), "claims[1].energy.bounds: invalid type: integer `1`, expected a list"),
     ] {
         let mut wrong = integrator();
         claim(&mut wrong, "energy")[key] = value;

@@ -135,7 +135,7 @@ fn a_rate_by_hand() {
         (
             "rates",
             json!([0.5]),
-            "claims[2].limits.rates[0]: invalid type: floating point `0.5`, expected usize",
+            "claims[2].limits.rates[0]: invalid type: floating point `0.5`, expected a whole number from 0",
         ),
     ] {
         let found = prove(&by_rate(key, value.clone())).unwrap_err();

@@ -117,8 +117,13 @@ fn each_wrong_shape() {
         let rows = original.as_array().unwrap();
         if pointer.ends_with("blocks") {
             assert!(refused(json!([2])).starts_with(&format!("{}: adds up to 2", path(&pointer))));
-            assert!(refused(json!([-1])).contains("invalid value: integer `-1`, expected usize"));
-            assert!(refused(json!([1.5])).contains("invalid type: floating point `1.5`, expected usize"));
+            assert!(
+                refused(json!([-1])).contains("invalid value: integer `-1`, expected a whole number from 0")
+            );
+            assert!(
+                refused(json!([1.5]))
+                    .contains("invalid type: floating point `1.5`, expected a whole number from 0")
+            );
             continue;
         }
         let longer: Vec<Value> = rows.iter().cloned().chain([json!([0.0])]).collect();
@@ -188,8 +193,8 @@ fn a_direct_path_may_be_left_out() {
     for (d22, words) in [
         (json!([[0.5, 0.5]]), "plant.D22: row 0 has 2 numbers, must have 1 (controls u)"),
         (json!([[0.5], [0.5]]), "plant.D22: found 2 rows, must have 1 (measurements y)"),
-        (json!([["x"]]), "plant.D22[0][0]: invalid type: string \"x\", expected f64"),
-        (json!(0.5), "plant.D22: invalid type: floating point `0.5`, expected a sequence"),
+        (json!([["x"]]), "plant.D22[0][0]: invalid type: string \"x\", expected a number"),
+        (json!(0.5), "plant.D22: invalid type: floating point `0.5`, expected a list"),
     ] {
         let message = refusal(&with(d22));
         assert!(message.starts_with(words), "{message}");
@@ -237,6 +242,17 @@ fn unknown_and_repeated_keys() {
         let message = refusal(&twice);
         let is_refused = message.contains("duplicate field") || message.starts_with("format: ");
         assert!(is_refused, "{message}");
+    }
+    // Tagged claims keep the path to a number within, which a tag beside the data would lose.
+    let mut c = with_model_error();
+    c["claims"][1]["gain"]["T"][1][0] = json!(null);
+    let message = refusal(&c.to_string());
+    assert!(
+        message.starts_with("claims[1].gain.T[1][0]: invalid type: null, expected a number (line 1"),
+        "{message}"
+    );
+    for list in [json!([1]), json!([c])] {
+        assert!(refusal(&list.to_string()).starts_with("found a list, must be an object"));
     }
     // One claim is one object with one key.
     let both = text.replacen("{\"gain\":", "{\"rate\":{},\"gain\":", 1);
