@@ -2,12 +2,11 @@
 
 use crate::claim::{Claim, Constant, Energy, Gain, Limits, Rate};
 use crate::error::Failure;
+use crate::plant::{Controller, ModelError, Plant};
+use crate::shape::at_least_one;
 use crate::strict::from_json;
-use crate::theorem::Theorem;
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
-
-/// A matrix as a list of rows; one with rows but no columns is a list of empty rows.
-pub type Rows = Vec<Vec<f64>>;
 
 /// The format of a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,101 +43,11 @@ pub struct Certificate {
     pub claims: Vec<Claim>,
 }
 
-/// The generalised plant.
-///
-/// ```text
-/// x' = A x + Bt wt + B1 w + B2 u
-/// zt = Ct x + Dtt wt + Dt1 w + Dt2 u      wt = Theta zt,  Theta = blkdiag(theta_i I_ri)
-/// z  = C1 x + D1t wt + D11 w + D12 u
-/// y  = C2 x + D2t wt + D21 w + D22 u
-/// ```
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "PascalCase", deny_unknown_fields)]
-#[allow(missing_docs)] // The names are the equations above.
-pub struct Plant {
-    pub a: Rows,
-    pub bt: Rows,
-    pub b1: Rows,
-    pub b2: Rows,
-    pub ct: Rows,
-    pub c1: Rows,
-    pub c2: Rows,
-    pub dtt: Rows,
-    pub dt1: Rows,
-    pub dt2: Rows,
-    pub d1t: Rows,
-    pub d11: Rows,
-    pub d12: Rows,
-    pub d2t: Rows,
-    pub d21: Rows,
-    /// The direct path from u to y; an empty list, or no such key in the file, means 0.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub d22: Rows,
-}
-
-/// The controller.
-///
-/// ```text
-/// xk' = A xk + By y + Bt wk
-/// u   = Cu xk + Duy y + Dut wk
-/// zk  = Ct xk + Dty y + Dtt wk            wk = Theta zk
-/// ```
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "PascalCase", deny_unknown_fields)]
-#[allow(missing_docs)] // The names are the equations above.
-pub struct Controller {
-    pub a: Rows,
-    pub by: Rows,
-    pub bt: Rows,
-    pub cu: Rows,
-    pub duy: Rows,
-    pub dut: Rows,
-    pub ct: Rows,
-    pub dty: Rows,
-    pub dtt: Rows,
-}
-
-macro_rules! named {
-    ($of:ty, $count:literal: $($field:ident $key:literal),*) => {
-        impl $of {
-            /// The matrices that every file contains, row by row of the equations, with their keys.
-            pub fn named(&self) -> [(&'static str, &Rows); $count] {
-                [$(($key, &self.$field)),*]
-            }
-
-            /// The same, to be changed.
-            pub fn named_mut(&mut self) -> [(&'static str, &mut Rows); $count] {
-                [$(($key, &mut self.$field)),*]
-            }
-        }
-    };
-}
-
-named!(Plant, 15: a "A", bt "Bt", b1 "B1", b2 "B2", ct "Ct", dtt "Dtt", dt1 "Dt1", dt2 "Dt2",
-    c1 "C1", d1t "D1t", d11 "D11", d12 "D12", c2 "C2", d2t "D2t", d21 "D21");
-named!(Controller, 9: a "A", by "By", bt "Bt", cu "Cu", duy "Duy", dut "Dut", ct "Ct", dty "Dty", dtt "Dtt");
-
-/// A model error: `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, for every measurable Delta(t)
-/// with a largest singular value of at most 1.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "PascalCase", deny_unknown_fields)]
-pub struct ModelError {
-    /// n x ne.
-    pub e: Rows,
-    /// nf x n.
-    pub f: Rows,
-    /// nf x w; an empty list, or no such key in the file, means 0.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub fw: Rows,
-    /// nf x u.
-    pub fu: Rows,
-}
-
-impl Plant {
-    /// D22; `None` if it is 0.
-    pub fn direct_path(&self) -> Option<&Rows> {
-        Some(&self.d22).filter(|rows| rows.iter().flatten().any(|entry| *entry != 0.0))
-    }
+/// A file that says its format.
+#[derive(Deserialize)]
+struct OfFormat {
+    #[serde(rename = "format")]
+    _format: Format,
 }
 
 /// Finds the claim of a kind.
@@ -185,6 +94,8 @@ impl Certificate {
     /// # Errors
     /// [`Failure::Malformed`], the first problem of the text.
     pub fn from_json(text: &str) -> Result<Self, Failure> {
+        // First, because another format has other keys.
+        from_json::<OfFormat>(text)?;
         let certificate: Self = from_json(text)?;
         certificate.check()?;
         Ok(certificate)
@@ -199,13 +110,87 @@ impl Certificate {
         serde_json::to_string(self).map_err(|error| Failure::malformed("", error))
     }
 
-    /// Proves every claim of the certificate in exact arithmetic.
+    /// Checks that all numbers are finite, all sizes agree, and that each claim has those on which it rests.
     ///
     /// # Errors
-    /// [`Failure`], the first condition that is violated. The claim may still be true, with other matrices.
-    pub fn prove(&self) -> Result<Theorem, Failure> {
-        self.check()?;
-        self.claims.iter().try_for_each(|claim| claim.parts().1.prove(self))?;
-        Ok(Theorem::of(self))
+    /// [`Failure::Malformed`] with the first field that does not fit.
+    pub fn check(&self) -> Result<(), Failure> {
+        self.system().check()?;
+        self.check_claims()
+    }
+
+    /// Checks the claims: there is at least one, none twice, each about this loop; and that each model error is covered
+    /// by one.
+    fn check_claims(&self) -> Result<(), Failure> {
+        at_least_one("claims", "entries", (self.claims.len(), "claims"))?;
+        for (i, claim) in self.claims.iter().enumerate() {
+            let (kind, proved) = claim.parts();
+            let (path, name) = (format!("claims[{i}].{kind}"), proved.name());
+            if self.claims[..i].iter().any(|other| other.parts().1.name() == name) {
+                return Err(Failure::malformed(path, format_args!("{name} is made twice")));
+            }
+            if self.discrete && !claim.holds_in_discrete_time() {
+                let reason = "is of a loop in continuous time, but `discrete` is true";
+                return Err(Failure::malformed(path, reason));
+            }
+            self.check_needs(claim, &path)?;
+            proved.check(&path, self.system())?;
+        }
+        if !self.errors.is_empty() && self.robust_gain().is_none() && self.constant().is_none() {
+            let reason = "no claim covers them; leave them out, or claim a gain with `lambda`";
+            return Err(Failure::malformed("errors", reason));
+        }
+        Ok(())
+    }
+
+    /// Checks that the claims are there on which one rests.
+    fn check_needs(&self, claim: &Claim, path: &str) -> Result<(), Failure> {
+        let wrong = |reason: &str| Err(Failure::malformed(path, reason));
+        let (with_error, rests_on_gain) = match claim {
+            Claim::Gain(gain) => (gain.lambda.is_some(), gain.lambda.is_some()),
+            Claim::Rate(rate) => (rate.lambda.is_some(), false),
+            Claim::Limits(_) => (true, false),
+            Claim::Energy(_) => (false, true),
+            Claim::Constant(_) => (false, false),
+        };
+        if rests_on_gain && self.gain().is_none() {
+            return wrong("needs the claim `gain` without lambda, for parameters that vary arbitrarily fast");
+        }
+        if with_error && self.model_error().is_none() {
+            return wrong(
+                "needs one model error in `errors`, and the claim `gain` with lambda, which covers it",
+            );
+        }
+        match claim {
+            Claim::Rate(robust)
+                if with_error && self.rate().is_none_or(|plain| plain.rate != robust.rate) =>
+            {
+                let allowed = "that of the claim `rate` without lambda";
+                Err(Failure::found(format!("{path}.rate"), robust.rate, allowed))
+            }
+            Claim::Constant(_) if self.claims.len() > 1 => {
+                wrong("is a claim that stands alone, but `claims` has others")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The loop.
+    pub(crate) fn system(&self) -> Loop<'_> {
+        let Self { discrete, blocks, controller_blocks, plant, controller, errors, .. } = self;
+        Loop { discrete: *discrete, blocks, controller_blocks, plant, controller, errors }
+    }
+
+    /// The states of the plant that the loop with limits consists of: those that controls or Delta move, also through
+    /// channels and other states, and that in turn move measurements, channels or Delta. The others are filters of w,
+    /// in whose place the steps act, or of z.
+    pub fn moving_states(&self) -> Vec<usize> {
+        self.system().moving_states()
+    }
+
+    /// The y that jumps by as much as an input w steps, where the loop of [`Self::moving_states`] gets nothing else of
+    /// the step; `None` where it does, for the states that are left out would take a part of the step with them.
+    pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
+        self.system().jumping_measurement(input)
     }
 }

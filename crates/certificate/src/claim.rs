@@ -5,17 +5,18 @@ pub(crate) mod energy;
 mod filtered;
 pub(crate) mod gain;
 pub(crate) mod limits;
+pub(crate) mod proved;
 pub(crate) mod rate;
 mod saturated;
 
-pub use constant::{Constant, ConstantTheorem, Filter};
+pub use constant::{Constant, ConstantTheorem};
 pub use energy::{Energy, EnergyBound, EnergyTheorem};
+pub use filtered::Filter;
 pub use gain::Gain;
 pub use limits::{LimitTheorem, Limits};
 pub use rate::{Rate, RateTheorem};
 
-use crate::certificate::Certificate;
-use crate::error::Failure;
+use proved::Proved;
 use serde::{Deserialize, Serialize};
 
 /// A claim about the closed loop of a certificate, with the matrices that prove it.
@@ -32,24 +33,6 @@ pub enum Claim {
     Energy(Energy),
     /// The gain for parameters some of which are constant.
     Constant(Constant),
-}
-
-/// What the prover asks of a claim.
-pub(crate) trait Proved {
-    /// The name in messages.
-    fn name(&self) -> &'static str;
-
-    /// Checks the sizes of its matrices, and that the claims are there on which it rests; `path` is its own.
-    ///
-    /// # Errors
-    /// [`Failure::Malformed`].
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure>;
-
-    /// Proves it for the loop of a checked certificate.
-    ///
-    /// # Errors
-    /// [`Failure`], the first condition that is violated.
-    fn prove(&self, of: &Certificate) -> Result<(), Failure>;
 }
 
 impl Claim {

@@ -1,11 +1,12 @@
 //! The closed loop of plant and controller, formed exactly.
 
-use crate::certificate::{Certificate, ModelError, Rows};
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::fraction_free_inverse;
+use crate::plant::{ModelError, Rows};
 use crate::shape::{Sizes, columns};
+use crate::system::Loop;
 
 /// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
 /// w_Delta and the input z_Delta of Delta:
@@ -55,8 +56,8 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.
-    pub(crate) fn new(certificate: &Certificate, errors: &[ModelError]) -> Result<Self, Failure> {
-        let (p, k, s) = (&certificate.plant, &certificate.controller, certificate.sizes());
+    pub(crate) fn new(of: Loop<'_>, errors: &[ModelError]) -> Result<Self, Failure> {
+        let (p, k, s) = (of.plant, of.controller, of.sizes());
         let c = Columns::new(s);
         let place = |parts: &[(&Rows, usize, usize)]| {
             let mut m = Matrix::zeros(parts[0].0.len(), c.all);
@@ -97,7 +98,7 @@ impl ClosedLoop {
             delta = Some((above.above(seen), e));
         }
         Ok(Self {
-            discrete: certificate.discrete,
+            discrete: of.discrete,
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -105,9 +106,7 @@ impl ClosedLoop {
             channel: zt.above(zk),
             output: z,
             delta,
-            parameters: parameters(&certificate.blocks)
-                .chain(parameters(&certificate.controller_blocks))
-                .collect(),
+            parameters: parameters(of.blocks).chain(parameters(of.controller_blocks)).collect(),
             scale,
         })
     }

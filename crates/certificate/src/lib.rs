@@ -16,8 +16,8 @@
 //!
 //! where those of the plant come first among the states and the channels of `Theta_e = blkdiag(Theta, Theta)`.
 //!
-//! *The claim `gain`.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the closed loop
-//! is exponentially stable, and its L2 gain from w to z is below gamma.
+//! *The claim `gain`.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the
+//! closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
 //! A certificate with the claim `rate` may do without this one, and then has none of the claims with model error,
 //! `limits` and `energy`: nothing is claimed of a parameter that moves faster than its rate.
@@ -56,12 +56,12 @@
 //! inequality is linear in them and contains no product of two of them. Multiplied by the magnitude of that
 //! determinant, which is positive, it contains sums and products of the file's numbers alone.
 //!
-//! *With a model error* (an entry of `errors`, and a claim `gain` with `lambda`): `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, i.e. `x' =
-//! ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fw w + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller
-//! gives u; Fw is 0 where the file has none. For
-//! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
-//! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
-//! -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well posed as before.
+//! *With a model error* (an entry of `errors`, and a claim `gain` with `lambda`): `[A B1 B2]` of the plant becomes `[A
+//! B1 B2] + E Delta(t) [F Fw Fu]`, i.e. `x' = ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fw w + Fu u`, which is `F_x
+//! x + F_t wt + F_w w` once the controller gives u; Fw is 0 where the file has none. For `||Delta|| <= 1` and `lambda >
+//! 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the inequality a row w_D, `[E'X 0
+//! -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0 -lambda I  0]`. Delta acts on x'
+//! alone, so the parameter loop stays well posed as before.
 //!
 //! *With a bounded rate* (the claim `rate`): for one parameter, Lipschitz continuous with `|theta'| <= rate` almost
 //! everywhere, a Lyapunov matrix that depends on it, `X(theta) = X_0 + theta X_1 + ...`, shows a smaller gamma. On
@@ -119,9 +119,9 @@
 //!   form is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved
 //!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
 //!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
-//! - *Rates.* The phi of a rate has the sign of the excess over its limit, as that of a command: nothing above depends on
-//!   where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation: F.
-//!   Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
+//! - *Rates.* The phi of a rate has the sign of the excess over its limit, as that of a command: nothing above depends
+//!   on where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation:
+//!   F. Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
 //! *With w of bounded energy* (the claim `energy`): commands are saturated, with anti-windup, as with limits, but for
 //! the whole plant, with its weights and all of w and z, and without model error. Each of its bounds has an X, S, T, a
@@ -209,17 +209,21 @@ mod error;
 mod exact;
 mod inequality;
 mod lower_bound;
+mod plant;
+mod prove;
 mod shape;
 mod strict;
 mod structure;
+mod system;
 mod theorem;
 
-pub use certificate::{Certificate, Controller, Format, ModelError, Plant, Rows};
+pub use certificate::{Certificate, Format};
 pub use claim::{
     Claim, Constant, ConstantTheorem, Energy, EnergyBound, EnergyTheorem, Filter, Gain, LimitTheorem, Limits,
     Rate, RateTheorem,
 };
 pub use error::Failure;
 pub use lower_bound::{Multipliers, lower_bound};
+pub use plant::{Controller, ModelError, Plant, Rows};
 pub use strict::{JsonError, from_json, given};
 pub use theorem::Theorem;

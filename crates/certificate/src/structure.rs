@@ -1,11 +1,11 @@
 //! Exact checks of numbers and matrices: positive, symmetric, skew, commuting with Theta, definite.
 
-use crate::certificate::Rows;
 use crate::error::Failure;
 use crate::exact::definite::positive_definite;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::Blocked;
+use crate::plant::Rows;
 
 /// `found > 0`.
 pub(crate) fn positive(claim: &str, name: &str, found: f64) -> Result<(), Failure> {

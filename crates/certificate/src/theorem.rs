@@ -44,11 +44,11 @@ pub struct Theorem {
 impl Theorem {
     /// The claims of a certificate that have been proved.
     pub(crate) fn of(certificate: &Certificate) -> Self {
-        let s = certificate.sizes();
+        let (of, s) = (certificate.system(), certificate.system().sizes());
         Self {
             discrete: certificate.discrete,
             gamma: certificate.gain().map(|claim| claim.gamma),
-            parameters: certificate.parameters(),
+            parameters: of.parameters(),
             scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
             finished: s.u == 0 && s.y == 0,
             states: s.x + s.xk,
@@ -56,15 +56,15 @@ impl Theorem {
             inputs: s.w,
             outputs: s.z,
             gamma_with_model_error: certificate.robust_gain().map(|claim| claim.gamma),
-            bounded_rate: RateTheorem::of(certificate),
+            bounded_rate: certificate.rate().map(|claim| RateTheorem::of(claim, certificate.robust_rate())),
             limits: certificate.limits().map(LimitTheorem::of),
             energy: certificate.energy().map_or_else(Vec::new, EnergyTheorem::of),
-            constant: ConstantTheorem::of(certificate),
+            constant: certificate.constant().map(|claim| ConstantTheorem::of(claim, of)),
         }
     }
 
-    /// The smallest bound that holds where the parameter moves at a bounded rate: one for parameters that vary arbitrarily
-    /// fast holds there, too. `None` where the file claims nothing of a bounded rate.
+    /// The smallest bound that holds where the parameter moves at a bounded rate: one for parameters that vary
+    /// arbitrarily fast holds there, too. `None` where the file claims nothing of a bounded rate.
     pub fn gamma_at_rate(&self) -> Option<f64> {
         let slow = self.bounded_rate?.gamma;
         Some(self.gamma.map_or(slow, |any_rate| any_rate.min(slow)))

@@ -11,7 +11,8 @@ use serde::Deserialize;
 /// Numbers above this overflow in the products of the matrix inequalities.
 const LARGEST: f64 = 1e100;
 
-/// An object whose keys may all be missing; with `notes`, those of [`NOTES`](crate::source::NOTES) are allowed and have no effect.
+/// An object whose keys may all be missing; with `notes`, those of [`NOTES`](crate::source::NOTES) are allowed and have
+/// no effect.
 macro_rules! object {
     ($(#[$meta:meta])* $name:ident { $($key:literal $field:ident: $type:ty),* $(,)? }) => {
         $crate::object::object!($(#[$meta])* $name { $($key $field: $type),* } with);
@@ -107,13 +108,16 @@ pub struct Size {
     pub optional: bool,
 }
 
-/// Matrices of a file, by key.
+/// Given matrices, by key.
+pub type Given = Vec<(&'static str, Matrix)>;
+
+/// Matrices of a file.
 #[derive(Debug)]
 pub struct Matrices<'a> {
     /// Names the file in errors.
     pub source: &'a Source,
     /// Those that are given.
-    pub given: Vec<(&'static str, Matrix)>,
+    pub given: Given,
 }
 
 impl Matrices<'_> {

@@ -26,7 +26,7 @@
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
-use crate::object::{Matrices, Matrix, Size, System, checked, object};
+use crate::object::{Given, Matrices, Matrix, Size, System, checked, object};
 use crate::source::Source;
 use certificate::from_json;
 use lpv::matrix::Mat;
@@ -64,13 +64,13 @@ macro_rules! plant {
             /// The content of `data`, or of the file: a plant with what belongs to it.
             Data {
                 "data" data: Box<Data>, "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>,
-                "rate" rate: f64, "limits" limits: Vec<f64>, "dt" dt: f64, "K" k: System, "sample_time" sample_time: f64,
-                "delay" delay: f64, "held" held: bool, $($key $field: Matrix),*
+                "rate" rate: f64, "limits" limits: Vec<f64>, "dt" dt: f64, "K" k: System,
+                "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool, $($key $field: Matrix),*
             } with notes
         }
 
         impl PlantFile {
-            fn given(self) -> Vec<(&'static str, Matrix)> {
+            fn given(self) -> Given {
                 [$(($key, self.$field)),*].into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect()
             }
         }
@@ -152,7 +152,7 @@ fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
 }
 
 /// The matrices of the plant, and the rest; the keys `others` belong to another kind of problem.
-fn data(source: &Source, others: &[&str], words: &str) -> Result<(Vec<(&'static str, Matrix)>, Data), Error> {
+fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), Error> {
     let mut data: Data = source.json()?;
     let misplaced = |key: &str, place: &str| source.wrong(key, format!("is out of place; it stands {place}"));
     if let Some(inner) = data.data.take() {
@@ -185,12 +185,7 @@ fn data(source: &Source, others: &[&str], words: &str) -> Result<(Vec<(&'static 
 }
 
 /// The problem of a file; `data` has an empty `P` if the plant may have parameters.
-fn built(
-    source: &Source,
-    given: Vec<(&'static str, Matrix)>,
-    data: &Data,
-    with_control: bool,
-) -> Result<Problem, Error> {
+fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Result<Problem, Error> {
     let blocks = if data.p.is_some() { blocks(source, data)? } else { vec![] };
     let matrices = Matrices { source, given };
     let parts = partition(&matrices, &blocks, with_control)?;

@@ -335,7 +335,7 @@ def test_what_is_no_fmu_is_told(squid: Packages, run_squid: Run, tmp_path: Path)
     done = run_squid("verify", squid.controller.parent / "design.json")
     assert (
         done.returncode == 1
-        and f"{squid.controller.parent / 'design.json'}: format: found nothing" in done.stderr
+        and f"{squid.controller.parent / 'design.json'}: missing field `format`" in done.stderr
     )
 
 

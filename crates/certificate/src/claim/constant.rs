@@ -6,8 +6,8 @@
 //! Dtt wt + Dt1 w`, `z = C1 x + D1t wt + D11 w`, `wt = Theta zt`. A parameter with filters stays in `[-1, 1]` and is
 //! Lipschitz continuous with its `rate`, 1/s: constant where that is 0. Every other may take any measurable trajectory
 //! in `[-1, 1]`. To `[A B1 B2]` of the plant any `E Delta(t) [F Fw Fu]` of `errors` may be added: `w_D = Delta z_D`
-//! enters x' by E, with `z_D = F x + Fw w + Fu u`. Then the loop through the parameters is well posed, the closed loop is exponentially
-//! stable, and its L2 gain from w to z is below gamma.
+//! enters x' by E, with `z_D = F x + Fw w + Fu u`. Then the loop through the parameters is well posed, the closed loop
+//! is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
 //! # Conditions, checked without rounding
 //!
@@ -54,15 +54,16 @@
 //!   X vanish at both ends and those of the constraints are not negative: the energy of z is below gamma^2 times that
 //!   of w.
 
-use super::Proved;
-use super::filtered::Filtered;
-use crate::certificate::{Certificate, Rows};
+use super::filtered::{Filter, Filtered};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::matrix::Matrix;
 use crate::exact::witness::shown_positive;
+use crate::plant::Rows;
 use crate::shape::{check_list, check_matrix, check_number};
 use crate::structure::{Sign, commuting, positive, skew, symmetric};
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -97,24 +98,6 @@ pub struct Constant {
     pub lambdas: Vec<f64>,
 }
 
-/// A filter `1/(s + pole)` on the channels of a parameter that is constant or changes slowly.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Filter {
-    /// The parameter, from 0.
-    pub parameter: usize,
-    /// Above 0.
-    pub pole: f64,
-    /// Bound on the rate of the parameter, 1/s; 0, or no such key in the file, where it is constant.
-    #[serde(default, skip_serializing_if = "is_constant")]
-    pub rate: f64,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_constant(rate: &f64) -> bool {
-    *rate == 0.0
-}
-
 /// A proved claim; it is displayed as a sentence.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -136,20 +119,19 @@ pub struct ConstantTheorem {
 }
 
 impl ConstantTheorem {
-    pub(crate) fn of(certificate: &Certificate) -> Option<Self> {
-        let claim = certificate.constant()?;
+    pub(crate) fn of(claim: &Constant, of: Loop<'_>) -> Self {
         let mut filters: Vec<&Filter> = claim.filters.iter().collect();
         filters.dedup_by_key(|f| f.parameter);
         let rates: Vec<f64> = filters.iter().map(|f| f.rate).filter(|rate| *rate > 0.0).collect();
-        Some(Self {
+        Self {
             gamma: claim.gamma,
-            varying: certificate.parameters() - filters.len(),
+            varying: of.parameters() - filters.len(),
             constant: filters.len() - rates.len(),
             rates,
-            scheduled: certificate.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
+            scheduled: of.controller_blocks.iter().filter(|repetitions| **repetitions > 0).count(),
             states: claim.lyapunov.len(),
-            errors: certificate.errors.len(),
-        })
+            errors: of.errors.len(),
+        }
     }
 }
 
@@ -173,8 +155,8 @@ impl fmt::Display for ConstantTheorem {
             0 => f.write_str("."),
             n => write!(
                 f,
-                ", also when to [A B1 B2] of the plant {n} term{} E Delta [F Fw Fu] {} added, for any measurable Delta(t) \
-                 with a largest singular value of at most 1.",
+                ", also when to [A B1 B2] of the plant {n} term{} E Delta [F Fw Fu] {} added, for any \
+                 measurable Delta(t) with a largest singular value of at most 1.",
                 s(*n),
                 if *n == 1 { "is" } else { "are" }
             ),
@@ -184,7 +166,7 @@ impl fmt::Display for ConstantTheorem {
 
 impl Constant {
     /// Checks that each filter is of a parameter with channels, in order, with one rate a parameter.
-    fn check_filters(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
+    fn check_filters(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
         let mut before: Option<&Filter> = None;
         for (i, filter) in self.filters.iter().enumerate() {
             let at = |name: &str| format!("{path}.filters[{i}].{name}");
@@ -217,11 +199,8 @@ impl Proved for Constant {
         "the claim for constant parameters"
     }
 
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
         let (s, at) = (of.sizes(), |name: &str| format!("{path}.{name}"));
-        if of.claims.len() > 1 {
-            return Err(Failure::malformed(path, "is a claim that stands alone, but `claims` has others"));
-        }
         of.check_no_direct_path(path)?;
         check_number(&at("gamma"), self.gamma)?;
         check_matrix(&at("L"), &self.lyapunov, s.states(), s.states())?;
@@ -238,7 +217,7 @@ impl Proved for Constant {
         check_matrix(&at("T"), &self.t, channels, channels)
     }
 
-    fn prove(&self, of: &Certificate) -> Result<(), Failure> {
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         positive(claim, "gamma", self.gamma)?;
         self.filters.iter().try_for_each(|f| positive(claim, "the pole of a filter", f.pole))?;
@@ -247,20 +226,25 @@ impl Proved for Constant {
         symmetric(claim, "S", &self.s)?;
         skew(claim, "T", &self.t)?;
         symmetric(claim, "L", &self.lyapunov)?;
-        let closed = ClosedLoop::new(of, &of.errors)?;
-        let filtered = Filtered::new(of, self, &closed);
+        let closed = ClosedLoop::new(of, of.errors)?;
+        let filtered = Filtered::new(of, &self.filters, &closed);
         commuting(claim, "S", &self.s, &filtered.parameters())?;
         commuting(claim, "T", &self.t, &filtered.parameters())?;
         shown(claim, "L", Sign::Positive, &Matrix::square(&self.lyapunov))?;
-        shown(claim, "A'L + LA", Sign::Negative, &filtered.decay())?;
+        shown(claim, "A'L + LA", Sign::Negative, &filtered.decay(&self.lyapunov))?;
         let all = of.parameters();
         for parameter in 0..all {
-            let [own, rate] = [parameter, all + parameter].map(|place| filtered.multiplier(place));
+            let [own, rate] = [parameter, all + parameter].map(|place| filtered.multiplier(&self.s, place));
             shown(claim, &format!("the multiplier of parameter {parameter}"), Sign::Positive, &own)?;
             let name = format!("the multiplier of the rate of parameter {parameter}");
             shown(claim, &name, Sign::Positive, &rate)?;
         }
-        shown(claim, "the matrix of the inequality", Sign::Negative, &filtered.main())
+        shown(
+            claim,
+            "the matrix of the inequality",
+            Sign::Negative,
+            &filtered.main((&self.x, &self.s, &self.t), self.gamma, &self.lambdas),
+        )
     }
 }
 

@@ -1,15 +1,16 @@
 //! The gain with saturated commands, for w of bounded energy, without model error.
 
-use super::Proved;
 use super::gain::{check_scalings, prove_gain};
 use super::limits::{beside, is_zero, out_of_reach};
-use crate::certificate::{Certificate, Rows};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::plant::Rows;
 use crate::shape::{at_least_one, check_length, check_list, check_matrix, check_number};
 use crate::structure::{positive, symmetric};
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -98,8 +99,7 @@ impl Proved for Energy {
         "the claim of bounded energy"
     }
 
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
-        of.check_gain(path)?;
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
         of.check_no_direct_path(path)?;
         let (s, found) = (of.sizes(), self.bounds.len());
         let bounds = format!("{path}.bounds");
@@ -119,7 +119,7 @@ impl Proved for Energy {
 
     /// x leaves `x'Xx <= gamma beta` for no w of the energy beta, there H x leaves each limit out of reach, and the
     /// inequality is that of the gain.
-    fn prove(&self, of: &Certificate) -> Result<(), Failure> {
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
         for (k, bound) in self.bounds.iter().enumerate() {
             let claim = &format!("bound {k} of bounded energy");
             positive(claim, "beta", bound.beta)?;

@@ -1,15 +1,16 @@
 //! The gain for parameters that vary arbitrarily fast, with or without the model error.
 
-use super::Proved;
-use crate::certificate::{Certificate, Rows};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::{Scalings, inequality};
+use crate::plant::Rows;
 use crate::shape::{Size, Sizes, check_matrix, check_number};
 use crate::strict::given;
 use crate::structure::{Sign, commuting, definite, positive, skew, symmetric, whole};
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 
 /// The claim `gain from w to z < gamma` for parameters that vary arbitrarily fast, with the matrices that prove it;
@@ -44,10 +45,8 @@ impl Proved for Gain {
         if self.lambda.is_some() { "the claim with model error" } else { "the claim" }
     }
 
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
         if let Some(lambda) = self.lambda {
-            of.check_gain(path)?;
-            of.check_model_error(path)?;
             check_number(&format!("{path}.lambda"), lambda)?;
         }
         check_number(&format!("{path}.gamma"), self.gamma)?;
@@ -60,7 +59,7 @@ impl Proved for Gain {
         check_scalings(path, of.sizes().states(), of.sizes(), lyapunov, [&self.s, &self.t])
     }
 
-    fn prove(&self, of: &Certificate) -> Result<(), Failure> {
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
         let x = match (&self.x, &self.v) {
             (Some(x), _) => symmetric(self.name(), "X", x).map(|()| Matrix::square(x))?,
             (None, v) => {
@@ -68,7 +67,7 @@ impl Proved for Gain {
                 v.transpose().times(&v)
             }
         };
-        let errors = if self.lambda.is_some() { &of.errors[..] } else { &[] };
+        let errors = if self.lambda.is_some() { of.errors } else { &[] };
         let gamma = Dyadic::from_f64(self.gamma);
         prove_gain(self.name(), &ClosedLoop::new(of, errors)?, gamma, self.lambda, x, (&self.s, &self.t))
     }

@@ -1,16 +1,17 @@
 //! A step from which the loop with saturated commands returns to rest, with the model error.
 
-use super::Proved;
 use super::gain::{check_scalings, prove_gain};
-use crate::certificate::{Certificate, ModelError, Rows};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::Blocked;
+use crate::plant::{ModelError, Rows};
 use crate::shape::{check_list, check_matrix, check_number, columns};
 use crate::strict::given;
 use crate::structure::{Sign, definite, positive, symmetric};
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -114,7 +115,7 @@ impl fmt::Display for LimitTheorem {
 impl Limits {
     /// The number of states with saturated rates: different ones that the loop consists of, and that Delta does not
     /// move.
-    fn check_rates(&self, path: &str, of: &Certificate, error: &ModelError) -> Result<usize, Failure> {
+    fn check_rates(&self, path: &str, of: Loop<'_>, error: &ModelError) -> Result<usize, Failure> {
         let moving = of.moving_states();
         let rows = self.delta_rows.unwrap_or(usize::MAX);
         let by_delta = |row: &Vec<f64>| row.iter().take(rows).any(|entry| *entry != 0.0);
@@ -136,8 +137,8 @@ impl Proved for Limits {
         "the claim with limits"
     }
 
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
-        let error = of.check_model_error(path)?;
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
+        let error = &of.errors[0];
         let (s, at) = (of.sizes(), |name: &str| format!("{path}.{name}"));
         if let Some(rows) = self.delta_rows.filter(|rows| !(1..=columns(&error.e)).contains(rows)) {
             let allowed = "from 1 to the number of columns of errors[0].E";
@@ -169,7 +170,7 @@ impl Proved for Limits {
 
     /// A step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half of each limit, or all of
     /// it; and x'Xx decreases.
-    fn prove(&self, of: &Certificate) -> Result<(), Failure> {
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         for (name, found) in [("size", self.size), ("decay", self.decay), ("beta", self.beta)] {
             positive(claim, name, found)?;

@@ -16,16 +16,17 @@
 //! times, and b, i times`, that of `theta^k` the k-th elementary symmetric function of these arguments by the
 //! binomial coefficient: G. Farin, "Curves and Surfaces for CAGD", 5th ed. 2002, chapters 4 and 6.
 
-use super::Proved;
-use crate::certificate::{Certificate, Rows};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::{Blocked, starts};
+use crate::plant::Rows;
 use crate::shape::{check_length, check_matrix, check_number, columns};
 use crate::strict::given;
 use crate::structure::{Sign, definite, positive, symmetric, whole};
+use crate::system::Loop;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -66,10 +67,9 @@ pub struct RateTheorem {
 }
 
 impl RateTheorem {
-    pub(crate) fn of(certificate: &Certificate) -> Option<Self> {
-        let Rate { rate, gamma, .. } = certificate.rate()?;
-        let gamma_with_model_error = certificate.robust_rate().map(|claim| claim.gamma);
-        Some(Self { rate: *rate, gamma: *gamma, gamma_with_model_error })
+    /// Of the proved claims without and with the model error.
+    pub(crate) fn of(claim: &Rate, robust: Option<&Rate>) -> Self {
+        Self { rate: claim.rate, gamma: claim.gamma, gamma_with_model_error: robust.map(|claim| claim.gamma) }
     }
 }
 
@@ -98,7 +98,7 @@ impl Proved for Rate {
         }
     }
 
-    fn check(&self, path: &str, of: &Certificate) -> Result<(), Failure> {
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
         let at = |name: &str| format!("{path}.{name}");
         let (s, parameters) = (of.sizes(), of.parameters());
         if parameters != 1 {
@@ -106,10 +106,6 @@ impl Proved for Rate {
             return Err(Failure::malformed(path, reason));
         }
         if let Some(lambda) = self.lambda {
-            of.check_model_error(path)?;
-            if of.rate().is_none_or(|other| other.rate != self.rate) {
-                return Err(Failure::found(at("rate"), self.rate, "that of the claim `rate` without lambda"));
-            }
             check_number(&at("lambda"), lambda)?;
         }
         check_number(&at("rate"), self.rate)?;
@@ -141,7 +137,7 @@ impl Proved for Rate {
         multipliers.try_for_each(|(i, n)| check_matrix(&at(&format!("N[{i}]")), n, s.channels(), all))
     }
 
-    fn prove(&self, of: &Certificate) -> Result<(), Failure> {
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
         let claim = self.name();
         if self.rate < 0.0 {
             let reason = format!("the rate is {:e}, must be at least 0", self.rate);
@@ -152,7 +148,7 @@ impl Proved for Rate {
         for (k, x) in self.x.iter().enumerate() {
             symmetric(claim, &format!("X[{k}]"), x)?;
         }
-        let closed = ClosedLoop::new(of, if self.lambda.is_some() { &of.errors } else { &[] })?;
+        let closed = ClosedLoop::new(of, if self.lambda.is_some() { of.errors } else { &[] })?;
         definite(claim, "X[0]", Sign::Positive, &whole("x", &Matrix::square(&self.x[0])))?;
         let inequality = RateInequality::new(&closed, self);
         for (i, (ends, n)) in self.breakpoints.windows(2).zip(&self.n).enumerate() {

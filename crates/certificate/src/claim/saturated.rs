@@ -1,25 +1,27 @@
 //! The closed loop with saturated commands, formed exactly.
 //!
-//! The plant gets `u - phi`, and xk' gets `E phi`. What saturation removes is a share of `e = u - H x - step u_held`: `phi =
-//! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
-//! The filters of w that a step passes are left out, and with them what they make of it: the step is counted where it
-//! arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step x_held`,
-//! and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state of the
-//! plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
+//! The plant gets `u - phi`, and xk' gets `E phi`. What saturation removes is a share of `e = u - H x - step u_held`:
+//! `phi = (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel
+//! each. The filters of w that a step passes are left out, and with them what they make of it: the step is counted
+//! where it arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step
+//! x_held`, and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state
+//! of the plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
 
 use super::limits::Limits;
-use crate::certificate::{Certificate, Controller, ModelError, Plant, Rows};
+
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::plant::{Controller, ModelError, Plant, Rows};
+use crate::system::Loop;
 
-impl Certificate {
+impl Loop<'_> {
     /// The states of the plant that the loop consists of: those that controls or Delta move, also through channels and
     /// other states, and that in turn move measurements, channels or Delta. The others are filters of w, in whose place
     /// the steps act, or of z.
-    pub fn moving_states(&self) -> Vec<usize> {
-        let (p, n) = (&self.plant, self.plant.a.len());
+    pub(crate) fn moving_states(self) -> Vec<usize> {
+        let (p, n) = (self.plant, self.plant.a.len());
         let any = |row: &[f64]| row.iter().any(|entry| *entry != 0.0);
         let in_row = |m: &Rows, i: usize| m.get(i).is_some_and(|row| any(row));
         let in_column =
@@ -49,8 +51,8 @@ impl Certificate {
     /// the step: its states, channels and other y nothing at once, and nothing through filters, which may add to the
     /// same y. `None` where that is not so: the states that are left out would take a part of the step, or all of it,
     /// with them.
-    pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
-        let (p, kept) = (&self.plant, self.moving_states());
+    pub(crate) fn jumping_measurement(self, input: usize) -> Option<usize> {
+        let (p, kept) = (self.plant, self.moving_states());
         let is_at =
             |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
         let jumps: Vec<f64> = p.d21.iter().map(|row| row[input]).collect();
@@ -88,7 +90,7 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// As [`ClosedLoop::new`].
-    pub(super) fn limited(c: &Certificate, limits: &Limits, error: &ModelError) -> Result<Self, Failure> {
+    pub(super) fn limited(c: Loop<'_>, limits: &Limits, error: &ModelError) -> Result<Self, Failure> {
         let (kept, m) = (c.moving_states(), limits.limits.len());
         let commands = m - limits.rates.len();
         let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
@@ -99,8 +101,8 @@ impl ClosedLoop {
             fw: error.fw.iter().map(step).collect(),
             fu: error.fu.clone(),
         };
-        let opened = opened(c, &limits.e, &kept, &[limits.input], &limits.rates);
-        let mut whole = Self::new(&opened, std::slice::from_ref(&error))?;
+        let (plant, controller) = &opened(c, &limits.e, &kept, &[limits.input], &limits.rates);
+        let mut whole = Self::new(Loop { plant, controller, ..c }, std::slice::from_ref(&error))?;
         let (n, at) = (whole.states, whole.states + whole.channels);
         if let Some((rows, _)) = &mut whole.delta {
             rows.add(0, at + 1, &Matrix::from_rows(&error.fu, commands).negated());
@@ -132,10 +134,11 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// As [`ClosedLoop::new`].
-    pub(super) fn with_energy(c: &Certificate, e: &Rows, h: &Rows) -> Result<Self, Failure> {
+    pub(super) fn with_energy(c: Loop<'_>, e: &Rows, h: &Rows) -> Result<Self, Failure> {
         let all = |count: usize| (0..count).collect::<Vec<_>>();
         let sizes = c.sizes();
-        Ok(Self::new(&opened(c, e, &all(sizes.x), &all(sizes.w), &[]), &[])?.saturated(h))
+        let (plant, controller) = &opened(c, e, &all(sizes.x), &all(sizes.w), &[]);
+        Ok(Self::new(Loop { plant, controller, ..c }, &[])?.saturated(h))
     }
 
     /// The loop of [`opened`] with a channel for each u in place of phi.
@@ -181,8 +184,8 @@ impl ClosedLoop {
 
 /// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of
 /// commands, and u below z: the commands, and the rates of the states `rates` that have limits.
-fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> Certificate {
-    let (p, k, m) = (&c.plant, &c.controller, c.sizes().u);
+fn opened(c: Loop<'_>, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> (Plant, Controller) {
+    let (p, k, m) = (c.plant, c.controller, c.sizes().u);
     let n = kept.len();
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
     let unit: Rows = (0..m).map(|i| (0..m).map(|j| f64::from(u8::from(i == j))).collect()).collect();
@@ -228,8 +231,7 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
         dty: beside(&k.dty, &zeros(k.dty.len(), m)),
         ..k.clone()
     };
-    let (blocks, controller_blocks) = (c.blocks.clone(), c.controller_blocks.clone());
-    Certificate { blocks, controller_blocks, plant, controller, ..Certificate::default() }
+    (plant, controller)
 }
 
 fn rows_of(m: &Rows, kept: &[usize]) -> Rows {

@@ -58,7 +58,8 @@ fn a_certificate_is_proved_as_by_hand() {
     let refused = prove(&first_order(2.111)).unwrap_err();
     assert_eq!(
         refused,
-        "the claim for constant parameters is not proved: the matrix of the inequality is not shown to be negative definite"
+        "the claim for constant parameters is not proved: the matrix of the inequality is not shown to be negative \
+         definite"
     );
     assert!(prove(&with_error(2.9)).unwrap().contains("1 term E Delta [F Fw Fu] is added"));
     assert!(prove(&with_error(2.49)).is_err(), "the gain is 2.5");
