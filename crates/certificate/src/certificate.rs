@@ -92,7 +92,7 @@ impl Certificate {
     /// Reads a certificate.
     ///
     /// # Errors
-    /// [`Failure::Malformed`], the first problem of the text.
+    /// [`Failure::Json`] or [`Failure::Malformed`], the first problem of the text.
     pub fn from_json(text: &str) -> Result<Self, Failure> {
         // First, because another format has other keys.
         from_json::<OfFormat>(text)?;
@@ -107,7 +107,7 @@ impl Certificate {
     /// [`Failure::Malformed`] if sizes do not agree or a number is not finite.
     pub fn to_json(&self) -> Result<String, Failure> {
         self.check()?;
-        serde_json::to_string(self).map_err(|error| Failure::malformed("", error))
+        serde_json::to_string(self).map_err(|error| Failure::malformed("the certificate", error))
     }
 
     /// Checks that all numbers are finite, all sizes agree, and that each claim has those on which it rests.
