@@ -367,9 +367,9 @@ mod tests {
         plant_of(&nested(r#", "notes": 1, "convention": 2"#, "", r#", "source": 3"#)).unwrap();
         for (beside, inside, above, words) in [
             (r#", "limit": [1]"#, "", "", "'data.limit' is not known; did you mean 'limits'?"),
-            (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
+            (r#", "Rate": 0.5"#, "", "", "'data.Rate' is not known; did you mean 'rate'?"),
             (r#", "sample_time": 0.1"#, "", "", "'sample_time' is for sampled loops; the sample time of"),
-            ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
+            ("", r#", "d22": [[5]]"#, "", "'data.P.d22' is not known; did you mean 'D22'?"),
             (
                 r#", "speed": 1"#,
                 "",
@@ -420,7 +420,7 @@ mod tests {
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0]]"#, "D21 is 1 x 2, it must be 1 x 1"),
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0], [1.0]]"#, "'D21': rows of different lengths"),
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0]], "A": [[0.0]]"#, "duplicate field `A`"),
-            (r#""D21": [[1.0]]"#, r#""inf": 1, "D21": [[1.0]]]"#, "is not JSON"),
+            (r#""D21": [[1.0]]"#, r#""note": "inf", "D21": [[1.0]]]"#, "is not JSON"),
         ] {
             let found = refusal(&PLAIN.replacen(old, new, 1));
             assert!(found.contains(words), "{new}: {found}");
