@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cvxpy as cp
 import numpy as np
+from claims import claim
 from decimals import Ball, Loop, closed_loop
 from lpv_cvxpy import solve
 from scipy.linalg import solve_continuous_lyapunov
@@ -40,12 +41,13 @@ class Filtered:
     @classmethod
     def of(cls, certificate: dict) -> Filtered:
         """Close the loop of a certificate whose filters have no rates."""
-        loop = in_good_coordinates(closed_loop(certificate, certificate["errors"]), certificate)
+        claimed = claim(certificate, "constant")
+        loop = in_good_coordinates(closed_loop(certificate, certificate["errors"]), claimed)
         n, r, w = loop.sizes
         lengths = (certificate[key] for key in ("blocks", "controller_blocks"))
         channels = np.concatenate([np.repeat(np.arange(len(counts)), counts) for counts in lengths])
         own = [
-            (f["pole"], j) for f in certificate["filters"] for j in np.flatnonzero(channels == f["parameter"])
+            (f["pole"], j) for f in claimed["filters"] for j in np.flatnonzero(channels == f["parameter"])
         ]
         k, wd = len(own), sum(e.shape[1] for e, _ in loop.balls)
         units = np.eye(n + 2 * k + r + wd + w)
@@ -74,24 +76,24 @@ class Filtered:
             states=n + 2 * k,
             inputs=w,
             parameters=np.concatenate([channels, channels[[j for _, j in own]]]),
-            unit=certificate["gamma"],
+            unit=claimed["gamma"],
         )
 
 
-def in_good_coordinates(loop: Loop, certificate: dict) -> Loop:
-    """Return the loop with balanced states, even channels, and the certificate's gamma as the unit of a gain.
+def in_good_coordinates(loop: Loop, claimed: dict) -> Loop:
+    """Return the loop with balanced states, even channels, and the claim's gamma as the unit of a gain.
 
     With uneven channels Clarabel fails.
     """
     n, r, _ = loop.sizes
     x, t, z = (m.astype(float) for m in (loop.x, loop.t, loop.z))
     balls = [Ball(e.astype(float), seen.astype(float)) for e, seen in loop.balls]
-    scale, root = even(x, t, n, r), np.sqrt(certificate["gamma"])
+    scale, root = even(x, t, n, r), np.sqrt(claimed["gamma"])
     t, z = t / scale[:, None], z / root
     for m in (x, t, z, *(ball.z for ball in balls)):
         m[:, n : n + r] *= scale
         m[:, n + r :] /= root
-    to = np.linalg.cholesky(np.array(certificate["L"])).T
+    to = np.linalg.cholesky(np.array(claimed["L"])).T
     back = np.linalg.inv(to)
     reached = np.hstack([x[:, n:], *(ball.e for ball in balls)])
     seen = np.vstack([t, z, *(ball.z for ball in balls)])[:, :n]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import cvxpy as cp
 import numpy as np
+from claims import claim
 from lpv_cvxpy import solve
 from scipy.linalg import solve_continuous_lyapunov, sqrtm
 
@@ -56,7 +57,7 @@ class Limited:
             matrices[name] = np.linalg.solve(size, matrices[name])
         for name in ("A", "K", "C"):
             matrices[name] = matrices[name] @ size
-        return cls(matrices | {"enters": np.linalg.solve(size, enters)}, nk, certificate["energy"]["limits"])
+        return cls(matrices | {"enters": np.linalg.solve(size, enters)}, nk, claim(certificate, "energy")["limits"])
 
     def __getattr__(self, name: str) -> np.ndarray:
         return self.m[name]

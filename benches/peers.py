@@ -160,6 +160,7 @@ def constant_rows() -> list[str]:
 def limits_rows() -> list[str]:
     """Return the table of loops whose commands are cut off, in CPU time: what limits add to a synthesis."""
     import numpy as np
+    from claims import claim
     from limited_plants import TANKS, f8
     from limits_cvxpy import Limited, energies, least_or_none
 
@@ -181,7 +182,7 @@ def limits_rows() -> list[str]:
                     done = subprocess.run(words, capture_output=True, text=True, check=True)
                     times.append(child_time())
                 certificate = json.loads(Path(folder, "certificate.json").read_text(encoding="utf-8"))
-                claims, gain = json.loads(done.stdout)["with_limits"], np.array(certificate["energy"]["E"])
+                claims, gain = json.loads(done.stdout)["with_limits"], np.array(claim(certificate, "energy")["E"])
                 begin, loop = time.process_time(), Limited.of(certificate)
                 theirs = energies(loop, claims[1]["gamma"] / 2.0, gain)
                 pairs.append((times[2] - 2.0 * times[1] + times[0], time.process_time() - begin))

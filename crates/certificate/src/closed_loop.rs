@@ -1,13 +1,12 @@
 //! The closed loop of plant and controller, formed exactly.
 
-mod limited;
-
-use crate::certificate::{Certificate, Residual, Rows};
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::fraction_free_inverse;
+use crate::plant::{ModelError, Rows};
 use crate::shape::{Sizes, columns};
+use crate::system::Loop;
 
 /// The closed loop with the states (x, xk), the channels (zt, zk), (wt, wk), and, with a model error, the output
 /// w_Delta and the input z_Delta of Delta:
@@ -32,7 +31,7 @@ pub(crate) struct ClosedLoop {
     pub(crate) state: Matrix,
     pub(crate) channel: Matrix,
     pub(crate) output: Matrix,
-    /// `error` and `e`.
+    /// `error` and `e`, those of several model errors below and beside each other.
     pub(crate) delta: Option<(Matrix, Matrix)>,
     /// The parameter of each channel: plant's, controller's, then one for each limit.
     pub(crate) parameters: Vec<usize>,
@@ -57,8 +56,8 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// [`Failure::NotWellPosed`] when `I - Duy D22` is singular.
-    pub(crate) fn new(certificate: &Certificate, residual: Option<&Residual>) -> Result<Self, Failure> {
-        let (p, k, s) = (&certificate.plant, &certificate.controller, certificate.sizes());
+    pub(crate) fn new(of: Loop<'_>, errors: &[ModelError]) -> Result<Self, Failure> {
+        let (p, k, s) = (of.plant, of.controller, of.sizes());
         let c = Columns::new(s);
         let place = |parts: &[(&Rows, usize, usize)]| {
             let mut m = Matrix::zeros(parts[0].0.len(), c.all);
@@ -85,17 +84,21 @@ impl ClosedLoop {
         let zt = from_u(place(&[(&p.ct, c.x, s.x), (&p.dtt, c.t, s.t), (&p.dt1, c.w, s.w)]), &p.dt2);
         let zk = from_y(place(&[(&k.ct, c.xk, s.xk), (&k.dtt, c.tk, s.tk)]), &k.dty);
         let z = from_u(place(&[(&p.c1, c.x, s.x), (&p.d1t, c.t, s.t), (&p.d11, c.w, s.w)]), &p.d12);
-        let delta = residual.map(|r| {
-            let mut e = Matrix::zeros(s.x + s.xk, columns(&r.e));
-            e.place(0, 0, &Matrix::from_rows(&r.e, e.cols).scaled(&scale));
-            let mut open = place(&[(&r.f, c.x, s.x)]);
-            if !r.fw.is_empty() {
-                open.place(0, c.w, &Matrix::from_rows(&r.fw, s.w));
+        let mut delta = None;
+        for error in errors {
+            let mut open = place(&[(&error.f, c.x, s.x)]);
+            if !error.fw.is_empty() {
+                open.place(0, c.w, &Matrix::from_rows(&error.fw, s.w));
             }
-            (from_u(open, &r.fu), e)
-        });
+            let (seen, columns) = (from_u(open, &error.fu), columns(&error.e));
+            let (above, before) = delta.unwrap_or((Matrix::zeros(0, c.all), Matrix::zeros(s.x + s.xk, 0)));
+            let mut e = Matrix::zeros(s.x + s.xk, before.cols + columns);
+            e.place(0, 0, &before);
+            e.place(0, before.cols, &Matrix::from_rows(&error.e, columns).scaled(&scale));
+            delta = Some((above.above(seen), e));
+        }
         Ok(Self {
-            discrete: certificate.discrete,
+            discrete: of.discrete,
             states: s.x + s.xk,
             channels: s.t + s.tk,
             inputs: s.w,
@@ -103,9 +106,7 @@ impl ClosedLoop {
             channel: zt.above(zk),
             output: z,
             delta,
-            parameters: parameters(&certificate.blocks)
-                .chain(parameters(&certificate.controller_blocks))
-                .collect(),
+            parameters: parameters(of.blocks).chain(parameters(of.controller_blocks)).collect(),
             scale,
         })
     }

@@ -14,7 +14,7 @@ pub(crate) struct Blocked {
 }
 
 /// The matrices of a proof.
-pub(crate) struct Proof {
+pub(crate) struct Scalings {
     pub(crate) gamma: Dyadic,
     /// The multiplier of Delta; unused without a model error.
     pub(crate) lambda: Dyadic,
@@ -39,7 +39,7 @@ pub(crate) struct Proof {
 /// The blocks w_D and z_D occur only with a model error. In discrete time the rows of X stand in a block x+, behind w,
 /// with `-X/2` on the diagonal there and in the block x. The whole matrix is multiplied by the `scale` of
 /// [`ClosedLoop`], which is positive.
-pub(crate) fn inequality(closed: &ClosedLoop, proof: &Proof) -> Blocked {
+pub(crate) fn inequality(closed: &ClosedLoop, proof: &Scalings) -> Blocked {
     let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
     let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
     let next = if closed.discrete { n } else { 0 };
@@ -95,4 +95,18 @@ pub(crate) fn starts(blocks: &[(&'static str, usize)]) -> (Vec<usize>, usize) {
         all += size;
     }
     (starts, all)
+}
+
+impl Blocked {
+    /// The block of a row, and the row within it.
+    pub(crate) fn locate(&self, row: usize) -> (&'static str, usize) {
+        let mut start = 0;
+        for &(name, size) in &self.blocks {
+            if row < start + size {
+                return (name, row - start);
+            }
+            start += size;
+        }
+        ("", row)
+    }
 }

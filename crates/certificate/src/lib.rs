@@ -1,8 +1,8 @@
 //! Proves the gain bound of an LPV closed loop from its certificate, in exact arithmetic.
 //!
 //! ```text
-//! JSON text -> Certificate -> check shapes -> close the loop -> structure of X, S, T
-//!           -> X > 0, S > 0, LMI < 0 -> Theorem
+//! JSON text -> Certificate: a loop and a list of claims -> check shapes
+//!           -> each claim: close the loop -> structure of X, S, T -> X > 0, S > 0, LMI < 0 -> Theorem
 //! ```
 //!
 //! # The theorem
@@ -16,11 +16,11 @@
 //!
 //! where those of the plant come first among the states and the channels of `Theta_e = blkdiag(Theta, Theta)`.
 //!
-//! *Claim.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the closed loop
-//! is exponentially stable, and its L2 gain from w to z is below gamma.
+//! *The claim `gain`.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the
+//! closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
-//! A certificate with the section `bounded_rate` may do without this claim, and then has neither gamma, X, S and T nor
-//! the sections `residual`, `limits` and `energy`: nothing is claimed of a parameter that moves faster than its rate.
+//! A certificate with the claim `rate` may do without this one, and then has none of the claims with model error,
+//! `limits` and `energy`: nothing is claimed of a parameter that moves faster than its rate.
 //!
 //! *Conditions, checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
 //! `Theta_e`; and
@@ -56,14 +56,14 @@
 //! inequality is linear in them and contains no product of two of them. Multiplied by the magnitude of that
 //! determinant, which is positive, it contains sums and products of the file's numbers alone.
 //!
-//! *With a model error* (`residual`): `[A B1 B2]` of the plant becomes `[A B1 B2] + E Delta(t) [F Fw Fu]`, i.e. `x' =
-//! ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fw w + Fu u`, which is `F_x x + F_t wt + F_w w` once the controller
-//! gives u; Fw is 0 where the file has none. For
-//! `||Delta|| <= 1` and `lambda > 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the
-//! inequality a row w_D, `[E'X 0 -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0
-//! -lambda I  0]`. Delta acts on x' alone, so the parameter loop stays well posed as before.
+//! *With a model error* (an entry of `errors`, and a claim `gain` with `lambda`): `[A B1 B2]` of the plant becomes `[A
+//! B1 B2] + E Delta(t) [F Fw Fu]`, i.e. `x' = ... + E w_D`, `w_D = Delta z_D`, `z_D = F x + Fw w + Fu u`, which is `F_x
+//! x + F_t wt + F_w w` once the controller gives u; Fw is 0 where the file has none. For `||Delta|| <= 1` and `lambda >
+//! 0`, `lambda (z_D'z_D - w_D'w_D) >= 0`: added to the left side above, it gives the inequality a row w_D, `[E'X 0
+//! -lambda I 0 0 0 0]`, and a row z_D, `[lambda F_x  lambda F_t  0  lambda F_w  0 -lambda I  0]`. Delta acts on x'
+//! alone, so the parameter loop stays well posed as before.
 //!
-//! *With a bounded rate* (`bounded_rate`): for one parameter, Lipschitz continuous with `|theta'| <= rate` almost
+//! *With a bounded rate* (the claim `rate`): for one parameter, Lipschitz continuous with `|theta'| <= rate` almost
 //! everywhere, a Lyapunov matrix that depends on it, `X(theta) = X_0 + theta X_1 + ...`, shows a smaller gamma. On
 //! each interval between breakpoints there is a constant multiplier N, and for both signs the form
 //!
@@ -85,19 +85,19 @@
 //!   `V = x'X(theta) x` is between its values for the two signs. On the compact range `dV/dt + z'z/gamma - gamma w'w
 //!   <= -eps (x'x + w'w)` for some `eps > 0`, and the rest is as above.
 //!
-//! With a model error `lambda (z_D'z_D - w_D'w_D)` is added to q, and xi gets w_D.
+//! With `lambda` the claim covers the model error: `lambda (z_D'z_D - w_D'w_D)` is added to q, and xi gets w_D.
 //!
 //! With `inverse` the matrices are those of the transposed loop, `A', Ct', C1', ...` in place of `A, Bt, B1, ...`. At
 //! each theta, wt put in, its inequality is `[A Q + Q A' -+ rate dQ/dtheta, Q C', B; *, -gamma I, D; *, *, -gamma I] <
 //! 0` with `Q = X(theta)`, and multiplied by `blkdiag(Q^-1, I, I)` from both sides it is that of the loop itself with
 //! the Lyapunov matrix `Q^-1`, whose derivative is `-Q^-1 dQ/dtheta Q^-1`; lambda becomes 1/lambda.
 //!
-//! *With limits* (`limits`): the plant gets `u - phi`, xk' gets `E phi`, with `phi = u - sat(u)`, and sat cuts each
-//! command off at `limit_j` or farther, either way. Of the plant only the states count that controls or Delta move,
-//! also through channels, and that channels, Delta or y see ([`Certificate::moving_states`]): the others are filters of
-//! w, in whose place one of its components steps from 0 to any r with `|r| <= size` and, later, back, or weights that
-//! only z sees. While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the model error, of
-//! whose Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
+//! *With limits* (the claim `limits`): the plant gets `u - phi`, xk' gets `E phi`, with `phi = u - sat(u)`, and sat
+//! saturates each command at `limit_j` or above, in both directions. Of the plant only the states count that controls
+//! or Delta move, also through channels, and that channels, Delta or y see ([`Certificate::moving_states`]): the others
+//! are filters of w, in whose place one of its components steps from 0 to any r with `|r| <= size` and, later, back, or
+//! weights that only z sees. While the step is held, x stands for the state less `r x_held`. With `V = x'Xx` and the
+//! model error, of whose Delta only the first `delta_rows` rows may differ from 0 if the file says so, the form
 //!
 //! ```text
 //! dV/dt + decay V - decay beta (r/size)^2 + zt'S zt - wt'S wt + 2 wt'T zt + lambda (z_D'z_D - w_D'w_D)
@@ -106,7 +106,7 @@
 //!
 //! must be negative definite in (x, wt, phi, w_D, r); `X > 0`; `size^2 x_held'X x_held < beta`; and for each command
 //! `size |u_held_j| <= limit_j/2` and `[X h_j'; h_j limit_j^2/(4 beta)] > 0`. The rates of the plant's states in
-//! `rates` are cut off at limits, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j =
+//! `rates` are saturated, too: such a state moves by `x_i' - phi_j`, x_i' as the plant has it and `phi_j =
 //! x_i' - sat(x_i')`, and x_i' stands among the u of the form. Delta does not move these states. *Claim:* from rest V
 //! stays below beta while the step is held, is below `4 beta` when it has been taken back, and decays from there at
 //! least as `exp(-decay t)`.
@@ -119,13 +119,13 @@
 //!   form is the inequality of a loop with further parameters, `s_j = delta_j e_j`, `|delta_j| <= 1`, and is proved
 //!   as that, with `decay/2` added to A. For two values of u the phi differ by shares of the difference between 0 and
 //!   1, which are such parameters; so u, and what phi makes of it at a theta, are one to one, as wt and zt are.
-//! - *Rates.* The phi of a rate has the sign of what is cut off of it, as that of a command: nothing above depends on
-//!   where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation: F.
-//!   Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
+//! - *Rates.* The phi of a rate has the sign of the excess over its limit, as that of a command: nothing above depends
+//!   on where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation:
+//!   F. Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
-//! *With w of bounded energy* (`energy`): commands are cut off, and what is cut off is fed back, as with
-//! limits, but for the whole plant, with its weights and all of w and z, and without model error. Each claim has an X,
-//! S, T, a diagonal U > 0, H, gamma and beta, for which the form
+//! *With w of bounded energy* (the claim `energy`): commands are saturated, with anti-windup, as with limits, but for
+//! the whole plant, with its weights and all of w and z, and without model error. Each of its bounds has an X, S, T, a
+//! diagonal U > 0, H, gamma and beta, for which the form
 //!
 //! ```text
 //! dV/dt + z'z/gamma - gamma w'w + zt'S zt - wt'S wt + 2 wt'T zt + 4 phi'U (u - phi - H x)
@@ -143,7 +143,7 @@
 //! - *Well-posedness* is as with limits: the form is that of a loop with a further parameter for each command.
 //!
 //! *In discrete time* (`discrete`) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
-//! over the ticks in place of the energies. The inequality, without the other sections, is
+//! over the ticks in place of the energies. There is the claim `gain` alone, without model error; its inequality is
 //!
 //! ```text
 //! [ -X    Ct'T'              0         A'X     Ct'S    C1'  ]
@@ -161,12 +161,12 @@
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators but in the sections `limits` and `energy`: for all else the loop is linear at every
+//! - Saturation of the actuators but in the claims `limits` and `energy`: for all else the loop is linear at every
 //!   instant.
 //! - Sampling: in continuous time the controller is the continuous one of the file, with Theta(t) measured without
 //!   delay or error; in discrete time nothing is said of what lies between the ticks.
-//! - The nonlinear vehicle: the plant is the LPV model of the file. The residual covers errors of its `A`, `B1` and
-//!   `B2`, as large as the file states, and no other errors.
+//! - The nonlinear vehicle: the plant is the LPV model of the file. A model error covers those of its `A`, `B1` and
+//!   `B2`, as large as the file states, and no others.
 //! - Whether plant and controller in the file are those in use: their user must compare them.
 //!
 //! # Exactness
@@ -185,43 +185,45 @@
 //!     "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0]], "D12": [[0]], "D2t": [[]], "D21": [[0]]},
 //!   "controller": {"A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1]], "Dut": [[]], "Ct": [], "Dty": [],
 //!     "Dtt": []},
-//!   "gamma": 1.25, "X": [[1]], "S": [], "T": []}"#;
+//!   "claims": [{"gain": {"gamma": 1.25, "X": [[1]], "S": [], "T": []}}]}"#;
 //! let theorem = certificate::Certificate::from_json(text)?.prove()?;
 //! assert_eq!(
 //!     theorem.to_string(),
 //!     "The closed loop of 1 state is exponentially stable and its L2 gain from w to z is below 1.25. \
-//!      Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`."
+//!      Nothing is proved of a plant that differs from the one in the certificate: it covers no model error."
 //! );
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`Certificate`], [`Plant`], [`Controller`], [`Residual`]: the file; [`ReadError`]: its errors;
+//! - [`Certificate`], [`Plant`], [`Controller`], [`ModelError`]: the loop of the file;
+//! - [`Claim`]: its claims, each in a file of `claim/`; that for parameters some of which are constant, and why its
+//!   conditions suffice, is in `claim/constant.rs`;
 //! - [`Certificate::prove`]: the proof; [`Theorem`] or [`Failure`] is its outcome;
-//! - [`ConstantCertificate`]: a claim for parameters some of which are constant, and its proof, `constant/prove.rs`;
 //! - [`lower_bound`]: a gamma below which no controller exists, proved from [`Multipliers`];
-//! - [`Json`]: the strict JSON reader, also for other files.
+//! - [`from_json`]: reads JSON strictly, also other files; [`JsonError`] has the path to the error.
 
-mod bounded_rate;
 mod certificate;
+mod claim;
 mod closed_loop;
-mod constant;
 mod error;
 mod exact;
 mod inequality;
-mod json;
 mod lower_bound;
+mod plant;
 mod prove;
-mod read;
 mod shape;
+mod strict;
 mod structure;
+mod system;
 mod theorem;
 
-pub use certificate::{
-    AnyRate, BoundedRate, Certificate, Controller, Energy, EnergyClaim, FORMAT, Limits, Plant, Residual,
-    Rows, Slow, SlowResidual,
+pub use certificate::{Certificate, Format};
+pub use claim::{
+    Claim, Constant, ConstantTheorem, Energy, EnergyBound, EnergyTheorem, Filter, Gain, LimitTheorem, Limits,
+    Rate, RateTheorem,
 };
-pub use constant::{CONSTANT_FORMAT, ConstantCertificate, ConstantTheorem, ErrorBall, Filter};
-pub use error::{Claim, Failure, Proved, ReadError};
-pub use json::Json;
+pub use error::Failure;
 pub use lower_bound::{Multipliers, lower_bound};
-pub use theorem::{EnergyTheorem, LimitTheorem, SlowTheorem, Theorem};
+pub use plant::{Controller, ModelError, Plant, Rows};
+pub use strict::{JsonError, from_json, given};
+pub use theorem::Theorem;

@@ -25,11 +25,11 @@
 //!
 //! The inequalities are necessary: no controller of any order gives a gain below the bound.
 
-use crate::certificate::{Plant, Rows};
 use crate::exact::definite::positive_definite;
 use crate::exact::dyadic::{Dyadic, approximate_ratio};
 use crate::exact::matrix::Matrix;
 use crate::exact::whole::{Reduced, reduce};
+use crate::plant::{Plant, Rows};
 use crate::shape::columns;
 
 /// Approximately optimal multipliers; the proof does not depend on how they were computed.

@@ -1,30 +1,46 @@
-//! Checks exactly that X and S are symmetric, T is skew, and S and T commute with Theta.
+//! Exact checks of numbers and matrices: positive, symmetric, skew, commuting with Theta, definite.
 
-use crate::certificate::Rows;
-use crate::error::{Claim, Failure, Proved};
+use crate::error::Failure;
+use crate::exact::definite::positive_definite;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
+use crate::inequality::Blocked;
+use crate::plant::Rows;
+
+/// `found > 0`.
+pub(crate) fn positive(claim: &str, name: &str, found: f64) -> Result<(), Failure> {
+    if found > 0.0 {
+        return Ok(());
+    }
+    Err(Failure::condition(claim, format_args!("{name} is {found:e}, must be above 0")))
+}
 
 /// `m = m'`.
-pub(crate) fn symmetric(claim: Claim, matrix: Proved, m: &Rows) -> Result<(), Failure> {
+pub(crate) fn symmetric(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "symmetric", |entry, mirror| entry == mirror)
 }
 
 /// `m = -m'`.
-pub(crate) fn skew(claim: Claim, matrix: Proved, m: &Rows) -> Result<(), Failure> {
+pub(crate) fn skew(claim: &str, matrix: &str, m: &Rows) -> Result<(), Failure> {
     mirrored(claim, matrix, m, "skew", |entry, mirror| entry == -mirror)
 }
 
 fn mirrored(
-    claim: Claim,
-    matrix: Proved,
+    claim: &str,
+    matrix: &str,
     m: &Rows,
-    property: &'static str,
+    property: &str,
     holds: impl Fn(f64, f64) -> bool,
 ) -> Result<(), Failure> {
     for (row, entries) in m.iter().enumerate() {
         for (column, &entry) in entries.iter().enumerate().take(row + 1) {
             let mirror = m[column][row];
             if !holds(entry, mirror) {
-                return Err(Failure::NotMirrored { claim, matrix, property, row, column, entry, mirror });
+                let reason = format!(
+                    "{matrix} is not {property}: entry [{row}][{column}] is {entry:e}, entry [{column}][{row}] is \
+                     {mirror:e}"
+                );
+                return Err(Failure::Structure { claim: claim.into(), reason });
             }
         }
     }
@@ -32,22 +48,60 @@ fn mirrored(
 }
 
 /// `m Theta = Theta m` for every Theta: zero wherever row and column belong to different parameters.
-pub(crate) fn commuting(claim: Claim, matrix: Proved, m: &Rows, parameters: &[usize]) -> Result<(), Failure> {
-    for (row, &row_parameter) in parameters.iter().enumerate() {
-        for (column, &column_parameter) in parameters.iter().enumerate() {
+pub(crate) fn commuting(claim: &str, matrix: &str, m: &Rows, parameters: &[usize]) -> Result<(), Failure> {
+    for (row, &of_row) in parameters.iter().enumerate() {
+        for (column, &of_column) in parameters.iter().enumerate() {
             let entry = m[row][column];
-            if row_parameter != column_parameter && entry != 0.0 {
-                return Err(Failure::NotCommuting {
-                    claim,
-                    matrix,
-                    row,
-                    column,
-                    entry,
-                    row_parameter,
-                    column_parameter,
-                });
+            if of_row != of_column && entry != 0.0 {
+                let reason = format!(
+                    "{matrix} does not commute with Theta: entry [{row}][{column}] is {entry:e}, must be 0, because \
+                     channel {row} carries parameter {of_row} and channel {column} parameter {of_column}"
+                );
+                return Err(Failure::Structure { claim: claim.into(), reason });
             }
         }
     }
     Ok(())
+}
+
+/// A sign of a matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sign {
+    Positive,
+    Negative,
+}
+
+impl Sign {
+    pub(crate) fn word(self) -> &'static str {
+        if self == Self::Positive { "positive" } else { "negative" }
+    }
+}
+
+/// `m` is positive or negative definite.
+///
+/// The rows are eliminated from the last block, -gamma I, upwards: its entries and those of S have few
+/// digits, which keeps the minors short.
+pub(crate) fn definite(claim: &str, matrix: &str, sign: Sign, blocked: &Blocked) -> Result<(), Failure> {
+    let negative = sign == Sign::Negative;
+    let m = if negative { &blocked.matrix.negated() } else { &blocked.matrix };
+    let order: Vec<usize> = (0..m.rows).rev().collect();
+    positive_definite(m, &order).map_err(|wrong| {
+        let (block, row_in_block) = blocked.locate(wrong.row);
+        let value = wrong.value / blocked.scale.to_f64();
+        let pivot = if negative { -value } else { value };
+        let shown = if wrong.exactly_zero { "exactly 0".into() } else { format!("about {pivot:+.3e}") };
+        let reason = format!(
+            "{matrix} is not {} definite: in its elimination the pivot of row {}, row {row_in_block} of block \
+             {block}, is {shown}, must be {} 0",
+            sign.word(),
+            wrong.row,
+            if negative { "below" } else { "above" }
+        );
+        Failure::NotDefinite { claim: claim.into(), reason, pivot: Some(pivot) }
+    })
+}
+
+/// A matrix of one block.
+pub(crate) fn whole(name: &'static str, m: &Matrix) -> Blocked {
+    Blocked { matrix: m.clone(), blocks: vec![(name, m.rows)], scale: Dyadic::from_f64(1.0) }
 }

@@ -177,7 +177,7 @@ fn proved(
     let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
     controller.anti_windup = axis.anti_windup(&design.controller)?;
     let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, &controller));
-    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits.as_ref()) {
+    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
     }
     Ok(FinishedAxis { synthesised, checks, proof, sampled, controller })

@@ -42,13 +42,13 @@ fn plant(file: &Value) -> Result<GeneralisedPlant, Box<dyn Error>> {
     Ok(GeneralisedPlant::new(at(data, "blocks")?, &parts(p, PLANT)?)?)
 }
 
-/// The loop of a certificate of constant parameters.
-fn constant_loop(file: &Value) -> Result<ConstantLoop, Box<dyn Error>> {
+/// The loop of a certificate, with the filters of its claim about constant parameters.
+fn constant_loop(file: &Value, claim: &Value) -> Result<ConstantLoop, Box<dyn Error>> {
     let plant = plant(file)?;
     let controller =
         Controller::new(at(file, "controller_blocks")?, &parts(&file["controller"], CONTROLLER)?)?;
     let mut filters: Vec<Option<Filters>> = vec![None; plant.blocks.len()];
-    for filter in at::<Vec<Value>>(file, "filters")? {
+    for filter in at::<Vec<Value>>(claim, "filters")? {
         let of = filters.get_mut(at::<usize>(&filter, "parameter")?).ok_or("filters: no such parameter")?;
         let own = of.get_or_insert(Filters { poles: vec![], rate: at(&filter, "rate")? });
         own.poles.push(at(&filter, "pole")?);
@@ -70,10 +70,11 @@ const CLOSE: f64 = 0.01;
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("a file is needed: a case or a certificate")?;
     let file: Value = serde_json::from_str(&std::fs::read_to_string(path)?)?;
-    if file.get("filters").is_some() {
-        let whole = constant_loop(&file)?;
+    let claim = &file["claims"][0]["constant"];
+    if claim.is_object() {
+        let whole = constant_loop(&file, claim)?;
         let begin = Instant::now();
-        let found = whole.bound(at(&file, "gamma")?, CLOSE, f64::INFINITY)?;
+        let found = whole.bound(at(claim, "gamma")?, CLOSE, f64::INFINITY)?;
         let seconds = begin.elapsed().as_secs_f64();
         println!("{}", json!({ "seconds": seconds, "gamma": found.gamma }));
         return Ok(());

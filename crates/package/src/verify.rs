@@ -139,7 +139,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         step = ClaimedStep::of_file(design, &theorem);
         terms = Some(Terms::of_file(design, &theorem));
         check_inputs(&certificate, vehicle, design, &model)?;
-        let what = match certificate.residual {
+        let what = match certificate.model_error() {
             Some(_) => "its plant and its ball of models are those",
             None => {
                 "its plant is that, and nothing is said of the residual between the fit and the true linearisations,"
@@ -212,8 +212,8 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
     let text = resource("certificate.json")?;
     let certificate = parse(text, &format!("{}, resources/certificate.json", path.display()))?;
     check_design(&design, &certificate)?;
-    let coverage = match certificate.residual {
-        Some(_) => "for the fit, and for a ball of models around it (residual)",
+    let coverage = match certificate.model_error() {
+        Some(_) => "for the fit, and for a ball of models around it",
         None => "for the fit alone; nothing about the residual between the fit and the true linearisations",
     };
     let mut about = vec![format!(

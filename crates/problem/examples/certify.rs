@@ -7,7 +7,7 @@
 //! PROBLEM.json is a problem file of `squid lpv synth`. With BALL the certificate also covers errors of `[A B2]` with
 //! a largest singular value up to BALL, at a gamma found by trial.
 
-use certificate::{Certificate, Residual};
+use certificate::{Certificate, Claim, Gain, ModelError};
 use lpv::direct_path::synthesise;
 use lpv::matrix::{Mat, to_rows};
 use lpv::synthesis::Options;
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Adds the claim for `||[dA dB2]|| <= ball`, with X, S and T of the nominal claim and the first lambda and gamma of a
 /// table that prove it.
 fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
-    let nominal = certificate.any_rate.clone()?;
+    let nominal = certificate.gain()?.clone();
     let (n, u) = (certificate.plant.a.len(), certificate.plant.d12.first().map_or(0, Vec::len));
     let eye = |rows: usize, cols: usize, below: usize| {
         to_rows(&Mat::from_fn(rows, cols, |i, j| if i == j + below { 1.0 } else { 0.0 }))
@@ -50,18 +50,16 @@ fn with_ball(certificate: Certificate, ball: f64) -> Option<Certificate> {
     let table = trials.into_iter().flat_map(|up| lambdas.clone().map(move |lambda| (up, lambda)));
     table
         .map(|(up, lambda)| {
-            let residual = Residual {
+            let error = ModelError {
                 e: to_rows(&(Mat::identity(n, n) * ball)),
                 f: eye(n + u, n, 0),
                 fw: vec![],
                 fu: eye(n + u, u, n),
-                lambda,
-                gamma: nominal.gamma * up,
-                x: nominal.x.clone(),
-                s: nominal.s.clone(),
-                t: nominal.t.clone(),
             };
-            Certificate { residual: Some(residual), ..certificate.clone() }
+            let covered = Gain { lambda: Some(lambda), gamma: nominal.gamma * up, ..nominal.clone() };
+            let mut trial = Certificate { errors: vec![error], ..certificate.clone() };
+            trial.claims.push(Claim::Gain(covered));
+            trial
         })
         .find(|trial| trial.prove().is_ok())
 }

@@ -14,7 +14,7 @@ use crate::source::Source;
 use crate::synth::symmetric;
 use crate::words::{at_most, digits};
 use base::files::Files;
-use certificate::{Certificate, Theorem};
+use certificate::{Certificate, Claim, Theorem};
 use lpv::analysis::GainBound;
 use lpv::bounded_rate::finished;
 use lpv::controller::Controller;
@@ -27,7 +27,7 @@ use lpv::partition::Group::{T, W, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::{Options, is_least};
 use proof::claim::{nominal, text, without_claims};
-use proof::rate::without_error;
+use proof::rate::rate as at_rate;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -107,7 +107,7 @@ impl Report {
             match finished(&problem.plant.open(), rate) {
                 // A bound for any rate also holds at this rate.
                 Ok(slow) if fast.is_some_and(|fast| fast.gamma <= slow.gamma) => {}
-                Ok(slow) => certificate.bounded_rate = Some(without_error(&slow)),
+                Ok(slow) => certificate.claims.push(at_rate(&slow, None)),
                 Err(reason) => self.reasons.push(format!("no bound was found at the rate alone: {reason}")),
             }
         }
@@ -143,12 +143,13 @@ impl Report {
 
     /// Proves the claims of a certificate, or one of them if that fails.
     fn prove(&mut self, full: Certificate) {
-        let mut tried = vec![full.clone()];
-        if full.any_rate.is_some() && full.bounded_rate.is_some() {
-            tried.push(Certificate { bounded_rate: None, ..full.clone() });
-            tried.push(Certificate { any_rate: None, ..full });
+        let mut tried = vec![];
+        if let [_, _, ..] = full.claims.as_slice() {
+            let alone = |claim: &Claim| Certificate { claims: vec![claim.clone()], ..full.clone() };
+            tried.extend(full.claims.iter().map(alone));
         }
-        for certificate in tried.into_iter().filter(|c| c.any_rate.is_some() || c.bounded_rate.is_some()) {
+        tried.insert(0, full);
+        for certificate in tried.into_iter().filter(|c| !c.claims.is_empty()) {
             match certificate.prove() {
                 Ok(theorem) => {
                     self.status = "proved";

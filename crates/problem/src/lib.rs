@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! source        a text with its name in messages
-//! matrices      its matrices; errors name the key
+//! object        its objects and matrices; errors name the key
 //! problem_file  a generalised plant
 //! discrete      a plant in discrete time
 //! mu_file       a matrix or a system, and the blocks of its perturbation
@@ -18,9 +18,9 @@ pub mod check;
 pub mod discrete;
 pub mod error;
 pub mod gain;
-mod matrices;
 pub mod mu;
 mod mu_file;
+mod object;
 pub mod problem_file;
 pub mod report;
 pub mod sampled;

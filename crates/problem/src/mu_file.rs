@@ -17,14 +17,14 @@
 
 use crate::discrete::POLES_AT_BOTH_ENDS;
 use crate::error::Error;
-use crate::matrices::{Entries, Matrices, NOTES, Reader, Size, find};
+use crate::object::{Entry, Matrix, System, checked, object};
 use crate::problem_file::sample_time;
 use crate::source::Source;
-use certificate::Json;
 use lpv::bilinear::Bilinear;
 use lpv::mu::{CMat, Structure};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
+use serde::Deserialize;
 
 /// The perturbed matrix or system: `z = M w`, `w = Delta z`.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,41 +51,74 @@ pub struct MuProblem {
     pub discrete: Option<Bilinear>,
 }
 
+object! {
+    /// The content of `data`, or of the file.
+    Data {
+        "data" data: Box<Data>, "M" m: Matrix<Number>, "P" p: System, "blocks" blocks: Vec<[f64; 2]>,
+        "performance" performance: [f64; 2], "size" size: f64, "dt" dt: f64
+    } with notes
+}
+
+/// An entry of M.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "must be a finite number, or a pair [re, im] of them, of at most 1e100 in magnitude"
+)]
+pub enum Number {
+    /// A number.
+    Real(Entry),
+    /// `[re, im]`.
+    Complex(Entry, Entry),
+}
+
+impl Number {
+    fn value(self) -> Complex<f64> {
+        match self {
+            Self::Real(re) => Complex::new(re.0, 0.0),
+            Self::Complex(re, im) => Complex::new(re.0, im.0),
+        }
+    }
+}
+
 /// Reads a problem file.
 ///
 /// # Errors
 /// [`Error::Problem`] with file and key, also if the blocks do not fit.
 pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
-    const KEYS: [&str; 6] = ["M", "P", "blocks", "performance", "size", "dt"];
-    let (reader, value) = Reader::open(source)?;
-    let data = reader.data(&value)?;
-    reader.only_notes_beside_data(&value, (&KEYS, "in 'data'"))?;
-    reader.only(data, "in 'data'", &[&KEYS[..], &NOTES].concat(), (&[], ""))?;
-    let mut perturbed = match (find(data, "M"), find(data, "P")) {
-        (Some(_), Some(_)) => {
-            return Err(reader.wrong("M", "and 'P' are both given; give a matrix M or a system P".into()));
+    let mut data: Data = source.json()?;
+    if let Some(inner) = data.data.take() {
+        if let Some(key) = data.keys().chain(inner.keys().filter(|key| *key == "data")).next() {
+            return Err(source.wrong(key, "is out of place; it stands in 'data'"));
         }
-        (Some(m), None) => Perturbed::Matrix(complex_matrix(&reader, m)?),
-        (None, Some(p)) => Perturbed::System(system(&reader, reader.object(p, "P")?, "P")?),
+        data = *inner;
+    }
+    let mut perturbed = match (&data.m, data.p.take()) {
+        (Some(_), Some(_)) => {
+            return Err(source.wrong("M", "and 'P' are both given; give a matrix M or a system P"));
+        }
+        (Some(m), None) => Perturbed::Matrix(complex_matrix(source, &m.0)?),
+        (None, Some(p)) => Perturbed::System(p.state_space(source)?),
         (None, None) => {
-            let words = "is missing; a problem has a matrix M, or a system P with A, B, C and D";
-            return Err(reader.wrong("M", words.into()));
+            return Err(
+                source.wrong("M", "is missing; a problem has a matrix M, or a system P with A, B, C and D")
+            );
         }
     };
-    let structure = structure(&reader, data)?;
-    let performance = performance(&reader, data)?;
-    let sample_time = sample_time(&reader, data)?;
+    let structure = structure(source, &data)?;
+    let performance = performance(source, &data)?;
+    let sample_time = sample_time(source, data.dt)?;
     if matches!(perturbed, Perturbed::Matrix(_)) {
         let beside = [("performance", performance.is_some()), ("dt", sample_time.is_some())];
         if let Some((key, _)) = beside.into_iter().find(|(_, is_given)| *is_given) {
-            return Err(reader.wrong(key, "goes with a system P, not with a matrix M".into()));
+            return Err(source.wrong(key, "goes with a system P, not with a matrix M"));
         }
     }
     let (w, z) = performance.map_or((0, 0), |(w, z, _)| (w, z));
-    check_shape(&reader, &perturbed, &structure, w, z)?;
+    check_shape(source, &perturbed, &structure, w, z)?;
     let mut discrete = None;
     if let (Perturbed::System(system), Some(time)) = (&mut perturbed, sample_time) {
-        let (transform, continuous) = in_continuous_time(&reader, system, time)?;
+        let (transform, continuous) = in_continuous_time(source, system, time)?;
         (*system, discrete) = (continuous, Some(transform));
     }
     let perturbed = match (perturbed, performance) {
@@ -97,7 +130,7 @@ pub fn mu_problem(source: &Source) -> Result<MuProblem, Error> {
 
 /// A discrete-time system in continuous time, with the same mu.
 fn in_continuous_time(
-    reader: &Reader,
+    source: &Source,
     system: &StateSpace,
     sample_time: f64,
 ) -> Result<(Bilinear, StateSpace), Error> {
@@ -106,116 +139,60 @@ fn in_continuous_time(
         let words = format!(
             "has an eigenvalue of modulus {radius}; in discrete time the loop is unstable without any perturbation"
         );
-        return Err(reader.wrong("A", words));
+        return Err(source.wrong("A", words));
     }
     let transform = Bilinear::of(&system.a, sample_time);
     let found = transform.and_then(|transform| Some((transform, transform.continuous(system)?)));
-    found.ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))
+    found.ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))
 }
 
 /// A pair of integers from `least` to [`LARGEST_BLOCK`].
-fn pair(value: &Json, least: f64) -> Option<(i64, i64)> {
-    let whole = |entry: &Json| match entry {
-        Json::Number(v) if v.fract() == 0.0 && (least..=LARGEST_BLOCK).contains(v) => Some(*v as i64),
-        _ => None,
-    };
-    match value {
-        Json::List(pair) if pair.len() == 2 => whole(&pair[0]).zip(whole(&pair[1])),
-        _ => None,
-    }
+fn pair(pair: [f64; 2], least: f64) -> Option<(i64, i64)> {
+    let is_whole = |v: &f64| v.fract() == 0.0 && (least..=LARGEST_BLOCK).contains(v);
+    pair.iter().all(is_whole).then_some((pair[0] as i64, pair[1] as i64))
 }
 
 /// The numbers of inputs w and outputs z, and the size of the perturbations.
-fn performance(reader: &Reader, data: &Entries) -> Result<Option<(usize, usize, f64)>, Error> {
+fn performance(source: &Source, data: &Data) -> Result<Option<(usize, usize, f64)>, Error> {
     const ALLOWED: &str =
         "it must be a pair of whole numbers from 1 to 1000: of the last inputs and of the last outputs of P";
     const SIZE: &str = "a number above 0, the size of the perturbation";
-    let size = reader.optional_number(data, "size", SIZE, |v| v > 0.0)?.unwrap_or(1.0);
-    let Some(value) = find(data, "performance") else {
+    let size = checked(source, "size", data.size, SIZE, |v| v > 0.0)?;
+    let Some(given) = data.performance else {
         let alone =
             "is given without 'performance'; it is the size of the perturbation for the worst-case gain";
-        return if find(data, "size").is_some() { Err(reader.wrong("size", alone.into())) } else { Ok(None) };
+        return if size.is_some() { Err(source.wrong("size", alone)) } else { Ok(None) };
     };
-    match pair(value, 1.0) {
-        Some((w, z)) => Ok(Some((w as usize, z as usize, size))),
-        None => Err(reader.wrong("performance", format!("is {}; {ALLOWED}", value.describe()))),
+    match pair(given, 1.0) {
+        Some((w, z)) => Ok(Some((w as usize, z as usize, size.unwrap_or(1.0)))),
+        None => Err(source.wrong("performance", format!("is {given:?}; {ALLOWED}"))),
     }
 }
 
 /// The structure from `[[-r, 0], [r, 0], [p, q], ..]`.
-fn structure(reader: &Reader, data: &Entries) -> Result<Structure, Error> {
+fn structure(source: &Source, data: &Data) -> Result<Structure, Error> {
     const ALLOWED: &str = "it must be a list of pairs of whole numbers: [-r, 0] for a real scalar repeated r \
         times, [r, 0] for a complex one, [p, q] for a full complex block, none larger than 1000";
-    let value = find(data, "blocks").ok_or_else(|| reader.wrong("blocks", "is missing".into()))?;
-    let Json::List(list) = value else {
-        return Err(reader.wrong("blocks", format!("is {}; {ALLOWED}", value.describe())));
+    let list = data.blocks.as_ref().ok_or_else(|| source.wrong("blocks", "is missing"))?;
+    let whole = |(i, found): (usize, &[f64; 2])| {
+        let wrong = || source.wrong("blocks", format!("has {found:?} in place {}; {ALLOWED}", i + 1));
+        pair(*found, -LARGEST_BLOCK).ok_or_else(wrong)
     };
-    let mut notation = Vec::with_capacity(list.len());
-    for (i, entry) in list.iter().enumerate() {
-        notation.push(pair(entry, -LARGEST_BLOCK).ok_or_else(|| {
-            let found = if matches!(entry, Json::List(_)) { "no such pair".into() } else { entry.describe() };
-            reader.wrong("blocks", format!("has {found} in place {}; {ALLOWED}", i + 1))
-        })?);
-    }
-    Structure::from_notation(&notation).map_err(|e| reader.wrong("blocks", format!("is wrong: {e}")))
+    let notation = list.iter().enumerate().map(whole).collect::<Result<Vec<_>, _>>()?;
+    Structure::from_notation(&notation).map_err(|e| source.wrong("blocks", format!("is wrong: {e}")))
 }
 
-fn complex_matrix(reader: &Reader, value: &Json) -> Result<CMat, Error> {
-    const ENTRIES: &str = "[re, im] pairs or of numbers";
-    let rows = reader.rows("M", value, ENTRIES, |entry, place| complex(reader, entry, place))?;
+fn complex_matrix(source: &Source, rows: &[Vec<Number>]) -> Result<CMat, Error> {
     let width = rows.first().map_or(0, Vec::len);
     if width == 0 {
-        return Err(reader.wrong("M", format!("is empty; it must be a list of rows of {ENTRIES}")));
+        return Err(source.wrong("M", "is empty; it must be a list of rows of [re, im] pairs or of numbers"));
     }
-    if rows.iter().any(|row| row.len() != width) {
-        return Err(reader.ragged("M", width));
-    }
-    Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j]))
-}
-
-fn complex(reader: &Reader, entry: &Json, place: (usize, usize)) -> Result<Complex<f64>, Error> {
-    match entry {
-        Json::List(pair) if pair.len() == 2 => {
-            Ok(Complex::new(reader.number("M", &pair[0], place)?, reader.number("M", &pair[1], place)?))
-        }
-        Json::List(list) => {
-            let (row, column) = place;
-            let words = format!(
-                "has a list of {} in row {row}, column {column}; an entry is a number or [re, im]",
-                list.len()
-            );
-            Err(reader.wrong("M", words))
-        }
-        plain => Ok(Complex::new(reader.number("M", plain, place)?, 0.0)),
-    }
-}
-
-/// The system with A, B, C and D under a key.
-pub fn system(reader: &Reader, entries: &Entries, key: &str) -> Result<StateSpace, Error> {
-    reader.only(entries, &format!("in '{key}'"), &["A", "B", "C", "D"], (&[], ""))?;
-    let m = Matrices { reader, entries };
-    let a = m.get("A", Size::of_entries())?;
-    let n = a.nrows();
-    let d = m.get("D", Size::of_entries())?;
-    let (outputs, inputs) = d.shape();
-    let b = m.get("B", Size { rows: n, columns: inputs, required: n > 0 })?;
-    let c = m.get("C", Size { rows: outputs, columns: n, required: n > 0 })?;
-    let expected = [("A", &a, (n, n)), ("B", &b, (n, inputs)), ("C", &c, (outputs, n))];
-    for (key, matrix, (rows, columns)) in expected {
-        if matrix.shape() != (rows, columns) {
-            let (found_rows, found_columns) = matrix.shape();
-            let words = format!(
-                "is {found_rows} x {found_columns}; with the other matrices it must be {rows} x {columns}"
-            );
-            return Err(reader.wrong(key, words));
-        }
-    }
-    Ok(StateSpace { a, b, c, d })
+    Ok(CMat::from_fn(rows.len(), width, |i, j| rows[i][j].value()))
 }
 
 /// Checks the shape of the matrix or of D for `w` performance inputs and `z` performance outputs.
 fn check_shape(
-    reader: &Reader,
+    source: &Source,
     perturbed: &Perturbed,
     structure: &Structure,
     w: usize,
@@ -230,5 +207,5 @@ fn check_shape(
         return Ok(());
     }
     let words = format!("is {} x {}; for these blocks it must be {rows} x {columns}", found.0, found.1);
-    Err(reader.wrong(key, words))
+    Err(source.wrong(key, words))
 }

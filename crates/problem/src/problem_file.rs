@@ -26,13 +26,16 @@
 
 use crate::discrete::{Discrete, POLES_AT_BOTH_ENDS};
 use crate::error::Error;
-use crate::matrices::{Entries, Matrices, NOTES, Reader, Size, find};
+use crate::object::{Given, Matrices, Matrix, Size, System, checked, object};
 use crate::source::Source;
-use certificate::Json;
+use certificate::from_json;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{W, X, Z};
 use lpv::partition::{NamedBlock, PLANT, Sizes, names};
 use lpv::plant::GeneralisedPlant;
+use proof::claim::parse;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// A generalised plant in continuous time with a direct path from u to y, and the rate bound of its parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,20 +52,62 @@ pub struct Problem {
     pub limits: Option<Vec<f64>>,
 }
 
+/// The keys of a file, or of its `data`.
+macro_rules! plant {
+    ($($key:literal $field:ident),*) => {
+        object! {
+            /// The matrices of a plant.
+            PlantFile { $($key $field: Matrix),* }
+        }
+
+        object! {
+            /// The content of `data`, or of the file: a plant with what belongs to it.
+            Data {
+                "data" data: Box<Data>, "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>,
+                "rate" rate: f64, "limits" limits: Vec<f64>, "dt" dt: f64, "K" k: System,
+                "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool, $($key $field: Matrix),*
+            } with notes
+        }
+
+        impl PlantFile {
+            fn given(self) -> Given {
+                [$(($key, self.$field)),*].into_iter().filter_map(|(key, matrix)| Some((key, matrix?))).collect()
+            }
+        }
+
+        impl Data {
+            /// The matrices that stand here.
+            fn take_plant(&mut self) -> PlantFile {
+                PlantFile { $($field: self.$field.take()),* }
+            }
+        }
+    };
+}
+plant!("A" a, "Bt" bt, "B1" b1, "B2" b2, "Ct" ct, "C1" c1, "C2" c2, "Dtt" dtt, "Dt1" dt1, "Dt2" dt2, "D1t" d1t,
+    "D11" d11, "D12" d12, "D2t" d2t, "D21" d21, "D22" d22, "E" e);
+
+/// The keys of a problem of a sampled loop alone.
+const OF_SAMPLED_LOOP: [&str; 4] = ["K", "sample_time", "delay", "held"];
+
+/// The keys of the other problems alone.
+const OF_PLANT: [&str; 3] = ["rate", "limits", "dt"];
+
 /// Reads a problem file.
 ///
 /// # Errors
 /// [`Error::Problem`] with file and key, also if matrices do not fit together.
 pub fn problem(source: &Source) -> Result<Problem, Error> {
-    read(source, true, &PLANT_KEYS, "sample_time")
+    read(source, true)
 }
 
-/// Reads the plant of the problem file of a sampled-data loop, in continuous time.
+/// Reads the problem file of a sampled-data loop: its plant, in continuous time, and the rest.
 ///
 /// # Errors
 /// As [`problem`].
-pub fn sampled_loop_plant(source: &Source) -> Result<Problem, Error> {
-    read(source, true, &SAMPLED_LOOP_KEYS, "dt")
+pub fn sampled_loop(source: &Source) -> Result<(Problem, Data), Error> {
+    let (matrices, data) =
+        data(source, &OF_PLANT, "is of no sampled loop, whose plant is in continuous time; leave it out")?;
+    Ok((built(source, matrices, &data, true)?, data))
 }
 
 /// Reads the problem file of a closed loop: a plant without controls and measurements; their matrices are omitted.
@@ -70,7 +115,7 @@ pub fn sampled_loop_plant(source: &Source) -> Result<Problem, Error> {
 /// # Errors
 /// As [`problem`]; also if there are controls or measurements.
 pub fn finished(source: &Source) -> Result<Problem, Error> {
-    let problem = read(source, false, &PLANT_KEYS, "sample_time")?;
+    let problem = read(source, false)?;
     let sizes = problem.plant.sizes();
     for (key, count, what) in [("B2", sizes.u, "controls"), ("C2", sizes.y, "measurements")] {
         if count > 0 {
@@ -78,132 +123,128 @@ pub fn finished(source: &Source) -> Result<Problem, Error> {
                 "'{key}' and others have {count} {what}; the gain is that of a closed loop: close it and leave them \
                  out, or design a controller with `squid lpv synth`"
             );
-            return Err(Error::Problem { file: source.name.clone(), reason });
+            return Err(source.wrong("", reason));
         }
     }
     Ok(problem)
 }
 
-/// The keys next to a plant with parameters.
-const PLANT_KEYS: [&str; 4] = ["blocks", "rate", "limits", "dt"];
+/// The text of a file, as far as it says whether it is a certificate.
+#[derive(Deserialize)]
+struct Format {
+    format: Option<IgnoredAny>,
+}
 
-/// The keys next to the plant of a sampled-data loop.
-const SAMPLED_LOOP_KEYS: [&str; 5] = ["blocks", "K", "sample_time", "delay", "held"];
+fn read(source: &Source, with_control: bool) -> Result<Problem, Error> {
+    if from_json::<Format>(&source.text).is_ok_and(|file| file.format.is_some()) {
+        let certificate = parse(&source.text, &source.name)?;
+        let matrices = certificate.plant.named().into_iter().map(|(key, rows)| (key, Matrix::from(rows)));
+        let matrices =
+            matrices.chain(certificate.plant.direct_path().map(|rows| ("D22", Matrix::from(rows)))).collect();
+        let blocks = certificate.blocks.iter().map(|r| *r as f64).collect();
+        let dt = certificate.discrete.then_some(1.0);
+        let data = Data { p: Some(PlantFile::default()), blocks: Some(blocks), dt, ..Data::default() };
+        return built(source, matrices, &data, with_control);
+    }
+    let words = "is for sampled loops; the sample time of a plant in discrete time is 'dt'";
+    let (matrices, data) = data(source, &OF_SAMPLED_LOOP, words)?;
+    built(source, matrices, &data, with_control)
+}
 
-/// The keys only for plants with parameters.
-const PARAMETER_KEYS: [&str; 2] = ["blocks", "rate"];
-
-/// The keys of a certificate next to the plant.
-const CERTIFICATE_KEYS: [&str; 13] = [
-    "format",
-    "discrete",
-    "controller_blocks",
-    "controller",
-    "gamma",
-    "X",
-    "V",
-    "S",
-    "T",
-    "residual",
-    "bounded_rate",
-    "limits",
-    "energy",
-];
-
-/// Reads a problem file with the keys `beside` the plant. The key `other` belongs to another kind of problem.
-fn read(source: &Source, with_control: bool, beside: &[&str], other: &str) -> Result<Problem, Error> {
-    let (reader, value) = Reader::open(source)?;
-    let data = reader.data(&value)?;
-    reader.only_notes_beside_data(&value, (beside, "in 'data'"))?;
-    let matrices: Vec<&str> = names(PLANT).map(|(name, _, _)| name).chain(["E"]).collect();
-    if find(data, other).is_some() {
-        let words = match other {
-            "dt" => {
-                "is for plants in discrete time; the plant of a sampled loop is in continuous time: leave it out"
+/// The matrices of the plant, and the rest; the keys `others` belong to another kind of problem.
+fn data(source: &Source, others: &[&str], words: &str) -> Result<(Given, Data), Error> {
+    let mut data: Data = source.json()?;
+    let misplaced = |key: &str, place: &str| source.wrong(key, format!("is out of place; it stands {place}"));
+    if let Some(inner) = data.data.take() {
+        if let Some(key) = data.keys().next() {
+            return Err(misplaced(key, "in 'data'"));
+        }
+        data = *inner;
+    }
+    if let Some(key) = data.keys().find(|key| others.contains(key)) {
+        return Err(source.wrong(key, words));
+    }
+    let here = data.take_plant();
+    let plant = match (data.p.take(), data.plant.take()) {
+        (Some(_), Some(_)) => {
+            return Err(source.wrong("P", "and 'plant' are both given; leave one of them out"));
+        }
+        (None, None) => {
+            if let Some(key) = data.keys().find(|key| ["blocks", "rate"].contains(key)) {
+                return Err(misplaced(key, "beside a plant 'P' with parameters"));
             }
-            _ => "is for sampled loops; the sample time of a plant in discrete time is 'dt'",
-        };
-        return Err(reader.wrong(other, words.into()));
-    }
-    let nested = ["P", "plant"].into_iter().find_map(|key| Some((key, find(data, key)?)));
-    let entries = nested.map_or(Ok(data), |(key, plant)| reader.object(plant, key))?;
-    match nested {
-        Some((key, _)) => {
-            let certificate_keys: &[&str] =
-                if find(data, "format").is_some() { &CERTIFICATE_KEYS } else { &[] };
-            reader.only(
-                data,
-                "in 'data'",
-                &[beside, &["P", "plant"], certificate_keys, &NOTES].concat(),
-                (&[], ""),
-            )?;
-            reader.only(
-                entries,
-                &format!("in '{key}'"),
-                &matrices,
-                (beside, "beside the plant, in 'data'"),
-            )?;
+            return Ok((here.given(), data));
         }
-        None => {
-            let plain: Vec<&str> =
-                beside.iter().filter(|key| !PARAMETER_KEYS.contains(key)).copied().collect();
-            let words = "beside a plant 'P' with parameters";
-            reader.only(
-                data,
-                "in 'data'",
-                &[&matrices[..], &plain, &NOTES].concat(),
-                (&PARAMETER_KEYS, words),
-            )?;
-        }
+        (one, other) => one.or(other).unwrap_or_default(),
+    };
+    if let Some(key) = here.keys().chain(data.data.iter().map(|_| "data")).next() {
+        return Err(misplaced(key, "in 'P'"));
     }
-    let blocks = if nested.is_some() { reader.blocks(data)? } else { vec![] };
-    let matrices = Matrices { reader: &reader, entries };
+    data.p = Some(PlantFile::default());
+    Ok((plant.given(), data))
+}
+
+/// The problem of a file; `data` has an empty `P` if the plant may have parameters.
+fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Result<Problem, Error> {
+    let blocks = if data.p.is_some() { blocks(source, data)? } else { vec![] };
+    let matrices = Matrices { source, given };
     let parts = partition(&matrices, &blocks, with_control)?;
     let shape_of =
         |row, column| parts.iter().find(|part| (part.0, part.1) == (row, column)).map(|part| part.2.shape());
     if shape_of(X, W).is_some_and(|(_, columns)| columns == 0) {
-        return Err(reader.wrong("B1", no_performance("columns", "no disturbance w")));
+        return Err(source.wrong("B1", no_performance("columns", "no disturbance w")));
     }
     if shape_of(Z, X).is_some_and(|(rows, _)| rows == 0) {
-        return Err(reader.wrong("C1", no_performance("rows", "no output z")));
+        return Err(source.wrong("C1", no_performance("rows", "no output z")));
     }
-    let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| reader.wrong("", shape.to_string()))?;
+    let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| source.wrong("", shape))?;
     let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
-    let rate = if nested.is_some() { rate(&reader, data, &plant, &d22)? } else { None };
-    let limits = find(data, "limits").map(|value| limits(&reader, value, &plant, &d22)).transpose()?;
-    let Some(sample_time) = sample_time(&reader, data)? else {
+    let rate = rate(source, data, &plant, &d22)?;
+    let limits = data.limits.as_ref().map(|given| limits(source, given, &plant, &d22)).transpose()?;
+    let Some(sample_time) = sample_time(source, data.dt)? else {
         return Ok(Problem { plant, d22, rate, discrete: None, limits });
     };
     let beside = [(limits.is_some(), "'limits', which are"), (rate.is_some(), "'rate', which is")];
     if let Some((_, other)) = beside.into_iter().find(|(given, _)| *given) {
         let words = format!("is given beside {other} of continuous time; leave one of them out");
-        return Err(reader.wrong("dt", words));
+        return Err(source.wrong("dt", words));
     }
     let (discrete, plant, d22) =
-        Discrete::new(plant, d22, sample_time).ok_or_else(|| reader.wrong("A", POLES_AT_BOTH_ENDS.into()))?;
+        Discrete::new(plant, d22, sample_time).ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))?;
     Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
 }
 
+/// The repetitions of the parameters.
+fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
+    let list = data.blocks.as_ref().ok_or_else(|| source.wrong("blocks", "is missing"))?;
+    let repetitions = |(i, r): (usize, &f64)| {
+        if (1.0..=1000.0).contains(r) && r.fract() == 0.0 {
+            return Ok(*r as usize);
+        }
+        let allowed = "it must be a list of whole numbers from 1 to 1000";
+        Err(source.wrong("blocks", format!("has the number {r} in place {}; {allowed}", i + 1)))
+    };
+    list.iter().enumerate().map(repetitions).collect()
+}
+
 /// The limit of each control in both directions.
-fn limits(reader: &Reader, value: &Json, plant: &GeneralisedPlant, d22: &Mat) -> Result<Vec<f64>, Error> {
+fn limits(source: &Source, list: &[f64], plant: &GeneralisedPlant, d22: &Mat) -> Result<Vec<f64>, Error> {
     let (controls, (least, most)) = (plant.sizes().u, LIMITS);
     let allowed =
         format!("it must be a list of {controls} numbers from {least:e} to {most:e}, one for each control");
-    let wrong = |found: String| reader.wrong("limits", format!("{found}; {allowed}"));
-    let Json::List(list) = value else { return Err(wrong(format!("is {}", value.describe()))) };
+    let wrong = |found: String| source.wrong("limits", format!("{found}; {allowed}"));
     if list.len() != controls || controls == 0 {
         return Err(wrong(format!("has {} entries", list.len())));
     }
     if d22.iter().any(|entry| *entry != 0.0) {
         let words =
             "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave it out";
-        return Err(reader.wrong("limits", words.into()));
+        return Err(source.wrong("limits", words));
     }
-    let limit = |(j, entry): (usize, &Json)| match entry {
-        Json::Number(limit) if (least..=most).contains(limit) => Ok(*limit),
-        other => Err(wrong(format!("has {} in place {}", other.describe(), j + 1))),
-    };
-    list.iter().enumerate().map(limit).collect()
+    match list.iter().enumerate().find(|(_, limit)| !(least..=most).contains(*limit)) {
+        Some((j, limit)) => Err(wrong(format!("has the number {limit} in place {}", j + 1))),
+        None => Ok(list.to_vec()),
+    }
 }
 
 /// The range of limits: their squares must stay in the range in which inequalities are solved.
@@ -212,34 +253,32 @@ const LIMITS: (f64, f64) = (1e-9, 1e9);
 /// The sample time of a plant in discrete time.
 ///
 /// # Errors
-/// [`Error::Problem`] if it is not a number in the range.
-pub fn sample_time(reader: &Reader, data: &Entries) -> Result<Option<f64>, Error> {
+/// [`Error::Problem`] if it is not in the range.
+pub fn sample_time(source: &Source, dt: Option<f64>) -> Result<Option<f64>, Error> {
     let (least, most) = SAMPLE_TIMES;
     let allowed = format!("a sample time from {least:e} to {most:e} s");
-    let given = reader.optional_number(data, "dt", &allowed, |time| (least..=most).contains(&time))?;
-    let discrete = matches!(find(data, "discrete"), Some(Json::Bool(true)));
-    Ok(given.or(discrete.then_some(1.0)))
+    checked(source, "dt", dt, &allowed, |time| (least..=most).contains(&time))
 }
 
 /// The range of sample times, s: beyond, the transform to continuous time overflows.
 const SAMPLE_TIMES: (f64, f64) = (1e-9, 1e9);
 
 /// The bound on the rate of the parameter.
-fn rate(reader: &Reader, data: &Entries, plant: &GeneralisedPlant, d22: &Mat) -> Result<Option<f64>, Error> {
+fn rate(source: &Source, data: &Data, plant: &GeneralisedPlant, d22: &Mat) -> Result<Option<f64>, Error> {
     let allowed = format!("a number from 0 to {FASTEST:e}");
-    let rate = reader.optional_number(data, "rate", &allowed, |rate| (0.0..=FASTEST).contains(&rate))?;
+    let rate = checked(source, "rate", data.rate, &allowed, |rate| (0.0..=FASTEST).contains(&rate))?;
     if rate.is_none() {
         return Ok(None);
     }
     if plant.blocks.len() != 1 {
         let count = plant.blocks.len();
         let words = format!("bounds the rate of one parameter, but 'blocks' has {count}; leave it out");
-        return Err(reader.wrong("rate", words));
+        return Err(source.wrong("rate", words));
     }
     if d22.iter().any(|entry| *entry != 0.0) {
         let words =
             "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave 'rate' out";
-        return Err(reader.wrong("rate", words.into()));
+        return Err(source.wrong("rate", words));
     }
     Ok(rate)
 }
@@ -256,15 +295,16 @@ fn no_performance(part: &str, missing: &str) -> String {
 
 /// The plant's blocks; a matrix without rows or columns may be omitted, unless it determines sizes.
 fn partition(m: &Matrices<'_>, blocks: &[usize], with_control: bool) -> Result<Vec<NamedBlock>, Error> {
-    let a = m.get("A", Size::of_entries())?;
+    let a = m.get("A", Size::default())?;
     let n = a.nrows();
-    m.only("E", |i, j| if i == j { 1.0 } else { 0.0 }, IMPROPER)?;
-    let (w, u) = (m.shape(&["B1", "D11", "D21", "Dt1"])?.1, m.shape(&["B2", "D12", "Dt2"])?.1);
-    let (z, y) = (m.shape(&["C1", "D11", "D12", "D1t"])?.0, m.shape(&["C2", "D21", "D2t"])?.0);
+    m.only_identity("E", IMPROPER)?;
+    let (w, u) = (m.shape(&["B1", "D11", "D21", "Dt1"]).1, m.shape(&["B2", "D12", "Dt2"]).1);
+    let (z, y) = (m.shape(&["C1", "D11", "D12", "D1t"]).0, m.shape(&["C2", "D21", "D2t"]).0);
     let sizes = Sizes { x: n, t: blocks.iter().sum(), w, u, z, y };
     let part = |(key, row, column)| {
         let required = n > 0 && (matches!(key, "B1" | "C1") || with_control && matches!(key, "B2" | "C2"));
-        let size = Size { rows: sizes.of(row), columns: sizes.of(column), required };
+        let (rows, columns) = (sizes.of(row), sizes.of(column));
+        let size = Size { rows, columns, optional: !required && (rows == 0 || columns == 0) };
         Ok((row, column, if key == "A" { a.clone() } else { m.get(key, size)? }))
     };
     names(PLANT).filter(|(key, _, _)| *key != "D22").map(part).collect()
@@ -326,19 +366,19 @@ mod tests {
         assert_eq!(plant_of(&nested("", "", "")), plant_of(PLAIN));
         plant_of(&nested(r#", "notes": 1, "convention": 2"#, "", r#", "source": 3"#)).unwrap();
         for (beside, inside, above, words) in [
-            (r#", "limit": [1]"#, "", "", "'limit' is not known; did you mean 'limits'?"),
-            (r#", "Rate": 0.5"#, "", "", "'Rate' is not known; did you mean 'rate'?"),
+            (r#", "limit": [1]"#, "", "", "'data.limit' is not known; did you mean 'limits'?"),
+            (r#", "Rate": 0.5"#, "", "", "'data.Rate' is not known; did you mean 'rate'?"),
             (r#", "sample_time": 0.1"#, "", "", "'sample_time' is for sampled loops; the sample time of"),
-            ("", r#", "d22": [[5]]"#, "", "'d22' is not known; did you mean 'D22'?"),
+            ("", r#", "d22": [[5]]"#, "", "'data.P.d22' is not known; did you mean 'D22'?"),
             (
                 r#", "speed": 1"#,
                 "",
                 "",
-                "'speed' is not known (allowed in 'data': blocks, rate, limits, dt, P, plant)",
+                "'data.speed' is not known (allowed: data, P, plant, blocks, rate, limits, dt,",
             ),
-            ("", r#", "unit": "m""#, "", "'unit' is not known (allowed in 'P': A, Bt, "),
-            ("", "", r#", "speed": 1"#, "'speed' is not known (allowed beside 'data': data)"),
-            ("", r#", "dt": 0.1"#, "", "'dt' is out of place; it stands beside the plant, in 'data'"),
+            ("", r#", "unit": "m""#, "", "'data.P.unit' is not known (allowed: A, Bt, "),
+            ("", "", r#", "speed": 1"#, "'speed' is not known (allowed: data, P, plant, "),
+            ("", r#", "dt": 0.1"#, "", "'data.P.dt' is not known; it stands beside the plant, in 'data'"),
             ("", "", r#", "limits": [1]"#, "'limits' is out of place; it stands in 'data'"),
         ] {
             let found = refusal(&nested(beside, inside, above));
@@ -365,24 +405,22 @@ mod tests {
             (
                 r#""A": [[-1.0]]"#,
                 r#""A": [["x"]]"#,
-                "'A' is the string \"x\" in row 1, column 1; it must be a finite number",
+                "'A[0][0]': invalid type: string \"x\", expected a number",
             ),
-            (r#""A": [[-1.0]]"#, r#""A": [[null]]"#, "'A' is null in row 1, column 1"),
+            (r#""A": [[-1.0]]"#, r#""A": [[null]]"#, "'A[0][0]': found null, must be a finite number"),
             (
                 r#""A": [[-1.0]]"#,
                 r#""A": [-1.0]"#,
-                "'A' is the number -1 in row 1; it must be a list of rows",
+                "'A[0]': invalid type: floating point `-1.0`, expected a list",
             ),
-            (r#""A": [[-1.0]]"#, r#""A": -1.0"#, "'A' is the number -1; it must be a list of rows"),
-            (
-                r#""A": [[-1.0]]"#,
-                r#""A": [[-1e101]]"#,
-                "'A' is -1e101 in row 1, column 1; it must be at most 1e100",
-            ),
+            (r#""A": [[-1.0]]"#, r#""A": -1.0"#, "'A': invalid type: floating point `-1.0`, expected a list"),
+            (r#""A": [[-1.0]]"#, r#""A": [[-1e101]]"#, "'A[0][0]': found -1e101, must be at most 1e100"),
             (r#""A": [[-1.0]]"#, r#""A": [[Infinity]]"#, "not proper"),
             (r#""A": [[-1.0]]"#, r#""A": [[1e999]]"#, "not proper"),
             (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0]]"#, "D21 is 1 x 2, it must be 1 x 1"),
-            (r#""D21": [[1.0]]"#, r#""inf": 1, "D21": [[1.0]]]"#, "is not JSON"),
+            (r#""D21": [[1.0]]"#, r#""D21": [[1.0, 2.0], [1.0]]"#, "'D21': rows of different lengths"),
+            (r#""D21": [[1.0]]"#, r#""D21": [[1.0]], "A": [[0.0]]"#, "duplicate field `A`"),
+            (r#""D21": [[1.0]]"#, r#""note": "inf", "D21": [[1.0]]]"#, "is not JSON"),
         ] {
             let found = refusal(&PLAIN.replacen(old, new, 1));
             assert!(found.contains(words), "{new}: {found}");

@@ -184,8 +184,8 @@ impl Report {
         self.proved().map(|proved| ControllerFile {
             blocks: proved.controller_blocks.clone(),
             matrices: proved.controller.clone(),
-            anti_windup: proved.energy.as_ref().map(|energy| energy.e.clone()),
-            limits: proved.energy.as_ref().map(|energy| energy.limits.clone()),
+            anti_windup: proved.energy().map(|energy| energy.e.clone()),
+            limits: proved.energy().map(|energy| energy.limits.clone()),
         })
     }
 

@@ -9,12 +9,10 @@
 //! ticks; with `held`, w is constant between ticks.
 
 use crate::error::Error;
-use crate::matrices::{Reader, find};
-use crate::mu_file::system;
-use crate::problem_file::sampled_loop_plant;
+use crate::object::checked;
+use crate::problem_file::sampled_loop;
 use crate::source::Source;
 use crate::words::digits;
-use certificate::Json;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::partition::Group::{U, Y};
 use serde::Serialize;
@@ -45,28 +43,20 @@ const SAMPLE_TIMES: &str = "a number above 0, in seconds";
 /// # Errors
 /// The errors of the file; [`Error::Problem`] if the gain cannot be computed.
 pub fn run(source: &Source) -> Result<Report, Error> {
-    let mut plant = sampled_loop_plant(source)?;
-    let (reader, value) = Reader::open(source)?;
-    let data = reader.data(&value)?;
-    let k = find(data, "K").ok_or_else(|| reader.wrong("K", "is missing; it is the controller".into()))?;
-    let k = system(&reader, reader.object(k, "K")?, "K")?;
-    let time = reader.optional_number(data, "sample_time", SAMPLE_TIMES, |v| v > 0.0)?;
-    let missing = || reader.wrong("sample_time", format!("is missing; it must be {SAMPLE_TIMES}"));
+    let (mut plant, data) = sampled_loop(source)?;
+    let k =
+        data.k.ok_or_else(|| source.wrong("K", "is missing; it is the controller"))?.state_space(source)?;
+    let time = checked(source, "sample_time", data.sample_time, SAMPLE_TIMES, |v| v > 0.0)?;
+    let missing = || source.wrong("sample_time", format!("is missing; it must be {SAMPLE_TIMES}"));
     let time = time.ok_or_else(missing)?;
     let is_delay = |v: f64| (0.0..=LONGEST).contains(&v) && v.fract() == 0.0;
-    let ticks = reader.optional_number(data, "delay", "a whole number of ticks from 0 to 10", is_delay)?;
+    let ticks = checked(source, "delay", data.delay, "a whole number of ticks from 0 to 10", is_delay)?;
     let ticks = ticks.unwrap_or(0.0);
-    let w = match find(data, "held") {
-        None | Some(Json::Bool(false)) => Exogenous::Any,
-        Some(Json::Bool(true)) => Exogenous::Held,
-        Some(other) => {
-            return Err(reader.wrong("held", format!("is {}; it must be true or false", other.describe())));
-        }
-    };
+    let w = if data.held == Some(true) { Exogenous::Held } else { Exogenous::Any };
     plant.plant.parts.block_mut(Y, U).copy_from(&plant.d22);
     let begin = Instant::now();
     let SampledGain { lower, upper } = sampled_gain(&plant.plant, &k.delayed(ticks as usize), time, w)
-        .map_err(|reason| reader.wrong("", reason.to_string()))?;
+        .map_err(|reason| source.wrong("", reason))?;
     let status = if lower.is_finite() { "bounded" } else { "unstable" };
     let reason = (status == "unstable").then(|| "the loop is not stable from tick to tick".to_owned());
     let [lower, upper] = [lower, upper].map(|v| Some(v).filter(|v| v.is_finite()));

@@ -2,6 +2,9 @@
 
 use crate::error::Error;
 use base::files;
+use certificate::{JsonError, from_json};
+use serde::de::DeserializeOwned;
+use std::fmt::Display;
 use std::path::Path;
 
 /// A text and its name.
@@ -21,4 +24,87 @@ impl Source {
     pub fn read(path: &Path) -> Result<Self, Error> {
         Ok(Self { name: path.display().to_string(), text: files::read(path)? })
     }
+
+    /// An error in `key`; an empty key is not named.
+    pub fn wrong(&self, key: &str, reason: impl Display) -> Error {
+        let key = if key.is_empty() { String::new() } else { format!("'{key}' ") };
+        Error::Problem { file: self.name.clone(), reason: format!("{key}{reason}") }
+    }
+
+    /// Reads the text as strictly as a certificate.
+    ///
+    /// # Errors
+    /// [`Error::Problem`] with line and path.
+    pub fn json<T: DeserializeOwned>(&self) -> Result<T, Error> {
+        from_json(&self.text).map_err(|error| {
+            let JsonError { path, line, column, reason, is_json } = error;
+            let reason = match (is_json, unknown(&reason)) {
+                (true, Some(reason)) => format!("'{path}' {reason}"),
+                (true, None) if path.is_empty() => format!("{reason} (column {column})"),
+                (true, None) => format!("'{path}': {reason} (column {column})"),
+                (false, _) => format!(
+                    "this is not JSON: {reason} (column {column}){}",
+                    self.advice(line, column, &reason)
+                ),
+            };
+            Error::Problem { file: format!("{}:{line}", self.name), reason }
+        })
+    }
+
+    /// JSON has no infinity, but some programs write one: Python `Infinity`, others 1e999.
+    fn advice(&self, line: usize, column: usize, reason: &str) -> &'static str {
+        let line = self.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
+        let here: String = line.chars().skip(column.saturating_sub(4)).take(12).collect();
+        let infinite = ["Infinity", "NaN", "nan", "inf"].iter().any(|word| here.contains(word));
+        if infinite || reason.starts_with("number out of range") {
+            "; its numbers must be finite (a weight that is infinite at high frequency is not proper)"
+        } else {
+            ""
+        }
+    }
+}
+
+/// Keys of comments in a file, next to `data` or in it; they have no effect.
+pub const NOTES: [&str; 12] = [
+    "kind",
+    "name",
+    "source",
+    "tests",
+    "expected",
+    "note",
+    "notes",
+    "right",
+    "unit",
+    "convention",
+    "Bt_scale",
+    "G",
+];
+
+/// Keys, and where they belong.
+const PLACES: [(&[&str], &str); 3] = [
+    (&["blocks", "rate"], "beside a plant 'P' with parameters, in 'data'"),
+    (&["limits", "dt"], "beside the plant, in 'data'"),
+    (&["K", "sample_time", "delay", "held"], "in the file of a sampled loop"),
+];
+
+/// That a key is not known, with the known one that is nearest or where it belongs; `None` for other reasons. Comments
+/// are no advice.
+fn unknown(reason: &str) -> Option<String> {
+    let mut keys = reason.strip_prefix("unknown field `")?.split('`').step_by(2);
+    let key = keys.next().unwrap_or_default();
+    let known: Vec<&str> = keys.filter(|known| !known.is_empty() && !NOTES.contains(known)).collect();
+    let place = PLACES.iter().find(|(keys, _)| keys.contains(&key)).map(|(_, place)| *place);
+    let near = known.iter().find(|known| is_near(key, known));
+    let advice = match (near, place) {
+        (Some(near), _) => format!("; did you mean '{near}'?"),
+        (None, Some(place)) => format!("; it stands {place}"),
+        (None, None) => String::new(),
+    };
+    Some(format!("is not known{advice} (allowed: {})", known.join(", ")))
+}
+
+/// Whether two words differ only in case or, if long enough, in one letter.
+fn is_near(found: &str, word: &str) -> bool {
+    const LONG: usize = 4;
+    found.eq_ignore_ascii_case(word) || (word.len() >= LONG && strsim::levenshtein(found, word) == 1)
 }

@@ -5,7 +5,7 @@ use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
-use certificate::Certificate;
+use certificate::{Certificate, Claim};
 use lpv::analysis::GainBound;
 use lpv::bounded_rate::SlowOptions;
 use lpv::controller::Controller;
@@ -17,7 +17,7 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
 use proof::claim::{direct_path_rows, nominal, without_claims};
 use proof::energy::energy;
-use proof::rate::without_error;
+use proof::rate::rate;
 use std::time::Instant;
 
 /// Solves the problem of a file.
@@ -59,7 +59,7 @@ fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> R
     given.into_iter().find(|(_, given)| *given).map_or(Ok(()), |(name, _)| {
         let reason =
             format!("'rate' is given beside {name}, which it does not go with; leave one of them out");
-        Err(Error::Problem { file: source.name.clone(), reason })
+        Err(source.wrong("", reason))
     })
 }
 
@@ -102,19 +102,21 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     report.gamma = Some(found.least.gamma);
     report.gamma_design = Some(found.gamma_design);
     report.controller_states = Some(found.controller.a().nrows());
-    let section = without_error(&found.bound);
+    let at_rate = rate(&found.bound, None);
     let Some(fast) = found.fast else {
         report.remarks.push(NOT_FAST.into());
         if problem.limits.is_some() {
             report.remarks.push(NO_LIMITS.into());
         }
         let certificate = without_claims(&problem.plant, &found.controller);
-        report.prove(Certificate { bounded_rate: Some(section), ..certificate });
+        report.prove(Certificate { claims: vec![at_rate], ..certificate });
         return;
     };
     let mut certificate = nominal(&problem.plant, &found.controller, &fast);
     // A bound for any rate also holds at this rate.
-    certificate.bounded_rate = Some(section).filter(|section| section.slow.gamma < fast.gamma);
+    if found.bound.gamma < fast.gamma {
+        certificate.claims.push(at_rate);
+    }
     prove(problem, &found.controller, &fast, certificate, report);
 }
 
@@ -186,7 +188,7 @@ fn prove(
     let found =
         problem.limits.as_ref().map(|limits| energy(&problem.plant, controller, bound, &certificate, limits));
     match found.transpose() {
-        Ok(energy) => certificate.energy = energy,
+        Ok(energy) => certificate.claims.extend(energy.map(Claim::Energy)),
         Err(reason) => report.remarks.push(format!(
             "nothing is proved with commands at their limits, and there is no anti-windup: {reason}"
         )),

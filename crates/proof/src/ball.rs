@@ -6,7 +6,6 @@
 //! plant ([`lpv::tracking::ModelPlace`]). The ball is the set of all `E Delta [F Fw Fu]` with `|Delta| <= 1`.
 
 use crate::error::ProofError;
-use certificate::Residual;
 use lpv::analysis::GainBound;
 use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, block, from_rows, largest, largest_singular_value, pseudo_inverse, solve};
@@ -115,7 +114,7 @@ impl ModelResidual {
     ///
     /// # Errors
     /// [`ProofError::Ball`] when the ball is too small, or has the wrong shape.
-    pub fn check(&self, ball: &Residual, held: Option<usize>) -> Result<(), ProofError> {
+    pub fn check(&self, ball: &certificate::ModelError, held: Option<usize>) -> Result<(), ProofError> {
         let Self { left, right, residuals, states, scales } = self;
         let shapeless = || ProofError::Ball { reach: None };
         let (n, m) = (left.nrows(), scales.len());
@@ -152,7 +151,7 @@ impl ModelResidual {
 }
 
 /// `E`, `F`, `Fw` and `Fu` of a certificate for n states, w inputs and m commands; `None` if they are ragged.
-pub(crate) fn ball_of(ball: &Residual, n: usize, w: usize, m: usize) -> Option<ModelError> {
+pub(crate) fn ball_of(ball: &certificate::ModelError, n: usize, w: usize, m: usize) -> Option<ModelError> {
     let columns = ball.e.first().map_or(0, Vec::len);
     let [e, f, fw, fu] = [(&ball.e, columns), (&ball.f, n), (&ball.fw, w), (&ball.fu, m)]
         .map(|(rows, columns)| from_rows(rows, columns));

@@ -2,9 +2,9 @@
 //! text.
 
 use crate::error::ProofError;
-use crate::rate::bounded_rate;
+use crate::rate::{rate, with_error};
 use certificate::{
-    AnyRate, Certificate, Controller as ControllerRows, Multipliers, Plant, Residual, Rows, Theorem,
+    Certificate, Claim, Controller as ControllerRows, Gain, Multipliers, Plant, Rows, Theorem,
 };
 use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::with_raised_gamma;
@@ -40,14 +40,14 @@ pub fn without_claims(plant: &GeneralisedPlant, k: &Controller) -> Certificate {
 
 /// The certificate of a bound without model error: plant, controller, gamma, X or V, S and T.
 pub fn nominal(plant: &GeneralisedPlant, k: &Controller, bound: &GainBound) -> Certificate {
-    let any_rate = AnyRate {
-        gamma: bound.gamma,
-        x: if bound.factor.is_some() { vec![] } else { to_rows(&bound.x) },
-        v: bound.factor.as_ref().map_or_else(Vec::new, to_rows),
-        s: to_rows(&bound.s),
-        t: to_rows(&bound.t),
-    };
-    Certificate { any_rate: Some(any_rate), ..without_claims(plant, k) }
+    Certificate { claims: vec![gain(bound, None)], ..without_claims(plant, k) }
+}
+
+/// The claim of a bound; with `lambda`, for the model error.
+fn gain(bound: &GainBound, lambda: Option<f64>) -> Claim {
+    let v = bound.factor.as_ref().filter(|_| lambda.is_none()).map(to_rows);
+    let x = if v.is_some() { None } else { Some(to_rows(&bound.x)) };
+    Claim::Gain(Gain { gamma: bound.gamma, lambda, x, v, s: to_rows(&bound.s), t: to_rows(&bound.t) })
 }
 
 /// Proves the bound of a design for its plant, and `covered` for a model error of size `size`. If the design has a
@@ -68,10 +68,17 @@ pub fn with_model_error(
 ) -> Result<Proof, ProofError> {
     let proved = |covered: &GainBound| -> Result<Proof, ProofError> {
         let mut certificate = nominal(plant, &design.controller, &design.certified);
-        certificate.residual = Some(residual(error, covered));
-        let slow = design.slow.as_ref();
-        certificate.bounded_rate =
-            slow.map(|slow| bounded_rate(closed, closed_error, slow, covered.lambda)).transpose()?;
+        certificate.errors = vec![certificate::ModelError {
+            e: to_rows(&error.e),
+            f: to_rows(&error.f),
+            fw: to_rows(&error.fw),
+            fu: to_rows(&error.fu),
+        }];
+        certificate.claims.push(gain(covered, Some(covered.lambda)));
+        if let Some(slow) = &design.slow {
+            let covered = with_error(closed, closed_error, slow, covered.lambda)?;
+            certificate.claims.extend([rate(slow, None), covered]);
+        }
         let theorem = certificate.prove()?;
         Ok(Proof { certificate, theorem, model_error: Some(size) })
     };
@@ -79,20 +86,6 @@ pub fn with_model_error(
     proved(covered).or_else(|reason| {
         with_raised_gamma(closed, closed_error, covered).map_or(Err(reason), |clear| proved(&clear))
     })
-}
-
-fn residual(error: &ModelError, bound: &GainBound) -> Residual {
-    Residual {
-        e: to_rows(&error.e),
-        f: to_rows(&error.f),
-        fw: to_rows(&error.fw),
-        fu: to_rows(&error.fu),
-        lambda: bound.lambda,
-        gamma: bound.gamma,
-        x: to_rows(&bound.x),
-        s: to_rows(&bound.s),
-        t: to_rows(&bound.t),
-    }
 }
 
 /// A lower bound of the gain of any controller, from the first multipliers that prove one; better multipliers may

@@ -1,8 +1,8 @@
 //! The gain for constant values of parameters as a certificate. See [`lpv::robust::constant`] for the inequality.
 
-use crate::claim::{controller_rows, plant_rows};
+use crate::claim::without_claims;
 use crate::error::ProofError;
-use certificate::{ConstantCertificate, ErrorBall, Filter};
+use certificate::{Certificate, Claim, Constant, Filter};
 use lpv::controller::Controller;
 use lpv::matrix::{from_rows, to_rows};
 use lpv::model_error::ModelError;
@@ -19,30 +19,31 @@ pub fn certificate(
     filters: &[Option<Filters>],
     bound: &ConstantBound,
     balls: &[ModelError],
-) -> ConstantCertificate {
+) -> Certificate {
     let of_parameter = |(parameter, of): (usize, &Option<Filters>)| -> Vec<Filter> {
         let each =
             |f: &Filters| f.poles.iter().map(|&pole| Filter { parameter, pole, rate: f.rate }).collect();
         of.as_ref().map(each).unwrap_or_default()
     };
-    let error = |(ball, lambda): (&ModelError, &f64)| ErrorBall {
+    let error = |ball: &ModelError| certificate::ModelError {
         e: to_rows(&ball.e),
         f: to_rows(&ball.f),
+        fw: vec![],
         fu: to_rows(&ball.fu),
-        lambda: *lambda,
     };
-    ConstantCertificate {
-        blocks: plant.blocks.clone(),
-        controller_blocks: controller.blocks.clone(),
-        plant: plant_rows(plant),
-        controller: controller_rows(controller),
+    let claim = Constant {
         gamma: bound.gamma,
         x: to_rows(&bound.x),
         s: to_rows(&bound.s),
         t: to_rows(&bound.t),
         lyapunov: to_rows(&bound.lyapunov),
         filters: filters.iter().enumerate().flat_map(of_parameter).collect(),
-        errors: balls.iter().zip(&bound.lambdas).map(error).collect(),
+        lambdas: bound.lambdas.clone(),
+    };
+    Certificate {
+        errors: balls.iter().map(error).collect(),
+        claims: vec![Claim::Constant(claim)],
+        ..without_claims(plant, controller)
     }
 }
 
@@ -50,14 +51,16 @@ pub fn certificate(
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`].
-pub fn check_balls(certificate: &ConstantCertificate, balls: &[ModelError]) -> Result<(), ProofError> {
-    let same = |(ball, found): (&ModelError, &ErrorBall)| {
+pub fn check_balls(certificate: &Certificate, balls: &[ModelError]) -> Result<(), ProofError> {
+    let same = |(ball, found): (&ModelError, &certificate::ModelError)| {
         let pairs = [(&ball.e, &found.e), (&ball.f, &found.f), (&ball.fu, &found.fu)];
-        pairs.into_iter().all(|(wanted, rows)| {
-            from_rows(rows, wanted.ncols()).is_some_and(|m| {
-                m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
+        let without_w = found.fw.iter().flatten().all(|entry| *entry == 0.0);
+        without_w
+            && pairs.into_iter().all(|(wanted, rows)| {
+                from_rows(rows, wanted.ncols()).is_some_and(|m| {
+                    m.shape() == wanted.shape() && (m - wanted).amax() <= SAME_BALL * wanted.amax()
+                })
             })
-        })
     };
     if balls.len() == certificate.errors.len() && balls.iter().zip(&certificate.errors).all(same) {
         return Ok(());

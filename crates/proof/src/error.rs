@@ -11,7 +11,7 @@ pub enum ProofError {
     Unproved(#[from] certificate::Failure),
     /// A certificate cannot be read.
     #[error("{file}: {reason}")]
-    Certificate { file: String, reason: certificate::ReadError },
+    Certificate { file: String, reason: certificate::Failure },
     /// The certificate belongs to another controller.
     #[error("the certificate does not belong to this controller: {what} differs")]
     Mismatch { what: String },
@@ -20,7 +20,7 @@ pub enum ProofError {
     WrongPlant { what: String },
     /// The ball of models of a certificate does not contain the true models.
     #[error(
-        "the certificate's section 'residual' does not cover this vehicle: {}",
+        "the certificate's model error does not cover this vehicle: {}",
         .reach.map_or_else(
             || "E, F and Fu do not form a ball around the fit".to_owned(),
             |r| format!("the true linearisations reach {r:.4} times as far from the fit as the ball does")

@@ -1,10 +1,10 @@
-//! The section `limits` of the certificate: the largest step of a reference for which the loop, with saturated commands
+//! The claim `limits` of a certificate: the largest step of a reference for which the loop, with saturated commands
 //! and anti-windup, stays in a region from which it returns to trim.
 
 use crate::ball::ball_of;
 use crate::claim::Proof;
 use crate::error::ProofError;
-use certificate::{Certificate, Limits, Rows};
+use certificate::{Claim, Limits, Rows};
 use lpv::anti_windup::region::{Gain, Limited, Region, every_step, largest_step};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
@@ -49,7 +49,9 @@ pub fn with_limits(
     step: Step<'_>,
 ) -> Result<Option<Proof>, ProofError> {
     let certificate = &proof.certificate;
-    let Some(ball) = certificate.residual.as_ref() else { return Ok(None) };
+    let Some((ball, robust)) = certificate.model_error().zip(certificate.robust_gain()) else {
+        return Ok(None);
+    };
     let Step { input, largest, wanted, states, mut commands, rates, .. } = step;
     let kept = certificate.moving_states();
     let (n, m) = (plant.a().nrows(), commands.len());
@@ -62,7 +64,7 @@ pub fn with_limits(
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
     let quickest: Mat = matrix(step.quickest, m)?;
-    let units = matrix(&ball.s, ball.s.len())?;
+    let units = matrix(&robust.s, robust.s.len())?;
     let limited = Limited {
         plant,
         kept: &kept,
@@ -77,8 +79,25 @@ pub fn with_limits(
     };
     let found = search(&limited, wanted, step.fastest)?;
     let delta_rows = (states < rows_of_delta).then_some(states);
-    let section = section(found, input, limits, rates, delta_rows);
-    let certificate = Certificate { limits: Some(section), ..certificate.clone() };
+    let mut certificate = certificate.clone();
+    certificate.claims.push(Claim::Limits(Limits {
+        input,
+        size: found.size,
+        limits,
+        rates,
+        e: to_rows(&found.gain),
+        decay: found.decay,
+        beta: 1.0,
+        x_held: found.x_held,
+        u_held: found.u_held,
+        delta_rows,
+        lambda: found.lambda,
+        x: to_rows(&found.x),
+        s: to_rows(&found.s),
+        t: to_rows(&found.t),
+        u: found.u,
+        h: to_rows(&found.h),
+    }));
     let theorem = certificate.prove()?;
     Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
 }
@@ -100,31 +119,4 @@ fn search(limited: &Limited<'_>, wanted: f64, fastest: f64) -> Result<Region, Sy
     } else {
         found
     })
-}
-
-fn section(
-    found: Region,
-    input: usize,
-    limits: Vec<f64>,
-    rates: Vec<usize>,
-    delta_rows: Option<usize>,
-) -> Limits {
-    Limits {
-        input,
-        size: found.size,
-        limits,
-        rates,
-        e: to_rows(&found.gain),
-        decay: found.decay,
-        beta: 1.0,
-        x_held: found.x_held,
-        u_held: found.u_held,
-        delta_rows,
-        lambda: found.lambda,
-        x: to_rows(&found.x),
-        s: to_rows(&found.s),
-        t: to_rows(&found.t),
-        u: found.u,
-        h: to_rows(&found.h),
-    }
 }

@@ -1,9 +1,9 @@
-//! The section `bounded_rate` of the certificate: the bound for a parameter with a bounded rate, for the plant and for
+//! The claim `rate` of a certificate: the bound for a parameter with a bounded rate, for the plant and for
 //! the ball of models around it.
 
 use crate::error::ProofError;
-use certificate::{BoundedRate, Slow, SlowResidual};
-use lpv::bounded_rate::{Claim, SlowBound, covering, intervals};
+use certificate::{Claim, Rate};
+use lpv::bounded_rate::{Claim as Attempt, SlowBound, covering, intervals};
 use lpv::error::SynthesisError;
 use lpv::matrix::to_rows;
 use lpv::model_error::LoopError;
@@ -14,21 +14,20 @@ use lpv::plant::ClosedLoop;
 const RAISES: [f64; 6] = [1.005, 1.01, 1.02, 1.03, 1.05, 1.1];
 const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.1, 10.0];
 
-/// The section for a bound of a loop, including a bound that covers the model error, by the same Lyapunov matrix or
-/// another.
+/// The claim that covers the model error, from a bound of the loop without it: by the same Lyapunov matrix or another.
 ///
 /// # Errors
 /// [`ProofError::Synthesis`] when no bound covers the model error.
-pub fn bounded_rate(
+pub fn with_error(
     closed: &ClosedLoop,
     error: &LoopError,
     slow: &SlowBound,
     lambda: f64,
-) -> Result<BoundedRate, ProofError> {
+) -> Result<Claim, ProofError> {
     // The multiplier of the transposed loop is the reciprocal.
     let start = if slow.inverse { 1.0 / lambda } else { lambda };
     let tries = RAISES.iter().flat_map(|raise| FACTORS.iter().map(move |factor| (raise, factor)));
-    let claims = tries.map(|(raise, factor)| Claim {
+    let claims = tries.map(|(raise, factor)| Attempt {
         closed,
         error,
         inverse: slow.inverse,
@@ -48,21 +47,18 @@ pub fn bounded_rate(
                         'synthesis.back_off', or 'model.order' for a smaller ball"
                     .into(),
         })?;
-    let residual = Some(SlowResidual { lambda: covered.lambda, slow: section(&covered) });
-    Ok(BoundedRate { residual, ..without_error(slow) })
+    Ok(rate(&covered, Some(covered.lambda)))
 }
 
-/// The section for a bound of a loop, without model error.
-pub fn without_error(slow: &SlowBound) -> BoundedRate {
-    BoundedRate { rate: slow.rate, slow: section(slow), residual: None }
-}
-
-fn section(bound: &SlowBound) -> Slow {
-    Slow {
+/// The claim of a bound; with `lambda`, for the model error.
+pub fn rate(bound: &SlowBound, lambda: Option<f64>) -> Claim {
+    Claim::Rate(Rate {
+        rate: bound.rate,
         gamma: bound.gamma,
+        lambda,
         inverse: bound.inverse,
         x: bound.lyapunov.iter().map(to_rows).collect(),
         breakpoints: bound.breakpoints.clone(),
         n: bound.multipliers.iter().map(to_rows).collect(),
-    }
+    })
 }

@@ -223,7 +223,7 @@ class LpvSynthesis:
     remarks: list[str]
     certificate: Certificate
     gam_with_limits: list[tuple[float, float]]
-    """Gains that are proved with commands cut off at their limits, each with the largest energy of w; inf for any."""
+    """Gains that are proved with saturated commands, each with the largest energy of w; inf for any."""
 
 
 def lpvsyn(

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from claims import claim, robust_gain, without_limits, without_model_error
 from conftest import SQUID, Run
 from fly.master import Slave
 from fly.package import Packages
@@ -81,11 +82,10 @@ def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path)
     """A lower gamma in both files does not prove, and the failure is named."""
 
     def lower(value: dict) -> None:
-        inner = value["gamma"] if isinstance(value["gamma"], dict) else None
-        if inner is None:
-            value["gamma"] *= 0.9
+        if "claims" in value:
+            claim(value, "gain")["gamma"] *= 0.9
         else:
-            inner["bound"] *= 0.9
+            value["gamma"]["bound"] *= 0.9
 
     once = edited(squid.controller, tmp_path / "once.fmu", "certificate.json", lower)
     twice = edited(once, tmp_path / "twice.fmu", "controller.json", lower)
@@ -95,22 +95,16 @@ def test_bound_that_is_too_good(squid: Packages, run_squid: Run, tmp_path: Path)
     assert "not proved" in done.stderr and "pivot" in done.stderr
 
 
-def without_limits(certificate: dict) -> dict:
-    """Return the certificate without its claim with limits, which needs the residual; changed in place."""
-    del certificate["limits"]
-    return certificate
-
-
 def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp_path: Path) -> None:
     """A certified FMU must cover it, and keeps its mark; elsewhere the theorem is of the fit alone."""
     spoilt = edited(
         squid.controller,
         tmp_path / "spoilt.fmu",
         "certificate.json",
-        lambda c: without_limits(c).pop("residual"),
+        without_model_error,
     )
     done = run_squid("verify", spoilt)
-    assert done.returncode == 1 and "no section 'residual'" in done.stderr and "PROVED" not in done.stdout
+    assert done.returncode == 1 and "covers no model error" in done.stderr and "PROVED" not in done.stdout
 
     def unmark(controller: dict) -> None:
         controller["gamma"]["certified"] = False
@@ -126,19 +120,18 @@ def test_certificate_that_lost_the_residual(squid: Packages, run_squid: Run, tmp
 def test_certificate_without_residual_is_not_packed(run_squid: Run, stored_design: Path) -> None:
     """The mark 'certified' stands for the bound with the residual, too."""
     path = stored_design / "certificate.json"
-    certificate = without_limits(json.loads(path.read_text(encoding="utf-8")))
-    del certificate["residual"]
+    certificate = without_model_error(json.loads(path.read_text(encoding="utf-8")))
     path.write_text(json.dumps(certificate), encoding="utf-8")
     done = run_squid("package", SQUID, "--out", stored_design)
-    assert done.returncode == 1 and "no section 'residual'" in done.stderr
+    assert done.returncode == 1 and "covers no model error" in done.stderr
 
 
 def test_ball_that_leaves_the_vehicle_out_is_not_packed(run_squid: Run, stored_design: Path) -> None:
     """A smaller ball of models proves all the more, but it no longer holds the true linearisations."""
     path = stored_design / "certificate.json"
     certificate = json.loads(path.read_text(encoding="utf-8"))
-    residual = certificate["residual"]
-    residual["E"] = [[0.9 * entry for entry in row] for row in residual["E"]]
+    (error,) = certificate["errors"]
+    error["E"] = [[0.9 * entry for entry in row] for row in error["E"]]
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0
     done = run_squid("package", SQUID, "--out", stored_design)
@@ -342,7 +335,7 @@ def test_what_is_no_fmu_is_told(squid: Packages, run_squid: Run, tmp_path: Path)
     done = run_squid("verify", squid.controller.parent / "design.json")
     assert (
         done.returncode == 1
-        and f"{squid.controller.parent / 'design.json'}: format: found nothing" in done.stderr
+        and f"{squid.controller.parent / 'design.json'}: missing field `format`" in done.stderr
     )
 
 
@@ -402,8 +395,9 @@ def test_a_plant_that_overflows_is_not_this_plant(squid: Packages, run_squid: Ru
     controller["lft"] = {"blocks": controller["lft"]["blocks"], **law}
     proof = {"X": diagonal([1.0] * (n + nk)), "T": zeros(r + rk, r + rk)}
     proof |= {"S": diagonal([5e-324, 1e-9, 1e306] + [1.0] * (r - 3 + rk)), "gamma": 1e-6}
-    certificate |= proof
-    certificate["residual"] |= {**proof, "Fw": [], "lambda": 1.0}
+    certificate["errors"][0]["Fw"] = []
+    claim(certificate, "gain").update(proof)
+    robust_gain(certificate).update({**proof, "lambda": 1.0})
     controller["gamma"] |= {"bound": 1e-6, "optimum": 1e-6}
     for name, value in (("certificate.json", certificate), ("controller.json", controller)):
         (out / name).write_text(json.dumps(value), encoding="utf-8")
@@ -418,17 +412,15 @@ def test_a_ball_that_overflows_holds_nothing(squid: Packages, run_squid: Run, tm
     """An E so small that its inverse is infinite proves as much as no ball at all."""
     out = tmp_path / "out"
     certificate, _ = squid_design(squid, out)
-    ball = certificate["residual"]
-    for key in ("X", "S", "T", "gamma"):
-        ball[key] = certificate[key]
+    (ball,) = certificate["errors"]
+    robust_gain(certificate).update({**claim(certificate, "gain"), "lambda": 1e-3})
     ball["E"] = [[1e-310 if i == j else 0.0 for j in range(len(row))] for i, row in enumerate(ball["E"])]
     for key in ("F", "Fw", "Fu"):
         ball[key] = [[1e-3 * (value != 0.0) for value in row] for row in ball[key]]
-    ball["lambda"] = 1e-3
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", out / "certificate.json").returncode == 0
     done = run_squid("package", SQUID, "--out", out)
-    assert done.returncode == 1 and "section 'residual' does not cover this vehicle" in done.stderr
+    assert done.returncode == 1 and "model error does not cover this vehicle" in done.stderr
 
 
 def test_blocks_of_nothing_are_refused(squid: Packages, run_squid: Run, tmp_path: Path) -> None:

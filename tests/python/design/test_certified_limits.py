@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from claims import claim
 from conftest import REMUS100, SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
@@ -22,7 +23,7 @@ GOLDEN = SQUID / "frozen" / "certificate.json"
 
 def moving(c: dict) -> list[int]:
     """Return the states that controls or Delta move, also by channels, and that channels, Delta or measurements see."""
-    p, ball = {k: np.array(m, float) for k, m in c["plant"].items()}, c["residual"]
+    p, ball = {k: np.array(m, float) for k, m in c["plant"].items()}, c["errors"][0]
     n, r = len(p["A"]), len(p["Ct"])
 
     def paths(links: np.ndarray) -> np.ndarray:
@@ -41,30 +42,30 @@ def moving(c: dict) -> list[int]:
 class Flow:
     """Rows x', zt, z_D and u of the loop, columns x, wt, phi, r; x and u from what they are while r is held; and E.
 
-    The rates that are cut off are among u, and what is cut off of them among phi.
+    The saturated rates are among u, and their excess over the limits among phi.
     """
 
     def __init__(self, c: dict) -> None:
-        claim, p, k = c["limits"], c["plant"], c["controller"]
-        loop = closed_loop(c, [c["residual"]])
+        claimed, p, k = claim(c, "limits"), c["plant"], c["controller"]
+        loop = closed_loop(c, c["errors"])
         n0, nk, (all_, r, _) = len(p["A"]), len(k["A"]), loop.sizes
         kept = [*moving(c), *range(n0, n0 + nk)]
-        limited = [kept.index(state) for state in claim.get("rates", [])]
-        every, self.n, self.r = len(claim["limits"]), len(kept), r
+        limited = [kept.index(state) for state in claimed.get("rates", [])]
+        every, self.n, self.r = len(claimed["limits"]), len(kept), r
         m = every - len(limited)
-        step = all_ + r + claim["input"]
+        step = all_ + r + claimed["input"]
         columns = [*kept, *range(all_, all_ + r), step]
         y0 = np.hstack(
             [exact(p["C2"]), zeros(len(p["C2"]), nk), exact(p["D2t"]), zeros(len(p["C2"]), len(k["Ct"]))]
         )
         u0 = np.hstack([zeros(m, n0), exact(k["Cu"]), zeros(m, len(p["Ct"])), exact(k["Dut"])])
-        direct, d21 = exact(k["Duy"]), exact(p["D21"])[:, [claim["input"]]]
+        direct, d21 = exact(k["Duy"]), exact(p["D21"])[:, [claimed["input"]]]
         u = np.hstack([(u0 + direct @ y0)[:, columns[:-1]], direct @ d21])
-        below = np.vstack([-exact(p["B2"]), exact(claim["E"], m)])[kept]
+        below = np.vstack([-exact(p["B2"]), exact(claimed["E"], m)])[kept]
         cut = [
             below,
             np.vstack([-exact(p["Dt2"]), zeros(len(k["Ct"]), m)]),
-            -exact(c["residual"]["Fu"]),
+            -exact(c["errors"][0]["Fu"]),
             np.vstack([zeros(m, m), below[limited]]),
         ]
         rates = loop.x[kept][:, columns][limited]
@@ -76,40 +77,46 @@ class Flow:
         ]
         by_rate = np.where(np.arange(self.n)[:, None] == np.array(limited, int), Decimal(-1), Decimal(0))
         cut = [np.hstack([one, by_rate if one is below else zeros(len(one), len(limited))]) for one in cut]
-        held = exact([claim["x_held"]]).T
+        held = exact([claimed["x_held"]]).T
         for row in rows:
             row[:, -1:] = row[:, -1:] + row[:, : self.n] @ held
-        rows[3][:, -1] -= exact([claim["u_held"]])[0]
+        rows[3][:, -1] -= exact([claimed["u_held"]])[0]
         self.rows = [
-            np.hstack([row[:, :-1], phi, row[:, -1:] * Decimal(claim["size"])])
+            np.hstack([row[:, :-1], phi, row[:, -1:] * Decimal(claimed["size"])])
             for row, phi in zip(rows, cut, strict=True)
         ]
-        e = loop.balls[0].e[kept][:, : claim.get("delta_rows")]
-        self.e, self.m, self.held = e, every, held * Decimal(claim["size"])
+        e = loop.balls[0].e[kept][:, : claimed.get("delta_rows")]
+        self.e, self.m, self.held = e, every, held * Decimal(claimed["size"])
 
 
 def form(c: dict, flow: Flow) -> np.ndarray:
     """Return the form of docs/certificate.md in x, wt, phi, w_D and r as a symmetric matrix."""
-    claim, (n, r, m, d) = c["limits"], (flow.n, flow.r, flow.m, flow.e.shape[1])
-    x, s, t, h = (exact(claim[key]) for key in ("X", "S", "T", "H"))
+    claimed, (n, r, m, d) = claim(c, "limits"), (flow.n, flow.r, flow.m, flow.e.shape[1])
+    x, s, t, h = (exact(claimed[key]) for key in ("X", "S", "T", "H"))
     moved, seen, error, u = (np.hstack([row[:, :-1], zeros(len(row), d), row[:, -1:]]) for row in flow.rows)
     moved[:, n + r + m : n + r + m + d] = flow.e
     unit = np.where(np.eye(n + r + m + d + 1) == 1, Decimal(1), Decimal(0))
     state, channel, phi, delta, step = np.split(unit, np.cumsum([n, r, m, d]))
-    limits = np.diag([Decimal(number) for number in claim["U"]])
-    half = state.T @ x @ (moved + state * (Decimal(claim["decay"]) / 2))
+    limits = np.diag([Decimal(number) for number in claimed["U"]])
+    half = state.T @ x @ (moved + state * (Decimal(claimed["decay"]) / 2))
     half = half + channel.T @ t @ seen + 2 * phi.T @ limits @ (u - phi - h @ state)
     sizes = seen.T @ s @ seen - channel.T @ s @ channel
-    ball = (error.T @ error - delta.T @ delta) * Decimal(claim["lambda"])
-    return half + half.T + sizes + ball - step.T @ step * (Decimal(claim["decay"]) * Decimal(claim["beta"]))
+    ball = (error.T @ error - delta.T @ delta) * Decimal(claimed["lambda"])
+    return (
+        half + half.T + sizes + ball - step.T @ step * (Decimal(claimed["decay"]) * Decimal(claimed["beta"]))
+    )
 
 
 def why_not(c: dict) -> str | None:
     """Return the first condition of docs/certificate.md on limits that does not hold, or None."""
-    claim, flow = c["limits"], Flow(c)
-    x, s, t, h = (exact(claim[key]) for key in ("X", "S", "T", "H"))
-    beta, size = Decimal(claim["beta"]), Decimal(claim["size"])
-    numbers = [*(claim[key] for key in ("size", "decay", "beta", "lambda")), *claim["limits"], *claim["U"]]
+    claimed, flow = claim(c, "limits"), Flow(c)
+    x, s, t, h = (exact(claimed[key]) for key in ("X", "S", "T", "H"))
+    beta, size = Decimal(claimed["beta"]), Decimal(claimed["size"])
+    numbers = [
+        *(claimed[key] for key in ("size", "decay", "beta", "lambda")),
+        *claimed["limits"],
+        *claimed["U"],
+    ]
     if min(numbers) <= 0:
         return "a sign"
     if not (
@@ -120,7 +127,9 @@ def why_not(c: dict) -> str | None:
         return "the form"
     if (flow.held.T @ x @ flow.held)[0, 0] >= beta:
         return "the step"
-    for limit, held, row in zip(map(Decimal, claim["limits"]), map(Decimal, claim["u_held"]), h, strict=True):
+    for limit, held, row in zip(
+        map(Decimal, claimed["limits"]), map(Decimal, claimed["u_held"]), h, strict=True
+    ):
         bordered = np.block([[x, row[:, None]], [row[None, :], np.array([[limit**2 / (4 * beta)]])]])
         if 2 * size * abs(held) > limit or not is_positive(bordered):
             return "a limit"
@@ -133,8 +142,8 @@ def certificate(request: pytest.FixtureRequest, remus100: Packages, rate_limited
     folders = {"everywhere": GOLDEN.parent, "region": remus100.folder, "rate": rate_limited.folder}
     found = json.loads((folders[request.param] / "certificate.json").read_text(encoding="utf-8"))
     region = request.param != "everywhere"
-    assert np.any(found["limits"]["H"]) == np.any(found["limits"]["x_held"]) == region
-    assert len(found["limits"].get("rates", [])) == (request.param == "rate")
+    assert np.any(claim(found, "limits")["H"]) == np.any(claim(found, "limits")["x_held"]) == region
+    assert len(claim(found, "limits").get("rates", [])) == (request.param == "rate")
     return found
 
 
@@ -148,9 +157,9 @@ def test_independent_check_agrees(certificate: dict) -> None:
 def times(key: str, factor: float) -> Callable[[dict], None]:
     """Return a change of all numbers of a key."""
 
-    def change(claim: dict) -> None:
-        old = np.array(claim[key], float) * factor
-        claim[key] = old.tolist()
+    def change(claimed: dict) -> None:
+        old = np.array(claimed[key], float) * factor
+        claimed[key] = old.tolist()
 
     return change
 
@@ -187,9 +196,9 @@ def test_what_is_tampered_with_is_refused(
     everywhere: bool,
 ) -> None:
     """The command and the independent check agree on each change; limits do not count where every state does."""
-    holds = within if np.any(certificate["limits"]["H"]) else everywhere
+    holds = within if np.any(claim(certificate, "limits")["H"]) else everywhere
     changed = copy.deepcopy(certificate)
-    change(changed["limits"])
+    change(claim(changed, "limits"))
     with localcontext() as context:
         context.prec = DIGITS
         found = why_not(changed)
@@ -203,13 +212,13 @@ def test_what_is_tampered_with_is_refused(
 
 def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
     """A step of the proved size, held and taken back; speed and model error do at each instant what raises V most."""
-    claim, flow = certificate["limits"], Flow(certificate)
+    claimed, flow = claim(certificate, "limits"), Flow(certificate)
     n, r, m = flow.n, flow.r, flow.m
     moved, seen, error, u = (row.astype(float) for row in flow.rows)
-    e, x, held = flow.e.astype(float), np.array(claim["X"]), flow.held.astype(float)[:, 0]
-    limits, h = np.array(claim["limits"]), np.array(claim["H"])
-    commands = np.array(claim["u_held"]) * claim["size"]
-    decay, beta = claim["decay"], claim["beta"]
+    e, x, held = flow.e.astype(float), np.array(claimed["X"]), flow.held.astype(float)[:, 0]
+    limits, h = np.array(claimed["limits"]), np.array(claimed["H"])
+    commands = np.array(claimed["u_held"]) * claimed["size"]
+    decay, beta = claimed["decay"], claimed["beta"]
     tables = []
     for theta in (-1.0, -0.5, 0.0, 0.5, 1.0):
         into = theta * np.linalg.solve(
@@ -218,7 +227,7 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
         tables.append(
             [np.delete(rows, range(n, n + r), 1) + rows[:, n : n + r] @ into for rows in (moved, error, u)]
         )
-    commands_alone = m - len(claim.get("rates", []))
+    commands_alone = m - len(claimed.get("rates", []))
     assert all(np.abs(rows[:commands_alone, n : n + m]).max() == 0 for _, _, rows in tables), (
         "no command depends on phi at once"
     )
@@ -229,7 +238,7 @@ def test_the_linear_model_flies_as_claimed(certificate: dict) -> None:
         gradient, found = 2.0 * x @ state, (-np.inf, state, 0.0)
         for rates, errors, out in tables:
             known = np.concatenate([state, np.zeros(m), [step]])
-            for _ in range(2):  # the rates depend on what is cut off of the commands
+            for _ in range(2):  # the rates depend on the excess of the commands
                 asked = out @ known + commands * step
                 known[n : n + m] = asked - np.clip(asked, -limits, limits)
             push = e.T @ gradient
@@ -264,7 +273,9 @@ def test_an_autopilot_with_another_gain_is_refused(squid: Packages, run_squid: R
         controller["anti_windup"][0][0] = 0.0
 
     def wider_limits(_: dict, certificate: dict) -> None:
-        certificate["limits"]["limits"] = [1.1 * limit for limit in certificate["limits"]["limits"]]
+        claim(certificate, "limits")["limits"] = [
+            1.1 * limit for limit in claim(certificate, "limits")["limits"]
+        ]
 
     for change, part in ((other_gain, "the anti-windup"), (wider_limits, "a limit")):
         out = tmp_path / part.split()[-1]
@@ -285,10 +296,10 @@ def test_limits_wider_than_those_of_the_vehicle_are_refused(
 ) -> None:
     """All of one degree in size and limits, beta of two: proved of wider limits, and of no vehicle with narrower."""
     certificate = json.loads((remus100.folder / "certificate.json").read_text(encoding="utf-8"))
-    claim = certificate["limits"]
-    claim["size"] *= 8.0
-    claim["limits"] = [8.0 * limit for limit in claim["limits"]]
-    claim["beta"] *= 64.0
+    claimed = claim(certificate, "limits")
+    claimed["size"] *= 8.0
+    claimed["limits"] = [8.0 * limit for limit in claimed["limits"]]
+    claimed["beta"] *= 64.0
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0
@@ -306,7 +317,7 @@ def test_a_faster_rate_than_that_of_the_vehicle_is_refused(
     for path in rate_limited.folder.glob("*.json"):
         shutil.copy(path, out)
     certificate = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
-    certificate["limits"]["limits"][-1] *= 1.1
+    claim(certificate, "limits")["limits"][-1] *= 1.1
     (out / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
     done = run_squid("verify", out / "certificate.json")
     assert done.returncode == 0 and "with saturated commands and actuator rates" in done.stdout, done.stderr

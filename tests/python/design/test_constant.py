@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from claims import claim
 from conftest import SQUID, Run, designed
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
@@ -21,12 +23,12 @@ GOLDEN = ROOT / "tests" / "certificates" / "constant_squid.json"
 
 def why_not(c: dict) -> str | None:
     """Return the first condition of docs/constant.md that does not hold, or None."""
-    loop = closed_loop(c, c["errors"])
+    loop, claimed = closed_loop(c, c["errors"]), claim(c, "constant")
     n, r, w = loop.sizes
     blocks, more = c["blocks"], c["controller_blocks"]
     channels = [i for i, count in enumerate(blocks) for _ in range(count)]
     channels += [i for i, count in enumerate(more) for _ in range(count)]
-    own = [(f, j) for f in c["filters"] for j, i in enumerate(channels) if i == f["parameter"]]
+    own = [(f, j) for f in claimed["filters"] for j, i in enumerate(channels) if i == f["parameter"]]
     k, wd = len(own), sum(ball.e.shape[1] for ball in loop.balls)
     moving = [i for i, (f, _) in enumerate(own) if f.get("rate", 0) > 0]
     at_wt = n + 2 * k
@@ -63,7 +65,7 @@ def why_not(c: dict) -> str | None:
             if source is wt and i in moving:
                 row[0, at_v + moving.index(i)] += Decimal(1)
             rates.append(row)
-    x, s, t, lyapunov = (exact(c[key]) for key in ("X", "S", "T", "L"))
+    x, s, t, lyapunov = (exact(claimed[key]) for key in ("X", "S", "T", "L"))
     all_channels = channels + [channels[j] for _, j in own]
     all_channels += [max(len(blocks), len(more)) + own[i][0]["parameter"] for i in moving]
     for name, m, sign in (("X", x, 1), ("S", s, 1), ("T", t, -1), ("L", lyapunov, 1)):
@@ -78,21 +80,21 @@ def why_not(c: dict) -> str | None:
     decay = lyapunov @ a
     if not is_positive(lyapunov) or not is_positive(-(decay + decay.T)):
         return "not stable at 0"
-    if any(f["pole"] <= 0 or f.get("rate", 0) < 0 for f in c["filters"]) or not is_positive(s):
+    if any(f["pole"] <= 0 or f.get("rate", 0) < 0 for f in claimed["filters"]) or not is_positive(s):
         return "S or a pole"
     half = zeros(width, width)
     half[: n + 2 * k] = x @ np.vstack(rates)
     half = half + wt.T @ (t @ zt)
     main = half + half.T + zt.T @ (s @ zt) - wt.T @ (s @ wt)
     at = at_d
-    for (e, z), ball in zip(loop.balls, c["errors"], strict=True):
-        factor, into = Decimal(ball["lambda"]), spread(z)
+    for (e, z), factor in zip(loop.balls, map(Decimal, claimed["lambdas"]), strict=True):
+        into = spread(z)
         main = main + into.T @ into * factor
         main[range(at, at + e.shape[1]), range(at, at + e.shape[1])] -= factor
         at += e.shape[1]
         if factor <= 0:
             return "lambda"
-    gamma = Decimal(c["gamma"])
+    gamma = Decimal(claimed["gamma"])
     main[range(at_w, width), range(at_w, width)] -= gamma
     z = spread(loop.z)
     main = main + z.T @ z / gamma
@@ -109,9 +111,11 @@ def test_independent_check_agrees(certificate: dict) -> None:
     """The conditions of docs/constant.md hold, and no longer once gamma is below what it can be."""
     with localcontext() as context:
         context.prec = DIGITS
-        assert certificate["format"] == "lpv-constant-certificate/1"
+        assert certificate["format"] == "lpv-certificate/1"
         assert why_not(certificate) is None
-        assert why_not(certificate | {"gamma": 0.8 * certificate["gamma"]}) == "the main inequality"
+        lower = copy.deepcopy(certificate)
+        claim(lower, "constant")["gamma"] *= 0.8
+        assert why_not(lower) == "the main inequality"
 
 
 def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
@@ -136,7 +140,8 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
         for omega in np.logspace(-4, 3, 60):
             response = seen[:, :n] @ np.linalg.solve(1j * omega * np.eye(n) - moved[:, :n], moved[:, n:])
             largest = max(largest, np.linalg.norm(response + seen[:, n:], 2))
-    assert 0.5 * certificate["gamma"] < largest < certificate["gamma"]
+    gamma = claim(certificate, "constant")["gamma"]
+    assert 0.5 * gamma < largest < gamma
 
 
 def first_order(rate: float) -> dict:
@@ -155,19 +160,23 @@ def first_order(rate: float) -> dict:
         "Dty": [],
         "Dtt": [],
     }
-    return {
-        "format": "lpv-constant-certificate/1",
-        "blocks": [1],
-        "controller_blocks": [],
-        "plant": ports | zeroed,
-        "controller": gain,
+    claimed = {
         "gamma": 2.5,
         "X": np.diag([1.0, 0.05, 0.05]).tolist(),
         "S": np.diag([0.5, 0.02, 0.05]).tolist(),
         "T": np.zeros((3, 3)).tolist(),
         "L": one,
         "filters": [{"parameter": 0, "pole": 1.0, "rate": rate}],
+        "lambdas": [],
+    }
+    return {
+        "format": "lpv-certificate/1",
+        "blocks": [1],
+        "controller_blocks": [],
+        "plant": ports | zeroed,
+        "controller": gain,
         "errors": [],
+        "claims": [{"constant": claimed}],
     }
 
 
@@ -192,7 +201,7 @@ def test_command_proves_and_refuses(certificate: dict, run_squid: Run, tmp_path:
     for key in ("gamma", "plant"):
         changed = json.loads(json.dumps(certificate))
         if key == "gamma":
-            changed["gamma"] *= 0.8
+            claim(changed, "constant")["gamma"] *= 0.8
         else:
             changed["plant"]["A"][0][0] += 10.0
         path = tmp_path / f"{key}.json"

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from claims import claim, claims
 from conftest import Run
 from decimals import DIGITS, Loop, closed_loop, exact, is_positive, zeros
 from fly.stages import ROOT
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.change
 
 GOLDEN = ROOT / "tests" / "certificates" / "remus100_bounded_rate.json"
 ALONE = ROOT / "tests" / "certificates" / "oscillator_bounded_rate.json"
-"""A loop with no bound for a parameter that moves however fast: the claim of the rate stands alone."""
+"""A loop with no bound for a parameter that varies arbitrarily fast: the claim of the rate stands alone."""
 
 
 class Form:
@@ -105,29 +106,26 @@ def bernstein(powers: list[np.ndarray], low: Decimal, high: Decimal) -> Iterator
         yield sum(shifted[k] * (Decimal(comb(i, k)) / comb(degree, k)) for k in range(i + 1))
 
 
-def claims(c: dict) -> Iterator[tuple[Form, dict]]:
+def forms(c: dict) -> Iterator[tuple[Form, dict]]:
     """Yield the claim of the plant, and that of the ball, if there is one, each with its matrices."""
-    balls, bounded = [c["residual"]] if "residual" in c else [], c["bounded_rate"]
-    loop = closed_loop(c, balls)
-    yield Form(loop, bounded, bounded["rate"]), bounded
-    if "residual" in bounded:
-        yield Form(loop, bounded["residual"], bounded["rate"]), bounded["residual"]
+    loop = closed_loop(c, c.get("errors", []))
+    for found in claims(c, "rate"):
+        yield Form(loop, found, found["rate"]), found
 
 
 def why_not(c: dict) -> str | None:
     """Return the first condition of docs/certificate.md on the bounded rate that does not hold, or None."""
-    bounded = c["bounded_rate"]
-    for form, claim in claims(c):
-        ends = [Decimal(at) for at in claim["breakpoints"]]
-        if form.rate < 0 or form.gamma <= 0 or (claim is not bounded and form.factor <= 0):
+    for form, found in forms(c):
+        ends = [Decimal(at) for at in found["breakpoints"]]
+        if form.rate < 0 or form.gamma <= 0 or ("lambda" in found and form.factor <= 0):
             return "a sign"
         if not all((x == x.T).all() for x in form.x) or not is_positive(form.x[0]):
             return "X"
         intervals = list(pairwise(ends))
         ascending = all(low < high for low, high in intervals)
-        if (ends[0], ends[-1]) != (-1, 1) or not ascending or len(claim["N"]) != len(intervals):
+        if (ends[0], ends[-1]) != (-1, 1) or not ascending or len(found["N"]) != len(intervals):
             return "breakpoints"
-        for (low, high), rows in zip(intervals, claim["N"], strict=True):
+        for (low, high), rows in zip(intervals, found["N"], strict=True):
             for sign in (1, -1):
                 coefficients = bernstein(form.powers(exact(rows), sign), low, high)
                 if not all(is_positive(-coefficient) for coefficient in coefficients):
@@ -153,21 +151,30 @@ def test_independent_check_agrees(certificate: dict, alone: dict) -> None:
         context.prec = DIGITS
         assert why_not(certificate) is None
         assert why_not(alone) is None
-    assert not {"gamma", "X", "S", "T", "residual"} & alone.keys()
+    assert [list(one) for one in alone["claims"]] == [["rate"]]
 
 
-def merge(bounded: dict) -> None:
+def with_rate(factor: float) -> Callable[[dict, dict], None]:
+    """Return a change of the rate of both claims."""
+
+    def change(bounded: dict, robust: dict) -> None:
+        bounded["rate"] = robust["rate"] = factor * bounded["rate"]
+
+    return change
+
+
+def merge(bounded: dict, _: dict) -> None:
     """Make one interval of two."""
     at = len(bounded["N"]) // 2
     del bounded["breakpoints"][at], bounded["N"][at]
 
 
-def end_early(bounded: dict) -> None:
+def end_early(bounded: dict, _: dict | None = None) -> None:
     """Leave out the last interval."""
     del bounded["breakpoints"][-1], bounded["N"][-1]
 
 
-def asymmetric(bounded: dict) -> None:
+def asymmetric(bounded: dict, _: dict | None = None) -> None:
     """Make X(theta) asymmetric by a digit."""
     bounded["X"][1][0][1] *= 1 + 1e-12
 
@@ -175,36 +182,36 @@ def asymmetric(bounded: dict) -> None:
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda b: b.update(rate=1.5 * b["rate"]), "the form"),
-        (lambda b: b.update(rate=-b["rate"]), "a sign"),
-        (lambda b: b.update(gamma=0.9 * b["gamma"]), "the form"),
-        (lambda b: b["residual"].update(gamma=b["gamma"]), "the form"),
-        (lambda b: b["residual"].update({"lambda": 1e-3 * b["residual"]["lambda"]}), "the form"),
-        (lambda b: b.update(X=b["X"][:1]), "the form"),
-        (lambda b: b["X"][0][0].__setitem__(0, -b["X"][0][0][0]), "X"),
+        (with_rate(1.5), "the form"),
+        (with_rate(-1.0), "a sign"),
+        (lambda b, _: b.update(gamma=0.9 * b["gamma"]), "the form"),
+        (lambda b, r: r.update(gamma=b["gamma"]), "the form"),
+        (lambda _, r: r.update({"lambda": 1e-3 * r["lambda"]}), "the form"),
+        (lambda b, _: b.update(X=b["X"][:1]), "the form"),
+        (lambda b, _: b["X"][0][0].__setitem__(0, -b["X"][0][0][0]), "X"),
         (asymmetric, "X"),
-        (lambda b: b["N"][3][0].__setitem__(0, 2 * b["N"][3][0][0]), "the form"),
-        (lambda b: b["N"].reverse(), "the form"),
+        (lambda b, _: b["N"][3][0].__setitem__(0, 2 * b["N"][3][0][0]), "the form"),
+        (lambda b, _: b["N"].reverse(), "the form"),
         (merge, "the form"),
         (end_early, "breakpoints"),
-        (lambda b: b["breakpoints"].__setitem__(0, -0.99), "breakpoints"),
-        (lambda b: b["breakpoints"].reverse(), "breakpoints"),
-        (lambda b: b.update(inverse=True), "the form"),
+        (lambda b, _: b["breakpoints"].__setitem__(0, -0.99), "breakpoints"),
+        (lambda b, _: b["breakpoints"].reverse(), "breakpoints"),
+        (lambda b, _: b.update(inverse=True), "the form"),
         # What promises less stays true.
-        (lambda b: b.update(rate=0.5 * b["rate"]), None),
-        (lambda b: b.update(gamma=1.01 * b["gamma"]), None),
+        (with_rate(0.5), None),
+        (lambda b, _: b.update(gamma=1.01 * b["gamma"]), None),
     ],
 )
 def test_both_checks_agree_on_a_changed_file(
     certificate: dict,
     run_squid: Run,
     tmp_path: Path,
-    spoil: Callable[[dict], None],
+    spoil: Callable[[dict, dict], None],
     reason: str | None,
 ) -> None:
     """What the independent check refuses, the command refuses too, and conversely."""
     changed = copy.deepcopy(certificate)
-    spoil(changed["bounded_rate"])
+    spoil(*claims(changed, "rate"))
     with localcontext() as context:
         context.prec = DIGITS
         assert why_not(changed) == reason
@@ -218,15 +225,15 @@ def test_both_checks_agree_on_a_changed_file(
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda c: c["bounded_rate"].update(rate=2 * c["bounded_rate"]["rate"]), "the form"),
-        (lambda c: c["bounded_rate"].update(gamma=0.99 * c["bounded_rate"]["gamma"]), "the form"),
-        (lambda c: c["bounded_rate"]["X"].pop(), "the form"),
-        (lambda c: c["bounded_rate"].update(breakpoints=[-1, 1], N=c["bounded_rate"]["N"][:1]), "the form"),
-        (lambda c: end_early(c["bounded_rate"]), "breakpoints"),
-        (lambda c: asymmetric(c["bounded_rate"]), "X"),
+        (lambda c: claim(c, "rate").update(rate=2 * claim(c, "rate")["rate"]), "the form"),
+        (lambda c: claim(c, "rate").update(gamma=0.99 * claim(c, "rate")["gamma"]), "the form"),
+        (lambda c: claim(c, "rate")["X"].pop(), "the form"),
+        (lambda c: claim(c, "rate").update(breakpoints=[-1, 1], N=claim(c, "rate")["N"][:1]), "the form"),
+        (lambda c: end_early(claim(c, "rate")), "breakpoints"),
+        (lambda c: asymmetric(claim(c, "rate")), "X"),
         (lambda c: c["plant"]["Bt"][1].__setitem__(0, -0.6), "the form"),
         (lambda c: c["plant"]["A"][1].__setitem__(1, 0.0), "the form"),
-        (lambda c: c["bounded_rate"].update(gamma=1.01 * c["bounded_rate"]["gamma"]), None),
+        (lambda c: claim(c, "rate").update(gamma=1.01 * claim(c, "rate")["gamma"]), None),
     ],
 )
 def test_both_checks_agree_on_a_changed_file_of_the_rate_alone(
@@ -246,22 +253,22 @@ def test_both_checks_agree_on_a_changed_file_of_the_rate_alone(
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("more", "words"),
     [
-        ({"bounded_rate": None}, "gamma: missing"),
-        ({"gamma": 100.0}, "X: missing"),
-        ({"X": [[1.0, 0.0], [0.0, 1.0]]}, "gamma: missing"),
+        ([], "claims: has no entries, must have at least one"),
+        ([{"gain": {"gamma": 100.0}}], "claims[1].gain: missing field `S`"),
+        ([{"gain": {"gamma": 100.0, "S": [[1.0]], "T": [[0.0]]}}], "claims[1].gain: missing field `X`"),
         (
-            {"gamma": 100.0, "X": [[2.0, 0.1], [0.1, 2.0]], "S": [[1.0]], "T": [[0.0]]},
+            [{"gain": {"gamma": 100.0, "X": [[2.0, 0.1], [0.1, 2.0]], "S": [[1.0]], "T": [[0.0]]}}],
             "the claim is not proved: the matrix of the inequality",
         ),
     ],
 )
 def test_what_the_rate_alone_does_not_carry(
-    alone: dict, run_squid: Run, tmp_path: Path, change: dict, words: str
+    alone: dict, run_squid: Run, tmp_path: Path, more: list[dict], words: str
 ) -> None:
     """No claim, part of one, and a false one for any rate beside the true one are refused."""
-    changed = {key: value for key, value in (alone | change).items() if value is not None}
+    changed = alone | {"claims": [*alone["claims"], *more] if more else []}
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(changed), encoding="utf-8")
     done = run_squid("verify", path)
@@ -272,7 +279,7 @@ def test_the_inequality_holds_along_the_loop(certificate: dict, alone: dict) -> 
     """Without multipliers and intervals: X(theta) > 0 and the loop's own inequality, at 33 values of theta."""
     with localcontext() as context:
         context.prec = DIGITS
-        for form, _ in [*claims(certificate), *claims(alone)]:
+        for form, _ in [*forms(certificate), *forms(alone)]:
             for i in range(-16, 17):
                 assert all(is_positive(m) for m in form.at(Decimal(i) / 16))
             # It can fail: at a hundredth of the gamma the form is not negative.
@@ -295,5 +302,5 @@ def test_frozen_loops_keep_the_gain(certificate: dict) -> None:
         for omega in np.logspace(-4, 3, 60):
             response = seen[:, :n] @ np.linalg.solve(1j * omega * np.eye(n) - moved[:, :n], moved[:, n + r :])
             largest = max(largest, np.linalg.norm(response + seen[:, n + r :], 2))
-    bounded = certificate["bounded_rate"]
-    assert 0.5 * bounded["gamma"] < largest < bounded["gamma"] < certificate["gamma"]
+    bounded, gain = claim(certificate, "rate"), claim(certificate, "gain")
+    assert 0.5 * bounded["gamma"] < largest < bounded["gamma"] < gain["gamma"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from claims import claim
 from conftest import Run
 from fly.stages import ROOT
 
@@ -63,7 +64,8 @@ def test_check_answers_with_one_object(run_squid: Run, tmp_path: Path) -> None:
     code, verdict = check(tmp_path / "none.json")
     assert (code, verdict["status"]) == (1, "error") and "none.json" in verdict["reason"]
     certificate = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps(certificate | {"gamma": 0.9 * gamma}), encoding="utf-8")
+    claim(certificate, "gain")["gamma"] = 0.9 * gamma
+    path.write_text(json.dumps(certificate), encoding="utf-8")
     code, verdict = check(CASE)
     assert (code, verdict["status"]) == (1, "not_proved") and "pivot" in verdict["reason"]
     both = {key: [*certificate[key], 0] for key in ("blocks", "controller_blocks")}
@@ -278,7 +280,10 @@ def test_remarks_stand_beside_any_outcome(run_squid: Run, tmp_path: Path, case: 
             lambda c: c["data"]["P"].update(E=[[1, 0, 0], [0, 1, 0], [0, 0, 0]]),
             "'E' is 0 in row 3, column 3; it must be the identity",
         ),
-        (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, None), "'D12' is null in row 2, column 1"),
+        (
+            lambda c: c["data"]["P"]["D12"][1].__setitem__(0, None),
+            "'data.P.D12[1][0]': found null, must be a finite number",
+        ),
         (lambda c: c["data"]["P"]["D12"][1].__setitem__(0, float("inf")), "not proper"),
         (lambda c: c["data"]["P"]["C1"][0].__setitem__(0, 10**400), "numbers must be finite"),
     ],
@@ -383,15 +388,21 @@ def test_direct_path_that_leaves_the_loop_open(run_squid: Run, tmp_path: Path, c
     [
         (lambda c: c["data"]["P"].update(D22=[[0.5, 0.5]]), "D22 is 1 x 2, it must be 1 x 1"),
         (lambda c: c["data"]["P"].pop("B2"), "'B2' is missing"),
-        (lambda c: c["data"]["P"]["A"][0].pop(), "'A' has rows of different lengths"),
+        (lambda c: c["data"]["P"]["A"][0].pop(), "'data.P.A': rows of different lengths; the first has"),
         (
             lambda c: c["data"]["P"].update(C1="x"),
-            "'C1' is the string \"x\"; it must be a list of rows of numbers",
+            "'data.P.C1': invalid type: string \"x\", expected a list",
         ),
         (lambda c: c["data"].update(blocks=[3]), "must be"),
         (lambda c: c["data"].update(blocks=[-1]), "'blocks' has the number -1 in place 1"),
-        (lambda c: c["data"]["P"]["A"][0].__setitem__(1, "1"), "'A' is the string \"1\" in row 1, column 2"),
-        (lambda c: c["data"]["P"]["A"][0].__setitem__(1, 1e200), "'A' is 1e200 in row 1, column 2"),
+        (
+            lambda c: c["data"]["P"]["A"][0].__setitem__(1, "1"),
+            "'data.P.A[0][1]': invalid type: string \"1\", expected a number",
+        ),
+        (
+            lambda c: c["data"]["P"]["A"][0].__setitem__(1, 1e200),
+            "'data.P.A[0][1]': found 1e200, must be at most 1e100",
+        ),
         (lambda c: c["data"]["P"].update(C1=[], D11=[], D12=[], D1t=[]), "needs a performance channel"),
         (lambda c: c["data"]["P"]["B1"].pop(), "B1"),
     ],
@@ -413,7 +424,7 @@ def test_key_that_stands_twice(run_squid: Run, tmp_path: Path, case: dict) -> No
     """Which of the two is meant cannot be known; a certificate is read alike."""
     text = json.dumps(case).replace('"A":', '"A": [[1.0]], "A":', 1)
     code, report, error = synth(run_squid, tmp_path / "p.json", text)
-    assert_refused(code, report, error, 'the key "A" stands twice in one object')
+    assert_refused(code, report, error, "'data.P': duplicate field `A`")
 
 
 def test_file_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:

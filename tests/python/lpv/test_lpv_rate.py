@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from claims import claim
 from conftest import Run
 from fly.stages import ROOT
 from test_lpv import assert_refused, synth
@@ -57,7 +58,7 @@ def test_the_published_gain_of_the_commutator(run_squid: Run, tmp_path: Path, pl
     assert gamma * (1 - expected["rate_rtol"]) <= proved <= gamma * (1 + QUADRATIC + TIGHTENED)
     assert proved < 0.75 * report["certified_gamma"]
     certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
-    assert certificate["bounded_rate"]["rate"] == rate and certificate["bounded_rate"]["gamma"] == proved
+    assert claim(certificate, "rate")["rate"] == rate and claim(certificate, "rate")["gamma"] == proved
     done = run_squid("verify", tmp_path / "certificate.json", "--verbose")
     assert (
         done.returncode == 0
@@ -89,7 +90,7 @@ def test_a_bound_at_the_rate_alone_is_feasible(run_squid: Run, tmp_path: Path) -
     remarks = " ".join(report["remarks"])
     assert "moves faster" in remarks and "with commands at their limits" in remarks
     certificate = json.loads((tmp_path / "certificate.json").read_text(encoding="utf-8"))
-    assert not {"gamma", "X", "S", "T", "energy"} & certificate.keys()
+    assert [list(one) for one in certificate["claims"]] == [["rate"]]
     done = run_squid("verify", tmp_path / "certificate.json", "--verbose")
     assert done.returncode == 0 and "Nothing is proved of a parameter that moves faster." in done.stdout
 
@@ -123,8 +124,8 @@ def test_a_bounded_rate_pays(run_squid: Run, tmp_path: Path, remus: dict) -> Non
     ("spoil", "words"),
     [
         ({"rate": -1.0}, "'rate' is the number -1; it must be a number from 0 to 1e6"),
-        ({"rate": "fast"}, "'rate' is the string \"fast\"; it must be"),
-        ({"rate": None}, "'rate' is null; it must be"),
+        ({"rate": "fast"}, "'data.rate': invalid type: string \"fast\", expected a number"),
+        ({"rate": None}, "'data.rate': invalid type: null, expected a number"),
         ({"rate": 1e7}, "it must be a number from 0 to 1e6"),
         ({"blocks": [1, 1]}, "'rate' bounds the rate of one parameter, but 'blocks' has 2; leave it out"),
     ],

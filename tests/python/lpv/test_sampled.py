@@ -30,7 +30,7 @@ def test_published_bounds(run_squid: Run, path: Path) -> None:
         ({"delay": 3}, 2, "the loop is not stable from tick to tick"),
         ({"delay": 11}, 1, "'delay' is the number 11; it must be a whole number of ticks from 0 to 10"),
         ({"sample_time": 0}, 1, "'sample_time' is the number 0; it must be a number above 0, in seconds"),
-        ({"held": 1}, 1, "'held' is the number 1; it must be true or false"),
+        ({"held": 1}, 1, "'data.held': invalid type: integer `1`, expected a boolean"),
         ({"K": {"A": [], "D": [[0.0, 1.0]]}}, 1, "B of the controller is 0 x 2, it must be 0 x 1"),
     ],
 )

@@ -295,7 +295,7 @@ def test_parts_that_do_not_fit(sq: ModuleType) -> None:
 def test_a_forged_certificate(sq: ModuleType) -> None:
     found = sq.hinfsyn_proved(*spring(sq))
     held = json.loads(found.certificate.text)
-    held["gamma"] *= 0.5
+    held["claims"][0]["gain"]["gamma"] *= 0.5
     with pytest.raises(sq.NumericalError):
         sq.Certificate(json.dumps(held)).verify()
     with pytest.raises(sq.InputError):

@@ -51,7 +51,7 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
              {:.1} % of their declared ranges, for any trajectory of speed{},\n\
              and for every error of the model within balls around it. PROVED in exact arithmetic: {}\n\
              That the balls contain the vehicle is a computation at points of the declared ranges, and not proved.",
-            above(found.theorem.gamma),
+            above(found.gamma),
             100.0 * found.share,
             no_faster(rate),
             directory.join(CONSTANT_CERTIFICATE).display()

@@ -4,8 +4,9 @@ use crate::cli::inputs;
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
-use certificate::{ConstantCertificate, ConstantTheorem};
-use proof::error::ProofError;
+use base::files;
+use certificate::ConstantTheorem;
+use proof::claim::parse;
 use serde_json::json;
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
@@ -25,8 +26,11 @@ pub fn run(
     bandwidth: Option<f64>,
     verbose: bool,
 ) -> Result<(), Error> {
-    let constant = file.map(|file| Ok::<_, Error>((file, constant_certificate(file)?))).transpose()?;
-    if let Some((file, Some(certificate))) = constant {
+    if let Some(file) = file
+        && let Ok(text) = files::read(file)
+        && let Ok(certificate) = parse(&text, &file.display().to_string())
+        && certificate.constant().is_some()
+    {
         let theorem = certificate.prove()?;
         let mut tolerated = None;
         if let Some(directory) = vehicle {
@@ -42,13 +46,13 @@ pub fn run(
                 no_faster(rate_of(&certificate, &inputs))
             ));
         }
-        say(&format!("PROVED: {}", line(&theorem)));
+        theorem.constant.iter().for_each(|constant| say(&format!("PROVED: {}", line(constant))));
         if verbose {
             say(&theorem.to_string());
         }
-        let share = tolerated;
+        let (gamma, share) = (theorem.constant.as_ref().map(|constant| constant.gamma), tolerated);
         return Ok(answer(
-            &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": theorem.gamma, "share": share }),
+            &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": gamma, "share": share }),
         )?);
     }
     let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
@@ -95,12 +99,4 @@ fn line(theorem: &ConstantTheorem) -> String {
     let still = (theorem.constant > 0).then(|| format!("every constant value of {}", of(theorem.constant)));
     let ranges: Vec<String> = fast.into_iter().chain(slow).chain(still).collect();
     format!("gain from w to z below {}, for {}{errors}", above(theorem.gamma), ranges.join(" and "))
-}
-
-/// The certificate in a file, if it is one for constant coefficients.
-fn constant_certificate(file: &Path) -> Result<Option<ConstantCertificate>, Error> {
-    let text = std::fs::read(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
-    let Some(text) = text.filter(|text| ConstantCertificate::is_format_of(text)) else { return Ok(None) };
-    let wrong = |reason| ProofError::Certificate { file: file.display().to_string(), reason };
-    Ok(Some(ConstantCertificate::from_json(&text).map_err(wrong)?))
 }

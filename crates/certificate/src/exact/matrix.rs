@@ -1,7 +1,7 @@
 //! Matrices of exact numbers.
 
-use crate::certificate::Rows;
 use crate::exact::dyadic::Dyadic;
+use crate::plant::Rows;
 use std::ops::{Index, IndexMut};
 
 /// A matrix, row by row.

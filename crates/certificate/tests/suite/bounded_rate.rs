@@ -1,9 +1,9 @@
 //! The claim of a bounded rate, on loops whose gain is known.
 
-use crate::common::{golden_text, prove, scheduled};
+use crate::common::{add, add_model_error, claim, golden_text, prove, scheduled};
 use crate::independent::Loop;
 use crate::rate_alone::ALONE;
-use certificate::{Certificate, Slow};
+use certificate::{Certificate, Rate};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -15,9 +15,13 @@ use std::cell::Cell;
 pub fn one_interval(gamma: f64, m: f64) -> Value {
     let mut c = scheduled(0.75);
     let n = json!([[[-1.0, -m / 2.0, 0.0, 0.0], [-0.5, 0.0, -m / 2.0, 0.0]]]);
-    c["bounded_rate"] = json!({
-        "rate": 3.0, "gamma": gamma, "inverse": false, "X": [[[1.0]]], "breakpoints": [-1.0, 1.0], "N": n
-    });
+    add(
+        &mut c,
+        "rate",
+        json!({
+            "rate": 3.0, "gamma": gamma, "inverse": false, "X": [[[1.0]]], "breakpoints": [-1.0, 1.0], "N": n
+        }),
+    );
     c
 }
 
@@ -68,12 +72,17 @@ pub fn commutator(rate: f64, gamma: f64, intervals: usize, weight: f64) -> Value
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[0.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
         // Sizes alone: |z| <= |x1| + |x2|.
-        "gamma": 8.0, "X": [[1.0, 0.0], [0.0, 1.0]], "S": [[1.0, 0.0], [0.0, 1.0]], "T": [[0.0, 0.0], [0.0, 0.0]],
-        "bounded_rate": {
-            "rate": rate, "gamma": gamma, "inverse": false,
-            "X": [[[b, 0.0], [0.0, a]], [[0.0, -a], [-a, 0.0]], [[a, 0.0], [0.0, 0.0]]],
-            "breakpoints": breakpoints, "N": n
-        }
+        "claims": [
+            {"gain": {
+                "gamma": 8.0, "X": [[1.0, 0.0], [0.0, 1.0]], "S": [[1.0, 0.0], [0.0, 1.0]],
+                "T": [[0.0, 0.0], [0.0, 0.0]]
+            }},
+            {"rate": {
+                "rate": rate, "gamma": gamma, "inverse": false,
+                "X": [[[b, 0.0], [0.0, a]], [[0.0, -a], [-a, 0.0]], [[a, 0.0], [0.0, 0.0]]],
+                "breakpoints": breakpoints, "N": n
+            }}
+        ]
     })
 }
 
@@ -85,7 +94,7 @@ fn a_lyapunov_matrix_of_second_order_shows_the_gain_of_the_commutator() {
         assert!(prove(&commutator(rate, 0.99 * rate, 64, 0.1 / rate)).is_err());
         // The same matrices do not show it for a higher rate.
         let mut faster = commutator(rate, 1.1 * rate, 64, 0.1 / rate);
-        faster["bounded_rate"]["rate"] = json!(1.2 * rate);
+        claim(&mut faster, "rate")["rate"] = json!(1.2 * rate);
         assert!(prove(&faster).is_err());
     }
 }
@@ -114,9 +123,9 @@ fn the_inverse_of_a_lyapunov_matrix_is_of_the_transposed_loop() {
             other["plant"][to] = transposed(&given["plant"][from]);
         }
         assert!(prove(&other).unwrap_err().contains("bounded rate"));
-        other["bounded_rate"]["inverse"] = json!(true);
+        claim(&mut other, "rate")["inverse"] = json!(true);
         assert!(prove(&other).is_ok(), "{:?}", prove(&other));
-        other["bounded_rate"]["gamma"] = json!(0.99 * rate);
+        claim(&mut other, "rate")["gamma"] = json!(0.99 * rate);
         assert!(prove(&other).is_err());
     }
 }
@@ -128,15 +137,15 @@ fn what_does_not_fit_is_named() {
         *c.pointer_mut(pointer).unwrap() = value;
         prove(&c).unwrap_err()
     };
-    let at = |key: &str, value: Value| changed(&format!("/bounded_rate/{key}"), value);
+    let at = |key: &str, value: Value| changed(&format!("/claims/1/rate/{key}"), value);
     assert!(
         at("inverse", json!(1))
-            .contains("bounded_rate.inverse: found the number 1, allowed is true or false")
+            .contains("claims[1].rate.inverse: invalid type: integer `1`, expected a boolean")
     );
     assert!(at("rate", json!(-1.0)).contains("the rate is -1e0, must be at least 0"));
-    assert!(at("X", json!([])).contains("bounded_rate.X: has 0 entries, must have 1 to 9"));
+    assert!(at("X", json!([])).contains("claims[1].rate.X: has 0 entries, must have 1 to 9"));
     assert!(at("X", json!([[[-1.0]]])).contains("X[0] is not positive definite"));
-    assert!(at("X", json!([[[1.0]], [[1.0, 0.0]]])).contains("bounded_rate.X[1]: row 0 has 2 numbers"));
+    assert!(at("X", json!([[[1.0]], [[1.0, 0.0]]])).contains("claims[1].rate.X[1]: row 0 has 2 numbers"));
     for wrong in [
         json!([-1.0, 0.5]),
         json!([-1.0, 1.0, 1.0]),
@@ -147,23 +156,39 @@ fn what_does_not_fit_is_named() {
         assert!(at("breakpoints", wrong).contains("breakpoints: must ascend from -1 to 1"));
     }
     assert!(
-        at("breakpoints", json!([-1.0, 0.0, 1.0])).contains("bounded_rate.N: has 1 entries, must have 2")
+        at("breakpoints", json!([-1.0, 0.0, 1.0])).contains("claims[1].rate.N: has 1 entries, must have 2")
     );
     assert!(
-        at("N", json!([[[0.0, 0.0, 0.0, 0.0]]])).contains("bounded_rate.N[0]: found 1 rows, must have 2")
+        at("N", json!([[[0.0, 0.0, 0.0, 0.0]]])).contains("claims[1].rate.N[0]: found 1 rows, must have 2")
     );
     let mut skewed = commutator(1.0, 1.1, 64, 0.1);
-    skewed["bounded_rate"]["X"][1][0][1] = json!(0.5);
+    claim(&mut skewed, "rate")["X"][1][0][1] = json!(0.5);
     assert!(prove(&skewed).unwrap_err().contains("X[1] is not symmetric"));
     let mut alone = one_interval(0.75, 0.5);
-    alone["bounded_rate"]["residual"] = alone["bounded_rate"].clone();
-    alone["bounded_rate"]["residual"]["lambda"] = json!(1.0);
-    alone["bounded_rate"]["residual"].as_object_mut().unwrap().remove("rate");
-    assert!(prove(&alone).unwrap_err().contains("bounded_rate.residual: needs the section residual"));
+    let mut with_error = claim(&mut alone, "rate").clone();
+    with_error["lambda"] = json!(1.0);
+    add(&mut alone, "rate", with_error.clone());
+    assert!(prove(&alone).unwrap_err().starts_with("claims[2].rate: needs one model error in `errors`"));
+    // The claims with and without model error are about one rate.
+    let mut other = one_interval(0.75, 0.5);
+    add_model_error(
+        &mut other,
+        json!({
+            "E": [[0.01]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 0.01, "gamma": 0.8, "X": [[1.0]],
+            "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
+        }),
+    );
+    with_error["rate"] = json!(0.5);
+    add(&mut other, "rate", with_error);
+    assert!(
+        prove(&other)
+            .unwrap_err()
+            .starts_with("claims[3].rate.rate: found 0.5, allowed is that of the claim")
+    );
     let mut two = one_interval(0.75, 0.5);
     two["blocks"] = json!([1, 0]);
     two["controller_blocks"] = json!([0, 1]);
-    assert!(prove(&two).unwrap_err().contains("bounded_rate: is of 1 parameter"));
+    assert!(prove(&two).unwrap_err().contains("claims[1].rate: is of 1 parameter"));
 }
 
 /// The certificate of a controller that was made for a bounded rate.
@@ -172,8 +197,8 @@ const GOLDEN: &str = "remus100_bounded_rate";
 /// The largest eigenvalue, scaled to a unit diagonal, of the inequality of the frozen loops in floating point, at 65
 /// values of theta and both signs of the rate; neither the multipliers nor the intervals are used.
 fn largest_eigenvalue(c: &Certificate) -> f64 {
-    let bounded = c.bounded_rate.as_ref().unwrap();
-    let Slow { gamma, inverse, x, .. } = &bounded.slow;
+    let bounded = c.rate().unwrap();
+    let Rate { gamma, inverse, x, .. } = bounded;
     let closed = Loop::new(c);
     let n = x[0].len();
     let matrix = |rows: &certificate::Rows| DMatrix::from_fn(n, n, |i, j| rows[i][j]);
@@ -242,8 +267,9 @@ fn tampering_is_refused_or_harmless() {
 fn survives(name: &str, part: &str, cases: u32) {
     let file: Value = serde_json::from_str(&golden_text(name)).unwrap();
     let mut places = vec![];
+    let at = file["claims"].as_array().unwrap().iter().position(|claim| claim.get("rate").is_some()).unwrap();
     for key in ["rate", "gamma", "X", "N", "breakpoints"] {
-        leaves(&file["bounded_rate"][key], &format!("/bounded_rate/{key}"), &mut places);
+        leaves(&file["claims"][at]["rate"][key], &format!("/claims/{at}/rate/{key}"), &mut places);
     }
     leaves(&file[part], &format!("/{part}"), &mut places);
     let change = prop_oneof![Just(-1.0), Just(0.0), Just(10.0), Just(0.1), Just(1.01), Just(1.0 + 1e-9)];

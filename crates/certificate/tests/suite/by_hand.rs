@@ -1,6 +1,6 @@
 //! Certificates whose numbers can be checked by hand, at and beside their limits.
 
-use crate::common::{integrator, prove, scheduled};
+use crate::common::{add_model_error, claim, integrator, prove, scheduled};
 use serde_json::json;
 
 #[test]
@@ -20,7 +20,7 @@ fn one_parameter_in_plant_and_controller() {
         prove(&scheduled(0.75)).unwrap(),
         "For every measurable trajectory of the parameter in [-1, 1] the closed loop of 1 state is exponentially \
          stable and its L2 gain from w to z is below 0.75. \
-         Nothing is proved of a plant that differs from the one in the certificate: it has no section `residual`."
+         Nothing is proved of a plant that differs from the one in the certificate: it covers no model error."
     );
     assert!(prove(&scheduled(above)).is_ok());
     assert!(prove(&scheduled((2.0_f64 / 3.0).next_down())).is_err());
@@ -45,8 +45,11 @@ fn a_direct_path_is_closed_without_rounding() {
         // The model error sees u, too: as in the_residual_of_the_control_matrix_acts_through_the_controller.
         let with = |gamma: f64| {
             let mut c = with_direct_path(d, k, 1.25);
-            c["residual"] = json!({"E": [[0.25]], "F": [[0.0]], "Fu": [[1.0]], "lambda": 0.25, "gamma": gamma,
-                "X": [[1.0]], "S": [], "T": []});
+            add_model_error(
+                &mut c,
+                json!({"E": [[0.25]], "F": [[0.0]], "Fu": [[1.0]], "lambda": 0.25, "gamma": gamma,
+                "X": [[1.0]], "S": [], "T": []}),
+            );
             prove(&c)
         };
         assert!(with(1.34).is_ok() && with(1.33).is_err());
@@ -74,8 +77,11 @@ fn the_residual_is_proved_too() {
     // -2 + lambda + 1/(16 lambda) + 2/gamma < 0; lambda = 1/4 is the best, gamma > 4/3.
     let with = |gamma: f64, lambda: f64| {
         let mut c = integrator(1.25);
-        c["residual"] = json!({"E": [[0.25]], "F": [[1.0]], "Fu": [[0.0]], "lambda": lambda, "gamma": gamma,
-            "X": [[1.0]], "S": [], "T": []});
+        add_model_error(
+            &mut c,
+            json!({"E": [[0.25]], "F": [[1.0]], "Fu": [[0.0]], "lambda": lambda, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []}),
+        );
         prove(&c)
     };
     let theorem = with(1.34, 0.25).unwrap();
@@ -84,7 +90,7 @@ fn the_residual_is_proved_too() {
     );
     for (gamma, lambda) in [(1.33, 0.25), (1.34, 0.3), (1.34, 0.2)] {
         let refusal = with(gamma, lambda).unwrap_err();
-        assert!(refusal.starts_with("the claim with model error (residual)"), "{refusal}");
+        assert!(refusal.starts_with("the claim with model error"), "{refusal}");
     }
     assert!(with(1.34, 0.0).unwrap_err().contains("lambda is 0e0, must be above 0"));
 }
@@ -95,8 +101,11 @@ fn the_residual_of_the_control_matrix_acts_through_the_controller() {
     // enters Delta: -2 + 1/(16 lambda) + 2/gamma < 0, gamma > 8/7. With Fu = 1/2 it is -2 + 1/16 + 1/4 + 2/gamma < 0.
     let with = |f: f64, fu: f64, gamma: f64| {
         let mut c = integrator(1.25);
-        c["residual"] = json!({"E": [[0.25]], "F": [[f]], "Fu": [[fu]], "lambda": 0.25, "gamma": gamma,
-            "X": [[1.0]], "S": [], "T": []});
+        add_model_error(
+            &mut c,
+            json!({"E": [[0.25]], "F": [[f]], "Fu": [[fu]], "lambda": 0.25, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []}),
+        );
         prove(&c)
     };
     assert!(with(0.0, 1.0, 1.34).is_ok());
@@ -111,15 +120,18 @@ fn the_residual_of_the_input_matrix_acts_on_w() {
     // (gamma - 1/4) (2 - 1/gamma - 1/4) > 1, above gamma = 1.282; without Fw nothing enters Delta.
     let with = |fw: serde_json::Value, gamma: f64| {
         let mut c = integrator(1.25);
-        c["residual"] = json!({"E": [[0.25]], "F": [[0.0]], "Fw": fw, "Fu": [[0.0]], "lambda": 0.25, "gamma": gamma,
-            "X": [[1.0]], "S": [], "T": []});
+        add_model_error(
+            &mut c,
+            json!({"E": [[0.25]], "F": [[0.0]], "Fw": fw, "Fu": [[0.0]], "lambda": 0.25, "gamma": gamma,
+            "X": [[1.0]], "S": [], "T": []}),
+        );
         prove(&c)
     };
     assert!(with(json!([[1.0]]), 1.29).is_ok());
     assert!(with(json!([[1.0]]), 1.27).is_err());
     assert!(with(json!([]), 1.2).is_ok() && with(json!([[0.0]]), 1.2).is_ok());
-    assert!(with(json!([[1.0, 0.0]]), 1.29).unwrap_err().starts_with("residual.Fw: row 0 has 2 numbers"));
-    assert!(with(json!([[1.0], [1.0]]), 1.29).unwrap_err().starts_with("residual.Fw: found 2 rows"));
+    assert!(with(json!([[1.0, 0.0]]), 1.29).unwrap_err().starts_with("errors[0].Fw: row 0 has 2 numbers"));
+    assert!(with(json!([[1.0], [1.0]]), 1.29).unwrap_err().starts_with("errors[0].Fw: found 2 rows"));
 }
 
 #[test]
@@ -129,19 +141,19 @@ fn each_condition_is_named_when_it_fails() {
         *c.pointer_mut(pointer).unwrap() = value;
         prove(&c).unwrap_err()
     };
-    assert!(changed("/gamma", json!(-1.0)).contains("gamma is -1e0, must be above 0"));
-    assert!(changed("/X", json!([[-1.0]])).contains("X is not positive definite"));
-    assert!(changed("/X", json!([[0.0]])).contains("exactly 0"));
+    assert!(changed("/claims/0/gain/gamma", json!(-1.0)).contains("gamma is -1e0, must be above 0"));
+    assert!(changed("/claims/0/gain/X", json!([[-1.0]])).contains("X is not positive definite"));
+    assert!(changed("/claims/0/gain/X", json!([[0.0]])).contains("exactly 0"));
     let tiny = f64::from_bits(1);
-    assert!(changed("/S/0/1", json!(tiny)).contains("S is not symmetric"));
-    assert!(changed("/T/0/0", json!(tiny)).contains("T is not skew"));
-    assert!(changed("/S/1/1", json!(-1.0)).contains("S is not positive definite"));
+    assert!(changed("/claims/0/gain/S/0/1", json!(tiny)).contains("S is not symmetric"));
+    assert!(changed("/claims/0/gain/T/0/0", json!(tiny)).contains("T is not skew"));
+    assert!(changed("/claims/0/gain/S/1/1", json!(-1.0)).contains("S is not positive definite"));
     assert!(changed("/plant/A", json!([[2.0]])).contains("the inequality is not negative definite"));
     let mut two = scheduled(0.75);
     two["blocks"] = json!([1, 0]);
     two["controller_blocks"] = json!([0, 1]);
     assert!(prove(&two).unwrap().contains("the 2 parameters"));
-    two["S"] = json!([[1.0, 0.25], [0.25, 0.5]]);
+    claim(&mut two, "gain")["S"] = json!([[1.0, 0.25], [0.25, 0.5]]);
     let refusal = prove(&two).unwrap_err();
     assert!(refusal.contains("channel 0 carries parameter 0 and channel 1 parameter 1"), "{refusal}");
 }
@@ -149,8 +161,8 @@ fn each_condition_is_named_when_it_fails() {
 #[test]
 fn a_coupling_of_plants_and_controllers_copy_of_a_parameter_is_allowed() {
     let mut c = scheduled(0.75);
-    c["S"] = json!([[1.0, 0.03], [0.03, 0.5]]);
-    c["T"] = json!([[0.0, 0.01], [-0.01, 0.0]]);
+    claim(&mut c, "gain")["S"] = json!([[1.0, 0.03], [0.03, 0.5]]);
+    claim(&mut c, "gain")["T"] = json!([[0.0, 0.01], [-0.01, 0.0]]);
     assert!(prove(&c).is_ok());
 }
 
@@ -160,7 +172,7 @@ fn a_parameter_loop_that_is_not_well_posed_is_refused() {
     for s in [1e-6, 1.0, 1e6] {
         let mut c = scheduled(1e3);
         c["plant"]["Dtt"] = json!([[1.0]]);
-        c["S"][0][0] = json!(s);
+        claim(&mut c, "gain")["S"][0][0] = json!(s);
         assert!(prove(&c).is_err());
     }
 }

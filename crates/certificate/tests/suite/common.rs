@@ -1,6 +1,6 @@
 //! Certificates for the tests: the golden ones, and one small enough to check by hand.
 
-use certificate::Certificate;
+use certificate::{Certificate, Claim, Gain};
 use serde_json::{Value, json};
 
 /// The golden certificates of `tests/certificates`.
@@ -29,7 +29,7 @@ pub fn integrator(gamma: f64) -> Value {
         "controller": {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
-        "gamma": gamma, "X": [[1.0]], "S": [], "T": []
+        "claims": [{"gain": {"gamma": gamma, "X": [[1.0]], "S": [], "T": []}}]
     })
 }
 
@@ -51,8 +51,42 @@ pub fn scheduled(gamma: f64) -> Value {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[0.5]], "Ct": [[]], "Dty": [[1.0]],
             "Dtt": [[0.0]]
         },
-        "gamma": gamma, "X": [[1.0]], "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
+        "claims": [{"gain": {
+            "gamma": gamma, "X": [[1.0]], "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
+        }}]
     })
+}
+
+/// The last claim of a kind.
+pub fn claim<'a>(c: &'a mut Value, kind: &str) -> &'a mut Value {
+    let claims = c["claims"].as_array_mut().unwrap();
+    claims.iter_mut().rev().find_map(|claim| claim.get_mut(kind)).unwrap()
+}
+
+/// Adds a claim.
+pub fn add(c: &mut Value, kind: &str, claim: Value) {
+    c["claims"].as_array_mut().unwrap().push(json!({ kind: claim }));
+}
+
+/// Removes the claims of a kind.
+pub fn remove(c: &mut Value, kind: &str) {
+    c["claims"].as_array_mut().unwrap().retain(|claim| claim.get(kind).is_none());
+}
+
+/// Adds a model error `E`, `F`, `Fw`, `Fu`, and the claim `gain` with it, which has the other keys.
+pub fn add_model_error(c: &mut Value, mut of: Value) {
+    let keys = of.as_object_mut().unwrap();
+    let error =
+        ["E", "F", "Fw", "Fu"].into_iter().filter_map(|key| Some((key.to_owned(), keys.remove(key)?)));
+    c["errors"] = json!([error.collect::<serde_json::Map<_, _>>()]);
+    add(c, "gain", of);
+}
+
+/// The claim about the gain without model error, to be changed.
+pub fn gain(c: &mut Certificate) -> &mut Gain {
+    let mut gains =
+        c.claims.iter_mut().filter_map(|claim| if let Claim::Gain(gain) = claim { Some(gain) } else { None });
+    gains.find(|gain| gain.lambda.is_none()).unwrap()
 }
 
 /// What `prove` says of a JSON value.

@@ -1,6 +1,7 @@
 //! Certificates for a constant parameter: one that is checked by hand, and every lie that one number of it can tell.
 
-use certificate::{Certificate, ConstantCertificate};
+use crate::common::{integrator, prove};
+use certificate::{Certificate, Claim};
 use serde_json::{Value, json};
 
 /// `x' = delta x/2 + u + w`, `z = y = x`, `u = -y`, hence `x' = (-1 + delta/2) x + w`: the gain is 2, at delta = 1.
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 /// 12/23 - 1/32) = 2.112` is asked for.
 fn first_order(gamma: f64) -> Value {
     json!({
-        "format": "lpv-constant-certificate/1", "blocks": [1], "controller_blocks": [],
+        "format": "lpv-certificate/1", "blocks": [1], "controller_blocks": [],
         "plant": {
             "A": [[0.0]], "Bt": [[0.5]], "B1": [[1.0]], "B2": [[1.0]], "Ct": [[1.0]], "C1": [[1.0]], "C2": [[1.0]],
             "Dtt": [[0.0]], "Dt1": [[0.0]], "Dt2": [[0.0]], "D1t": [[0.0]], "D11": [[0.0]], "D12": [[0.0]],
@@ -21,26 +22,28 @@ fn first_order(gamma: f64) -> Value {
         "controller": {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
-        "gamma": gamma,
-        "X": [[1.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]],
-        "S": [[0.5, 0.0], [0.0, 0.02]],
-        "T": [[0.0, 0.0], [0.0, 0.0]],
-        "L": [[1.0]],
-        "filters": [{"parameter": 0, "pole": 1.0}],
-        "errors": []
+        "claims": [{"constant": {
+            "gamma": gamma,
+            "X": [[1.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]],
+            "S": [[0.5, 0.0], [0.0, 0.02]],
+            "T": [[0.0, 0.0], [0.0, 0.0]],
+            "L": [[1.0]],
+            "filters": [{"parameter": 0, "pole": 1.0}],
+            "lambdas": []
+        }}]
     })
 }
 
 /// The same with `[A B2]` off by `Delta [1/10 0]`: the gain is 1/(1 - 1/2 - 1/10) = 2.5.
 fn with_error(gamma: f64) -> Value {
     let mut file = first_order(gamma);
-    file["errors"] = json!([{"E": [[1.0]], "F": [[0.1]], "Fu": [[0.0]], "lambda": 10.0}]);
+    file["errors"] = json!([{"E": [[1.0]], "F": [[0.1]], "Fu": [[0.0]]}]);
+    claim(&mut file)["lambdas"] = json!([10.0]);
     file
 }
 
-fn prove(file: &Value) -> Result<String, String> {
-    let certificate = ConstantCertificate::from_json(&file.to_string()).map_err(|e| e.to_string())?;
-    certificate.prove().map(|t| t.to_string()).map_err(|e| e.to_string())
+fn claim(file: &mut Value) -> &mut Value {
+    crate::common::claim(file, "constant")
 }
 
 #[test]
@@ -55,23 +58,22 @@ fn a_certificate_is_proved_as_by_hand() {
     let refused = prove(&first_order(2.111)).unwrap_err();
     assert_eq!(
         refused,
-        "the claim is not proved: the matrix of the inequality is not shown to be negative definite"
+        "the claim for constant parameters is not proved: the matrix of the inequality is not shown to be negative \
+         definite"
     );
-    assert!(prove(&with_error(2.9)).unwrap().contains("1 term E Delta [F Fu] is added"));
+    assert!(prove(&with_error(2.9)).unwrap().contains("1 term E Delta [F Fw Fu] is added"));
     assert!(prove(&with_error(2.49)).is_err(), "the gain is 2.5");
-    let read = ConstantCertificate::from_json(&first_order(3.0).to_string()).unwrap();
-    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
-    assert!(ConstantCertificate::is_format_of(&read.to_json().unwrap()));
-    assert!(Certificate::from_json(&first_order(3.0).to_string()).is_err(), "the other kind is recognised");
+    let read = Certificate::from_json(&first_order(3.0).to_string()).unwrap();
+    assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
 /// The same delta, which may change: with `S = diag(1/2, e, q)` on the channel, the filtered one and that of the rate,
 /// `q rate^2` is added to the terms of f, and g meets v, which is worth at most `q`: `[-2ap - e, p; p, -q]`.
 fn slow(gamma: f64, rate: f64) -> Value {
     let mut file = first_order(gamma);
-    file["filters"][0]["rate"] = rate.into();
-    file["S"] = json!([[0.5, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.05]]);
-    file["T"] = json!([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
+    claim(&mut file)["filters"][0]["rate"] = rate.into();
+    claim(&mut file)["S"] = json!([[0.5, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.05]]);
+    claim(&mut file)["T"] = json!([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
     file
 }
 
@@ -85,22 +87,22 @@ fn a_bounded_rate_is_proved_and_no_faster_one() {
     assert!(prove(&slow(2.5, 2.0)).unwrap_err().contains("not shown to be negative definite"));
     let refused = |file: Value| prove(&file).unwrap_err();
     assert!(refused(slow(2.5, -0.5)).contains("filters[0].rate"), "{}", refused(slow(2.5, -0.5)));
-    assert!(refused(slow(2.5, 0.0)).contains("S: "), "{}", refused(slow(2.5, 0.0)));
+    assert!(refused(slow(2.5, 0.0)).contains(".S: "), "{}", refused(slow(2.5, 0.0)));
     let mut coupled = slow(2.5, 0.5);
-    coupled["S"][2][0] = 0.001.into();
-    coupled["S"][0][2] = 0.001.into();
+    claim(&mut coupled)["S"][2][0] = 0.001.into();
+    claim(&mut coupled)["S"][0][2] = 0.001.into();
     assert!(prove(&coupled).is_err(), "the rate is a parameter of its own");
     let mut negative = slow(2.5, 0.5);
-    negative["S"][2][2] = (-0.05).into();
+    claim(&mut negative)["S"][2][2] = (-0.05).into();
     assert!(refused(negative).contains("the multiplier of the rate of parameter 0"));
-    let read = ConstantCertificate::from_json(&slow(2.5, 0.5).to_string()).unwrap();
-    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
+    let read = Certificate::from_json(&slow(2.5, 0.5).to_string()).unwrap();
+    assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
 /// The same with a second filter, of another pole, whose states have a small part of X and its channels one of S.
 fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
     let mut file = first_order(gamma);
-    file["filters"] = [1.0, 4.0]
+    claim(&mut file)["filters"] = [1.0, 4.0]
         .iter()
         .zip(rates)
         .map(|(pole, rate)| json!({"parameter": 0, "pole": pole, "rate": rate}))
@@ -110,9 +112,9 @@ fn two_filters(gamma: f64, rates: [f64; 2]) -> Value {
         (0..n).map(|i| (0..n).map(|j| if i == j { values[i] } else { 0.0 }).collect::<Vec<_>>()).collect()
     };
     let moving = rates.iter().filter(|rate| **rate > 0.0).count();
-    file["X"] = diagonal(&[1.0, 0.05, 1e-4, 0.05, 1e-4]);
-    file["S"] = diagonal(&[&[0.5, 0.02, 1e-4][..], &[0.05, 1e-3][..moving]].concat());
-    file["T"] = diagonal(&vec![0.0; 3 + moving]);
+    claim(&mut file)["X"] = diagonal(&[1.0, 0.05, 1e-4, 0.05, 1e-4]);
+    claim(&mut file)["S"] = diagonal(&[&[0.5, 0.02, 1e-4][..], &[0.05, 1e-3][..moving]].concat());
+    claim(&mut file)["T"] = diagonal(&vec![0.0; 3 + moving]);
     file
 }
 
@@ -130,18 +132,19 @@ fn a_parameter_may_have_two_filters_of_one_rate() {
             "{refused}"
         );
     }
-    let read = ConstantCertificate::from_json(&two_filters(2.5, [0.5, 0.5]).to_string()).unwrap();
-    assert_eq!(ConstantCertificate::from_json(&read.to_json().unwrap()).unwrap(), read);
+    let read = Certificate::from_json(&two_filters(2.5, [0.5, 0.5]).to_string()).unwrap();
+    assert_eq!(Certificate::from_json(&read.to_json().unwrap()).unwrap(), read);
 }
 
 /// That of Squid's default design, as large as they are.
 #[test]
 fn the_golden_certificate_is_proved() {
     let path = format!("{}/../../tests/certificates/constant_squid.json", env!("CARGO_MANIFEST_DIR"));
-    let mut golden = ConstantCertificate::from_json(&std::fs::read_to_string(path).unwrap()).unwrap();
-    let theorem = golden.prove().unwrap();
+    let mut golden = Certificate::from_json(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let theorem = golden.prove().unwrap().constant.unwrap();
     assert_eq!((theorem.varying, theorem.constant, theorem.scheduled, theorem.errors), (2, 13, 1, 3));
-    golden.gamma *= 0.8;
+    let [Claim::Constant(claim)] = golden.claims.as_mut_slice() else { panic!("one claim") };
+    claim.gamma *= 0.8;
     assert!(golden.prove().is_err());
 }
 
@@ -159,7 +162,7 @@ fn is_true(file: &Value) -> bool {
         closed(["Ct", "Dtt", "Dt1"], "Dt2"),
         closed(["C1", "D1t", "D11"], "D12"),
     );
-    let error = file["errors"].as_array().unwrap().iter().map(|ball| {
+    let error = file["errors"].as_array().into_iter().flatten().map(|ball| {
         let at = |key: &str| ball[key][0][0].as_f64().unwrap();
         // E (F x + Fu u) with u in terms of x, wt, w.
         let y = [p("C2"), p("D2t"), p("D21")];
@@ -174,7 +177,7 @@ fn is_true(file: &Value) -> bool {
         let (c, d) = (z[0] + z[1] * f * t[0], z[2] + z[1] * f * t[2]);
         // |c b/(j omega - a) + d| is largest at 0 or at infinity.
         let gain = f64::max((d - c * b / a).abs(), d.abs());
-        f.is_finite() && a < 0.0 && gain <= n("/gamma") * (1.0 + 1e-12)
+        f.is_finite() && a < 0.0 && gain <= n("/claims/0/constant/gamma") * (1.0 + 1e-12)
     })
 }
 
@@ -228,23 +231,31 @@ fn each_condition_is_named() {
         let found = refusal(change);
         assert!(found.contains(words), "{found}");
     };
-    names("L is not shown to be positive definite", &|f| f["L"][0][0] = json!(-1.0));
+    names("L is not shown to be positive definite", &|f| claim(f)["L"][0][0] = json!(-1.0));
     names("A'L + LA is not shown to be negative", &|f| f["plant"]["A"][0][0] = json!(1.0));
-    names("the multiplier of parameter 0", &|f| f["S"][1][1] = json!(-0.1));
-    names("X is not symmetric", &|f| f["X"][0][1] = json!(0.1));
-    names("T is not skew", &|f| f["T"][0][0] = json!(0.1));
-    names("the pole of a filter is -1e0", &|f| f["filters"][0]["pole"] = json!(-1.0));
-    names("lambda is 0e0", &|f| f["errors"][0]["lambda"] = json!(0.0));
-    names("gamma is -2e0", &|f| f["gamma"] = json!(-2.0));
-    names("filters[0].parameter: found 1", &|f| f["filters"][0]["parameter"] = json!(1));
-    names("filters[0].Y: unknown key", &|f| f["filters"][0]["Y"] = json!([[1.0]]));
+    names("the multiplier of parameter 0", &|f| claim(f)["S"][1][1] = json!(-0.1));
+    names("X is not symmetric", &|f| claim(f)["X"][0][1] = json!(0.1));
+    names("T is not skew", &|f| claim(f)["T"][0][0] = json!(0.1));
+    names("the pole of a filter is -1e0", &|f| claim(f)["filters"][0]["pole"] = json!(-1.0));
+    names("lambda is 0e0", &|f| claim(f)["lambdas"][0] = json!(0.0));
+    names("gamma is -2e0", &|f| claim(f)["gamma"] = json!(-2.0));
+    names("filters[0].parameter: found 1", &|f| claim(f)["filters"][0]["parameter"] = json!(1));
+    names("claims[0].constant.filters[0].Y: unknown field `Y`", &|f| {
+        claim(f)["filters"][0]["Y"] = json!([[1.0]])
+    });
     names("errors[0].E: found 2 rows", &|f| f["errors"][0]["E"] = json!([[1.0], [1.0]]));
     names("errors[0].F: row 0 has 2 numbers", &|f| f["errors"][0]["F"] = json!([[1.0, 1.0]]));
-    names("X: found 1 rows, must have 3", &|f| f["X"] = json!([[1.0]]));
-    names("S: found 1 rows, must have 2", &|f| f["S"] = json!([[1.0]]));
-    names("L: found 0 rows", &|f| f["L"] = json!([]));
-    names("plant.D22", &|f| f["plant"]["D22"] = json!([[1.0]]));
-    names("filters: found the number 1", &|f| f["filters"] = json!(1.0));
-    names("poles: unknown key", &|f| f["poles"] = json!(1.0));
-    names("format: found the string \"lpv-certificate/1\"", &|f| f["format"] = json!("lpv-certificate/1"));
+    names("X: found 1 rows, must have 3", &|f| claim(f)["X"] = json!([[1.0]]));
+    names("S: found 1 rows, must have 2", &|f| claim(f)["S"] = json!([[1.0]]));
+    names("L: found 0 rows", &|f| claim(f)["L"] = json!([]));
+    names("lambdas: has 2 entries, must have 1 (model errors)", &|f| claim(f)["lambdas"] = json!([1.0, 1.0]));
+    names("is of plants without a direct path", &|f| f["plant"]["D22"] = json!([[1.0]]));
+    names("filters: invalid type: floating point `1.0`, expected a list", &|f| {
+        claim(f)["filters"] = json!(1.0)
+    });
+    names("claims[0].constant.poles: unknown field `poles`", &|f| claim(f)["poles"] = json!(1.0));
+    let other = integrator(1.25)["claims"][0].clone();
+    names("claims[0].constant: is a claim that stands alone", &|f| {
+        f["claims"].as_array_mut().unwrap().push(other.clone());
+    });
 }

@@ -1,6 +1,6 @@
 //! Loops in discrete time: at and beside limits by hand, against the norm on the unit circle, and what is refused.
 
-use crate::common::{integrator, prove, scheduled};
+use crate::common::{add_model_error, claim, integrator, prove, scheduled};
 use certificate::Certificate;
 use nalgebra::{Complex, dmatrix};
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ fn lagged(k: f64, x: f64, gamma: f64) -> Value {
     let mut c = integrator(gamma);
     c["discrete"] = json!(true);
     c["controller"]["Duy"] = json!([[k]]);
-    c["X"] = json!([[x]]);
+    claim(&mut c, "gain")["X"] = json!([[x]]);
     c
 }
 
@@ -23,8 +23,8 @@ fn the_bound_is_strict_to_the_last_bit_and_time_matters() {
     assert_eq!(
         prove(&lagged(0.5, 1.0, 2.0_f64.next_up())).unwrap(),
         "The closed loop of 1 state in discrete time is exponentially stable and its l2 gain from w to z is below \
-         2.0000000000000004. Nothing is proved of a plant that differs from the one in the certificate: it has no \
-         section `residual`."
+         2.0000000000000004. Nothing is proved of a plant that differs from the one in the certificate: it \
+         covers no model error."
     );
     let refusal = prove(&lagged(0.5, 1.0, 2.0)).unwrap_err();
     assert!(refusal.contains("exactly 0"), "{refusal}");
@@ -49,7 +49,7 @@ fn one_parameter() {
         c["plant"]["A"] = json!([[1.25]]);
         c["plant"]["Bt"] = json!([[0.25]]);
         c["controller"]["Dut"] = json!([[0.0]]);
-        c["S"] = json!([[0.375, 0.0], [0.0, 1e-9]]);
+        claim(&mut c, "gain")["S"] = json!([[0.375, 0.0], [0.0, 1e-9]]);
         prove(&c)
     };
     let claim = with(2.5).unwrap();
@@ -66,10 +66,13 @@ fn other_sections_are_refused_and_the_time_is_kept() {
     assert!(certificate.discrete);
     assert_eq!(Certificate::from_json(&certificate.to_json().unwrap()).unwrap(), certificate);
     let mut with = plain;
-    with["residual"] = json!({"E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 1.0, "gamma": 3.0, "X": [[1.0]],
-        "S": [], "T": []});
+    add_model_error(
+        &mut with,
+        json!({"E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 1.0, "gamma": 3.0, "X": [[1.0]],
+        "S": [], "T": []}),
+    );
     let refusal = prove(&with).unwrap_err();
-    assert!(refusal.contains("residual: is of a loop in continuous time"), "{refusal}");
+    assert!(refusal.contains("claims[1].gain: is of a loop in continuous time"), "{refusal}");
 }
 
 proptest! {
@@ -87,7 +90,7 @@ proptest! {
             "C1": [[1.0, -0.3]], "C2": [[1.0, 0.0]], "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]], "D11": [[0.1]],
             "D12": [[0.0]], "D2t": [[]], "D21": [[0.0]]
         });
-        c["X"] = json!([[x.0, x.1], [x.1, x.2]]);
+        claim(&mut c, "gain")["X"] = json!([[x.0, x.1], [x.1, x.2]]);
         if prove(&c).is_ok() {
             let a = dmatrix![f[0], f[1]; f[2], f[3]].map(|v| Complex::new(v, 0.0));
             let b = dmatrix![1.0; 0.5].map(|v| Complex::new(v, 0.0));

@@ -1,10 +1,10 @@
 //! The claims for w of bounded energy, on a loop that can be checked by hand.
 
-use crate::common::prove;
+use crate::common::{add, claim, prove};
 use serde_json::{Value, json};
 
-/// `x' = a x + u + w`, `z = y = x`, `u = -y`, `|u| <= 1`, with one claim.
-fn saturated(a: f64, claim: Value) -> Value {
+/// `x' = a x + u + w`, `z = y = x`, `u = -y`, `|u| <= 1`, with one bound.
+fn saturated(a: f64, bound: Value) -> Value {
     let mut c = json!({
         "format": "lpv-certificate/1", "blocks": [], "controller_blocks": [],
         "plant": {
@@ -14,10 +14,9 @@ fn saturated(a: f64, claim: Value) -> Value {
         "controller": {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[-1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
-        "gamma": 1.25, "X": [[1.0]], "S": [], "T": [],
-        "energy": {"limits": [1.0], "E": []}
+        "claims": [{"gain": {"gamma": 1.25, "X": [[1.0]], "S": [], "T": []}}]
     });
-    c["energy"]["claims"] = json!([claim]);
+    add(&mut c, "energy", json!({"limits": [1.0], "E": [], "bounds": [bound]}));
     c
 }
 
@@ -34,7 +33,7 @@ fn integrator() -> Value {
 }
 
 fn with(mut c: Value, key: &str, value: Value) -> Value {
-    c["energy"]["claims"][0][key] = value;
+    claim(&mut c, "energy")["bounds"][0][key] = value;
     c
 }
 
@@ -49,7 +48,7 @@ fn a_loop_by_hand() {
         "{theorem}"
     );
     // Up to their bounds, and no further.
-    let (inequality, limit) = ("the matrix of the inequality", "[X h'; h limit^2/(gamma beta)] of command 0");
+    let (inequality, limit) = ("the matrix of the inequality", "[X h'; h limit^2/(gamma beta)] of limit 0");
     for (key, true_, false_, refusal) in [
         ("beta", json!(2.366), json!(2.367), limit),
         ("H", json!([[-0.6509]]), json!([[-0.651]]), limit),
@@ -62,12 +61,12 @@ fn a_loop_by_hand() {
         assert!(prove(&with(integrator(), key, true_.clone())).is_ok(), "{key} {true_}");
         let found = prove(&with(integrator(), key, false_.clone())).unwrap_err();
         assert!(
-            found.contains(refusal) && found.starts_with("claim 0 of bounded energy is not proved"),
+            found.contains(refusal) && found.starts_with("bound 0 of bounded energy is not proved"),
             "{key} {false_}: {found}"
         );
     }
     let mut limits = integrator();
-    limits["energy"]["limits"] = json!([0.99]);
+    claim(&mut limits, "energy")["limits"] = json!([0.99]);
     assert!(prove(&limits).unwrap_err().contains(limit));
 }
 
@@ -82,14 +81,14 @@ fn a_claim_about_every_w() {
     let small = json!({
         "gamma": 1.0, "beta": 0.5, "X": [[1.4]], "S": [], "T": [], "U": [2.0], "H": [[-0.8]]
     });
-    stable["energy"]["claims"] = json!([small, every]);
+    claim(&mut stable, "energy")["bounds"] = json!([small, every]);
     let theorem = prove(&stable).unwrap();
     assert!(
         theorem.contains("below 1 for every w of an energy of at most 0.5, below 2 for every w, and"),
         "{theorem}"
     );
-    stable["energy"]["claims"][1]["U"] = json!([0.1]);
-    assert!(prove(&stable).unwrap_err().starts_with("claim 1 of bounded energy is not proved"));
+    claim(&mut stable, "energy")["bounds"][1]["U"] = json!([0.1]);
+    assert!(prove(&stable).unwrap_err().starts_with("bound 1 of bounded energy is not proved"));
     for u in [0.1, 0.5, 1.0, 2.0, 10.0] {
         let found = prove(&with(saturated(0.0, every.clone()), "U", json!([u]))).unwrap_err();
         assert!(found.contains("the matrix of the inequality is not negative definite"), "{found}");
@@ -99,14 +98,18 @@ fn a_claim_about_every_w() {
 #[test]
 fn bad_input_is_named_in_one_sentence() {
     for (key, value, message) in [
-        ("beta", json!(0.0), "claim 0 of bounded energy is not proved: beta is 0e0, must be above 0"),
-        ("gamma", json!(-2.0), "claim 0 of bounded energy is not proved: gamma is -2e0, must be above 0"),
-        ("X", json!([[-2.0]]), "claim 0 of bounded energy is not proved: X is not positive definite"),
-        ("U", json!([-2.0]), "claim 0 of bounded energy is not proved: S is not positive definite"),
-        ("U", json!([]), "energy.claims[0].U: has 0 entries, must have 1 (controls u)"),
-        ("H", json!([[1.0, 2.0]]), "energy.claims[0].H: row 0 has 2 numbers, must have 1 (states of plant"),
-        ("S", json!([[1.0]]), "energy.claims[0].S: found 1 rows, must have 0 (channels"),
-        ("size", json!(1), "energy.claims[0].size: unknown key"),
+        ("beta", json!(0.0), "bound 0 of bounded energy is not proved: beta is 0e0, must be above 0"),
+        ("gamma", json!(-2.0), "bound 0 of bounded energy is not proved: gamma is -2e0, must be above 0"),
+        ("X", json!([[-2.0]]), "bound 0 of bounded energy is not proved: X is not positive definite"),
+        ("U", json!([-2.0]), "bound 0 of bounded energy is not proved: S is not positive definite"),
+        ("U", json!([]), "claims[1].energy.bounds[0].U: has 0 entries, must have 1 (controls u)"),
+        (
+            "H",
+            json!([[1.0, 2.0]]),
+            "claims[1].energy.bounds[0].H: row 0 has 2 numbers, must have 1 (states of plant",
+        ),
+        ("S", json!([[1.0]]), "claims[1].energy.bounds[0].S: found 1 rows, must have 0 (channels"),
+        ("size", json!(1), "claims[1].energy.bounds[0].size: unknown field `size`, expected one of"),
     ] {
         let found = prove(&with(integrator(), key, value)).unwrap_err();
         assert!(found.starts_with(message) && !found.contains('\n'), "{found}");
@@ -115,27 +118,29 @@ fn bad_input_is_named_in_one_sentence() {
         (
             "limits",
             json!([-1.0]),
-            "claim 0 of bounded energy is not proved: a limit is -1e0, must be above 0",
+            "bound 0 of bounded energy is not proved: a limit is -1e0, must be above 0",
         ),
-        ("limits", json!([1.0, 1.0]), "energy.limits: has 2 entries, must have 1 (controls u)"),
-        ("E", json!([[1.0]]), "energy.E: found 1 rows, must have 0 (controller's states)"),
-        ("claims", json!([]), "energy.claims: has no entries, must have at least one (claims)"),
+        ("limits", json!([1.0, 1.0]), "claims[1].energy.limits: has 2 entries, must have 1 (controls u)"),
+        ("E", json!([[1.0]]), "claims[1].energy.E: found 1 rows, must have 0 (controller's states)"),
+        ("bounds", json!([]), "claims[1].energy.bounds: has no entries, must have at least one (bounds)"),
         (
-            "claims",
-            json!(vec![integrator()["energy"]["claims"][0].clone(); 101]),
-            "energy.claims: has 101 entries, must have at most 100",
+            "bounds",
+            json!(vec![claim(&mut integrator(), "energy")["bounds"][0].clone(); 101]),
+            "claims[1].energy.bounds: has 101 entries, must have at most 100",
         ),
-        ("claims", json!(1), "energy.claims: found the number 1, allowed is a list of claims"),
+        ("bounds", json!(1), "claims[1].energy.bounds: invalid type: integer `1`, expected a list"),
     ] {
         let mut wrong = integrator();
-        wrong["energy"][key] = value;
+        claim(&mut wrong, "energy")[key] = value;
         let found = prove(&wrong).unwrap_err();
         assert!(found.starts_with(message) && !found.contains('\n'), "{found}");
     }
     let mut direct = integrator();
     direct["plant"]["D22"] = json!([[0.5]]);
     assert!(
-        prove(&direct).unwrap_err().starts_with("energy: is of plants without a direct path from u to y")
+        prove(&direct)
+            .unwrap_err()
+            .starts_with("claims[1].energy: is of plants without a direct path from u to y")
     );
 }
 
@@ -144,9 +149,11 @@ fn bad_input_is_named_in_one_sentence() {
 fn of_continuous_time_alone() {
     let mut discrete = integrator();
     discrete["discrete"] = json!(true);
-    assert!(prove(&discrete).unwrap_err().starts_with("energy: is of a loop in continuous time"));
+    assert!(prove(&discrete).unwrap_err().starts_with("claims[1].energy: is of a loop in continuous time"));
     discrete["discrete"] = json!("yes");
     assert!(
-        prove(&discrete).unwrap_err().starts_with("discrete: found the string \"yes\", allowed is true or")
+        prove(&discrete)
+            .unwrap_err()
+            .starts_with("discrete: invalid type: string \"yes\", expected a boolean")
     );
 }

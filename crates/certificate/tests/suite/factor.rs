@@ -1,14 +1,15 @@
 //! A Lyapunov matrix given as `X = V'V`.
 
-use crate::common::{golden, integrator, prove};
-use certificate::{AnyRate, Certificate, Rows};
+use crate::common::{claim, gain, golden, integrator, prove};
+use certificate::{Certificate, Rows};
 use serde_json::{Value, json};
 
 /// The integrator with V in place of X.
 fn by_factor(gamma: f64, v: &Value) -> Value {
     let mut file = integrator(gamma);
-    file.as_object_mut().unwrap().remove("X");
-    file["V"] = v.clone();
+    let gain = claim(&mut file, "gain");
+    gain.as_object_mut().unwrap().remove("X");
+    gain["V"] = v.clone();
     file
 }
 
@@ -40,14 +41,14 @@ fn its_square_is_not_rounded() {
 #[test]
 fn a_file_has_one_of_both_and_of_the_right_size() {
     let mut both = integrator(1.01);
-    both["V"] = json!([[1.0]]);
-    assert!(prove(&both).unwrap_err().starts_with("X: "));
+    claim(&mut both, "gain")["V"] = json!([[1.0]]);
+    assert!(prove(&both).unwrap_err().contains("found X beside V"));
     for wrong in [json!([]), json!([[1.0, 0.0], [0.0, 1.0]]), json!([[1.0, 2.0]]), json!([["1"]]), json!(1.0)]
     {
         assert!(prove(&by_factor(1.01, &wrong)).is_err(), "{wrong}");
     }
     let mut none = by_factor(1.01, &json!([[1.0]]));
-    none.as_object_mut().unwrap().remove("V");
+    claim(&mut none, "gain").as_object_mut().unwrap().remove("V");
     assert!(prove(&none).unwrap_err().contains('X'));
 }
 
@@ -68,15 +69,15 @@ fn factor(x: &Rows) -> Rows {
 fn golden_certificates_prove_by_a_factor_and_read_back() {
     for name in ["hs04", "lpv03"] {
         let given = golden(name);
-        let claim = given.any_rate.clone().unwrap();
-        let by_factor = AnyRate { v: factor(&claim.x), x: vec![], ..claim };
-        let changed = Certificate { any_rate: Some(by_factor), ..given.clone() };
+        let mut changed = given.clone();
+        let claim = gain(&mut changed);
+        claim.v = claim.x.take().as_ref().map(factor);
         assert_eq!(changed.prove().unwrap().gamma, given.prove().unwrap().gamma);
         let text = changed.to_json().unwrap();
         assert_eq!(Certificate::from_json(&text).unwrap(), changed);
         // An entry of V that is another is another X.
         let mut tampered = changed.clone();
-        tampered.any_rate.as_mut().unwrap().v[0][1] += 1e3;
+        gain(&mut tampered).v.as_mut().unwrap()[0][1] += 1e3;
         assert!(tampered.prove().is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! The claims of a certificate checked by another route, in floating point: the loop frozen at many Theta and Delta,
 //! closed after the parameters and not before; and the printed inequality, block by block, by eigenvalues.
 
-use certificate::{Certificate, Rows};
+use certificate::{Certificate, Gain, Rows};
 use nalgebra::{Complex, DMatrix, Schur};
 
 type Mat = DMatrix<f64>;
@@ -16,16 +16,20 @@ pub struct Claimed<'a> {
 }
 
 pub fn claims(c: &Certificate) -> Vec<Claimed<'_>> {
-    let nominal =
-        c.any_rate.as_ref().map(|a| Claimed { gamma: a.gamma, x: &a.x, s: &a.s, t: &a.t, delta: None });
-    let robust = c.residual.as_ref().map(|r| Claimed {
-        gamma: r.gamma,
-        x: &r.x,
-        s: &r.s,
-        t: &r.t,
-        delta: Some((r.lambda, [&r.e, &r.f, &r.fw, &r.fu])),
-    });
-    nominal.into_iter().chain(robust).collect()
+    let claimed = |gain: &'_ Gain| {
+        gain.lambda.map(|lambda| (lambda, [&c.errors[0].e, &c.errors[0].f, &c.errors[0].fw, &c.errors[0].fu]))
+    };
+    [c.gain(), c.robust_gain()]
+        .into_iter()
+        .flatten()
+        .map(|gain| Claimed {
+            gamma: gain.gamma,
+            x: gain.x.as_ref().unwrap(),
+            s: &gain.s,
+            t: &gain.t,
+            delta: claimed(gain),
+        })
+        .collect()
 }
 
 fn mat(rows: &Rows, cols: usize) -> Mat {

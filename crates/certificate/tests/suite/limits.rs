@@ -1,6 +1,6 @@
 //! The claim with limits, on a loop that can be checked by hand, and by another route on that of Squid.
 
-use crate::common::prove;
+use crate::common::{add, add_model_error, claim, prove, remove};
 use certificate::Certificate;
 use serde_json::{Value, json};
 
@@ -17,12 +17,15 @@ fn saturated(a: f64, limits: Value) -> Value {
         "controller": {
             "A": [], "By": [], "Bt": [], "Cu": [[]], "Duy": [[1.0]], "Dut": [[]], "Ct": [], "Dty": [], "Dtt": []
         },
-        "gamma": 1.25, "X": [[1.0]], "S": [], "T": [],
-        "residual": {
-            "E": zero, "F": zero, "Fu": zero, "lambda": 1.0, "gamma": 1.25, "X": [[1.0]], "S": [], "T": []
-        }
+        "claims": [{"gain": {"gamma": 1.25, "X": [[1.0]], "S": [], "T": []}}]
     });
-    c["limits"] = limits;
+    add_model_error(
+        &mut c,
+        json!({
+            "E": zero, "F": zero, "Fu": zero, "lambda": 1.0, "gamma": 1.25, "X": [[1.0]], "S": [], "T": []
+        }),
+    );
+    add(&mut c, "limits", limits);
     c
 }
 
@@ -39,7 +42,7 @@ fn integrator() -> Value {
 }
 
 fn with(mut c: Value, key: &str, value: Value) -> Value {
-    c["limits"][key] = value;
+    claim(&mut c, "limits")[key] = value;
     c
 }
 
@@ -109,7 +112,7 @@ fn a_rate_by_hand() {
     };
     let theorem = prove(&by_rate("rates", json!([0]))).unwrap();
     assert!(
-        theorem.contains("limits in the file and the rate of 1 state of the plant limited, the part"),
+        theorem.contains("limits in the file and the rate of 1 state of the plant limited, anti-windup"),
         "{theorem}"
     );
     for (key, value, refusal) in [
@@ -118,24 +121,28 @@ fn a_rate_by_hand() {
         ("limits", json!([1.0, 0.89]), "[X h'; h limit^2/(4 beta)] of limit 1"),
         ("limits", json!([1.0, -1.0]), "a limit is -1e0, must be above 0"),
         ("u_held", json!([0.0, 2.0]), "the matrix of the inequality is not negative definite"),
-        ("rates", json!([]), "limits.H: found 2 rows, must have 1 (controls u and rates)"),
+        ("rates", json!([]), "claims[2].limits.H: found 2 rows, must have 1 (controls u and rates)"),
         (
             "rates",
             json!([1]),
-            "limits.rates[0]: found 1, allowed is a state of the plant that the loop moves",
+            "claims[2].limits.rates[0]: found 1, allowed is a state of the plant that the loop moves",
         ),
         (
             "rates",
             json!([0, 0]),
-            "limits.rates[1]: found 0, allowed is a state of the plant that the loop moves",
+            "claims[2].limits.rates[1]: found 0, allowed is a state of the plant that the loop moves",
         ),
-        ("rates", json!([0.5]), "limits.rates[0]: found"),
+        (
+            "rates",
+            json!([0.5]),
+            "claims[2].limits.rates[0]: invalid type: floating point `0.5`, expected a whole number from 0",
+        ),
     ] {
         let found = prove(&by_rate(key, value.clone())).unwrap_err();
         assert!(found.contains(refusal), "{key} {value}: {found}");
     }
     let mut moved = by_rate("rates", json!([0]));
-    moved["residual"]["E"] = json!([[0.1]]);
+    moved["errors"][0]["E"] = json!([[0.1]]);
     let found = prove(&moved).unwrap_err();
     assert!(
         found.ends_with("a state of the plant that the loop moves and Delta does not, each once"),
@@ -147,44 +154,58 @@ fn a_rate_by_hand() {
 fn bad_input_is_named_in_one_sentence() {
     for (key, value, message) in [
         ("limits", json!([-1.0]), "the claim with limits is not proved: a limit is -1e0, must be above 0"),
-        ("limits", json!([1.0, 1.0]), "limits.limits: has 2 entries, must have 1 (controls u and rates)"),
+        (
+            "limits",
+            json!([1.0, 1.0]),
+            "claims[2].limits.limits: has 2 entries, must have 1 (controls u and rates)",
+        ),
         ("beta", json!(0.0), "the claim with limits is not proved: beta is 0e0, must be above 0"),
         ("size", json!(-0.4), "the claim with limits is not proved: size is -4e-1, must be above 0"),
         ("decay", json!(0.0), "the claim with limits is not proved: decay is 0e0, must be above 0"),
         ("lambda", json!(-1.0), "the claim with limits is not proved: lambda is -1e0, must be above 0"),
         ("X", json!([[-5.0]]), "the claim with limits is not proved: X is not positive definite"),
         ("U", json!([-2.0]), "the claim with limits is not proved: S is not positive definite"),
-        ("U", json!([]), "limits.U: has 0 entries, must have 1 (controls u and rates)"),
+        ("U", json!([]), "claims[2].limits.U: has 0 entries, must have 1 (controls u and rates)"),
         (
             "H",
             json!([[1.0, 2.0]]),
-            "limits.H: row 0 has 2 numbers, must have 1 (states of the loop with limits)",
+            "claims[2].limits.H: row 0 has 2 numbers, must have 1 (states of the loop with limits)",
         ),
-        ("input", json!(1), "limits.input: found 1, must be below 1, the number of inputs w"),
-        ("more", json!(1), "limits.more: unknown key"),
+        ("input", json!(1), "claims[2].limits.input: found 1, must be below 1, the number of inputs w"),
+        ("more", json!(1), "claims[2].limits.more: unknown field `more`"),
     ] {
         let found = prove(&with(integrator(), key, value)).unwrap_err();
         assert!(found.starts_with(message) && !found.contains('\n'), "{found}");
     }
     let mut alone = integrator();
-    alone.as_object_mut().unwrap().remove("residual");
-    assert_eq!(prove(&alone).unwrap_err(), "limits: needs the section residual, which has E, F and Fu");
+    alone.as_object_mut().unwrap().remove("errors");
+    for path in ["claims[1].gain", "claims[0].limits"] {
+        assert_eq!(
+            prove(&alone).unwrap_err(),
+            format!(
+                "{path}: needs one model error in `errors`, and the claim `gain` with lambda, which covers it"
+            )
+        );
+        remove(&mut alone, "gain");
+    }
     let mut direct = integrator();
     direct["plant"]["D22"] = json!([[0.5]]);
     assert!(
-        prove(&direct).unwrap_err().starts_with("limits: is of plants without a direct path from u to y")
+        prove(&direct)
+            .unwrap_err()
+            .starts_with("claims[2].limits: is of plants without a direct path from u to y")
     );
 }
 
-/// Without the section nothing is claimed of limits; with another format nothing is read.
+/// Without the claim nothing is said of limits.
 #[test]
-fn without_the_section_the_rest_stands() {
+fn without_the_claim_the_rest_stands() {
     let mut without = integrator();
-    without.as_object_mut().unwrap().remove("limits");
+    remove(&mut without, "limits");
     assert!(!prove(&without).unwrap().contains("limits"));
     let mut discrete = integrator();
     discrete["discrete"] = json!(true);
-    assert!(prove(&discrete).unwrap_err().starts_with("residual: is of a loop in continuous time"));
+    assert!(prove(&discrete).unwrap_err().starts_with("claims[1].gain: is of a loop in continuous time"));
 }
 
 /// The integrator, whose reference passes a filter `x_f' = -x_f + r` before it is y, with so much of it beside.
@@ -195,12 +216,12 @@ fn filtered(direct: f64, of_filter: f64) -> Value {
         "C1": [[1.0, 0.0]], "C2": [[-1.0, of_filter]], "Dtt": [], "Dt1": [], "Dt2": [], "D1t": [[]],
         "D11": [[0.0]], "D12": [[0.0]], "D2t": [[]], "D21": [[direct]]
     });
-    c["X"] = json!([[1.0, 0.0], [0.0, 1.0]]);
-    c["gamma"] = json!(10.0);
-    c["residual"]["E"] = json!([[0.0], [0.0]]);
-    c["residual"]["F"] = json!([[0.0, 0.0]]);
-    c["residual"]["X"] = c["X"].clone();
-    c["residual"]["gamma"] = json!(10.0);
+    c["errors"][0]["E"] = json!([[0.0], [0.0]]);
+    c["errors"][0]["F"] = json!([[0.0, 0.0]]);
+    for gain in 0..2 {
+        c["claims"][gain]["gain"]["X"] = json!([[1.0, 0.0], [0.0, 1.0]]);
+        c["claims"][gain]["gain"]["gamma"] = json!(10.0);
+    }
     c
 }
 
@@ -212,11 +233,12 @@ fn a_step_that_a_filter_takes_away_is_refused() {
     for (direct, size) in [(0.0, 1e9), (1e-9, 0.4e9), (2.0, 0.2)] {
         let mut crafted = with(filtered(direct, 0.5), "size", json!(size));
         for key in ["x_held", "u_held"] {
-            crafted["limits"][key][0] = json!(direct * crafted["limits"][key][0].as_f64().unwrap());
+            let held = &mut claim(&mut crafted, "limits")[key][0];
+            *held = json!(direct * held.as_f64().unwrap());
         }
         let found = prove(&crafted).unwrap_err();
         assert!(
-            found.starts_with("limits.input: found 0, allowed is an input w whose step is a jump"),
+            found.starts_with("claims[2].limits.input: found 0, allowed is an input w whose step is a jump"),
             "{found}"
         );
     }
@@ -240,7 +262,7 @@ fn a_step_arrives_at_one_measurement() {
     // Through the filter: to the other y, to the loop's state, to Delta.
     refused(&|c| c.plant.c2[1][1] = 0.1);
     refused(&|c| c.plant.a[0][1] = 0.1);
-    refused(&|c| c.residual.as_mut().unwrap().f[0][1] = 0.1);
+    refused(&|c| c.errors[0].f[0][1] = 0.1);
     // Through a channel from the filter to the other y.
     refused(&|c| {
         c.plant.ct = vec![vec![0.0, 1.0]];

@@ -1,18 +1,15 @@
-//! A claim of a bounded rate without one for parameters that move however fast.
+//! A claim of a bounded rate without one for parameters that vary arbitrarily fast.
 
 use crate::bounded_rate::{commutator, one_interval};
-use crate::common::{golden_text, prove};
-use certificate::{AnyRate, Certificate, Failure, ReadError, Residual};
+use crate::common::{add, add_model_error, claim, golden_text, prove, remove};
+use certificate::{Certificate, Claim, Failure, Gain};
 use serde_json::{Value, json};
 
 /// The certificate of a loop for which no constant Lyapunov matrix exists.
 pub const ALONE: &str = "oscillator_bounded_rate";
 
-/// The keys of the claim for parameters that move however fast.
-const ANY_RATE: [&str; 4] = ["gamma", "X", "S", "T"];
-
 fn alone(mut file: Value) -> Value {
-    ANY_RATE.iter().for_each(|key| drop(file.as_object_mut().unwrap().remove(*key)));
+    remove(&mut file, "gain");
     file
 }
 
@@ -41,9 +38,9 @@ fn the_smaller_of_both_bounds_holds_at_the_rate() {
     let both = one_interval(0.75, 0.5);
     assert_eq!(read(&both).gamma_at_rate(), Some(0.75));
     let mut larger = both.clone();
-    larger["bounded_rate"]["gamma"] = json!(0.8);
+    claim(&mut larger, "rate")["gamma"] = json!(0.8);
     assert_eq!(read(&larger).gamma_at_rate(), Some(0.75));
-    larger["gamma"] = json!(0.9);
+    claim(&mut larger, "gain")["gamma"] = json!(0.9);
     assert_eq!(read(&larger).gamma_at_rate(), Some(0.8));
     let theorem = read(&alone(larger));
     assert_eq!((theorem.gamma, theorem.gamma_at_rate()), (None, Some(0.8)));
@@ -53,52 +50,70 @@ fn the_smaller_of_both_bounds_holds_at_the_rate() {
 #[test]
 fn a_false_claim_beside_it_is_refused() {
     let mut file = one_interval(0.75, 0.5);
-    file["gamma"] = json!(0.6);
+    claim(&mut file, "gain")["gamma"] = json!(0.6);
     let refusal = prove(&file).unwrap_err();
     assert!(refusal.starts_with("the claim is not proved"), "{refusal}");
 }
 
 #[test]
 fn part_of_a_claim_or_none_is_refused() {
-    for key in ANY_RATE {
+    for key in ["gamma", "S", "T"] {
         let mut file = one_interval(0.75, 0.5);
-        file.as_object_mut().unwrap().remove(key);
+        claim(&mut file, "gain").as_object_mut().unwrap().remove(key);
         let refusal = prove(&file).unwrap_err();
-        assert!(refusal.starts_with(&format!("{key}: missing")), "{refusal}");
-        let mut file = alone(one_interval(0.75, 0.5));
-        file[key] = one_interval(0.75, 0.5)[key].clone();
-        assert!(prove(&file).unwrap_err().contains("missing"));
+        assert!(refusal.starts_with(&format!("claims[0].gain: missing field `{key}`")), "{refusal}");
     }
     let mut none = alone(one_interval(0.75, 0.5));
-    none.as_object_mut().unwrap().remove("bounded_rate");
-    assert!(prove(&none).unwrap_err().starts_with("gamma: missing"));
+    remove(&mut none, "rate");
+    assert!(prove(&none).unwrap_err().starts_with("claims: has no entries, must have at least one"));
     let golden = Certificate::from_json(&golden_text(ALONE)).unwrap();
-    let none = Certificate { bounded_rate: None, ..golden };
-    assert!(matches!(none.prove(), Err(Failure::Malformed(ReadError::NoClaim))));
+    let none = Certificate { claims: vec![], ..golden };
+    assert!(matches!(none.prove(), Err(Failure::Malformed { path, .. }) if path == "claims"));
     assert!(none.to_json().is_err());
     let mut discrete = alone(one_interval(0.75, 0.5));
     discrete["discrete"] = json!(true);
-    assert!(prove(&discrete).unwrap_err().starts_with("bounded_rate: is of a loop in continuous time"));
+    assert!(prove(&discrete).unwrap_err().starts_with("claims[0].rate: is of a loop in continuous time"));
 }
 
 #[test]
-fn what_is_built_on_the_claim_for_any_rate_needs_it() {
-    let mut file = alone(one_interval(0.75, 0.5));
-    file["residual"] = json!({
+fn what_rests_on_the_claim_for_any_rate_needs_it() {
+    let model_error = json!({
         "E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]], "lambda": 1.0, "gamma": 3.0, "X": [[1.0]],
         "S": [[1.0, 0.0], [0.0, 0.5]], "T": [[0.0, 0.0], [0.0, 0.0]]
     });
+    let mut file = alone(one_interval(0.75, 0.5));
+    add_model_error(&mut file, model_error.clone());
     let refusal = prove(&file).unwrap_err();
-    assert!(
-        refusal.starts_with("residual: needs the claim for parameters that move however fast"),
-        "{refusal}"
-    );
-    let golden = Certificate::from_json(&golden_text(ALONE)).unwrap();
-    let with = Certificate { residual: Some(Residual::default()), ..golden.clone() };
-    assert!(matches!(with.prove(), Err(Failure::Malformed(ReadError::NoAnyRate { field: "residual" }))));
+    assert!(refusal.starts_with("claims[1].gain: needs the claim `gain` without lambda"), "{refusal}");
+    // An error that no claim covers would look as if one did.
+    let mut file = one_interval(0.75, 0.5);
+    file["errors"] = json!([{"E": [[0.1]], "F": [[1.0]], "Fu": [[0.0]]}]);
+    assert!(prove(&file).unwrap_err().starts_with("errors: no claim covers them"));
+    // One multiplier is of one error.
+    let mut file = one_interval(0.75, 0.5);
+    add_model_error(&mut file, model_error);
+    let second = file["errors"][0].clone();
+    file["errors"].as_array_mut().unwrap().push(second);
+    assert!(prove(&file).unwrap_err().starts_with("claims[2].gain: needs one model error"));
     // An empty claim is none.
-    let with = Certificate { any_rate: Some(AnyRate::default()), ..golden };
+    let mut with = Certificate::from_json(&golden_text(ALONE)).unwrap();
+    with.claims.push(Claim::Gain(Gain::default()));
     assert!(with.prove().is_err());
+}
+
+/// Two claims of a kind could not be told apart by those who read them.
+#[test]
+fn a_claim_made_twice_is_refused() {
+    for kind in ["gain", "rate"] {
+        let mut file = one_interval(0.75, 0.5);
+        let again = claim(&mut file, kind).clone();
+        add(&mut file, kind, again);
+        let refusal = prove(&file).unwrap_err();
+        assert!(
+            refusal.starts_with(&format!("claims[2].{kind}: ")) && refusal.ends_with("is made twice"),
+            "{refusal}"
+        );
+    }
 }
 
 #[test]
@@ -107,7 +122,7 @@ fn the_golden_certificate_states_the_rate_alone() {
     let text = golden.to_json().unwrap();
     assert_eq!(Certificate::from_json(&text).unwrap(), golden);
     let file: Value = serde_json::from_str(&text).unwrap();
-    assert!(ANY_RATE.iter().all(|key| file.get(key).is_none()));
+    assert!(file["claims"].as_array().unwrap().iter().all(|claim| claim.get("gain").is_none()));
     let theorem = golden.prove().unwrap();
     assert_eq!((theorem.gamma, theorem.finished), (None, true));
 }

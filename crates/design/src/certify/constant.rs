@@ -20,10 +20,11 @@ use crate::uncertain::truncate::{Reduction, Truncated, reduced};
 use crate::uncertain::{Fidelity, over_range};
 use base::files::Files;
 use base::progress::Progress;
-use certificate::{ConstantCertificate, ConstantTheorem, Filter};
+use certificate::{Certificate, Filter};
 use lpv::controller::Controller;
 use lpv::robust::UncertainPlant;
 use lpv::robust::constant::{ConstantLoop, Filters};
+use proof::claim::text;
 use proof::constant::{certificate as certificate_of, check_balls};
 use proof::error::ProofError;
 use proof::same_plant;
@@ -59,9 +60,9 @@ pub struct Constant {
     /// The fraction of the declared half ranges for which it is proved; 1 for all.
     pub share: f64,
     /// The certificate.
-    pub certificate: ConstantCertificate,
-    /// What it proves.
-    pub theorem: ConstantTheorem,
+    pub certificate: Certificate,
+    /// The proved gain.
+    pub gamma: f64,
 }
 
 /// Proves a gain for all of the declared box, or else for a fraction of it at 1.25 times the bound `nominal`: for
@@ -91,17 +92,17 @@ pub fn constant(
             let bound =
                 uncertain_loop.bound(2.0 * nominal, TOLERANCE, most).map_err(ConstantError::NoBound)?;
             let certificate = certificate_of(&plant, controller, &uncertain_loop.filters, &bound, &balls);
-            let theorem = certificate.prove().map_err(ConstantError::NotProved)?;
-            Ok(Constant { share, certificate, theorem })
+            certificate.prove().map_err(ConstantError::NotProved)?;
+            Ok(Constant { share, certificate, gamma: bound.gamma })
         });
         let gain = match &found {
-            Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.theorem.gamma)),
+            Ok(found) => format!("a gain below {} ({seconds:.1} s)", above(found.gamma)),
             Err(Error::Constant(reason)) => reason.to_string(),
             Err(_) => String::new(),
         };
         progress.done("constant", &format!("{percent:.0} % of the declared uncertainty: {gain}"));
         match found {
-            Ok(found) => Ok(Some(found).filter(|found| found.theorem.gamma <= most)),
+            Ok(found) => Ok(Some(found).filter(|found| found.gamma <= most)),
             Err(Error::Constant(_)) => Ok(None),
             Err(other) => Err(other),
         }
@@ -138,8 +139,8 @@ fn filters(inputs: &Inputs, model: &UncertainModel, rate: Option<f64>) -> Vec<Op
 }
 
 /// The bound on the rate of the speed in a certificate, m/s^2; `None` if the rate is not bounded.
-pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64> {
-    let filter = certificate.filters.iter().find(|f| f.parameter == 0)?;
+pub fn rate_of(certificate: &Certificate, inputs: &Inputs) -> Option<f64> {
+    let filter = certificate.constant()?.filters.iter().find(|f| f.parameter == 0)?;
     Some(filter.rate * inputs.design.scheduling().1)
 }
 
@@ -149,7 +150,7 @@ pub fn rate_of(certificate: &ConstantCertificate, inputs: &Inputs) -> Option<f64
 ///
 /// # Errors
 /// [`ProofError::WrongPlant`] with the first part that differs; the errors of the model.
-pub fn check_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Result<f64, Error> {
+pub fn check_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<f64, Error> {
     let is_slow = rate_of(certificate, inputs).is_some();
     let (truncated, uncertain) =
         uncertain(inputs, &Model::new(&inputs.longitudinal(), &inputs.design)?, is_slow)?;
@@ -159,7 +160,7 @@ pub fn check_inputs(certificate: &ConstantCertificate, inputs: &Inputs) -> Resul
         0 => f.rate > 0.0,
         other => constant.get(other).is_some_and(Option::is_some),
     };
-    if !certificate.filters.iter().all(is_allowed) {
+    if !certificate.constant().is_some_and(|claim| claim.filters.iter().all(is_allowed)) {
         return Err(ProofError::WrongPlant { what: "which parameters are constant".to_owned() }.into());
     }
     let balls = around(inputs, &truncated.model, share, &uncertain.sized(share))?;
@@ -174,10 +175,8 @@ impl Constant {
     /// [`ProofError::Certificate`]; the errors of [`Files::save`].
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
         let path = directory.join(CERTIFICATE);
-        let wrong = |reason| ProofError::Certificate { file: path.display().to_string(), reason };
-        let text = self.certificate.to_json().map_err(wrong)?;
         let mut files = Files::default();
-        files.add(path, text);
+        files.add(path.clone(), text(&self.certificate, &path)?);
         Ok(files.save(directory)?)
     }
 }

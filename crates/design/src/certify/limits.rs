@@ -1,4 +1,4 @@
-//! The section `limits` of the certificate: the largest step of the reference of pitch or depth for which the loop,
+//! The claim `limits` of the certificate: the largest step of the reference of pitch or depth for which the loop,
 //! with saturated commands and anti-windup, stays in a region from which it returns to trim. Limits on actuator rates
 //! are limits on the rates of those states of the plant that are the lags.
 
@@ -69,7 +69,7 @@ pub fn with_limits(
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs.
 pub fn check_autopilot(design: &ControllerDesign, certificate: &Certificate) -> Result<(), ProofError> {
-    let Some(limits) = &certificate.limits else { return Ok(()) };
+    let Some(limits) = certificate.limits() else { return Ok(()) };
     let differs = |what: &str| Err(ProofError::Mismatch { what: format!("{what} of the claim with limits") });
     if design.anti_windup.as_ref() != Some(&limits.e) {
         return differs("the anti-windup");
@@ -96,7 +96,7 @@ pub fn check_vehicle(
     vehicle: &dyn VehicleModel,
     design: &DesignFile,
 ) -> Result<(), Error> {
-    let Some(limits) = &certificate.limits else { return Ok(()) };
+    let Some(limits) = certificate.limits() else { return Ok(()) };
     let actuators = vehicle.actuators();
     let wrong =
         |what: &str| Err(ProofError::WrongPlant { what: format!("{what} of the claim with limits") }.into());

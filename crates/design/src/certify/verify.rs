@@ -31,8 +31,8 @@ pub fn check_inputs(
         &augment(vehicle.actuators(), file, model.linear())?,
     )?;
     limits::check_vehicle(certificate, vehicle, file)?;
-    let held = certificate.limits.as_ref().and_then(|limits| limits.delta_rows);
-    match &certificate.residual {
+    let held = certificate.limits().and_then(|limits| limits.delta_rows);
+    match certificate.model_error() {
         Some(ball) => Ok(fit_residual(vehicle, file, model)?.check(ball, held)?),
         None => Ok(()),
     }
@@ -40,16 +40,16 @@ pub fn check_inputs(
 
 /// Checks that a certificate belongs to a frozen controller: the same numbers to the bit, the same bound, and
 /// everything that the mark `certified` implies. A design is marked only with a bound that covers the residual of the
-/// fit ([`crate::certify::certify`]), so a marked design must have the section `residual`.
+/// fit ([`crate::certify::certify`]), so the certificate of a marked design must cover a model error.
 ///
 /// # Errors
 /// [`ProofError::Mismatch`] with the first part that differs; [`CertifyError::NoResidual`].
 pub fn check_design(design: &ControllerDesign, certificate: &Certificate) -> Result<(), Error> {
     same_controller(&design.lft, certificate)?;
-    if certificate.gamma().map(f64::to_bits) != Some(design.gamma.bound.to_bits()) {
+    if certificate.gain().map(|claim| claim.gamma.to_bits()) != Some(design.gamma.bound.to_bits()) {
         return Err(ProofError::Mismatch { what: "gamma".into() }.into());
     }
-    if design.gamma.certified && certificate.residual.is_none() {
+    if design.gamma.certified && certificate.model_error().is_none() {
         return Err(CertifyError::NoResidual.into());
     }
     Ok(())

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum CertifyError {
     /// A certificate claims less than the design does.
     #[error(
-        "the certificate has no section 'residual', but the design is marked as certified for the vehicle: the rest \
+        "the certificate covers no model error, but the design is marked as certified for the vehicle: the rest \
             is about the fit alone, and proves nothing about the residual between the fit and the true \
             linearisations"
     )]

@@ -17,7 +17,7 @@ use serde_json::Value;
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
 /// Compares everything but the controller's matrices and gamma, which the certificate contains, and the anti-windup,
-/// which its section `limits` contains if there is one.
+/// which its claim `limits` contains if there is one.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.

@@ -1,7 +1,7 @@
 //! The ball around the fit and the fit of the slope of the trim.
 
 use crate::designs::{Made, committed, inputs, made};
-use certificate::Residual;
+use certificate::ModelError;
 use lpv::matrix::{Mat, block, eigenvalues, from_rows, largest_singular_value, pseudo_inverse};
 use lpv::partition::Group::{U, W, X};
 use lpv::plant::GeneralisedPlant;
@@ -30,7 +30,8 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
         [("squid", made("squid")), ("remus100", made("remus100")), ("remus100 at sea", &at_sea)]
     {
         let Made { inputs, plant, design, .. } = made;
-        let ball = made.proof().certificate.residual.unwrap();
+        let certificate = made.proof().certificate;
+        let (ball, bound) = (certificate.model_error().unwrap(), certificate.robust_gain().unwrap().gamma);
         let (n, w, u) = (ball.f[0].len(), ball.fw[0].len(), ball.fu[0].len());
         let e = from_rows(&ball.e, ball.e[0].len()).unwrap();
         let seen =
@@ -49,7 +50,7 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
             farthest = farthest.max(largest_singular_value(&delta));
             let controller = frozen_controller(&design.controller, rho).unwrap();
             let gain = truth.close(&controller).frozen(&[]).unwrap().hinf_norm().value;
-            assert!(gain < ball.gamma, "{name} at {speed} m/s: {gain}");
+            assert!(gain < bound, "{name} at {speed} m/s: {gain}");
         }
         assert!((0.8..1.0).contains(&farthest), "{name}: {farthest}");
     }
@@ -62,12 +63,12 @@ fn a_ball_without_the_slope_is_refused() {
     let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
     let model = Model::new(vehicle, file).unwrap();
     let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
-    let (ball, held) = (certificate.residual.unwrap(), certificate.limits.unwrap().delta_rows);
+    let (ball, held) = (certificate.model_error().unwrap().clone(), certificate.limits().unwrap().delta_rows);
     assert_eq!(held, Some(file.states.len()));
     let missed = fit_residual(vehicle, file, &model).unwrap();
     missed.check(&ball, held).unwrap();
     assert!(missed.check(&ball, Some(2)).is_err(), "[A B] has more rows than two");
-    let refusal = |ball: &Residual| missed.check(ball, held).unwrap_err().to_string();
+    let refusal = |ball: &ModelError| missed.check(ball, held).unwrap_err().to_string();
     let mut smaller = ball.clone();
     smaller
         .fw
@@ -77,7 +78,7 @@ fn a_ball_without_the_slope_is_refused() {
         .flatten()
         .for_each(|entry| *entry *= 0.99);
     assert!(refusal(&smaller).contains("reach 1.0101 times"), "{}", refusal(&smaller));
-    let without = Residual { fw: vec![], ..ball.clone() };
+    let without = ModelError { fw: vec![], ..ball.clone() };
     assert!(refusal(&without).contains("do not form a ball"), "{}", refusal(&without));
     let mut blind = ball.clone();
     blind.fw.iter_mut().flatten().for_each(|entry| *entry = 0.0);

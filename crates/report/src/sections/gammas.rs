@@ -6,7 +6,6 @@ use crate::page::figure::Figure;
 use crate::page::key::Key;
 use crate::page::section::{Part, Table};
 use crate::subject::Subject;
-use certificate::AnyRate;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;
 use lpv::rate::{RateOptions, rate_bounded_gain_from};
@@ -76,13 +75,11 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The Lyapunov matrix of the stored certificate, if it claims a gain for an arbitrary rate of the speed.
 fn lyapunov(subject: &Subject) -> Option<Mat> {
     let text = subject.stored.certificate.as_ref().ok()?;
-    let AnyRate { x, v, .. } = parse(text, "certificate.json").ok()?.any_rate?;
-    let matrix = |rows: &[Vec<f64>]| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
-    match (x.is_empty(), v.is_empty()) {
-        (false, _) => Some(matrix(&x)),
-        (true, false) => Some(matrix(&v).transpose() * matrix(&v)),
-        (true, true) => None,
-    }
+    let certificate = parse(text, "certificate.json").ok()?;
+    let gain = certificate.gain()?;
+    let matrix = |rows: &certificate::Rows| Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+    let factor = || gain.v.as_ref().map(|v| matrix(v).transpose() * matrix(v));
+    gain.x.as_ref().map(matrix).or_else(factor)
 }
 
 /// The assumptions and their gains; the gain for a bounded acceleration (m/s^2) is given in words.

@@ -48,7 +48,7 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let step = subject.proof().as_ref().ok().and_then(|theorem| ClaimedStep::of(design, theorem)).map(|step| {
         let ClaimedStep { output, size, unit, .. } = step;
         format!(
-            "The step with commands cut off is one of the {} reference from trim, of up to {size} {unit} either \
+            "The step with saturated commands is one of the {} reference from trim, of up to {size} {unit} either \
                 way, with the reference of the speed held.",
             output
         )

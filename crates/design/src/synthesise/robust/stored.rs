@@ -73,7 +73,7 @@ impl StoredRobust {
     /// uncertain model.
     pub fn check(&self, inputs: &Inputs, model: &Model, controller: &LftMatrices) -> Result<(), Error> {
         verify::same_controller(controller, &self.certificate)?;
-        if self.certificate.gamma().map(f64::to_bits) != Some(self.figures.proved.to_bits()) {
+        if self.certificate.gain().map(|claim| claim.gamma.to_bits()) != Some(self.figures.proved.to_bits()) {
             return Err(ProofError::Mismatch { what: format!("`proved` of {FIGURES}") }.into());
         }
         let full = over_range(inputs, model, Fidelity::COARSE)?;

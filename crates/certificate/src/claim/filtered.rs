@@ -1,14 +1,34 @@
 //! The matrices that must be definite, formed exactly.
 
-use super::{ConstantCertificate, Filter};
 use crate::closed_loop::ClosedLoop;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::plant::Rows;
 use crate::shape::columns;
+use crate::system::Loop;
+use serde::{Deserialize, Serialize};
+
+/// A filter `1/(s + pole)` on the channels of a parameter that is constant or changes slowly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Filter {
+    /// The parameter, from 0.
+    pub parameter: usize,
+    /// Above 0.
+    pub pole: f64,
+    /// Bound on the rate of the parameter, 1/s; 0, or no such key in the file, where it is constant.
+    #[serde(default, skip_serializing_if = "is_constant")]
+    pub rate: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_constant(rate: &f64) -> bool {
+    *rate == 0.0
+}
 
 /// The loop with its filters, as maps from `(x, f | wt, v, w_D, w)` with the states f of the filters and v of rates.
 pub(super) struct Filtered<'a> {
-    certificate: &'a ConstantCertificate,
+    of: Loop<'a>,
     closed: &'a ClosedLoop,
     /// The number of states of the loop, of filtered channels, of channels, of columns of all Delta, of inputs.
     n: usize,
@@ -23,18 +43,18 @@ pub(super) struct Filtered<'a> {
 }
 
 impl<'a> Filtered<'a> {
-    pub(super) fn new(certificate: &'a ConstantCertificate, closed: &'a ClosedLoop) -> Self {
-        let of = |parameter: usize| {
+    pub(super) fn new(of: Loop<'a>, filters: &'a [Filter], closed: &'a ClosedLoop) -> Self {
+        let channels = |parameter: usize| {
             let own = move |c: &usize| closed.parameters[*c] == parameter;
             (0..closed.channels).filter(own)
         };
-        let filters = certificate.filters.iter().flat_map(|f| of(f.parameter).map(move |c| (f, c)));
+        let filters = filters.iter().flat_map(|f| channels(f.parameter).map(move |c| (f, c)));
         let filters: Vec<_> = filters.collect();
         Self {
-            certificate,
+            of,
             closed,
             n: closed.states,
-            k: certificate.filtered(),
+            k: filters.len(),
             r: closed.channels,
             d: closed.delta.as_ref().map_or(0, |(_, e)| e.cols),
             w: closed.inputs,
@@ -47,7 +67,7 @@ impl<'a> Filtered<'a> {
     /// one more, after all of them.
     pub(super) fn parameters(&self) -> Vec<usize> {
         let filtered = self.filters.iter().map(|(_, c)| self.closed.parameters[*c]);
-        let rates = self.moving.iter().map(|i| self.certificate.parameters() + self.filters[*i].0.parameter);
+        let rates = self.moving.iter().map(|i| self.of.parameters() + self.filters[*i].0.parameter);
         self.closed.parameters.iter().copied().chain(filtered).chain(rates).collect()
     }
 
@@ -110,20 +130,19 @@ impl<'a> Filtered<'a> {
     }
 
     /// The matrix that must be negative definite; rows (x, f | wt, v, w_D, w | z).
-    pub(super) fn main(&self) -> Matrix {
-        let c = self.certificate;
+    pub(super) fn main(&self, (x, s, t): (&Rows, &Rows, &Rows), gamma: f64, lambdas: &[f64]) -> Matrix {
         let [_, _, w_delta, w, all] = self.columns();
         let (into, from) = self.channels();
         let mut half = Matrix::zeros(all, all);
-        half.place(0, 0, &Matrix::square(&c.x).times(&self.dynamics(&into, &from)));
-        half = half.plus(&from.transpose().times(&Matrix::square(&c.t).times(&into)));
-        let s = Matrix::square(&c.s);
+        half.place(0, 0, &Matrix::square(x).times(&self.dynamics(&into, &from)));
+        half = half.plus(&from.transpose().times(&Matrix::square(t).times(&into)));
+        let s = Matrix::square(s);
         let square = |m: &Matrix| m.transpose().times(&s.times(m));
         let mut upper = half.plus(&half.transpose()).plus(&square(&into)).plus(&square(&from).negated());
         if let Some((error, _)) = &self.closed.delta {
             let (mut row, mut column) = (0, w_delta);
-            for ball in &c.errors {
-                let lambda = Dyadic::from_f64(ball.lambda);
+            for (ball, lambda) in self.of.errors.iter().zip(lambdas) {
+                let lambda = Dyadic::from_f64(*lambda);
                 let (nf, ne) = (ball.f.len(), columns(&ball.e));
                 let z = self.spread(&error.row_range(row, row + nf));
                 upper = upper.plus(&z.transpose().times(&z).scaled(&lambda));
@@ -131,7 +150,7 @@ impl<'a> Filtered<'a> {
                 (row, column) = (row + nf, column + ne);
             }
         }
-        let gamma = Dyadic::from_f64(c.gamma);
+        let gamma = Dyadic::from_f64(gamma);
         subtract(&mut upper, w, self.w, &gamma);
         let output = self.spread(&self.closed.output);
         let mut whole = Matrix::zeros(all + output.rows, all + output.rows);
@@ -143,17 +162,17 @@ impl<'a> Filtered<'a> {
     }
 
     /// `A'L + LA`.
-    pub(super) fn decay(&self) -> Matrix {
+    pub(super) fn decay(&self, lyapunov: &Rows) -> Matrix {
         let a = self.closed.state.column_range(0, self.n);
-        let product = Matrix::square(&self.certificate.lyapunov).times(&a);
+        let product = Matrix::square(lyapunov).times(&a);
         product.plus(&product.transpose())
     }
 
     /// S on the channels of a parameter, the filtered ones last, or of a rate.
-    pub(super) fn multiplier(&self, parameter: usize) -> Matrix {
+    pub(super) fn multiplier(&self, s: &Rows, parameter: usize) -> Matrix {
         let parameters = self.parameters();
         let own: Vec<usize> = (0..parameters.len()).filter(|c| parameters[*c] == parameter).collect();
-        Matrix::square(&self.certificate.s).principal(&own)
+        Matrix::square(s).principal(&own)
     }
 }
 

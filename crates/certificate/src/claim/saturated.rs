@@ -1,33 +1,36 @@
-//! The closed loop whose commands are cut off at limits, formed exactly.
+//! The closed loop with saturated commands, formed exactly.
 //!
-//! The plant gets `u - phi`, and xk' gets `E phi`. What is cut off is a share of `e = u - H x - step u_held`: `phi =
-//! (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel each.
-//! The filters of w that a step passes are left out, and with them what they make of it: the step is counted where it
-//! arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step x_held`,
-//! and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state of the
-//! plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
+//! The plant gets `u - phi`, and xk' gets `E phi`. What saturation removes is a share of `e = u - H x - step u_held`:
+//! `phi = (e + s)/2` with `s = delta e`, delta a diagonal matrix of further parameters within \[-1, 1\], a channel
+//! each. The filters of w that a step passes are left out, and with them what they make of it: the step is counted
+//! where it arrives, as a jump of one y ([`Certificate::jumping_measurement`]). Where it is held, x is taken from `step
+//! x_held`, and `decay/2` is added to A, so that the inequality of such a loop is that of a decay. The rate of a state
+//! of the plant that has a limit is one more u, whose phi moves that state the other way, and nothing else.
 
-use crate::certificate::{Certificate, Controller, Limits, Plant, Residual, Rows};
+use super::limits::Limits;
+
 use crate::closed_loop::ClosedLoop;
 use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
+use crate::plant::{Controller, ModelError, Plant, Rows};
+use crate::system::Loop;
 
-impl Certificate {
+impl Loop<'_> {
     /// The states of the plant that the loop consists of: those that controls or Delta move, also through channels and
     /// other states, and that in turn move measurements, channels or Delta. The others are filters of w, in whose place
     /// the steps act, or of z.
-    pub fn moving_states(&self) -> Vec<usize> {
-        let (p, n) = (&self.plant, self.plant.a.len());
+    pub(crate) fn moving_states(self) -> Vec<usize> {
+        let (p, n) = (self.plant, self.plant.a.len());
         let any = |row: &[f64]| row.iter().any(|entry| *entry != 0.0);
         let in_row = |m: &Rows, i: usize| m.get(i).is_some_and(|row| any(row));
         let in_column =
             |m: &Rows, j: usize| m.iter().any(|row| row.get(j).is_some_and(|entry| *entry != 0.0));
-        let none = Rows::new();
-        let (e, f) = self.residual.as_ref().map_or((&none, &none), |r| (&r.e, &r.f));
-        let mut moved: Vec<bool> = (0..n).map(|i| in_row(&p.b2, i) || in_row(e, i)).collect();
+        let by_delta = |i: usize| self.errors.iter().any(|error| in_row(&error.e, i));
+        let in_delta = |j: usize| self.errors.iter().any(|error| in_column(&error.f, j));
+        let mut moved: Vec<bool> = (0..n).map(|i| in_row(&p.b2, i) || by_delta(i)).collect();
         let mut seen: Vec<bool> =
-            (0..n).map(|j| in_column(&p.c2, j) || in_column(&p.ct, j) || in_column(f, j)).collect();
+            (0..n).map(|j| in_column(&p.c2, j) || in_column(&p.ct, j) || in_delta(j)).collect();
         let mut carries: Vec<bool> = (0..p.ct.len()).map(|k| in_row(&p.dt2, k)).collect();
         let by = |row: &[f64], moved: &[bool]| row.iter().zip(moved).any(|(entry, m)| *entry != 0.0 && *m);
         for _ in 0..n + carries.len() {
@@ -48,8 +51,8 @@ impl Certificate {
     /// the step: its states, channels and other y nothing at once, and nothing through filters, which may add to the
     /// same y. `None` where that is not so: the states that are left out would take a part of the step, or all of it,
     /// with them.
-    pub fn jumping_measurement(&self, input: usize) -> Option<usize> {
-        let (p, kept) = (&self.plant, self.moving_states());
+    pub(crate) fn jumping_measurement(self, input: usize) -> Option<usize> {
+        let (p, kept) = (self.plant, self.moving_states());
         let is_at =
             |m: &Rows, i: usize, j: usize| m.get(i).and_then(|row| row.get(j)).is_some_and(|x| *x != 0.0);
         let jumps: Vec<f64> = p.d21.iter().map(|row| row[input]).collect();
@@ -77,7 +80,7 @@ impl Certificate {
         };
         let aside = kept.iter().any(|&i| states[i])
             || (0..p.c2.len()).any(to_other)
-            || self.residual.as_ref().is_some_and(|r| r.f.iter().any(to_delta));
+            || self.errors.iter().any(|error| error.f.iter().any(to_delta));
         (one && !aside).then_some(jumping)
     }
 }
@@ -87,19 +90,19 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// As [`ClosedLoop::new`].
-    pub(crate) fn limited(c: &Certificate, limits: &Limits, error: &Residual) -> Result<Self, Failure> {
+    pub(super) fn limited(c: Loop<'_>, limits: &Limits, error: &ModelError) -> Result<Self, Failure> {
         let (kept, m) = (c.moving_states(), limits.limits.len());
         let commands = m - limits.rates.len();
         let first = |row: Vec<f64>| row.into_iter().take(limits.delta_rows.unwrap_or(usize::MAX)).collect();
         let step = |row: &Vec<f64>| (0..=m).map(|j| if j == 0 { row[limits.input] } else { 0.0 }).collect();
-        let error = Residual {
+        let error = ModelError {
             e: rows_of(&error.e, &kept).into_iter().map(first).collect(),
             f: columns_of(&error.f, &kept),
             fw: error.fw.iter().map(step).collect(),
-            ..error.clone()
+            fu: error.fu.clone(),
         };
-        let mut whole =
-            Self::new(&opened(c, &limits.e, &kept, &[limits.input], &limits.rates), Some(&error))?;
+        let (plant, controller) = &opened(c, &limits.e, &kept, &[limits.input], &limits.rates);
+        let mut whole = Self::new(Loop { plant, controller, ..c }, std::slice::from_ref(&error))?;
         let (n, at) = (whole.states, whole.states + whole.channels);
         if let Some((rows, _)) = &mut whole.delta {
             rows.add(0, at + 1, &Matrix::from_rows(&error.fu, commands).negated());
@@ -115,33 +118,34 @@ impl ClosedLoop {
         whole.delta.iter_mut().for_each(|(rows, _)| from_held(rows));
         let z = whole.output.rows - m;
         whole.output.add(z, at, &out.negated());
-        let mut cut = whole.cut_off(&limits.h);
+        let mut saturated = whole.saturated(&limits.h);
         let in_size = |rows: &mut Matrix| {
             let at = rows.cols - 1;
             rows.place(0, at, &rows.column_range(at, at + 1).scaled(&size));
         };
-        [&mut cut.state, &mut cut.channel].into_iter().for_each(in_size);
-        cut.delta.iter_mut().for_each(|(rows, _)| in_size(rows));
-        cut.output = Matrix::zeros(0, cut.state.cols);
-        cut.state.add(0, 0, &Matrix::scalar(n, &Dyadic::from_f64(limits.decay).shifted(-1)));
-        Ok(cut)
+        [&mut saturated.state, &mut saturated.channel].into_iter().for_each(in_size);
+        saturated.delta.iter_mut().for_each(|(rows, _)| in_size(rows));
+        saturated.output = Matrix::zeros(0, saturated.state.cols);
+        saturated.state.add(0, 0, &Matrix::scalar(n, &Dyadic::from_f64(limits.decay).shifted(-1)));
+        Ok(saturated)
     }
 
     /// The loop of a checked certificate with all its states, w and z.
     ///
     /// # Errors
     /// As [`ClosedLoop::new`].
-    pub(crate) fn with_energy(c: &Certificate, e: &Rows, h: &Rows) -> Result<Self, Failure> {
+    pub(super) fn with_energy(c: Loop<'_>, e: &Rows, h: &Rows) -> Result<Self, Failure> {
         let all = |count: usize| (0..count).collect::<Vec<_>>();
         let sizes = c.sizes();
-        Ok(Self::new(&opened(c, e, &all(sizes.x), &all(sizes.w), &[]), None)?.cut_off(h))
+        let (plant, controller) = &opened(c, e, &all(sizes.x), &all(sizes.w), &[]);
+        Ok(Self::new(Loop { plant, controller, ..c }, &[])?.saturated(h))
     }
 
     /// The loop of [`opened`] with a channel for each u in place of phi.
     ///
     /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0,
     /// so that through^2 = 0 and `phi = (e + s)/2` is `share (beyond + s)`, with `e = beyond + through phi`.
-    fn cut_off(self, h: &Rows) -> Self {
+    fn saturated(self, h: &Rows) -> Self {
         let (n, r, m) = (self.states, self.channels, h.len());
         let (w, z) = (self.inputs - m, self.output.rows - m);
         let u = self.output.row_range(z, z + m);
@@ -180,8 +184,8 @@ impl ClosedLoop {
 
 /// The loop with `kept` of the plant's states, the inputs `inputs` of w and phi, of which E feeds back that of
 /// commands, and u below z: the commands, and the rates of the states `rates` that have limits.
-fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> Certificate {
-    let (p, k, m) = (&c.plant, &c.controller, c.sizes().u);
+fn opened(c: Loop<'_>, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[usize]) -> (Plant, Controller) {
+    let (p, k, m) = (c.plant, c.controller, c.sizes().u);
     let n = kept.len();
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
     let unit: Rows = (0..m).map(|i| (0..m).map(|j| f64::from(u8::from(i == j))).collect()).collect();
@@ -189,7 +193,7 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
     let beside = |left: &Rows, right: &Rows| -> Rows {
         left.iter().zip(right).map(|(a, b)| a.iter().chain(b).copied().collect()).collect()
     };
-    let cut = |b1: &Rows, b2: &Rows| {
+    let with_phi = |b1: &Rows, b2: &Rows| {
         let negated = |row: &Vec<f64>| {
             row.iter().map(|entry| -entry).chain(std::iter::repeat_n(0.0, rates.len())).collect()
         };
@@ -197,7 +201,7 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
     };
     let (t, y) = (p.ct.len(), p.c2.len());
     let limited = |commands: Rows, all: &Rows| below(commands, rows_of(all, rates));
-    let direct = cut(&p.b1, &p.b2);
+    let direct = with_phi(&p.b1, &p.b2);
     let mut b1 = direct.clone();
     rates.iter().enumerate().for_each(|(j, &state)| b1[state][inputs.len() + m + j] = -1.0);
     let plant = Plant {
@@ -209,14 +213,14 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
         c1: limited(below(columns_of(&p.c1, kept), zeros(m, n)), &columns_of(&p.a, kept)),
         c2: below(columns_of(&p.c2, kept), zeros(m, n)),
         dtt: p.dtt.clone(),
-        dt1: cut(&p.dt1, &p.dt2),
+        dt1: with_phi(&p.dt1, &p.dt2),
         dt2: p.dt2.clone(),
         d1t: limited(below(p.d1t.clone(), zeros(m, t)), &p.bt),
-        d11: limited(below(cut(&p.d11, &p.d12), zeros(m, inputs.len() + m + rates.len())), &direct),
+        d11: limited(below(with_phi(&p.d11, &p.d12), zeros(m, inputs.len() + m + rates.len())), &direct),
         d12: limited(below(p.d12.clone(), unit.clone()), &p.b2),
         d2t: below(p.d2t.clone(), zeros(m, t)),
         d21: below(
-            cut(&p.d21, &zeros(y, m)),
+            with_phi(&p.d21, &zeros(y, m)),
             beside(&beside(&zeros(m, inputs.len()), &unit), &zeros(m, rates.len())),
         ),
         d22: vec![],
@@ -227,8 +231,7 @@ fn opened(c: &Certificate, e: &Rows, kept: &[usize], inputs: &[usize], rates: &[
         dty: beside(&k.dty, &zeros(k.dty.len(), m)),
         ..k.clone()
     };
-    let (blocks, controller_blocks) = (c.blocks.clone(), c.controller_blocks.clone());
-    Certificate { blocks, controller_blocks, plant, controller, ..Certificate::default() }
+    (plant, controller)
 }
 
 fn rows_of(m: &Rows, kept: &[usize]) -> Rows {

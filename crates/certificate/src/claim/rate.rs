@@ -1,4 +1,5 @@
-//! The inequality of a bounded rate on an interval of the parameter, formed exactly.
+//! The gain for a parameter with a bounded rate, with or without the model error: its inequality on each interval of
+//! the parameter, formed exactly.
 //!
 //! With `xi = (x, wt, w_D, w)` and the multiplier N of the interval, the form
 //!
@@ -15,14 +16,154 @@
 //! times, and b, i times`, that of `theta^k` the k-th elementary symmetric function of these arguments by the
 //! binomial coefficient: G. Farin, "Curves and Surfaces for CAGD", 5th ed. 2002, chapters 4 and 6.
 
-use crate::certificate::{Rows, Slow};
+use super::proved::Proved;
 use crate::closed_loop::ClosedLoop;
+use crate::error::Failure;
 use crate::exact::dyadic::Dyadic;
 use crate::exact::matrix::Matrix;
 use crate::inequality::{Blocked, starts};
+use crate::plant::Rows;
+use crate::shape::{check_length, check_matrix, check_number, columns};
+use crate::strict::given;
+use crate::structure::{Sign, definite, positive, symmetric, whole};
+use crate::system::Loop;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// The claim for the only parameter theta, Lipschitz continuous with `|theta'(t)| <= rate` almost everywhere, with the
+/// matrices that prove it; with `lambda`, for the plant with the model error of the certificate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rate {
+    /// In units of theta per unit of time, at least 0.
+    pub rate: f64,
+    /// The bound.
+    pub gamma: f64,
+    /// The multiplier of Delta.
+    #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
+    pub lambda: Option<f64>,
+    /// Whether the Lyapunov matrix is the inverse of X(theta); the inequality is then that of the transposed loop.
+    pub inverse: bool,
+    /// The Lyapunov matrix, or its inverse, `X(theta) = X[0] + theta X[1] + ...`.
+    #[serde(rename = "X")]
+    pub x: Vec<Rows>,
+    /// Ascending from -1 to 1.
+    pub breakpoints: Vec<f64>,
+    /// For each interval between two breakpoints the multiplier of `wt - theta zt`, (r + rk) x (states, channels,
+    /// rows of Delta, inputs), of the transposed loop (states, channels, columns of Delta, outputs).
+    #[serde(rename = "N")]
+    pub n: Vec<Rows>,
+}
+
+/// A proved claim about a parameter with a bounded rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateTheorem {
+    /// `|theta'|` is at most this almost everywhere.
+    pub rate: f64,
+    /// The L2 gain from w to z is below this.
+    pub gamma: f64,
+    /// The same with the model error, if the file claims it.
+    pub gamma_with_model_error: Option<f64>,
+}
+
+impl RateTheorem {
+    /// Of the proved claims without and with the model error.
+    pub(crate) fn of(claim: &Rate, robust: Option<&Rate>) -> Self {
+        Self { rate: claim.rate, gamma: claim.gamma, gamma_with_model_error: robust.map(|claim| claim.gamma) }
+    }
+}
+
+impl fmt::Display for RateTheorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Where the parameter moves by at most {} in a unit of time, the gain is below {}",
+            self.rate, self.gamma
+        )?;
+        match self.gamma_with_model_error {
+            Some(gamma) => write!(f, ", and with that Delta below {gamma}."),
+            None => f.write_str("; of another plant nothing is proved."),
+        }
+    }
+}
+
+/// The order of X(theta), at most: higher ones are of no use, and their binomial coefficients would not be exact.
+const MOST_ORDER: usize = 8;
+
+impl Proved for Rate {
+    fn name(&self) -> &'static str {
+        match self.lambda {
+            None => "the claim of a bounded rate",
+            Some(_) => "the claim of a bounded rate with model error",
+        }
+    }
+
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
+        let at = |name: &str| format!("{path}.{name}");
+        let (s, parameters) = (of.sizes(), of.parameters());
+        if parameters != 1 {
+            let reason = format!("is of 1 parameter, but blocks and controller_blocks have {parameters}");
+            return Err(Failure::malformed(path, reason));
+        }
+        if let Some(lambda) = self.lambda {
+            check_number(&at("lambda"), lambda)?;
+        }
+        check_number(&at("rate"), self.rate)?;
+        check_number(&at("gamma"), self.gamma)?;
+        let most = MOST_ORDER + 1;
+        check_length(&at("X"), self.x.len(), (1..=most).contains(&self.x.len()), &format!("1 to {most}"))?;
+        let matrices = self.x.iter().enumerate();
+        matrices
+            .into_iter()
+            .try_for_each(|(k, x)| check_matrix(&at(&format!("X[{k}]")), x, s.states(), s.states()))?;
+        let points = &self.breakpoints;
+        let ascending = points.windows(2).all(|ends| ends[0] < ends[1]);
+        if points.first() != Some(&-1.0) || points.last() != Some(&1.0) || !ascending {
+            return Err(Failure::malformed(at("breakpoints"), "must ascend from -1 to 1"));
+        }
+        let intervals = points.len() - 1;
+        let each = format!("{intervals}, one for each interval");
+        check_length(&at("N"), self.n.len(), self.n.len() == intervals, &each)?;
+        let error = self.lambda.and(of.errors.first());
+        let inner = s.states().0 + s.channels().0;
+        let all = if self.inverse {
+            let size = inner + error.map_or(0, |error| error.f.len()) + s.z;
+            (size, "states, channels, columns of Delta and outputs z")
+        } else {
+            let size = inner + error.map_or(0, |error| columns(&error.e)) + s.w;
+            (size, "states, channels, rows of Delta and inputs w")
+        };
+        let mut multipliers = self.n.iter().enumerate();
+        multipliers.try_for_each(|(i, n)| check_matrix(&at(&format!("N[{i}]")), n, s.channels(), all))
+    }
+
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
+        let claim = self.name();
+        if self.rate < 0.0 {
+            let reason = format!("the rate is {:e}, must be at least 0", self.rate);
+            return Err(Failure::condition(claim, reason));
+        }
+        positive(claim, "gamma", self.gamma)?;
+        self.lambda.map_or(Ok(()), |lambda| positive(claim, "lambda", lambda))?;
+        for (k, x) in self.x.iter().enumerate() {
+            symmetric(claim, &format!("X[{k}]"), x)?;
+        }
+        let closed = ClosedLoop::new(of, if self.lambda.is_some() { of.errors } else { &[] })?;
+        definite(claim, "X[0]", Sign::Positive, &whole("x", &Matrix::square(&self.x[0])))?;
+        let inequality = RateInequality::new(&closed, self);
+        for (i, (ends, n)) in self.breakpoints.windows(2).zip(&self.n).enumerate() {
+            let matrix =
+                format!("a Bernstein coefficient of the inequality between breakpoints {i} and {}", i + 1);
+            for coefficient in inequality.coefficients(ends[0], ends[1], n) {
+                definite(claim, &matrix, Sign::Negative, &coefficient)?;
+            }
+        }
+        Ok(())
+    }
+}
 
 /// The inequality of a claim, before theta and N are put in.
-pub(crate) struct SlowInequality {
+struct RateInequality {
     /// Rows x', zt, z_D, z of the loop and columns x, wt, w_D, w, times `scale`.
     rows: [Matrix; 4],
     /// Sizes of x, wt, w_D, w, z_D, z.
@@ -37,8 +178,8 @@ pub(crate) struct SlowInequality {
     driven: Vec<Matrix>,
 }
 
-impl SlowInequality {
-    pub(crate) fn new(closed: &ClosedLoop, slow: &Slow, rate: f64, lambda: Option<f64>) -> Self {
+impl RateInequality {
+    fn new(closed: &ClosedLoop, claim: &Rate) -> Self {
         let (n, r, w, z) = (closed.states, closed.channels, closed.inputs, closed.output.rows);
         let (d, f) = closed.delta.as_ref().map_or((0, 0), |(error, e)| (e.cols, error.rows));
         let mut whole = Matrix::zeros(n + r + f + z, n + r + d + w);
@@ -49,20 +190,20 @@ impl SlowInequality {
             whole.place(n + r, 0, &spread(error, n + r, d));
         }
         whole.place(n + r + f, 0, &spread(&closed.output, n + r, d));
-        let sizes = if slow.inverse { [n, r, f, z, d, w] } else { [n, r, d, w, f, z] };
-        let whole = if slow.inverse { whole.transpose() } else { whole };
+        let sizes = if claim.inverse { [n, r, f, z, d, w] } else { [n, r, d, w, f, z] };
+        let whole = if claim.inverse { whole.transpose() } else { whole };
         let [_, _, _, _, f, z] = sizes;
         let rows =
             [(0, n), (n, r), (n + r, f), (n + r + f, z)].map(|(at, size)| whole.row_range(at, at + size));
-        let lyapunov: Vec<Matrix> = slow.x.iter().map(|m| Matrix::from_rows(m, n)).collect();
+        let lyapunov: Vec<Matrix> = claim.x.iter().map(|m| Matrix::from_rows(m, n)).collect();
         Self {
             driven: lyapunov.iter().map(|x| x.times(&rows[0])).collect(),
             rows,
             sizes,
             scale: closed.scale.clone(),
-            gamma: Dyadic::from_f64(slow.gamma),
-            lambda: Dyadic::from_f64(lambda.unwrap_or(0.0)),
-            rate: Dyadic::from_f64(rate),
+            gamma: Dyadic::from_f64(claim.gamma),
+            lambda: Dyadic::from_f64(claim.lambda.unwrap_or(0.0)),
+            rate: Dyadic::from_f64(claim.rate),
             lyapunov,
         }
     }
@@ -78,7 +219,7 @@ impl SlowInequality {
     /// z_D   [ lambda (F_x     F_t      0          F_w) -lambda/2 ]
     /// z     [ C1              D1t      0          D11  -gamma/2  ]   and its transpose
     /// ```
-    pub(crate) fn coefficients(&self, a: f64, b: f64, n: &Rows) -> Vec<Blocked> {
+    fn coefficients(&self, a: f64, b: f64, n: &Rows) -> Vec<Blocked> {
         let degree = (self.lyapunov.len() - 1).max(1);
         let (from, to) = (Dyadic::from_f64(a), Dyadic::from_f64(b));
         let multiplier = Matrix::from_rows(n, self.rows[0].cols).transpose();

@@ -1,0 +1,239 @@
+//! A step from which the loop with saturated commands returns to rest, with the model error.
+
+use super::gain::{check_scalings, prove_gain};
+use super::proved::Proved;
+use crate::closed_loop::ClosedLoop;
+use crate::error::Failure;
+use crate::exact::dyadic::Dyadic;
+use crate::exact::matrix::Matrix;
+use crate::inequality::Blocked;
+use crate::plant::{ModelError, Rows};
+use crate::shape::{check_list, check_matrix, check_number, columns};
+use crate::strict::given;
+use crate::structure::{Sign, definite, positive, symmetric};
+use crate::system::Loop;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// The claim with saturated commands, with the plant and its model error.
+///
+/// The plant gets `u - phi`, and `E phi` is added to the derivative of the controller's state, with `phi = u - sat(u)`.
+/// Likewise the rates of some of the plant's states are saturated. n counts the states of that loop, those of the plant
+/// that the loop consists of and then the controller's: see the crate's documentation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// The input of the steps: a component of w, from 0.
+    pub input: usize,
+    /// The largest step.
+    pub size: f64,
+    /// The least limit of each command, in both directions; then that of the rate of each state of `rates`.
+    pub limits: Vec<f64>,
+    /// The states of the plant with saturated rates; none if the file says nothing. Each has an entry of `limits`,
+    /// `u_held`, `U` and `H`, after those of the commands.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rates: Vec<usize>,
+    /// nk x u.
+    #[serde(rename = "E")]
+    pub e: Rows,
+    /// The rate at which x'Xx decreases once the step is taken back.
+    pub decay: f64,
+    /// x'Xx stays below beta while the step is held, x taken from `x_held` times the step.
+    pub beta: f64,
+    /// The state from which x is taken while a step of 1 is held, n numbers.
+    pub x_held: Vec<f64>,
+    /// The commands from which H x is taken while a step of 1 is held.
+    pub u_held: Vec<f64>,
+    /// How many rows of Delta, the first ones, may differ from 0 in this claim; all if the file says nothing.
+    #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
+    pub delta_rows: Option<usize>,
+    /// The multiplier of Delta.
+    pub lambda: f64,
+    /// The Lyapunov matrix, n x n.
+    #[serde(rename = "X")]
+    pub x: Rows,
+    /// The symmetric scaling.
+    #[serde(rename = "S")]
+    pub s: Rows,
+    /// The skew scaling.
+    #[serde(rename = "T")]
+    pub t: Rows,
+    /// The multiplier of each limit.
+    #[serde(rename = "U")]
+    pub u: Vec<f64>,
+    /// Below which part of u a limit is out of reach, u x n.
+    #[serde(rename = "H")]
+    pub h: Rows,
+}
+
+/// A proved claim about a step with saturated commands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitTheorem {
+    /// The component of w that steps, from 0.
+    pub input: usize,
+    /// The largest step, counted where it arrives: the jump of one y.
+    pub size: f64,
+    /// The rate of decay once the step is taken back.
+    pub decay: f64,
+    /// How many rows of Delta may differ from 0, if not all.
+    pub delta_rows: Option<usize>,
+    /// The number of states of the plant whose rates are saturated, too.
+    pub rates: usize,
+    /// Whether H is 0: a claim about every state.
+    pub everywhere: bool,
+}
+
+impl LimitTheorem {
+    pub(crate) fn of(claim: &Limits) -> Self {
+        let Limits { input, size, decay, delta_rows, .. } = *claim;
+        Self { input, size, decay, delta_rows, rates: claim.rates.len(), everywhere: is_zero(&claim.h) }
+    }
+}
+
+impl fmt::Display for LimitTheorem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { input, size, decay, delta_rows, rates, everywhere } = self;
+        let moved = match rates {
+            0 => String::new(),
+            1 => " and the rate of 1 state of the plant limited".to_owned(),
+            n => format!(" and the rates of {n} states of the plant limited"),
+        };
+        let rows =
+            delta_rows.map_or_else(String::new, |rows| format!(" with rows of 0 after the first {rows}"));
+        let where_ = if *everywhere { "from every state" } else { "within its region" };
+        write!(
+            f,
+            "With commands saturated at the limits in the file{moved}, anti-windup by the gain E, and \
+             that Delta{rows}: a step of at most {size} from rest at input {input}, behind the filters of the plant \
+             that the loop does not drive, a jump by as much of one measurement, held for any time and removed, leaves \
+             the state in the region in the file. The loop then returns to rest exponentially, \
+             {where_}: x'Xx decays with the rate {decay}."
+        )
+    }
+}
+
+impl Limits {
+    /// The number of states with saturated rates: different ones that the loop consists of, and that Delta does not
+    /// move.
+    fn check_rates(&self, path: &str, of: Loop<'_>, error: &ModelError) -> Result<usize, Failure> {
+        let moving = of.moving_states();
+        let rows = self.delta_rows.unwrap_or(usize::MAX);
+        let by_delta = |row: &Vec<f64>| row.iter().take(rows).any(|entry| *entry != 0.0);
+        for (i, state) in self.rates.iter().enumerate() {
+            if !moving.contains(state)
+                || self.rates[..i].contains(state)
+                || error.e.get(*state).is_some_and(by_delta)
+            {
+                let allowed = "a state of the plant that the loop moves and Delta does not, each once";
+                return Err(Failure::found(format!("{path}.rates[{i}]"), state, allowed));
+            }
+        }
+        Ok(self.rates.len())
+    }
+}
+
+impl Proved for Limits {
+    fn name(&self) -> &'static str {
+        "the claim with limits"
+    }
+
+    fn check(&self, path: &str, of: Loop<'_>) -> Result<(), Failure> {
+        let error = &of.errors[0];
+        let (s, at) = (of.sizes(), |name: &str| format!("{path}.{name}"));
+        if let Some(rows) = self.delta_rows.filter(|rows| !(1..=columns(&error.e)).contains(rows)) {
+            let allowed = "from 1 to the number of columns of errors[0].E";
+            return Err(Failure::found(at("delta_rows"), rows, allowed));
+        }
+        of.check_no_direct_path(path)?;
+        if self.input >= s.w {
+            let reason = format!("found {}, must be below {}, the number of inputs w", self.input, s.w);
+            return Err(Failure::malformed(at("input"), reason));
+        }
+        if of.jumping_measurement(self.input).is_none() {
+            let allowed = "an input w whose step is a jump by as much of one measurement y, and reaches the loop \
+                           nowhere else, also not through filters (size would not count all that arrives)";
+            return Err(Failure::found(at("input"), self.input, allowed));
+        }
+        let states = (of.moving_states().len() + s.xk, "states of the loop with limits");
+        let limited = (s.u + self.check_rates(path, of, error)?, "controls u and rates");
+        check_matrix(&at("E"), &self.e, (s.xk, "controller's states"), s.controls())?;
+        check_scalings(path, states, s, ("X", &self.x), [&self.s, &self.t])?;
+        check_matrix(&at("H"), &self.h, limited, states)?;
+        let numbers = [self.size, self.decay, self.beta, self.lambda];
+        let mut numbers = ["size", "decay", "beta", "lambda"].into_iter().zip(numbers);
+        numbers.try_for_each(|(name, x)| check_number(&at(name), x))?;
+        check_list(&at("limits"), &self.limits, limited)?;
+        check_list(&at("x_held"), &self.x_held, states)?;
+        check_list(&at("u_held"), &self.u_held, limited)?;
+        check_list(&at("U"), &self.u, limited)
+    }
+
+    /// A step leaves x within `x'Xx < beta`, taken back within `4 beta`; there H x leaves half of each limit, or all of
+    /// it; and x'Xx decreases.
+    fn prove(&self, of: Loop<'_>) -> Result<(), Failure> {
+        let claim = self.name();
+        for (name, found) in [("size", self.size), ("decay", self.decay), ("beta", self.beta)] {
+            positive(claim, name, found)?;
+        }
+        self.limits.iter().try_for_each(|limit| positive(claim, "a limit", *limit))?;
+        let [size, decay, beta] = [self.size, self.decay, self.beta].map(Dyadic::from_f64);
+        let closed = ClosedLoop::limited(of, self, &of.errors[0])?;
+        symmetric(claim, "X", &self.x)?;
+        let x = Matrix::from_rows(&self.x, closed.states);
+        let (s, t) = (beside(&self.s, &self.u), beside(&self.t, &vec![0.0; self.u.len()]));
+        prove_gain(claim, &closed, &decay * &beta, Some(self.lambda), x.clone(), (&s, &t))?;
+        let too_large =
+            |beyond: String| Failure::condition(claim, format_args!("a step of {:e} {beyond}", self.size));
+        let held = Matrix::from_rows(&vec![self.x_held.clone()], closed.states).scaled(&size);
+        let level = &held.times(&x).times(&held.transpose())[(0, 0)];
+        if !(&beta + &-level).is_positive() {
+            return Err(too_large("takes x'Xx to beta, or above it".into()));
+        }
+        for (j, (limit, u)) in self.limits.iter().zip(&self.u_held).enumerate() {
+            let used = (&size * &Dyadic::from_f64(*u)).abs().shifted(1);
+            if (&used + &-&Dyadic::from_f64(*limit)).is_positive() {
+                return Err(too_large(format!("takes more than half of limit {j}")));
+            }
+        }
+        out_of_reach(claim, (&x, &self.h, &self.limits), &beta.shifted(2), "4 beta")
+    }
+}
+
+/// `[X h_j'; h_j limit_j^2/level]` is positive definite for each limit: |h_j x| is below it where x'Xx is at most the
+/// level.
+pub(super) fn out_of_reach(
+    claim: &str,
+    (x, h, limits): (&Matrix, &Rows, &[f64]),
+    level: &Dyadic,
+    name: &str,
+) -> Result<(), Failure> {
+    let n = x.rows;
+    for (place, (limit, h)) in limits.iter().zip(h).enumerate() {
+        // The last row and column times the level.
+        let limit = Dyadic::from_f64(*limit);
+        let row = Matrix::from_rows(&vec![h.clone()], n).scaled(level);
+        let mut whole = Matrix::scalar(n + 1, &(level * &(&limit * &limit)));
+        whole.place(0, 0, x);
+        whole.place(n, 0, &row);
+        whole.place(0, n, &row.transpose());
+        let blocks = vec![("x", n), ("limit", 1)];
+        let whole = Blocked { matrix: whole, blocks, scale: Dyadic::from_f64(1.0) };
+        definite(claim, &format!("[X h'; h limit^2/({name})] of limit {place}"), Sign::Positive, &whole)?;
+    }
+    Ok(())
+}
+
+/// `blkdiag(m, diag(more))`.
+pub(super) fn beside(m: &Rows, more: &[f64]) -> Rows {
+    let (n, all) = (m.len(), m.len() + more.len());
+    let entry = |i: usize, j: usize| match (i < n, j < n) {
+        (true, true) => m[i][j],
+        (false, false) if i == j => more[i - n],
+        _ => 0.0,
+    };
+    (0..all).map(|i| (0..all).map(|j| entry(i, j)).collect()).collect()
+}
+
+pub(super) fn is_zero(m: &Rows) -> bool {
+    m.iter().flatten().all(|entry| *entry == 0.0)
+}

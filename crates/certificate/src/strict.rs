@@ -1,0 +1,78 @@
+//! Reads JSON strictly: with its types, no key occurs twice, none is unknown, and every number is a finite f64.
+
+use serde::de::{Deserialize, DeserializeOwned, Deserializer};
+use std::fmt;
+
+/// The first problem of a text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JsonError {
+    /// The path to the value, such as `plant.A[0][1]`; empty for the whole.
+    pub path: String,
+    /// The line of the text, from 1.
+    pub line: usize,
+    /// The column, from 1.
+    pub column: usize,
+    /// What was found, and what is allowed.
+    pub reason: String,
+    /// Whether the text is JSON with finite numbers.
+    pub is_json: bool,
+}
+
+impl std::error::Error for JsonError {}
+
+impl fmt::Display for JsonError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, line, column, reason, is_json } = self;
+        let path = if path.is_empty() { String::new() } else { format!("{path}: ") };
+        let not_json = if *is_json { "" } else { "this is not JSON with finite numbers: " };
+        write!(f, "{path}{not_json}{reason} (line {line}, column {column})")
+    }
+}
+
+/// Reads a text.
+///
+/// # Errors
+/// [`JsonError`], the first problem.
+pub fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, JsonError> {
+    // A list would be read as an object whose keys have an order.
+    if text.trim_start().starts_with('[') {
+        let (path, reason) = (String::new(), "found a list, must be an object".into());
+        return Err(JsonError { path, line: 1, column: 1, reason, is_json: true });
+    }
+    let mut json = serde_json::Deserializer::from_str(text);
+    let read = serde_path_to_error::deserialize(&mut json)
+        .map_err(|error| (error.path().to_string().trim_start_matches('.').to_owned(), error.into_inner()));
+    let read = read.and_then(|value| json.end().map(|()| value).map_err(|error| (String::new(), error)));
+    read.map_err(|(path, error)| {
+        let (line, column) = (error.line(), error.column());
+        let reason = error.to_string();
+        let place = format!(" at line {line} column {column}");
+        let reason = in_plain_words(reason.strip_suffix(&place).unwrap_or(&reason));
+        JsonError { path, line, column, reason, is_json: error.is_data() }
+    })
+}
+
+/// The names of types in terms of JSON.
+fn in_plain_words(reason: &str) -> String {
+    const WORDS: [(&str, &str); 6] = [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected a sequence", "expected a list"),
+        ("an array of length", "a list of length"),
+        ("type: sequence", "type: a list"),
+        ("type: map", "type: an object"),
+    ];
+    let reason = match reason.split_once("expected struct ") {
+        Some((found, _)) => format!("{found}expected an object"),
+        None => reason.to_owned(),
+    };
+    WORDS.iter().fold(reason, |reason, (of_serde, plain)| reason.replace(of_serde, plain))
+}
+
+/// Reads a value that may be missing, but not be `null`, as `deserialize_with` of a field with `default`.
+///
+/// # Errors
+/// Those of the value.
+pub fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(json: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(json).map(Some)
+}

@@ -1,0 +1,143 @@
+//! The loop of plant and controller that the claims are about, and the check of its sizes.
+
+use crate::error::Failure;
+use crate::plant::{Controller, ModelError, Plant, Rows};
+use crate::shape::{Size, Sizes, at_least_one, check_matrix, columns};
+
+/// Rows of the inequality, at most: ten times those of the largest loops designed so far, and as many as fit into
+/// memory.
+const MOST_ROWS: usize = 1000;
+
+/// The loop of a certificate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Loop<'a> {
+    /// Whether it is in discrete time.
+    pub(crate) discrete: bool,
+    /// Repetitions of the parameters in the plant's channels.
+    pub(crate) blocks: &'a [usize],
+    /// The same in the controller's channels.
+    pub(crate) controller_blocks: &'a [usize],
+    /// The plant.
+    pub(crate) plant: &'a Plant,
+    /// The controller.
+    pub(crate) controller: &'a Controller,
+    /// Model errors.
+    pub(crate) errors: &'a [ModelError],
+}
+
+impl Loop<'_> {
+    /// The sizes, valid if [`Self::check`] succeeds.
+    pub(crate) fn sizes(self) -> Sizes {
+        let (p, k) = (self.plant, self.controller);
+        Sizes {
+            x: p.a.len(),
+            xk: k.a.len(),
+            t: p.ct.len(),
+            tk: k.ct.len(),
+            w: columns(&p.d11),
+            z: p.d11.len(),
+            u: columns(&p.d12),
+            y: p.c2.len(),
+        }
+    }
+
+    /// The number of parameters of plant and controller.
+    pub(crate) fn parameters(self) -> usize {
+        self.blocks.len().max(self.controller_blocks.len())
+    }
+
+    /// Channels of a parameter in plant and controller.
+    pub(crate) fn channels_of(self, parameter: usize) -> usize {
+        let of = |blocks: &[usize]| blocks.get(parameter).copied().unwrap_or(0);
+        of(self.blocks).saturating_add(of(self.controller_blocks))
+    }
+
+    /// Rows of the inequality: x, wt, w_Delta, w, x+, zt, z_Delta and z.
+    fn inequality_rows(self, s: Sizes) -> usize {
+        let errors = self.errors.iter().flat_map(|error| [columns(&error.e), error.f.len()]);
+        let next = if self.discrete { s.x.saturating_add(s.xk) } else { 0 };
+        let rows = [s.x, s.xk, next, s.t, s.t, s.tk, s.tk, s.w, s.z];
+        rows.into_iter().chain(errors).fold(0, usize::saturating_add)
+    }
+
+    /// Checks that all numbers are finite and all sizes agree.
+    ///
+    /// # Errors
+    /// [`Failure::Malformed`] with the first field that does not fit.
+    pub(crate) fn check(self) -> Result<(), Failure> {
+        let s = self.sizes();
+        at_least_one("plant.D11", "rows", (s.z, "outputs z"))?;
+        at_least_one("plant.D11", "columns", (s.w, "inputs w"))?;
+        let rows = self.inequality_rows(s);
+        if rows > MOST_ROWS {
+            let reason = format!("the inequality has {rows} rows, at most {MOST_ROWS} are proved");
+            return Err(Failure::malformed("plant", reason));
+        }
+        check_blocks("blocks", self.blocks, "plant.Ct", s.t)?;
+        check_blocks("controller_blocks", self.controller_blocks, "controller.Ct", s.tk)?;
+        self.check_parameters()?;
+        let (x, t) = ((s.x, "plant's states"), (s.t, "plant's channels"));
+        let (xk, tk) = ((s.xk, "controller's states"), (s.tk, "controller's channels"));
+        let (w, z, u, y) = ((s.w, "inputs w"), (s.z, "outputs z"), s.controls(), (s.y, "measurements y"));
+        check_matrices("plant", &self.plant.named(), &[x, t, z, y], &[x, t, w, u])?;
+        if !self.plant.d22.is_empty() {
+            check_matrix("plant.D22", &self.plant.d22, y, u)?;
+        }
+        check_matrices("controller", &self.controller.named(), &[xk, u, tk], &[xk, y, tk])?;
+        for (i, error) in self.errors.iter().enumerate() {
+            let at = |name: &str| format!("errors[{i}].{name}");
+            let [ne, nf] = [(columns(&error.e), "rows of Delta"), (error.f.len(), "columns of Delta")];
+            at_least_one(&at("E"), "columns", ne)?;
+            at_least_one(&at("F"), "rows", nf)?;
+            check_matrix(&at("E"), &error.e, x, ne)?;
+            check_matrix(&at("F"), &error.f, nf, x)?;
+            if !error.fw.is_empty() {
+                check_matrix(&at("Fw"), &error.fw, nf, w)?;
+            }
+            check_matrix(&at("Fu"), &error.fu, nf, u)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that u reaches y through states alone.
+    pub(crate) fn check_no_direct_path(self, path: &str) -> Result<(), Failure> {
+        if self.plant.direct_path().is_some() {
+            let reason = "is of plants without a direct path from u to y, but plant.D22 is not 0";
+            return Err(Failure::malformed(path, reason));
+        }
+        Ok(())
+    }
+
+    /// Checks that each parameter has a channel, so that the claim counts no parameter that does not occur.
+    fn check_parameters(self) -> Result<(), Failure> {
+        let Some(i) = (0..self.parameters()).find(|i| self.channels_of(*i) == 0) else { return Ok(()) };
+        let field = if i < self.blocks.len() { "blocks" } else { "controller_blocks" };
+        let reason = format!(
+            "is 0 or missing in blocks and controller_blocks alike, must be above 0 in one of them: no channel has \
+             parameter {i}"
+        );
+        Err(Failure::malformed(format!("{field}[{i}]"), reason))
+    }
+}
+
+/// Checks matrices that are named row by row.
+fn check_matrices(
+    of: &str,
+    matrices: &[(&str, &Rows)],
+    rows: &[Size],
+    columns: &[Size],
+) -> Result<(), Failure> {
+    let shapes = rows.iter().flat_map(|row| columns.iter().map(move |column| (*row, *column)));
+    let each = matrices.iter().zip(shapes);
+    each.into_iter()
+        .try_for_each(|((key, m), (row, column))| check_matrix(&format!("{of}.{key}"), m, row, column))
+}
+
+fn check_blocks(field: &str, blocks: &[usize], matrix: &str, expected: usize) -> Result<(), Failure> {
+    let found = blocks.iter().fold(0, |sum: usize, &b| sum.saturating_add(b));
+    if found == expected {
+        return Ok(());
+    }
+    let reason = format!("adds up to {found}, but {matrix} has {expected} rows: one for each channel");
+    Err(Failure::malformed(field, reason))
+}
