@@ -31,11 +31,9 @@ pub mod region;
 mod saturated;
 
 use crate::error::{ShapeError, SynthesisError};
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, diagonal, unit};
-use crate::system::lyapunov::lyapunov;
+use crate::system::lyapunov;
 use nalgebra::DVector;
 
 const STAGE: &str = "anti-windup";

@@ -3,8 +3,7 @@
 use crate::claims::{Claim, Found, hardest_below, worst};
 use squid_flight::metrics::StepFigures;
 use squid_report::error::Error;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::seconds;
+use squid_report::page::{Part, Table, seconds};
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::Subject;
 

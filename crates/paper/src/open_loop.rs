@@ -5,12 +5,7 @@ use squid_design::numbers::readable;
 use squid_flight::flight::{ActuatorStep, fly_open_loop};
 use squid_flight::metrics::SETTLED;
 use squid_report::error::Error;
-use squid_report::page::axis::Axis;
-use squid_report::page::chart::{Chart, Curve};
-use squid_report::page::figure::Figure;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::capital;
-use squid_report::page::words::seconds;
+use squid_report::page::{Axis, Chart, Curve, Figure, Part, Table, capital, seconds};
 use squid_report::subject::{FLOWN, STEP_TIME, Subject};
 
 /// How much of its reach the actuator is stepped by.

@@ -1,10 +1,6 @@
 //! The page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
 
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Section, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;

@@ -8,7 +8,7 @@ pub mod survival;
 pub mod tune;
 
 use crate::error::Error;
-use crate::page::section::{Part, Table};
+use crate::page::{Part, Table};
 use crate::peers::course::{CourseFigures, fly_at, fly_ramp};
 use crate::peers::law::{Blended, Law, Scheduled};
 use crate::peers::survival::{fleet, survival};

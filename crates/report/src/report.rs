@@ -1,8 +1,7 @@
 //! The report on one design: its sections, computed in parallel.
 
 use crate::error::Error;
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Section};
+use crate::page::{Figure, Part, Section};
 use crate::peers::peers;
 use crate::sections::{
     disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,

@@ -1,9 +1,7 @@
 //! Simulations in this process: the default manoeuvre, steps over the speed range, and open-loop responses.
 
 use crate::error::Error;
-use crate::page::axis::extent;
-use crate::page::plot::{Kind, Line, Panel, draw};
-use crate::page::words::{capital, tidy};
+use crate::page::{Kind, Line, Panel, capital, draw, extent, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
 use base::files::Files;

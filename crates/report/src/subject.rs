@@ -1,7 +1,7 @@
 //! The subject of a report: a vehicle, its model, and the stored controller.
 
 use crate::error::Error;
-use crate::page::key::Key;
+use crate::page::Key;
 use auv::{Actuator, Linearisation, Status, Vehicle};
 use base::progress::Progress;
 use certificate::Theorem;

@@ -25,7 +25,7 @@ use squid_design::numbers::{above, decimals, readable};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
-use squid_report::page::plot::draw;
+use squid_report::page::draw;
 use squid_report::record::panels;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use signals::{DEPTH, PITCH, SIGNALS, tracked};
 use squid_flight::flight::{Row, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
-use squid_report::page::plot::draw;
+use squid_report::page::draw;
 use squid_report::record::panels;
 use std::array::from_fn;
 use std::path::{Path, PathBuf};

@@ -2,12 +2,9 @@
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::error::{RateError, SynthesisError};
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, roots, scaled_largest_eigenvalue, symmetric_part};
-use crate::system::lyapunov::middle_of_gramians;
-use crate::system::state_space::StateSpace;
+use crate::system::{StateSpace, middle_of_gramians};
 
 pub(crate) const STAGE: &str = "gain at a bounded rate";
 

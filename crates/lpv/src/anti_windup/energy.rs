@@ -24,14 +24,11 @@
 
 use crate::anti_windup::saturated::{Shown, Transposed, Units, Unknowns, with_phi};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, diagonal, eigenvalues, roots, solve, spectral_abscissa};
-use crate::system::controller::Controller;
-use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant, commuting_part};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    ClosedLoop, Controller, GeneralisedPlant, StateSpace, commuting_part, lyapunov, middle_of_gramians,
+};
 use nalgebra::DVector;
 
 const STAGE: &str = "gain of a loop with limits";

@@ -30,15 +30,11 @@
 
 use crate::anti_windup::saturated::{Transposed, Units, Unknowns};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, diagonal, roots, solve, spectral_abscissa, to_rows};
-use crate::system::controller::Controller;
-use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::model_error::ModelError;
-use crate::system::plant::{GeneralisedPlant, channels};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    Controller, GeneralisedPlant, ModelError, StateSpace, channels, lyapunov, middle_of_gramians,
+};
 use nalgebra::DVector;
 
 const STAGE: &str = "region of a loop with limits";

@@ -6,11 +6,7 @@
 //! every inequality is evaluated at the returned point and the least eigenvalue reported.
 
 use crate::error::SynthesisError;
-use crate::lmi::conic::{ConicProgram, Verdict, WAYS};
-use crate::lmi::interior_point;
-use crate::lmi::low_rank::LowRank;
-use crate::lmi::program::Program;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{ConicProgram, LowRank, Program, SolverOptions, Verdict, WAYS, interior_point};
 use crate::matrix::{Mat, scaled_least_eigenvalue};
 
 /// A point returned by a solver, and the margin of the inequalities there.

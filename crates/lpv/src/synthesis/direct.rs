@@ -11,8 +11,7 @@ use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
 use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
-use crate::system::model_error::LoopError;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{GeneralisedPlant, LoopError};
 
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
 pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;

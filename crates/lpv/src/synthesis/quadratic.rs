@@ -11,15 +11,12 @@
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::inequalities::ScalingClass;
-use crate::system::model_error::LoopError;
-use crate::system::partition::Group::{T, W, X, Y, Z};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
+use crate::system::Group::{T, W, X, Y, Z};
+use crate::system::{ClosedLoop, GeneralisedPlant, LoopError, channels};
 
 /// A margin below this is taken as zero, if it is no larger in other coordinates.
 const NO_MARGIN: f64 = 1e-7;

@@ -1,9 +1,6 @@
 //! A chart as SVG: a frame with ticks and curves. Colours are classes of `chart.css`.
 
-use crate::page::axis::{Axis, Scale};
-use crate::page::key::Key;
-use crate::page::thin::thin;
-use crate::page::words::{escaped, tidy};
+use crate::page::{Axis, Key, Scale, escaped, thin, tidy};
 use std::fmt::Write;
 
 /// A curve.

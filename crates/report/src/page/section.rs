@@ -1,7 +1,6 @@
 //! A section of the report: text, figures, diagrams, tables and boxes, in order.
 
-use crate::page::diagram::Diagram;
-use crate::page::figure::Figure;
+use crate::page::{Diagram, Figure};
 
 /// A table of text and numbers.
 #[derive(Debug, Clone, PartialEq)]

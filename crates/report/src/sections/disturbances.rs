@@ -4,11 +4,7 @@ pub(crate) mod sea;
 pub(crate) mod working_sea;
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::Part;
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Part, capital};
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};

@@ -1,11 +1,7 @@
 //! The polynomials in speed compared with the true linearisations.
 
 use crate::error::Error;
-use crate::page::axis::{Axis, extent};
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, extent};
 use crate::subject::Subject;
 use lpv::matrix::{Mat, eigenvalues};
 use lpv::polynomial::MatrixPolynomial;

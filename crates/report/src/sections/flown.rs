@@ -1,10 +1,7 @@
 //! The flying loop, frozen at a speed: margins, steps, a gust and noise.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
 use signals::PITCH;

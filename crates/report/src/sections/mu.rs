@@ -4,11 +4,7 @@ mod at_speed;
 mod worst_gain;
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::robust::{between, vehicle};
 use crate::subject::{MuBounds, Subject};
 use crate::threads::in_parallel;

@@ -1,10 +1,7 @@
 //! Comparison of the robust controller with the nominal one, for a robust design.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};

@@ -1,11 +1,7 @@
 //! The weights compared with the achieved sensitivities and control efforts at six speeds.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
 use auv::Linearisation;

@@ -1,7 +1,7 @@
 //! What is proved for the controller, and what is not.
 
 use crate::error::Error;
-use crate::page::section::Part;
+use crate::page::Part;
 use crate::subject::Subject;
 use certificate::Theorem;
 use squid_design::certify::limits::ClaimedStep;

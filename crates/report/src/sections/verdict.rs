@@ -1,7 +1,7 @@
 //! The requirements of the design, and what the flying loop achieves.
 
 use crate::error::Error;
-use crate::page::section::{Part, Table};
+use crate::page::{Part, Table};
 use crate::subject::Subject;
 use squid_design::verdict::row::{Outcome, Row};
 

@@ -1,11 +1,7 @@
 //! The effect of the waves, the current and the sensor errors of a sea on the loop.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
 use scheduled::{ControllerDesign, Manoeuvre};

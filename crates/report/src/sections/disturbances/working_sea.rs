@@ -1,12 +1,7 @@
 //! A controller designed for a sea compared in it with one of the same weights for still water.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, capital};
 use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
 use crate::threads::in_parallel;

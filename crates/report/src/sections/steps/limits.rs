@@ -1,10 +1,7 @@
 //! A step beyond the actuators' limits, and back: with and without anti-windup.
 
 use crate::error::Error;
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
-use crate::page::words::{capital, seconds, tidy};
+use crate::page::{Figure, Key, Part, Table, capital, seconds, tidy};
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
 use scheduled::{ControllerDesign, Manoeuvre};
