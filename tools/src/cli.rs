@@ -103,21 +103,8 @@ pub enum Verb {
     Export {
         #[command(flatten)]
         which: Which,
-        /// The language
-        #[arg(long, value_enum, default_value = "c")]
-        language: Language,
-        /// The type of all numbers
-        #[arg(long, value_enum, default_value = "double")]
-        real: Real,
-        /// The directory for the source; by default `c` in that of the design
-        #[arg(long, value_name = "DIR")]
-        to: Option<PathBuf>,
-        /// Write a controller without proof; the source then says that it is uncertified
-        #[arg(long)]
-        allow_uncertified: bool,
-        /// Print also what is proved as a mathematical statement, as in the file
-        #[arg(long)]
-        verbose: bool,
+        #[command(flatten)]
+        asked: Export,
     },
     /// Fly a design in this process: its manoeuvre, steps over the range of speed, the vehicle alone
     ///
@@ -185,28 +172,7 @@ pub enum Verb {
     /// synthesis. For an FMU it also checks that the proof is of the controller inside, and that its resources belong
     /// to its GUID. With --vehicle it computes again that the proof is about that vehicle, and that scales, trims and
     /// limits are those of its files: all that is required before an FMU is packed.
-    Verify {
-        /// A controller's FMU, the FMU of the whole loop, or a certificate
-        #[arg(required_unless_present = "c")]
-        file: Option<PathBuf>,
-        /// Verify a C source written by `squid export` instead of FILE, with the other files beside it: every number
-        /// must follow from the controller of the certificate
-        #[arg(long, value_name = "FILE", conflicts_with = "file")]
-        c: Option<PathBuf>,
-        /// The vehicle's directory, to check that the file is of this vehicle's design
-        #[arg(long, value_name = "DIR")]
-        vehicle: Option<PathBuf>,
-        /// The design: a file NAME.toml in the vehicle's directory
-        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
-        #[arg(value_parser = design_name)]
-        design: String,
-        /// The bandwidth that replaced w_b of every tracking weight, rad/s
-        #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
-        bandwidth: Option<f64>,
-        /// Print also what is proved as a mathematical statement, as in the file
-        #[arg(long)]
-        verbose: bool,
-    },
+    Verify(Verify),
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]
     Lpv(LpvVerb),
@@ -271,6 +237,51 @@ pub struct Design {
     /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Export {
+    /// The language
+    #[arg(long, value_enum, default_value = "c")]
+    pub language: Language,
+    /// The type of all numbers
+    #[arg(long, value_enum, default_value = "double")]
+    pub real: Real,
+    /// The directory for the source; by default `c` in that of the design
+    #[arg(long, value_name = "DIR")]
+    pub to: Option<PathBuf>,
+    /// Write a controller without proof; the source then says that it is uncertified
+    #[arg(long)]
+    pub allow_uncertified: bool,
+    /// Print also what is proved as a mathematical statement, as in the file
+    #[arg(long)]
+    pub verbose: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// A controller's FMU, the FMU of the whole loop, or a certificate
+    #[arg(required_unless_present = "c")]
+    pub file: Option<PathBuf>,
+    /// Verify a C source written by `squid export` instead of FILE, with the other files beside it: every number
+    /// must follow from the controller of the certificate
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
+    pub c: Option<PathBuf>,
+    /// The vehicle's directory, to check that the file is of this vehicle's design
+    #[arg(long, value_name = "DIR")]
+    pub vehicle: Option<PathBuf>,
+    /// The design: a file NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
+    #[arg(value_parser = design_name)]
+    pub design: String,
+    /// The bandwidth that replaced w_b of every tracking weight, rad/s
+    #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
+    pub bandwidth: Option<f64>,
+    /// Print also what is proved as a mathematical statement, as in the file
+    #[arg(long)]
+    pub verbose: bool,
 }
 
 #[allow(missing_docs)] // Doc comments here are the help.

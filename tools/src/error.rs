@@ -76,17 +76,8 @@ impl Error {
     }
 }
 
-squid_design::from_design_errors!(
-    Error: CertifyError,
-    InputError,
-    ModelError,
-    ProofError,
-    StoreError,
-    auv::FileError,
-    base::files::Error,
-    certificate::Failure,
-    lpv::error::LftError,
-    lpv::error::ShapeError,
-    lpv::error::SynthesisError,
-    scheduled::DesignError
-);
+squid_design::from_design_errors! {
+    Error: CertifyError, InputError, ModelError, ProofError, StoreError, auv::FileError, base::files::Error,
+        certificate::Failure, lpv::error::LftError, lpv::error::ShapeError, lpv::error::SynthesisError,
+        scheduled::DesignError
+}

@@ -70,16 +70,8 @@ pub enum Error {
     Of { path: String, reason: Box<Error> },
 }
 
-squid_design::from_design_errors!(
-    Error: InputError,
-    ModelError,
-    ProofError,
-    StoreError,
-    auv::FileError,
-    auv::LpvModelError,
-    auv::VehicleJsonError,
-    base::files::Error,
-    certificate::Failure,
-    scheduled::DesignError,
-    scheduled::ManoeuvreError
-);
+squid_design::from_design_errors! {
+    Error: InputError, ModelError, ProofError, StoreError, auv::FileError, auv::LpvModelError,
+        auv::VehicleJsonError, base::files::Error, certificate::Failure, scheduled::DesignError,
+        scheduled::ManoeuvreError
+}

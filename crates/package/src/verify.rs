@@ -166,19 +166,26 @@ fn with_uncertainty(
         100.0 * found.fraction,
         found.declared
     );
-    let beside = path.with_file_name(CONTROLLER);
-    let controller = if beside.is_file() {
-        same_controller(&ControllerDesign::from_json(&read(&beside)?)?.lft, certificate)?;
-        format!("{shown}: its controller is that of {CONTROLLER} beside it")
-    } else {
-        not_compared(path)
-    };
+    let controller = compared(path, |design| {
+        same_controller(&design.lft, certificate)?;
+        Ok(String::new())
+    })?;
     Ok(vec![plant, controller])
 }
 
-/// That there is no controller to compare.
-fn not_compared(path: &Path) -> String {
-    format!("{}: its controller was not compared, because {CONTROLLER} is not beside it", path.display())
+/// Compares the controller beside a certificate, if there is one; `same` returns more words about it.
+fn compared(
+    path: &Path,
+    same: impl FnOnce(&ControllerDesign) -> Result<String, Error>,
+) -> Result<String, Error> {
+    let (shown, beside) = (path.display(), path.with_file_name(CONTROLLER));
+    if !beside.is_file() {
+        return Ok(format!(
+            "{shown}: its controller was not compared, because {CONTROLLER} is not beside it"
+        ));
+    }
+    let more = same(&ControllerDesign::from_json(&read(&beside)?)?)?;
+    Ok(format!("{shown}: its controller is that of {CONTROLLER} beside it{more}"))
 }
 
 /// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
@@ -190,15 +197,11 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
          constant from tick to tick",
         named(inputs)
     );
-    let beside = path.with_file_name(CONTROLLER);
-    let controller = if beside.is_file() {
+    let controller = compared(path, |design| {
         let ticks = inputs.design.delay_ticks();
-        let design = ControllerDesign::from_json(&read(&beside)?)?;
-        sampled::check_controller(&design, ticks, certificate)?;
-        format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
-    } else {
-        not_compared(path)
-    };
+        sampled::check_controller(design, ticks, certificate)?;
+        Ok(format!(", with a delay of {ticks} ticks"))
+    })?;
     Ok(vec![plant, controller])
 }
 

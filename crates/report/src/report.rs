@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::{Figure, Part, Section};
-use crate::peers::peers;
+use crate::peers::{ON_THE_PAGE, compare};
 use crate::sections::{
     disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,
     verdict,
@@ -12,7 +12,6 @@ use crate::threads::in_parallel;
 use auv::Status;
 use base::progress::Progress;
 use certificate::Theorem;
-use signals::PITCH;
 use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
 use std::time::Instant;
@@ -37,13 +36,10 @@ const SECTIONS: [Maker; 18] = [
     ("robust", "The robust controller against the nominal one", robust::robust),
     ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
-    ("peers", "Against a PID and blended controllers", peers),
+    ("peers", "Against a PID and blended controllers", |subject| compare(subject, ON_THE_PAGE)),
     ("entries", "The model: entries of A over speed", fit::entries),
     ("responses", "The model: frequency responses", fit::responses),
 ];
-
-/// The name of the shipped surrogate vehicle.
-const SURROGATE: &str = "squid";
 
 /// The slowest sections, the slowest first.
 const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
@@ -147,27 +143,17 @@ fn origin(inputs: &Inputs) -> String {
     )
 }
 
-/// The warning that the vehicle is a surrogate, with the origin of its numbers for the shipped one.
-fn surrogate(inputs: &Inputs) -> String {
-    let name = &inputs.vehicle.name;
-    if name == SURROGATE && inputs.design.stepped() == PITCH {
-        return format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a \
-             surrogate of {name} with coefficients derived from geometry; where they differ from the paper's, the \
-             vehicle does, too."
-        );
-    }
-    format!(
-        "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {name}. All numbers on \
-         this page are of the vehicle in that file."
-    )
-}
-
 impl Report {
     /// The report before any computation: vehicle, design and warnings.
     pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
         let vehicle = &inputs.vehicle;
-        let surrogate = (vehicle.status == Status::Surrogate).then(|| surrogate(inputs));
+        let surrogate = (vehicle.status == Status::Surrogate).then(|| {
+            format!(
+                "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {}. All \
+                 numbers on this page are of the vehicle in that file.",
+                vehicle.name
+            )
+        });
         let warnings = [unproved.clone(), surrogate].into_iter().flatten();
         let subject = name(vehicle);
         let introduction = vec![
@@ -193,7 +179,8 @@ impl Report {
 
     /// All figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.sections.iter().flat_map(Section::figures)
+        let parts = self.sections.iter().flat_map(|section| &section.parts);
+        parts.filter_map(|part| if let Part::Figure(figure) = part { Some(figure) } else { None })
     }
 }
 
@@ -202,16 +189,21 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// The origin of another vehicle's numbers is unknown.
+    /// The warning follows from the vehicle file alone: its status, and its name.
     #[test]
-    fn only_the_shipped_surrogate_has_an_origin() {
+    fn a_surrogate_is_named_by_its_file() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
-        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning.unwrap();
-        assert!(warning(&inputs).contains("derived from geometry"));
-        "otter".clone_into(&mut inputs.vehicle.name);
-        let found = warning(&inputs);
-        assert!(found.starts_with("SURROGATE: ") && found.contains("not those of the real otter"), "{found}");
-        assert!(!found.contains("geometry") && !found.contains("paper"), "{found}");
+        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning;
+        for name in ["squid", "otter"] {
+            name.clone_into(&mut inputs.vehicle.name);
+            let expected = format!(
+                "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {name}. All \
+                 numbers on this page are of the vehicle in that file."
+            );
+            assert_eq!(warning(&inputs), Some(expected));
+        }
+        inputs.vehicle.status = Status::Published;
+        assert_eq!(warning(&inputs), None);
     }
 }

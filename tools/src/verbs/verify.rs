@@ -1,6 +1,6 @@
 //! `squid verify`: proves the certificate of an FMU, or of a file.
 
-use crate::cli::inputs;
+use crate::cli::{Verify, inputs};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
@@ -17,42 +17,33 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of the files, and why nothing is proved.
-pub fn run(
-    file: Option<&Path>,
-    source: Option<&Path>,
-    vehicle: Option<&Path>,
-    design: &str,
-    bandwidth: Option<f64>,
-    verbose: bool,
-) -> Result<(), Error> {
+pub fn run(asked: &Verify) -> Result<(), Error> {
+    let file = asked.file.as_deref();
+    let vehicle = asked.vehicle.as_deref();
+    let inputs = vehicle.map(|directory| inputs(directory, &asked.design, asked.bandwidth)).transpose()?;
     let constant = file.map(|file| Ok::<_, Error>((file, constant_certificate(file)?))).transpose()?;
     if let Some((file, Some(certificate))) = constant {
         let theorem = certificate.prove()?;
-        let mut tolerated = None;
-        if let Some(directory) = vehicle {
-            let inputs = inputs(directory, design, bandwidth)?;
-            let share = check_inputs(&certificate, &inputs)?;
-            tolerated = Some(share);
+        let share = inputs.as_ref().map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
+        if let (Some(inputs), Some(share)) = (&inputs, share) {
             say(&format!(
                 "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \
                  trajectory of speed{}",
                 file.display(),
-                named(&inputs),
+                named(inputs),
                 100.0 * share,
-                no_faster(rate_of(&certificate, &inputs))
+                no_faster(rate_of(&certificate, inputs))
             ));
         }
         say(&format!("PROVED: {}", line(&theorem)));
-        if verbose {
+        if asked.verbose {
             say(&theorem.to_string());
         }
-        let share = tolerated;
         return Ok(answer(
             &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": theorem.gamma, "share": share }),
         )?);
     }
-    let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
-    let verified = match (file, source) {
+    let verified = match (file, &asked.c) {
         (Some(file), _) => verify(file, inputs.as_ref())?,
         (None, Some(source)) => verify_source(source, inputs.as_ref())?,
         (None, None) => return Ok(()),
@@ -61,7 +52,7 @@ pub fn run(
     let theorem = &verified.theorem;
     verified.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
     verified.unproved.iter().for_each(|line| say(line));
-    if verbose {
+    if asked.verbose {
         theorem.sentences().iter().for_each(|sentence| say(sentence));
         if let Some(ClaimedStep { output, size, unit, .. }) = verified.step {
             say(&format!("That step is one of the {} reference, of up to {size} {unit}.", output.name));

@@ -308,18 +308,14 @@ impl Search {
     fn solve(&self, share: impl Fn(f64) -> f64) -> Result<(f64, Shown), SynthesisError> {
         let options =
             SolverOptions { floor: 1e-6, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
-        let solution = solver::solve(&self.program, STAGE, options)?;
+        let solution = solver::solve(&self.program, STAGE, options)?.feasible(STAGE)?;
         let least = self.least.value(&self.program, &solution.x)[(0, 0)];
-        if solution.margin <= 0.0 || least <= 0.0 {
-            return Err(SynthesisError::numerical(
-                STAGE,
-                format!("the inequalities are violated by {:.1e}", -solution.margin),
-            ));
+        if least <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, "the least value found is not positive"));
         }
         let shown = self.unknowns.shown(&self.loop_, &self.program, &solution.x, share(least));
-        Ok((
-            least,
-            shown.ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?,
-        ))
+        let shown =
+            shown.ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?;
+        Ok((least, shown))
     }
 }

@@ -331,14 +331,11 @@ impl<'a> Flow<'a> {
             quick: true,
             ..SolverOptions::within(ACCURACY)
         };
-        let solution = solver::solve(&program, STAGE, options)?;
+        let solution = solver::solve(&program, STAGE, options)?.feasible(STAGE)?;
         let value = |e: &Affine| e.value(&program, &solution.x)[(0, 0)];
         let (mu, size) = (value(&mu), value(&size));
-        if solution.margin <= 0.0 || size <= 0.0 {
-            return Err(SynthesisError::numerical(
-                STAGE,
-                format!("the inequalities are violated by {:.1e}", -solution.margin),
-            ));
+        if size <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, "the largest step found is not positive"));
         }
         let found = CLAIMED * self.unit * size.sqrt();
         let size = if self.everywhere { self.of.largest } else { found.min(self.of.largest) };

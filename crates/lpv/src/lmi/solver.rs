@@ -27,6 +27,20 @@ pub struct Solution {
     pub(crate) multipliers: Vec<Vec<Mat>>,
 }
 
+impl Solution {
+    /// The point, if it satisfies the inequalities.
+    ///
+    /// # Errors
+    /// [`SynthesisError::Numerical`].
+    pub(crate) fn feasible(self, stage: &'static str) -> Result<Self, SynthesisError> {
+        if self.margin > 0.0 {
+            return Ok(self);
+        }
+        let diagnosis = format!("the inequalities are violated by {:.1e}", -self.margin);
+        Err(SynthesisError::numerical(stage, diagnosis))
+    }
+}
+
 /// Solves `program`.
 ///
 /// ```text

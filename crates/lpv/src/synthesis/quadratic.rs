@@ -109,7 +109,8 @@ fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<La
         lambda: zero,
     };
     let t = program.scalar();
-    let bare = without_performance(plant);
+    let ClosedLoop { parts, channels } = plant.open();
+    let bare = ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels };
     let full = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
     let projected = full.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
     let size = projected.shape().0;
@@ -139,9 +140,4 @@ fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     }
     let floor = floor * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
     (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
-}
-
-fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {
-    let ClosedLoop { parts, channels } = plant.open();
-    ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels }
 }

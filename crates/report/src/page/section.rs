@@ -52,10 +52,3 @@ pub struct Section {
     /// Content.
     pub parts: Vec<Part>,
 }
-
-impl Section {
-    /// The figures.
-    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.parts.iter().filter_map(|part| if let Part::Figure(f) = part { Some(f) } else { None })
-    }
-}

@@ -10,11 +10,6 @@ use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
 use squid_design::numbers::above;
 
-/// Frequencies, rad/s, logarithmically spaced from 1e-4 to 1e2.
-fn axis() -> Vec<f64> {
-    (0..=240).map(|i| 10f64.powf(-4.0 + f64::from(i) / 40.0)).collect()
-}
-
 /// 1/|W_e| at a frequency.
 fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
     let s = Complex::new(0.0, omega);
@@ -129,7 +124,7 @@ fn chart(
     of: &dyn Fn(&FrozenLoop, f64) -> f64,
     limit: &dyn Fn(f64) -> f64,
 ) -> Chart {
-    let axis = axis();
+    let axis: Vec<f64> = (0..=240).map(|i| 10f64.powf(-4.0 + f64::from(i) / 40.0)).collect();
     let mut curves: Vec<Curve> = loops
         .iter()
         .enumerate()
