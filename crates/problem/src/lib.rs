@@ -11,7 +11,6 @@
 //! gain          the gain of a closed loop
 //! sampled       the gain of a sampled-data loop
 //! mu            the structured singular value
-//! words         rounded numbers for terminal output
 //! ```
 
 pub mod check;
@@ -26,4 +25,3 @@ pub mod report;
 pub mod sampled;
 pub mod source;
 pub mod synth;
-mod words;

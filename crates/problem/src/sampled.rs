@@ -13,7 +13,7 @@ use crate::matrices::{Reader, find};
 use crate::mu_file::system;
 use crate::problem_file::sampled_loop_plant;
 use crate::source::Source;
-use crate::words::digits;
+use base::numbers::digits;
 use certificate::Json;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::partition::Group::{U, Y};

@@ -1,6 +1,6 @@
 //! The page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
 
-use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table, percent};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
@@ -95,15 +95,11 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     Section { id: "guaranteed", title: "The worst gain drawn, and the one that is guaranteed", parts }
 }
 
-fn percent(v: f64) -> String {
-    format!("{} %", decimals(100.0 * v, 2))
-}
-
 fn ended(shares: &[Share]) -> Section {
     let mut table = Table::new(["outcome", "flights", "share", "95 % interval"]);
     for Share { outcome, flights, share, interval: [low, high] } in shares {
-        let interval = format!("{} to {}", percent(*low), percent(*high));
-        table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share), interval]);
+        let interval = format!("{} to {}", percent(*low, 2), percent(*high, 2));
+        table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share, 2), interval]);
     }
     let words =
         "The interval is Wilson's (1927): that in which the share of a campaign without end lies, with 95 %.";

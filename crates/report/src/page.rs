@@ -12,6 +12,7 @@ mod thin;
 mod words;
 
 pub use axis::{Axis, Scale, extent};
+pub use base::numbers::{known, percent, tidy};
 pub use chart::{Chart, Curve, SMALL, Size, WIDE};
 pub use diagram::Diagram;
 pub use figure::{FONT, Figure, STYLE};
@@ -19,4 +20,4 @@ pub use key::{Key, WIDTH};
 pub use plot::{Kind, Line, Panel, draw};
 pub use section::{Boxed, Part, Section, Table};
 pub(crate) use thin::thin;
-pub use words::{capital, escaped, seconds, tidy};
+pub use words::{capital, escaped};

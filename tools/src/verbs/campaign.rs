@@ -8,6 +8,7 @@ use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use base::files::{self, check_directory, read, write};
+use base::numbers::{known, percent};
 use base::progress::Progress;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
@@ -239,18 +240,14 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
         plan.uncertain.len()
     );
     for Share { outcome, flights, share, interval: [low, high] } in shares {
-        let part = |v: f64| format!("{} %", decimals(100.0 * v, 2));
-        out +=
-            &format!("{outcome:<10} {flights:>9}  {:>7}  {} to {}\n", part(*share), part(*low), part(*high));
+        let [share, low, high] = [share, low, high].map(|part| percent(*part, 2));
+        out += &format!("{outcome:<10} {flights:>9}  {share:>7}  {low} to {high}\n");
     }
     out += "\nfigure                      median      95 %      99 %   largest   in flight   \
             pushed by (rank correlation)\n";
     for Spread { figure, unit, quantiles, largest, flight, pushed_by } in spreads {
-        let cells: String = quantiles
-            .iter()
-            .chain([largest])
-            .map(|v| format!("{:>10}", if v.is_finite() { decimals(*v, 4) } else { "never".into() }))
-            .collect();
+        let cells: String =
+            quantiles.iter().chain([largest]).map(|v| format!("{:>10}", known(*v, 4))).collect();
         let strong = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).take(3);
         let pushed: Vec<String> = strong.map(|(name, r)| format!("{name} ({r:+.2})")).collect();
         let heading = if *unit == "1" { (*figure).to_owned() } else { format!("{figure} ({unit})") };

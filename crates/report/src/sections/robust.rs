@@ -1,7 +1,7 @@
 //! Comparison of the robust controller with the nominal one, for a robust design.
 
 use crate::error::Error;
-use crate::page::{Chart, Curve, Figure, Key, Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table, percent};
 use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
@@ -33,10 +33,6 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     ])
 }
 
-fn percent(part: f64) -> String {
-    format!("{:.1} %", 100.0 * part)
-}
-
 fn about(figures: &RobustFigures) -> String {
     let (parameters, channels, rho) = figures.sizes;
     format!(
@@ -48,9 +44,9 @@ fn about(figures: &RobustFigures) -> String {
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         figures.gamma,
         gain_in_words(figures.gamma),
-        percent(figures.robust_size),
+        percent(figures.robust_size, 1),
         figures.declared(),
-        percent(figures.nominal_size)
+        percent(figures.nominal_size, 1)
     )
 }
 
@@ -58,7 +54,7 @@ fn proof(figures: &RobustFigures) -> String {
     format!(
         "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of {} the gain of \
             the robust controller is below {}. {}",
-        percent(figures.robust_size),
+        percent(figures.robust_size, 1),
         figures.declared(),
         above(figures.proved),
         figures.not_proved()
@@ -74,12 +70,8 @@ fn constant(figures: &RobustFigures) -> String {
             both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
             vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
             continuous time.",
-        whole_percent(figures.constant_size)
+        percent(figures.constant_size, 0)
     )
-}
-
-fn whole_percent(part: f64) -> String {
-    format!("{:.0} %", 100.0 * part)
 }
 
 fn number(value: Option<f64>) -> String {
@@ -90,7 +82,7 @@ fn ladder(figures: &RobustFigures) -> Table {
     let mut table =
         Table::new(["part of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
     let row = |(size, nominal, robust): &(f64, Option<f64>, Option<f64>)| {
-        vec![percent(*size), number(*nominal), number(*robust)]
+        vec![percent(*size, 1), number(*nominal), number(*robust)]
     };
     table.rows = figures.ladder.iter().map(row).collect();
     table
@@ -102,7 +94,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         key: which,
         points: figures.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
     };
-    let gain = format!("worst-case gain at {} (-)", whole_percent(figures.constant_size));
+    let gain = format!("worst-case gain at {} (-)", percent(figures.constant_size, 0));
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
@@ -119,7 +111,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
 }
 
 fn frozen(figures: &RobustFigures) -> Table {
-    let at = whole_percent(figures.constant_size);
+    let at = percent(figures.constant_size, 0);
     let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust"]);
     for which in ["nominal", "robust"] {
         table.head.push(format!("worst-case gain at {at}: {which}"));

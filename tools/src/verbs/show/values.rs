@@ -3,7 +3,6 @@
 use crate::error::Error;
 use lpv::controller::Controller;
 use lpv::matrix::to_rows;
-use nalgebra::Complex;
 use scheduled::Gamma;
 use serde_json::{Value, json};
 use squid_design::fit::Model;

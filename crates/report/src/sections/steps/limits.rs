@@ -1,7 +1,7 @@
 //! A step beyond the actuators' limits, and back: with and without anti-windup.
 
 use crate::error::Error;
-use crate::page::{Figure, Key, Part, Table, capital, seconds, tidy};
+use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
 use scheduled::{ControllerDesign, Manoeuvre};
@@ -154,5 +154,5 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let most = rows.iter().map(|row| (row.measured(step.place) - from).abs()).fold(0.0, f64::max);
     let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.inputs.limits());
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
-    [tidy(step.factor * most, 2), seconds(limited(subject, rows)), seconds(back.settling_time), overshoot]
+    [tidy(step.factor * most, 2), known(limited(subject, rows), 2), known(back.settling_time, 2), overshoot]
 }
