@@ -1,8 +1,7 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
-//! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle
-//! and design file are there, that plant, ball and all that is flown beside the controller's matrices are what they
-//! make.
+//! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design file,
+//! that plant, ball and all other data of the FMU follow from them.
 
 use crate::archive::FmuArchive;
 use crate::c::{self, CONTROLLER};
@@ -40,7 +39,7 @@ pub struct Verified {
     pub step: Option<ClaimedStep>,
 }
 
-/// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
+/// Verifies an FMU (by its extension) or a certificate as JSON; against vehicle and design file, if given.
 ///
 /// # Errors
 /// [`files::Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],

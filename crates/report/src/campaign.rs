@@ -29,7 +29,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
         Points::Corners => "at corners of",
     };
     let at_sea = match &plan.identity.sea {
-        Some(_) => "a sea drawn anew for each",
+        Some(_) => "a random sea for each",
         None => "still water",
     };
     let introduction = vec![
@@ -42,8 +42,8 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
             SIGNALS[plan.stepped()].name,
             plan.identity.starts.words()
         ),
-        "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and \
-         plots it."
+        "Flights are samples: they prove nothing about other vehicles. `squid replay` simulates one again \
+             and plots it."
             .to_owned(),
     ];
     let mut sections = vec![ended(shares), spread(plan, rows, spreads), pushed(plan, rows, spreads)];
@@ -69,7 +69,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     );
     let head = [
         "speed",
-        "median of those drawn",
+        "median of the samples",
         "largest",
         "in flight",
         "guaranteed for the model",
@@ -92,7 +92,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     let without = "Without a gain: vehicles that do not trim at that speed, or whose trim moves beyond the range that \
                    was found for it at corners of the declared uncertainty, so that the bound is not about them.";
     let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
-    Section { id: "guaranteed", title: "The worst gain drawn, and the one that is guaranteed", parts }
+    Section { id: "guaranteed", title: "The largest sampled gain and the guaranteed gain", parts }
 }
 
 fn ended(shares: &[Share]) -> Section {
@@ -102,12 +102,8 @@ fn ended(shares: &[Share]) -> Section {
         table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share, 2), interval]);
     }
     let words =
-        "The interval is Wilson's (1927): that in which the share of a campaign without end lies, with 95 %.";
-    Section {
-        id: "outcomes",
-        title: "How the flights ended",
-        parts: vec![Part::Table(table), Part::Words(words.into())],
-    }
+        "The interval is Wilson's (1927), of the probability of the outcome with a confidence of 95 %.";
+    Section { id: "outcomes", title: "Outcomes", parts: vec![Part::Table(table), Part::Words(words.into())] }
 }
 
 /// The display of a figure: its name in words, its unit, and the factor to that unit.
@@ -161,13 +157,13 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
             curves: vec![Curve { key: 0, points }],
         });
     }
-    let caption = "Of all flights, the share whose figure is known and at most what stands below. Vertical: all alike; \
-                   a long tail to the right: a few are much worse than the rest.";
+    let caption = "The cumulative distribution: the share of flights whose figure is at most the value \
+         below. Vertical: all are alike; a long tail to the right: a few are much worse than the rest.";
     let figure =
         Figure { name: "distributions".into(), caption: caption.into(), keys: vec![Key::nth(0, "")], charts };
     Section {
         id: "figures",
-        title: "The spread of each figure",
+        title: "Distributions of the figures",
         parts: vec![Part::Table(table), Part::Figure(figure)],
     }
 }
@@ -175,7 +171,7 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
 fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     let names = plan.drawn();
     let mut charts = Vec::new();
-    let mut table = Table::new(["figure", "pushed by, with rank correlation"]);
+    let mut table = Table::new(["figure", "correlated with (rank correlation)"]);
     for Spread { figure, unit, pushed_by, .. } in varied(spreads) {
         let (name, unit, factor) = shown(figure, unit);
         let strong: Vec<&(String, f64)> = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).collect();
@@ -196,19 +192,20 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     }
     let mut parts = vec![
         Part::Words(format!(
-            "Rank correlations (Spearman) from {STRONG} on between what was drawn and what came of it: +1 where the \
-             one always grows with the other."
+            "Rank correlations (Spearman) from {STRONG} on between the random numbers and the figures: +1 \
+                 if one always grows with the other."
         )),
         Part::Table(table),
     ];
     if !charts.is_empty() {
         let caption = format!(
-            "Each figure over what pushes it most, a point a flight, the first {DRAWN} at most that have the figure."
+            "Each figure over the number that it is most correlated with, a point per flight, of the first \
+                 {DRAWN} flights with the figure."
         );
         let keys = vec![Key::nth(0, "").dotted()];
         parts.push(Part::Figure(Figure { name: "pushed".into(), caption, keys, charts }));
     }
-    Section { id: "pushed", title: "What pushes them", parts }
+    Section { id: "pushed", title: "Correlations of the figures", parts }
 }
 
 const _: () = assert!(QUANTILES.len() == 3, "the table's head names three");

@@ -21,22 +21,22 @@ type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Erro
 
 /// The sections, in reading order.
 const SECTIONS: [Maker; 18] = [
-    ("verdict", "What is asked, and what is achieved", verdict::verdict),
-    ("steps", "Steps of what is tracked, and every actuator", steps::steps),
+    ("verdict", "Requirements and results", verdict::verdict),
+    ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
-    ("manoeuvre", "A step while the speed ramps", manoeuvre::manoeuvre),
-    ("limits", "Beyond the limits of the actuators", steps::limits::limits),
-    ("structure", "The loop, its weights and its sizes", structure::structure),
-    ("loops", "The loop over frequency, open and closed", loops::loops),
-    ("disturbances", "In a current, and under noise", disturbances::disturbances),
-    ("sea", "At sea: waves, current, errors of the sensors", disturbances::sea::sea),
-    ("working-sea", "In the sea that the controller is made for", disturbances::working_sea::working_sea),
-    ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
+    ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
+    ("limits", "Saturated actuators", steps::limits::limits),
+    ("structure", "The loop: structure, weights and sizes", structure::structure),
+    ("loops", "Open and closed loop over frequency", loops::loops),
+    ("disturbances", "Current and sensor noise", disturbances::disturbances),
+    ("sea", "At sea: waves, current, sensor errors", disturbances::sea::sea),
+    ("working-sea", "The sea of the design", disturbances::working_sea::working_sea),
+    ("sensitivity", "Weights and achieved sensitivity", sensitivity::sensitivity),
     ("mu", "Robust stability: mu over frequency", mu::mu),
-    ("robust", "The robust controller against the nominal one", robust::robust),
-    ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
+    ("robust", "Robust and nominal controller", robust::robust),
+    ("gammas", "Gamma under each assumption about the speed", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
-    ("peers", "Against a PID and blended controllers", |subject| compare(subject, ON_THE_PAGE)),
+    ("peers", "Comparison with a PID and blended controllers", |subject| compare(subject, ON_THE_PAGE)),
     ("entries", "The model: entries of A over speed", fit::entries),
     ("responses", "The model: frequency responses", fit::responses),
 ];
@@ -94,7 +94,7 @@ pub fn brief(
     subject.brief = true;
     let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
     let mut report = with_sections(&subject, &makers);
-    report.introduction.push(format!("The whole report is written by `{whole}`."));
+    report.introduction.push(format!("The full report is written by `{whole}`."));
     Ok(report)
 }
 

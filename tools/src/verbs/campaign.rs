@@ -244,7 +244,7 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
         out += &format!("{outcome:<10} {flights:>9}  {share:>7}  {low} to {high}\n");
     }
     out += "\nfigure                      median      95 %      99 %   largest   in flight   \
-            pushed by (rank correlation)\n";
+            correlated with (rank correlation)\n";
     for Spread { figure, unit, quantiles, largest, flight, pushed_by } in spreads {
         let cells: String =
             quantiles.iter().chain([largest]).map(|v| format!("{:>10}", known(*v, 4))).collect();

@@ -7,7 +7,7 @@ use squid_package::fmu::Binaries;
 use squid_package::platform::Platform;
 use std::process::Command;
 
-/// A program that some work needs.
+/// A program that squid or its tests need.
 struct Tool {
     /// Names under which it may be found, and what makes each print its version.
     names: &'static [Words],
@@ -58,7 +58,7 @@ const TOOLS: [Tool; 8] = [
     ),
 ];
 
-/// Prints what is there and what is missing.
+/// Prints which programs are found and which are missing.
 ///
 /// # Errors
 /// [`Error::Missing`] where something is missing without which no FMU can be made.

@@ -16,7 +16,7 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
             "The controller of this report is the nominal one. `squid design --robust` looks for one that \
                     tolerates more of the declared uncertainty, and this section then shows both side by side."
         } else {
-            "Nothing is said to be uncertain, so that there is nothing to be robust against."
+            "No uncertainty is declared, so that there is nothing to be robust against."
         };
         return Ok(vec![Part::Words(words.into())]);
     };
@@ -63,7 +63,7 @@ fn proof(figures: &RobustFigures) -> String {
 
 fn constant(figures: &RobustFigures) -> String {
     format!(
-        "Coefficients that are off but do not change are a milder test. For these the figure and its table \
+        "Constant errors of the coefficients are a milder test. For these the figure and its table \
             show both controllers, frozen at a speed: an upper bound on mu for robust stability (1 is all of \
             the declared uncertainty, less is better), and the worst-case gain at {} of the declared \
             uncertainty, of which the first number is reached by a perturbation and the second is guaranteed, \

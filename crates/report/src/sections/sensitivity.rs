@@ -25,7 +25,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = all(subject, FrozenLoop::flying)?;
     let gamma = subject.stored.controller.gamma.bound;
     let mut keys = subject.speed_keys();
-    keys.push(Key { dash: "", ..Key::reference("asked for: 1/|W|") });
+    keys.push(Key { dash: "", ..Key::reference("required: 1/|W|") });
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
@@ -39,7 +39,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
-            "What the weights ask for and what the loop of {} achieves as it flies (true linearisations at six \
+            "What the weights require and what the loop of {} achieves as it flies (true linearisations at six \
                 frozen speeds, sampled, with the lags of the \
              actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain \
              below {} means for the fitted model in continuous \

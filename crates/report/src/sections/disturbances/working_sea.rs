@@ -135,10 +135,11 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
 /// The simulated flights, in words.
 fn about(sea: &WorkingSea) -> String {
     format!(
-        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} \
-         m deep, and counts them {} times. Beside its controller stands one of the same file without [sea]. Level at \
-         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` where the hull breaks the \
-         surface. Flown, not proved.",
+        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as \
+             encountered {} m deep, with a weight of {}. Its controller is compared with that of the same \
+             file without [sea]. Level at \
+         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` if the hull breaks the \
+              surface. Simulated, not proved.",
         auv::rounded(sea.waves.spectrum.height()),
         sea.waves.spectrum.peak(),
         auv::rounded(sea.depth),

@@ -56,7 +56,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         let (name, size) = (step.name, tidy(step.factor * size, 1));
         let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
         let words = format!(
-            "At {speeds} m/s steps of the {name} reference by {size} {}, either way, take no command to its limit.",
+            "At {speeds} m/s steps of the {name} reference by {size} {}, in either direction, take no \
+                 command to its limit.",
             step.unit
         );
         return Ok(vec![Part::Words(words)]);
@@ -68,8 +69,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         "anti-windup".into(),
         format!("{} from {from}, at most ({})", step.name, step.unit),
         "a command at its limit (s)".into(),
-        "within 2 % after it is taken back (s)".into(),
-        "beyond it then (%)".into(),
+        "settled to 2 % after its removal (s)".into(),
+        "overshoot then (%)".into(),
     ]);
     for pair in &pairs {
         for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
@@ -80,10 +81,11 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let words = format!(
-        "The {} reference steps by {} {}, is taken back after {HELD} s, and {FLOWN} s more are flown; at each speed \
-            the way in which a command is longer at its limit without anti-windup, in deep water. Anti-windup feeds \
-            what the limits cut off of the commands back into the controller's states; beside each flight stands \
-            the same without it.",
+        "The {} reference steps by {} {}, is removed after {HELD} s, and the flight goes on for {FLOWN} s; \
+             at each speed \
+            in the direction in which a command is longer at its limit without anti-windup, in deep water. \
+                 Anti-windup feeds the saturated part of the commands back into the controller's states; \
+                 each flight is also shown without it.",
         step.name,
         tidy(step.factor * size, 1),
         step.unit
@@ -98,7 +100,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         parts.push(Part::Figure(Figure {
             name: "beyond-limits".into(),
             caption: format!(
-                "{} at {speed:.2} m/s: a step that is taken back at {} s.",
+                "{} at {speed:.2} m/s: a step that is removed at {} s.",
                 capital(&subject.name()),
                 TIMES[0]
             ),
