@@ -19,7 +19,7 @@ pub mod error;
 pub mod gain;
 mod matrices;
 pub mod mu;
-mod mu_file;
+pub mod mu_file;
 pub mod problem_file;
 pub mod report;
 pub mod sampled;
