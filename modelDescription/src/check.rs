@@ -183,6 +183,8 @@ fn check_derivative(description: &ModelDescription, variable: &ScalarVariable, f
 /// Every dependency is on a known of its list in `ModelStructure`.
 fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
     let structure = description.structure();
+    let states: BTreeSet<&String> =
+        description.variables.iter().filter_map(|one| one.derivative_of.as_ref()).collect();
     for (list, unknowns, initial) in [
         ("Outputs", &structure.outputs, false),
         ("Derivatives", &structure.derivatives, false),
@@ -192,22 +194,14 @@ fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
             let name = || description.variables[unknown.index - 1].name.clone();
             for &(index, _) in unknown.dependencies.iter().flatten() {
                 let on = &description.variables[index - 1];
-                let known = if initial { is_initially_known(on) } else { is_known(description, on) };
-                if !known {
+                // Knowns at an instant are inputs and states (section 2.2.8), of the initialisation inputs and variables
+                // with a start value.
+                let known =
+                    if initial { on.initial() == Some(Initial::Exact) } else { states.contains(&on.name) };
+                if !known && on.causality != Causality::Input {
                     found.push(Problem::NoKnown { name: name(), on: on.name.clone(), list });
                 }
             }
         }
     }
-}
-
-/// Knowns at an instant are inputs and states (section 2.2.8).
-fn is_known(description: &ModelDescription, variable: &ScalarVariable) -> bool {
-    variable.causality == Causality::Input
-        || description.variables.iter().any(|one| one.derivative_of.as_ref() == Some(&variable.name))
-}
-
-/// Knowns of the initialisation are inputs and variables with a start value.
-fn is_initially_known(variable: &ScalarVariable) -> bool {
-    variable.causality == Causality::Input || variable.initial() == Some(Initial::Exact)
 }

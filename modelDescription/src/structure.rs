@@ -31,7 +31,10 @@ impl ModelDescription {
             self.variables.iter().filter_map(|one| one.derivative_of.as_deref()).collect();
         let is_state = |variable: &ScalarVariable| states.contains(variable.name.as_str());
         ModelStructure {
-            outputs: self.unknowns(is_output, |variable| &variable.depends_on),
+            outputs: self.unknowns(
+                |variable| variable.causality == Causality::Output,
+                |variable| &variable.depends_on,
+            ),
             derivatives: self
                 .unknowns(|variable| variable.derivative_of.is_some(), |variable| &variable.depends_on),
             initial_unknowns: self.unknowns(
@@ -62,10 +65,6 @@ impl ModelDescription {
         indices.sort_unstable_by_key(|&(index, _)| index);
         indices
     }
-}
-
-fn is_output(variable: &ScalarVariable) -> bool {
-    variable.causality == Causality::Output
 }
 
 /// An output, calculated parameter, state or derivative that is not set by its start value.

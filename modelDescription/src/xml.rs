@@ -78,26 +78,20 @@ impl ModelDescription {
     }
 
     fn of_model_exchange(&self) -> Attributes {
-        let mut attributes = self.identity();
-        attributes.push(("completedIntegratorStepNotNeeded", "false".to_owned()));
-        attributes.extend(self.shared());
-        attributes
+        let own = vec![("completedIntegratorStepNotNeeded", "false".to_owned())];
+        [self.identity(), own, self.shared()].concat()
     }
 
     fn of_co_simulation(&self) -> Attributes {
         let flags = self.co_simulation;
-        let mut attributes = self.identity();
-        attributes.extend([
-            (
-                "canHandleVariableCommunicationStepSize",
-                flags.can_handle_variable_communication_step_size.to_string(),
-            ),
+        let steps = flags.can_handle_variable_communication_step_size;
+        let own = vec![
+            ("canHandleVariableCommunicationStepSize", steps.to_string()),
             ("canInterpolateInputs", flags.can_interpolate_inputs.to_string()),
             ("maxOutputDerivativeOrder", flags.max_output_derivative_order.to_string()),
             ("canRunAsynchronuously", "false".to_owned()),
-        ]);
-        attributes.extend(self.shared());
-        attributes
+        ];
+        [self.identity(), own, self.shared()].concat()
     }
 
     fn identity(&self) -> Attributes {

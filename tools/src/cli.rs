@@ -32,7 +32,7 @@ pub struct Cli {
     pub json: bool,
 }
 
-/// The design that is meant where none is named.
+/// The default design.
 pub const DEFAULT_DESIGN: &str = "design";
 
 /// The end of `--help`, each example on a separate line.
@@ -53,10 +53,10 @@ has more.";
 pub enum Verb {
     /// Design a controller: trim, linearise, fit, LFT, augment, synthesise, check, freeze
     ///
-    /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json.
-    /// A controller that fails a check is not written. One whose gain bound is not proved is written for inspection,
-    /// and the exit code is 1. The verdict at the end is on what `[require]` of the design file asks; for each
-    /// requirement that is missed it names the key of the weights to turn, and the direction.
+    /// Prints each stage with its key figure and writes controller.json, plant.json, manoeuvre.json and design.json. A
+    /// controller that fails a check is not written. One whose gain bound is not proved is written for inspection, and
+    /// the exit code is 1. The verdict at the end compares it with `[require]` of the design file; for each missed
+    /// requirement it names the weight to change, and the direction.
     Design {
         #[command(flatten)]
         which: Which,
@@ -65,21 +65,21 @@ pub enum Verb {
     },
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
-    /// Turns frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
-    /// `[control]`, and lowers `follow` once where nothing meets what is required; all else stays as it is written,
-    /// comments too. A design of a name that is not there is begun from
-    /// the vehicle alone, with the range of speed that suits it. The same files give the same design on any machine,
-    /// however busy it is. Exit code 5 where what it found misses a requirement; the file is written all the same.
+    /// Changes frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
+    /// `[control]`, and lowers `follow` once if no design meets the requirements; everything else in the file stays,
+    /// comments too. A design file that does not exist is created from the vehicle, with a suitable range of speed.
+    /// The same files give the same design on any machine. Exit code 5 if the best design misses a requirement; the
+    /// file is written nevertheless.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,
-        /// The design to begin with: NAME.toml in the vehicle's directory, begun if it is not there
+        /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
-        /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the one that was begun
+        /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
-        /// Search with at most this many designs; the search ends sooner where a round of it gains less than 1 %
+        /// The largest number of designs; the search ends earlier if a round gains less than 1 %
         #[arg(long, value_name = "COUNT", default_value_t = 100)]
         designs: usize,
     },
@@ -96,57 +96,43 @@ pub enum Verb {
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs no library but that of
-    /// mathematics (-lm), and that only where a thruster has `T_nn` or heave is measured; the header says so. Beside
-    /// them is what `squid verify --c` reads: controller.json and certificate.json. Refuses what `squid package`
-    /// refuses.
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs only the mathematical library
+    /// (-lm), and that only if a thruster has `T_nn` or heave is measured; the header says so. Writes controller.json
+    /// and certificate.json, too, for `squid verify --c`. Refuses what `squid package` refuses.
     Export {
         #[command(flatten)]
         which: Which,
-        /// The language
-        #[arg(long, value_enum, default_value = "c")]
-        language: Language,
-        /// The type of all numbers
-        #[arg(long, value_enum, default_value = "double")]
-        real: Real,
-        /// The directory for the source; by default `c` in that of the design
-        #[arg(long, value_name = "DIR")]
-        to: Option<PathBuf>,
-        /// Write a controller without proof; the source then says that it is uncertified
-        #[arg(long)]
-        allow_uncertified: bool,
-        /// Print also what is proved as a mathematical statement, as in the file
-        #[arg(long)]
-        verbose: bool,
+        #[command(flatten)]
+        asked: Export,
     },
-    /// Fly a design in this process: its manoeuvre, steps over the range of speed, the vehicle alone
+    /// Simulate a design: its manoeuvre, steps over the range of speed, the open-loop vehicle
     ///
     /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
     Simulate {
         #[command(flatten)]
         which: Which,
-        /// Fly the manoeuvre in the waves and the current of this file, with its sensors, and beside it in still water;
-        /// vehicles/sea.toml explains each key
+        /// Simulate the manoeuvre in the waves, the current and with the sensor errors of this file, and in still
+        /// water for comparison; vehicles/sea.toml explains each key
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
     },
-    /// Fly a design many times: vehicles all over the declared uncertainty, speeds, steps up and down, a sea drawn anew
+    /// Simulate a design many times: random vehicles of the declared uncertainty, speeds, steps up and down, seas
     ///
-    /// Each flight has the default manoeuvre, between two speeds drawn from its range. Results are Parquet files, a row
-    /// a flight, which pandas and polars read as one, and campaign.html; what is missing is flown when the command is
-    /// run again. A flight depends on its number and the seed alone: neither cores nor interruptions change a bit.
-    /// Designs first if there is no design yet. A campaign proves nothing. `python -m squid_campaign` flies it on many
-    /// machines.
+    /// Each flight is the default manoeuvre, between two random speeds of its range. Results are Parquet files with
+    /// one row per flight, which pandas and polars read as one table, and campaign.html; if the command is repeated,
+    /// only missing flights are simulated. A flight depends only on its number and the seed: neither the number of
+    /// cores nor interruptions change a bit. Designs first if there is no design yet. A campaign proves nothing.
+    /// `python -m squid_campaign` runs it on many machines.
     Campaign {
         #[command(flatten)]
         which: Which,
         #[command(flatten)]
         asked: Campaign,
     },
-    /// Fly one flight of a campaign again, and plot it
+    /// Simulate one flight of a campaign again, and plot it
     ///
-    /// Writes flight-N.csv and flight-N.svg beside the results, and says whether the figures are those in the results
-    /// to the bit.
+    /// Writes flight-N.csv and flight-N.svg next to the results, and prints whether the figures equal those in the
+    /// results to the bit.
     Replay {
         /// The directory of the results
         results: PathBuf,
@@ -161,18 +147,18 @@ pub enum Verb {
     Report {
         #[command(flatten)]
         which: Which,
-        /// Add the sections of the paper that squid began with (Sutarto and Budiyono, 2011), and its claims: by what
-        /// criterion each is judged, and whether this vehicle confirms it
+        /// Add sections on the paper by Sutarto and Budiyono (2011) and on its claims: the criterion for each, and
+        /// whether this vehicle confirms it
         #[arg(long)]
         paper: bool,
-        /// Add flights in the waves and the current of this file, with its sensors; see vehicles/sea.toml
+        /// Add simulations in the waves, the current and with the sensor errors of this file; see vehicles/sea.toml
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
     },
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     ///
-    /// `--speed` alone needs no design file: where design.toml is not there or does not fit the vehicle, the trim is
-    /// that at the depth at which the buoyancy is given.
+    /// `--speed` alone needs no design file: if design.toml does not exist or does not fit the vehicle, the trim is at
+    /// the depth for which the buoyancy is given.
     Show {
         #[command(flatten)]
         which: Which,
@@ -181,46 +167,25 @@ pub enum Verb {
     },
     /// Prove the gain bound of an FMU, of a source in C, or of a certificate.json, in exact arithmetic
     ///
-    /// Every number is read as the rational number that it is; nothing is rounded, and no code is shared with the
-    /// synthesis. For an FMU it also checks that the proof is of the controller inside, and that its resources belong
-    /// to its GUID. With --vehicle it computes again that the proof is about that vehicle, and that scales, trims and
-    /// limits are those of its files: all that is required before an FMU is packed.
-    Verify {
-        /// A controller's FMU, the FMU of the whole loop, or a certificate
-        #[arg(required_unless_present = "c")]
-        file: Option<PathBuf>,
-        /// Verify a C source written by `squid export` instead of FILE, with the other files beside it: every number
-        /// must follow from the controller of the certificate
-        #[arg(long, value_name = "FILE", conflicts_with = "file")]
-        c: Option<PathBuf>,
-        /// The vehicle's directory, to check that the file is of this vehicle's design
-        #[arg(long, value_name = "DIR")]
-        vehicle: Option<PathBuf>,
-        /// The design: a file NAME.toml in the vehicle's directory
-        #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
-        #[arg(value_parser = design_name)]
-        design: String,
-        /// The bandwidth that replaced w_b of every tracking weight, rad/s
-        #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
-        bandwidth: Option<f64>,
-        /// Print also what is proved as a mathematical statement, as in the file
-        #[arg(long)]
-        verbose: bool,
-    },
+    /// Every number is read as an exact rational number; nothing is rounded, and no code is shared with the synthesis.
+    /// For an FMU it also checks that the proof is about the controller in it, and that its resources belong to its
+    /// GUID. With --vehicle it computes again that plant, scales, trims and limits are those of the vehicle's files:
+    /// all that is required before an FMU is packed.
+    Verify(Verify),
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]
     Lpv(LpvVerb),
     /// Write a commented vehicle to start from: DIRECTORY/vehicle.toml and design.toml
     New {
-        /// The directory, which must not be there; its name is that of the vehicle
+        /// The new directory, which must not exist; its name is that of the vehicle
         directory: PathBuf,
         /// The vehicle to start from
         #[arg(long, value_enum, default_value = "squid")]
         like: Like,
     },
-    /// Check that this machine has what squid needs, and say how to get the rest
+    /// Check that this machine has what squid needs, and print how to install the rest
     ///
-    /// Exit code 1 where something is missing without which no FMU can be made.
+    /// Exit code 1 if a program is missing without which no FMU can be built.
     Doctor,
     /// Print a shell completion script
     ///
@@ -275,6 +240,51 @@ pub struct Design {
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
+pub struct Export {
+    /// The language
+    #[arg(long, value_enum, default_value = "c")]
+    pub language: Language,
+    /// The type of all numbers
+    #[arg(long, value_enum, default_value = "double")]
+    pub real: Real,
+    /// The directory for the source; by default `c` in that of the design
+    #[arg(long, value_name = "DIR")]
+    pub to: Option<PathBuf>,
+    /// Write a controller without proof; the source then says that it is uncertified
+    #[arg(long)]
+    pub allow_uncertified: bool,
+    /// Print also what is proved as a mathematical statement, as in the file
+    #[arg(long)]
+    pub verbose: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// A controller's FMU, the FMU of the whole loop, or a certificate
+    #[arg(required_unless_present = "c")]
+    pub file: Option<PathBuf>,
+    /// Verify a C source written by `squid export` instead of FILE, with the other files in its directory: every
+    /// number must follow from the controller of the certificate
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
+    pub c: Option<PathBuf>,
+    /// The vehicle's directory, to check that the file is of this vehicle's design
+    #[arg(long, value_name = "DIR")]
+    pub vehicle: Option<PathBuf>,
+    /// The design: a file NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
+    #[arg(value_parser = design_name)]
+    pub design: String,
+    /// The bandwidth that replaced w_b of every tracking weight, rad/s
+    #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
+    pub bandwidth: Option<f64>,
+    /// Print also what is proved as a mathematical statement, as in the file
+    #[arg(long)]
+    pub verbose: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
 pub struct Show {
     /// Trim, A, B and eigenvalues at this speed along the path, m/s
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
@@ -293,10 +303,10 @@ pub struct Show {
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Args)]
 pub struct Campaign {
-    /// How many flights
+    /// The number of flights
     #[arg(long, value_name = "COUNT", default_value_t = 1000)]
     pub flights: u64,
-    /// Fly in the waves and the current of this file, with its sensors; see vehicles/sea.toml
+    /// Simulate in the waves, the current and with the sensor errors of this file; see vehicles/sea.toml
     #[arg(long, value_name = "FILE")]
     pub sea: Option<PathBuf>,
     /// Seed of all random numbers
@@ -305,27 +315,27 @@ pub struct Campaign {
     /// How vehicles are sampled from the declared uncertainty
     #[arg(long, value_enum, default_value_t = Where::Uniform)]
     pub points: Where,
-    /// Begin each flight off the trim of its vehicle, by up to so much, such as pitch=10deg,heave=0.1m/s; of pitch,
-    /// speed, depth, pitch_rate and heave. Without it flights begin in trim
+    /// The largest initial deviations from trim, such as pitch=10deg,heave=0.1m/s; of pitch, speed, depth, pitch_rate
+    /// and heave. By default flights start in trim
     #[arg(long, value_name = "LIST")]
     pub starts: Option<Starts>,
     /// The directory of the results; by default `campaign` in that of the design
     #[arg(long, value_name = "DIR")]
     pub to: Option<PathBuf>,
-    /// Write what happened in each flight, not in the ten worst alone: trajectories/flight-N.parquet
+    /// Write the trajectory of each flight, not only of the ten worst: trajectories/flight-N.parquet
     #[arg(long)]
     pub trajectories: bool,
-    /// Leave out the gain that is guaranteed for the uncertain model, beside those of the first hundred vehicles; it
+    /// Do not compute the guaranteed gain of the uncertain model and the gains of the first hundred vehicles, which
     /// takes some seconds
     #[arg(long)]
     pub no_bound: bool,
-    /// Fly these flights alone, however many are asked for, and write no page: a part of a campaign
+    /// Simulate only these flights, whatever their number is, and write no page: a part of a campaign
     #[arg(long, value_name = "FIRST-LAST", value_parser = neighbours)]
     pub only: Option<RangeInclusive<u64>>,
-    /// Fly nothing, and say which flights are missing; with --only and --json also what is drawn for them
+    /// Simulate nothing, and print which flights are missing; with --only and --json also their random numbers
     #[arg(long)]
     pub dry_run: bool,
-    /// Fly nothing, and judge what the FMUs of the design flew with what is drawn: DIR/flight-N.csv
+    /// Simulate nothing, and evaluate the records of the design's FMUs with these random numbers: DIR/flight-N.csv
     #[arg(long, value_name = "DIR")]
     pub records: Option<PathBuf>,
 }
@@ -342,17 +352,17 @@ fn neighbours(text: &str) -> Result<RangeInclusive<u64>, String> {
     flights.map(|(first, last)| first..=last).ok_or_else(|| "two numbers of flights, as in 64-127".into())
 }
 
-/// More flights than anybody flies; their numbers fit into eight digits.
+/// The largest number of flights; the numbers have at most eight digits.
 pub const MOST_FLIGHTS: u64 = 100_000_000;
 
-/// Where in the declared uncertainty the vehicles of a campaign are.
+/// The distribution of the vehicles of a campaign over the declared uncertainty.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Where {
-    /// All over it, at random
+    /// Uniform
     Uniform,
-    /// All over it, more evenly: on a scrambled Sobol sequence, from which speeds and steps are drawn, too
+    /// A scrambled Sobol sequence, which also gives speeds and steps
     Sobol,
-    /// At its corners alone
+    /// Random corners
     Corners,
 }
 
@@ -369,11 +379,11 @@ pub struct Packing {
     /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, darwin64, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
     pub platforms: Vec<String>,
-    /// The interface of FMI that the FMUs offer; some tools take only FMUs with one
+    /// The interfaces of FMI in the FMUs; some tools accept only FMUs with one
     #[arg(long, value_enum, default_value = "both")]
     pub kind: FmuKind,
-    /// Where the FMUs' shared libraries are, if not where cargo puts them; those of named platforms in folders of
-    /// that name
+    /// The directory of the FMUs' shared libraries, if not that of cargo; those of named platforms are in
+    /// subdirectories of that name
     #[arg(long, value_name = "DIR")]
     pub binaries: Option<PathBuf>,
     /// Pack a controller without proof; its FMUs then say that they are uncertified
@@ -387,14 +397,14 @@ pub struct Packing {
     pub verbose: bool,
 }
 
-/// The interfaces of FMI that an FMU offers.
+/// The interfaces of FMI in an FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FmuKind {
-    /// Co-simulation alone: the FMU steps itself
+    /// Co-simulation only: the FMU steps itself
     Cs,
-    /// Model exchange alone: the importer integrates; of plant and loop, because the controller is sampled
+    /// Model exchange only, of plant and loop: the importer integrates; the controller is sampled
     Me,
-    /// Both; of the controller co-simulation
+    /// Both; of the controller co-simulation only
     Both,
 }
 
@@ -451,7 +461,7 @@ impl Which {
         self.out.clone().unwrap_or_else(|| store::default_directory(inputs))
     }
 
-    /// The vehicle and design files, and the directory of the design.
+    /// Reads the vehicle and design files; also returns the directory of the design.
     ///
     /// # Errors
     /// [`Error::Argument`], those of the files.
@@ -486,7 +496,7 @@ impl Which {
     }
 }
 
-/// A path as it is typed.
+/// A path as typed in a shell.
 fn shown(path: &Path) -> String {
     let path = path.display().to_string();
     if path.contains(char::is_whitespace) { format!("'{path}'") } else { path }
@@ -517,7 +527,7 @@ pub fn read_vehicle(path: &Path) -> Result<Vehicle, Error> {
     Ok(Vehicle::parse(&read(path)?, &path.display().to_string())?)
 }
 
-/// The sea of a file in which a vehicle can be flown, and the text of the file.
+/// The sea of a file, checked for a vehicle, and the text of the file.
 ///
 /// # Errors
 /// That of the file; waves, and a vehicle without size.

@@ -27,8 +27,8 @@ pub enum Error {
     /// A record of a flight cannot be plotted.
     #[error("{path}: {reason}")]
     Record { path: String, reason: String },
-    /// A directory is there already.
-    #[error("{path} is there already; name a directory that is not, and nothing is overwritten")]
+    /// A directory exists already.
+    #[error("{path} exists already; name a new directory: nothing is overwritten")]
     Exists { path: String },
     /// Programs are missing without which no FMU can be made.
     #[error("missing: {programs}")]
@@ -76,17 +76,8 @@ impl Error {
     }
 }
 
-squid_design::from_design_errors!(
-    Error: CertifyError,
-    InputError,
-    ModelError,
-    ProofError,
-    StoreError,
-    auv::FileError,
-    base::files::Error,
-    certificate::Failure,
-    lpv::error::LftError,
-    lpv::error::ShapeError,
-    lpv::error::SynthesisError,
-    scheduled::DesignError
-);
+squid_design::from_design_errors! {
+    Error: CertifyError, InputError, ModelError, ProofError, StoreError, auv::FileError, base::files::Error,
+        certificate::Failure, lpv::error::LftError, lpv::error::ShapeError, lpv::error::SynthesisError,
+        scheduled::DesignError
+}

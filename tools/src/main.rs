@@ -76,17 +76,13 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
         Verb::Package { which, asked } => package::run(&which, asked),
-        Verb::Export { which, language, real, to, allow_uncertified, verbose } => {
-            export::run(&which, language, real, to, allow_uncertified, verbose)
-        }
+        Verb::Export { which, asked } => export::run(&which, asked),
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea } => report::run(&which, paper, sea.as_deref()),
         Verb::Show { which, asked } => show::run(&which, &asked),
-        Verb::Verify { file, c, vehicle, design, bandwidth, verbose } => {
-            verify::run(file.as_deref(), c.as_deref(), vehicle.as_deref(), &design, bandwidth, verbose)
-        }
+        Verb::Verify(asked) => verify::run(&asked),
         Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),
         Verb::New { directory, like } => new::run(&directory, like),
         Verb::Doctor => doctor::run(),

@@ -1,4 +1,5 @@
-//! What every crate above needs of the machine: files, and progress of long work.
+//! What every crate above needs: files, progress of long work, numbers for people.
 
 pub mod files;
+pub mod numbers;
 pub mod progress;

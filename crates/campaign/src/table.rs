@@ -7,11 +7,11 @@ use crate::flight::{FIGURES_OF_A_ROW, Outcome, Row};
 use crate::plan::{Identity, Plan};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::get_typed_column_reader;
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::data_type::{ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use serde_json::{Map, Value};
@@ -130,6 +130,22 @@ pub fn read(path: &Path) -> Result<(Identity, Vec<Row>), Error> {
     rows(&SerializedFileReader::new(file).map_err(|why| wrong(why.to_string()))?).map_err(wrong)
 }
 
+/// The values of a column.
+fn column<T: DataType>(
+    group: &dyn RowGroupReader,
+    index: usize,
+    count: usize,
+) -> Result<Vec<T::T>, ParquetError> {
+    let mut values = Vec::new();
+    get_typed_column_reader::<T>(group.get_column_reader(index)?).read_records(
+        count,
+        None,
+        None,
+        &mut values,
+    )?;
+    Ok(values)
+}
+
 fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), String> {
     let words = |why: ParquetError| why.to_string();
     let metadata = reader.metadata().file_metadata();
@@ -143,23 +159,10 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
     for place in 0..reader.num_row_groups() {
         let group = reader.get_row_group(place).map_err(words)?;
         let count = usize::try_from(group.metadata().num_rows()).map_err(|why| why.to_string())?;
-        let column = |index: usize| group.get_column_reader(index).map_err(words);
-        let mut flights = Vec::new();
-        get_typed_column_reader::<Int64Type>(column(0)?)
-            .read_records(count, None, None, &mut flights)
-            .map_err(words)?;
-        let mut outcomes: Vec<ByteArray> = Vec::new();
-        get_typed_column_reader::<ByteArrayType>(column(1)?)
-            .read_records(count, None, None, &mut outcomes)
-            .map_err(words)?;
-        let numbers = (FIRST..columns).map(|index| {
-            let mut values = Vec::new();
-            get_typed_column_reader::<DoubleType>(column(index)?)
-                .read_records(count, None, None, &mut values)
-                .map_err(words)?;
-            Ok(values)
-        });
-        let numbers = numbers.collect::<Result<Vec<Vec<f64>>, String>>()?;
+        let flights = column::<Int64Type>(&*group, 0, count).map_err(words)?;
+        let outcomes = column::<ByteArrayType>(&*group, 1, count).map_err(words)?;
+        let numbers = (FIRST..columns).map(|index| column::<DoubleType>(&*group, index, count));
+        let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(words)?;
         for (k, (flight, word)) in flights.iter().zip(&outcomes).enumerate() {
             let word = word.as_utf8().map_err(words)?;
             let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.word() == word);

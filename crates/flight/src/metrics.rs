@@ -2,6 +2,7 @@
 
 use crate::flight::{Flight, Row};
 use auv::longitudinal::{DEPTH, SPEED};
+use serde::Serialize;
 
 /// The band around the new reference, relative to the step, within which a response is settled.
 pub const SETTLED: f64 = 0.02;
@@ -17,7 +18,7 @@ const JUMP: f64 = std::f64::consts::PI / 180.0;
 const DEPTH_JUMP: f64 = 0.025;
 
 /// Metrics of a step response.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StepFigures {
     /// Largest excursion beyond the new reference, relative to the step.
     pub overshoot: f64,

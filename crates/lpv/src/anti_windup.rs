@@ -31,11 +31,9 @@ pub mod region;
 mod saturated;
 
 use crate::error::{ShapeError, SynthesisError};
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, diagonal, unit};
-use crate::system::lyapunov::lyapunov;
+use crate::system::lyapunov;
 use nalgebra::DVector;
 
 const STAGE: &str = "anti-windup";
@@ -109,7 +107,7 @@ pub fn anti_windup(
     // In units of phi_j / limit_j, and states in units of their sizes.
     let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
     let controller_sizes = sizes.rows(n - controller_states, controller_states).into_owned();
-    let largest = |j: usize| largest(loops, j);
+    let largest = |j: usize| loops.iter().map(|each| each.limits[j]).fold(0.0, f64::max);
     let inward = |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / controller_sizes[i]);
     let moved = match aim {
         Aim::RegionOf(gain) => u.after(&inward(gain)),
@@ -122,13 +120,7 @@ pub fn anti_windup(
     }
     let options =
         SolverOptions { floor: FLOOR, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
-    let solution = solver::solve(&program, STAGE, options)?;
-    if solution.margin <= 0.0 {
-        return Err(SynthesisError::numerical(
-            STAGE,
-            format!("the inequalities are violated by {:.1e}", -solution.margin),
-        ));
-    }
+    let solution = solver::solve(&program, STAGE, options)?.feasible(STAGE)?;
     let value = |e: &Affine| e.value(&program, &solution.x);
     let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);
     let gain = Mat::from_fn(controller_states, m, |i, j| {
@@ -244,11 +236,6 @@ fn scaled(each: &LimitedLoop, sizes: &DVector<f64>, largest: &impl Fn(usize) -> 
         limits: limits.iter().enumerate().map(|(j, limit)| limit / largest(j)).collect(),
         region: from(region),
     }
-}
-
-/// The largest limit of a command.
-fn largest(loops: &[LimitedLoop], command: usize) -> f64 {
-    loops.iter().map(|each| each.limits[command]).fold(0.0, f64::max)
 }
 
 /// The size of each state under white noise of unit size in the directions of the region and on the commands, in units

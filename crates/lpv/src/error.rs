@@ -1,10 +1,11 @@
 //! Errors, one variant per violated assumption.
 
+#![allow(missing_docs, reason = "the message says what each field is")]
+
 use thiserror::Error;
 
 /// A polynomial could not be fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum FitError {
     /// There must be samples.
     #[error("there are no samples to fit")]
@@ -19,7 +20,6 @@ pub enum FitError {
 
 /// An LFT is not well posed.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum LftError {
     /// `I - D Theta` is singular.
     #[error("the linear fractional transformation is not well posed at theta = {theta:?}")]
@@ -40,7 +40,6 @@ pub struct ShapeError {
 
 /// A tracking problem that gives no generalised plant.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum AugmentError {
     /// A part does not fit the others.
     #[error(transparent)]
@@ -59,7 +58,6 @@ pub enum AugmentError {
 /// Synthesis found no controller: the problem is infeasible ([`SynthesisError::is_infeasible`]), a further requirement
 /// was not met ([`SynthesisError::TooFast`]), the input is invalid, or the numerics failed.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SynthesisError {
     /// A mode that no input reaches is not stable.
     #[error(
@@ -180,7 +178,6 @@ fn shown(v: f64) -> f64 {
 
 /// No gain at a bounded rate of the parameter was computed.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum RateError {
     /// There must be samples.
     #[error("there are no samples of the system")]
@@ -208,7 +205,6 @@ pub enum RateError {
 
 /// No gain of a sampled loop can be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SampledError {
     /// The plant must have no parameters.
     #[error("the plant has {channels} channels of parameters; freeze it at a value first")]

@@ -8,6 +8,15 @@ pub mod program;
 pub mod solver;
 pub mod solver_options;
 
+pub(crate) use affine::Term;
+pub(crate) use conic::{ConicProgram, Verdict, WAYS};
+pub(crate) use interior_point::minimise;
+pub(crate) use low_rank::LowRank;
+pub use program::{Affine, Program, symmetric};
+pub(crate) use solver::Candidate;
+pub use solver::Solution;
+pub use solver_options::SolverOptions;
+
 /// Silences panics of Clarabel, which occur if a decomposition does not converge; they are caught and another method is
 /// tried. All other panics are defects and are printed.
 pub fn keep_caught_panics_quiet() {

@@ -32,8 +32,7 @@ use crate::synthesis::least_gamma::{
     at_best_time_scale, least_gamma_at, least_gamma_within, loop_time_scales,
 };
 use crate::synthesis::regularity::findings;
-use crate::system::model_error::LoopError;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{GeneralisedPlant, LoopError};
 
 /// Designs a controller and bounds the gain of the closed loop.
 ///

@@ -1,15 +1,14 @@
 //! Why a design could not be packed, or an FMU not be verified.
 
-mod archive;
+#![allow(missing_docs, reason = "the message says what each field is")]
 
-pub use archive::ArchiveError;
 use proof::error::ProofError;
 use squid_design::error::{InputError, ModelError, StoreError};
 use thiserror::Error as ThisError;
+use zip::result::ZipError;
 
 /// Why a design could not be packed, or an FMU not be verified.
 #[derive(Debug, ThisError)]
-#[allow(missing_docs, reason = "the message says what each field is")]
 pub enum Error {
     /// The design is wrong.
     #[error(transparent)]
@@ -31,7 +30,7 @@ pub enum Error {
     Archive { path: String, reason: ArchiveError },
     /// The zip could not be made.
     #[error("{path}: {reason}")]
-    Zip { path: String, reason: zip::result::ZipError },
+    Zip { path: String, reason: ZipError },
     /// The system of plant and controller could not be described.
     #[error("{path}: {reason}")]
     Ssp { path: String, reason: std::io::Error },
@@ -70,16 +69,36 @@ pub enum Error {
     Of { path: String, reason: Box<Error> },
 }
 
-squid_design::from_design_errors!(
-    Error: InputError,
-    ModelError,
-    ProofError,
-    StoreError,
-    auv::FileError,
-    auv::LpvModelError,
-    auv::VehicleJsonError,
-    base::files::Error,
-    certificate::Failure,
-    scheduled::DesignError,
-    scheduled::ManoeuvreError
-);
+/// What is wrong with the archive of an FMU.
+#[derive(Debug, ThisError)]
+pub enum ArchiveError {
+    /// It is no zip, or damaged.
+    #[error(transparent)]
+    Zip(#[from] ZipError),
+    /// An entry cannot be read.
+    #[error("{name}: {reason}")]
+    Unreadable { name: String, reason: std::io::Error },
+    /// A name that is not plain, and that one tool may unpack to another place than the next.
+    #[error(
+        "it contains an entry called '{name}'; allowed are files and folders with / between them, without '\\' \
+            and ':', none called '.' or '..' or with a dot or a space at the end, and no links"
+    )]
+    Name { name: String },
+    /// Two entries that a tool may unpack to the same place.
+    #[error("it contains the entry '{name}' twice, if upper and lower case are taken for the same")]
+    Twice { name: String },
+    /// An entry that is larger than any that is shipped.
+    #[error("{name}: it has more than {most} bytes")]
+    Large { name: String, most: u64 },
+    /// There is no GUID.
+    #[error(
+        "modelDescription.xml: it is missing, or names no guid; of an SSP, unpack the FMUs in resources/"
+    )]
+    NoGuid,
+}
+
+squid_design::from_design_errors! {
+    Error: InputError, ModelError, ProofError, StoreError, auv::FileError, auv::LpvModelError,
+        auv::VehicleJsonError, base::files::Error, certificate::Failure, scheduled::DesignError,
+        scheduled::ManoeuvreError
+}

@@ -25,7 +25,7 @@ use zip::write::SimpleFileOptions;
 pub struct Binaries {
     /// One for each of these platforms.
     pub platforms: Vec<Platform>,
-    /// Where they lie, if not where cargo puts them.
+    /// Their directory, if not that of cargo.
     pub directory: Option<PathBuf>,
 }
 
@@ -55,7 +55,7 @@ pub struct Prepared {
 /// A finished FMU, in memory.
 #[derive(Debug)]
 pub struct Packed {
-    /// The path that it belongs to.
+    /// Its path.
     pub path: PathBuf,
     /// The file.
     pub bytes: Vec<u8>,
@@ -191,8 +191,8 @@ pub fn pack(
 /// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
 const ICON: &[u8] = include_bytes!("../model.png");
 
-/// Where to begin (section 2.3), Squid's own licences, and those of what is compiled in; `tools/licences.py`
-/// writes the latter.
+/// An overview (section 2.3), Squid's own licences, and those of the compiled dependencies; `tools/licences.py` writes
+/// the latter.
 const LICENCES: [(&str, &str); 4] = [
     ("license.txt", include_str!("../license.txt")),
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
@@ -216,7 +216,7 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
     Ok(writer.finish()?.into_inner())
 }
 
-/// What the page that importers show says first: what is inside, and with what standing.
+/// The first paragraphs of the page that importers show: the content, and whether it is certified.
 fn about(kind: Kind, stored: &Stored) -> Vec<String> {
     let what = match kind {
         Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),

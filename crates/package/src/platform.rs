@@ -5,7 +5,7 @@ use crate::kind::Kind;
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::path::{Path, PathBuf};
 
-/// A platform of FMI 2.0.4 (section 2.3): the folder below `binaries/`, and what Rust calls it.
+/// A platform of FMI 2.0.4 (section 2.3): the folder below `binaries/`, and its name in Rust.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Platform {
     /// Name of the folder in the FMU.
@@ -16,7 +16,7 @@ pub struct Platform {
     suffix: &'static str,
 }
 
-/// What one FMU carries with `--platforms all`.
+/// The platforms of `--platforms all`.
 const ALL: [Platform; 4] = [
     Platform { folder: "linux64", triple: Some("x86_64-unknown-linux-gnu"), prefix: "lib", suffix: ".so" },
     Platform { folder: "win64", triple: Some("x86_64-pc-windows-gnu"), prefix: "", suffix: ".dll" },
@@ -114,7 +114,7 @@ impl Platform {
     }
 }
 
-/// Of the files of this name in these places the one that was written last.
+/// The file of this name in these places that was written last.
 fn newest(places: &[PathBuf], name: &str) -> Option<PathBuf> {
     let there = places.iter().map(|place| place.join(name)).filter(|path| path.is_file());
     there.max_by_key(|path| path.metadata().and_then(|found| found.modified()).ok())

@@ -1,8 +1,7 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
-//! Of an FMU it also checks that the certificate speaks of the very controller that the FMU flies; and, where vehicle
-//! and design file are there, that plant, ball and all that is flown beside the controller's matrices are what they
-//! make.
+//! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design file,
+//! that plant, ball and all other data of the FMU follow from them.
 
 use crate::archive::FmuArchive;
 use crate::c::{self, CONTROLLER};
@@ -40,7 +39,7 @@ pub struct Verified {
     pub step: Option<ClaimedStep>,
 }
 
-/// Verifies an FMU (by its ending) or a certificate as JSON; against vehicle and design file, if they are there.
+/// Verifies an FMU (by its extension) or a certificate as JSON; against vehicle and design file, if given.
 ///
 /// # Errors
 /// [`files::Error::Unreadable`], [`Error::Archive`], [`Error::NoCertificate`],
@@ -166,19 +165,26 @@ fn with_uncertainty(
         100.0 * found.fraction,
         found.declared
     );
-    let beside = path.with_file_name(CONTROLLER);
-    let controller = if beside.is_file() {
-        same_controller(&ControllerDesign::from_json(&read(&beside)?)?.lft, certificate)?;
-        format!("{shown}: its controller is that of {CONTROLLER} beside it")
-    } else {
-        not_compared(path)
-    };
+    let controller = compared(path, |design| {
+        same_controller(&design.lft, certificate)?;
+        Ok(String::new())
+    })?;
     Ok(vec![plant, controller])
 }
 
-/// That there is no controller to compare.
-fn not_compared(path: &Path) -> String {
-    format!("{}: its controller was not compared, because {CONTROLLER} is not beside it", path.display())
+/// Compares the controller beside a certificate, if there is one; `same` returns more words about it.
+fn compared(
+    path: &Path,
+    same: impl FnOnce(&ControllerDesign) -> Result<String, Error>,
+) -> Result<String, Error> {
+    let (shown, beside) = (path.display(), path.with_file_name(CONTROLLER));
+    if !beside.is_file() {
+        return Ok(format!(
+            "{shown}: its controller was not compared, because {CONTROLLER} is not beside it"
+        ));
+    }
+    let more = same(&ControllerDesign::from_json(&read(&beside)?)?)?;
+    Ok(format!("{shown}: its controller is that of {CONTROLLER} beside it{more}"))
 }
 
 /// What was verified of a certificate of the loop as it is sampled, whose plant is that of the inputs.
@@ -190,15 +196,11 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
          constant from tick to tick",
         named(inputs)
     );
-    let beside = path.with_file_name(CONTROLLER);
-    let controller = if beside.is_file() {
+    let controller = compared(path, |design| {
         let ticks = inputs.design.delay_ticks();
-        let design = ControllerDesign::from_json(&read(&beside)?)?;
-        sampled::check_controller(&design, ticks, certificate)?;
-        format!("{shown}: its controller is that of {CONTROLLER} beside it, with a delay of {ticks} ticks")
-    } else {
-        not_compared(path)
-    };
+        sampled::check_controller(design, ticks, certificate)?;
+        Ok(format!(", with a delay of {ticks} ticks"))
+    })?;
     Ok(vec![plant, controller])
 }
 

@@ -25,11 +25,6 @@ pub struct Alternation {
     pub each_stable: bool,
 }
 
-/// Times in charge that are tried (s), evenly spread on a logarithmic axis from 0.05 to 20.
-fn dwells() -> Vec<f64> {
-    (0..=52).map(|i| 0.05 * 10f64.powf(f64::from(i) / 20.0)).collect()
-}
-
 /// Which loop takes the turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loop {
@@ -63,7 +58,7 @@ pub fn worst_alternation(
             }
             Loop::Ideal => Turn::new(&subject.sampling().ideal(&model), &k[0], &k[1], handover).over(tick),
         };
-        for dwell in dwells() {
+        for dwell in (0..=52).map(|i| 0.05 * 10f64.powf(f64::from(i) / 20.0)) {
             let ticks = (dwell / tick).round().max(1.0);
             let dwell = ticks * tick;
             let rate = turn.growth(ticks as u32).ln() / (2.0 * dwell);

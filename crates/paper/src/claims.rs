@@ -1,7 +1,7 @@
 //! Whether a vehicle confirms the paper's claims: rules on numbers, each with its criterion in words.
 
 use squid_design::numbers::decimals;
-use squid_report::page::section::Part;
+use squid_report::page::Part;
 
 /// The outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,8 +3,7 @@
 use crate::claims::{Claim, Found, hardest_below, worst};
 use squid_flight::metrics::StepFigures;
 use squid_report::error::Error;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::seconds;
+use squid_report::page::{Part, Table, known};
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::Subject;
 
@@ -23,20 +22,12 @@ pub fn difficulty(subject: &Subject) -> Result<Found, Error> {
     table.head.extend(difficulty.iter().map(|(name, _)| (*name).to_owned()));
     for (i, v) in subject.speeds.iter().enumerate() {
         let mut row = vec![format!("{v:.2}")];
-        row.extend(difficulty.iter().map(|(_, values)| digits(values[i].1)));
+        row.extend(
+            difficulty.iter().map(|(_, values)| known(values[i].1, if values[i].1 < 2.0 { 4 } else { 2 })),
+        );
         table.rows.push(row);
     }
     Ok((vec![Part::Table(table)], vec![claim(subject, &difficulty)]))
-}
-
-fn digits(v: f64) -> String {
-    if v.is_nan() {
-        "unknown".into()
-    } else if v < 2.0 {
-        format!("{v:.4}")
-    } else {
-        seconds(v)
-    }
 }
 
 type Measure = (&'static str, Vec<(f64, f64)>);

@@ -16,8 +16,7 @@ mod tuning;
 
 use claims::{Claim, Found};
 use squid_report::error::Error;
-use squid_report::page::section::{Boxed, Part, Section, Table};
-use squid_report::page::words::capital;
+use squid_report::page::{Boxed, Part, Section, Table, capital};
 use squid_report::report::{self, Report, section};
 use squid_report::subject::Subject;
 use squid_report::threads::in_parallel;

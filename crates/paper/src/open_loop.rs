@@ -5,12 +5,7 @@ use squid_design::numbers::readable;
 use squid_flight::flight::{ActuatorStep, fly_open_loop};
 use squid_flight::metrics::SETTLED;
 use squid_report::error::Error;
-use squid_report::page::axis::Axis;
-use squid_report::page::chart::{Chart, Curve};
-use squid_report::page::figure::Figure;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::capital;
-use squid_report::page::words::seconds;
+use squid_report::page::{Axis, Chart, Curve, Figure, Part, Table, capital, known};
 use squid_report::subject::{FLOWN, STEP_TIME, Subject};
 
 /// How much of its reach the actuator is stepped by.
@@ -45,8 +40,8 @@ pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
         let slowest = subject.truth[i].eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
         table.rows.push(vec![
             format!("{speed:.2}"),
-            if surfaced { "reaches the surface".into() } else { seconds(open) },
-            seconds(closed),
+            if surfaced { "reaches the surface".into() } else { known(open, 2) },
+            known(closed, 2),
             format!("{slowest:+.3}"),
         ]);
         pairs.push((closed, open));

@@ -10,11 +10,7 @@ use lpv::synthesis::Design;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Row, fly};
 use squid_report::error::Error;
-use squid_report::page::chart::{Chart, Curve};
-use squid_report::page::figure::Figure;
-use squid_report::page::key::Key;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::capital;
+use squid_report::page::{Chart, Curve, Figure, Key, Part, Table, capital};
 use squid_report::subject::Subject;
 
 /// How long after the step its own jump is not counted (s).

@@ -15,10 +15,7 @@ use squid_design::synthesise::options;
 use squid_flight::flight::Row;
 use squid_flight::metrics::StepFigures;
 use squid_report::error::Error;
-use squid_report::page::chart::{Chart, Curve};
-use squid_report::page::figure::Figure;
-use squid_report::page::section::{Part, Table};
-use squid_report::page::words::seconds;
+use squid_report::page::{Chart, Curve, Figure, Part, Table, known};
 use squid_report::sections::frozen_loop::FrozenLoop;
 use squid_report::subject::{FLOWN, SHOWN, STEP_TIME, Subject};
 use squid_report::threads::in_parallel;
@@ -186,8 +183,8 @@ fn table(subject: &Subject, all: &[Tuned]) -> Table {
                 format!("{v:.2}"),
                 format!("{:.1}", 100.0 * r.figures.overshoot),
                 format!("{:.2}", r.figures.rise_time),
-                seconds(r.figures.settling_time),
-                seconds(100.0 * r.figures.steady_error),
+                known(r.figures.settling_time, 2),
+                known(100.0 * r.figures.steady_error, 2),
                 format!("{:.0}", 100.0 * r.figures.actuator_use),
                 format!("{:.2}", r.flying.bandwidth),
                 format!("{:.2}", r.flying.modes),
@@ -275,7 +272,7 @@ fn costs_table(all: &[Tuned]) -> Table {
     head.extend(costs.iter().map(|(name, _)| (*name).to_owned()));
     let row = |(i, tuned): (usize, &Tuned)| {
         let mut row = vec![tuned.weight.to_string(), above(tuned.gamma)];
-        row.extend(costs.iter().map(|(_, values)| seconds(values[i].1)));
+        row.extend(costs.iter().map(|(_, values)| known(values[i].1, 2)));
         row
     };
     Table { head, rows: all.iter().enumerate().map(row).collect() }

@@ -11,7 +11,6 @@
 //! gain          the gain of a closed loop
 //! sampled       the gain of a sampled-data loop
 //! mu            the structured singular value
-//! words         rounded numbers for terminal output
 //! ```
 
 pub mod check;
@@ -19,11 +18,10 @@ pub mod discrete;
 pub mod error;
 pub mod gain;
 pub mod mu;
-mod mu_file;
+pub mod mu_file;
 mod object;
 pub mod problem_file;
 pub mod report;
 pub mod sampled;
 pub mod source;
 pub mod synth;
-mod words;

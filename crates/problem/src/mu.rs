@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::mu_file::{MuProblem, Perturbed, mu_problem};
 use crate::source::Source;
-use crate::words::digits;
+use base::numbers::digits;
 use lpv::bilinear::Bilinear;
 use lpv::mu::lower::{LowerBound, SINGULAR_RESIDUAL, lower_bound_below};
 use lpv::mu::over_frequency::{FrequencyMu, mu_over_frequency};

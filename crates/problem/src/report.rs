@@ -1,8 +1,8 @@
 //! The report of `squid lpv synth`, on the terminal and in files.
 
 use crate::error::Error;
-use crate::words::{at_least, at_most};
 use base::files::Files;
+use base::numbers::{at_least, at_most};
 use certificate::{Certificate, Controller, EnergyTheorem, Rows, Theorem};
 use lpv::regularise::is_zero;
 use proof::claim::text;

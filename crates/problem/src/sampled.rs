@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::object::checked;
 use crate::problem_file::sampled_loop;
 use crate::source::Source;
-use crate::words::digits;
+use base::numbers::digits;
 use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
 use lpv::partition::Group::{U, Y};
 use serde::Serialize;

@@ -6,7 +6,7 @@ use base::progress::{Event, Progress};
 use squid_design::inputs::Inputs;
 use squid_design::run::run;
 use squid_design::store::Stored;
-use squid_report::page::section::Part;
+use squid_report::page::Part;
 use squid_report::peers::{Effort, compare};
 use squid_report::subject::Subject;
 

@@ -1,7 +1,7 @@
 //! A flight at sea compared with the same flight in still water.
 
 use crate::error::Error;
-use crate::page::plot::draw;
+use crate::page::draw;
 use crate::record::panels;
 use crate::simulate::{early_end, heading, out_of_range};
 use crate::subject::Step;

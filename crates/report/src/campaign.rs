@@ -1,10 +1,6 @@
 //! The page of a campaign: outcomes of the flights, the distribution of each figure, and its correlations.
 
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Section, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table, percent};
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
@@ -33,7 +29,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
         Points::Corners => "at corners of",
     };
     let at_sea = match &plan.identity.sea {
-        Some(_) => "a sea drawn anew for each",
+        Some(_) => "a random sea for each",
         None => "still water",
     };
     let introduction = vec![
@@ -46,8 +42,8 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
             SIGNALS[plan.stepped()].name,
             plan.identity.starts.words()
         ),
-        "Flights are samples: they prove nothing of the vehicles between them. `squid replay` flies one again and \
-         plots it."
+        "Flights are samples: they prove nothing about other vehicles. `squid replay` simulates one again \
+             and plots it."
             .to_owned(),
     ];
     let mut sections = vec![ended(shares), spread(plan, rows, spreads), pushed(plan, rows, spreads)];
@@ -73,7 +69,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     );
     let head = [
         "speed",
-        "median of those drawn",
+        "median of the samples",
         "largest",
         "in flight",
         "guaranteed for the model",
@@ -96,26 +92,18 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     let without = "Without a gain: vehicles that do not trim at that speed, or whose trim moves beyond the range that \
                    was found for it at corners of the declared uncertainty, so that the bound is not about them.";
     let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
-    Section { id: "guaranteed", title: "The worst gain drawn, and the one that is guaranteed", parts }
-}
-
-fn percent(v: f64) -> String {
-    format!("{} %", decimals(100.0 * v, 2))
+    Section { id: "guaranteed", title: "The largest sampled gain and the guaranteed gain", parts }
 }
 
 fn ended(shares: &[Share]) -> Section {
     let mut table = Table::new(["outcome", "flights", "share", "95 % interval"]);
     for Share { outcome, flights, share, interval: [low, high] } in shares {
-        let interval = format!("{} to {}", percent(*low), percent(*high));
-        table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share), interval]);
+        let interval = format!("{} to {}", percent(*low, 2), percent(*high, 2));
+        table.rows.push(vec![(*outcome).to_owned(), flights.to_string(), percent(*share, 2), interval]);
     }
     let words =
-        "The interval is Wilson's (1927): that in which the share of a campaign without end lies, with 95 %.";
-    Section {
-        id: "outcomes",
-        title: "How the flights ended",
-        parts: vec![Part::Table(table), Part::Words(words.into())],
-    }
+        "The interval is Wilson's (1927), of the probability of the outcome with a confidence of 95 %.";
+    Section { id: "outcomes", title: "Outcomes", parts: vec![Part::Table(table), Part::Words(words.into())] }
 }
 
 /// The display of a figure: its name in words, its unit, and the factor to that unit.
@@ -169,13 +157,13 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
             curves: vec![Curve { key: 0, points }],
         });
     }
-    let caption = "Of all flights, the share whose figure is known and at most what stands below. Vertical: all alike; \
-                   a long tail to the right: a few are much worse than the rest.";
+    let caption = "The cumulative distribution: the share of flights whose figure is at most the value \
+         below. Vertical: all are alike; a long tail to the right: a few are much worse than the rest.";
     let figure =
         Figure { name: "distributions".into(), caption: caption.into(), keys: vec![Key::nth(0, "")], charts };
     Section {
         id: "figures",
-        title: "The spread of each figure",
+        title: "Distributions of the figures",
         parts: vec![Part::Table(table), Part::Figure(figure)],
     }
 }
@@ -183,7 +171,7 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
 fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     let names = plan.drawn();
     let mut charts = Vec::new();
-    let mut table = Table::new(["figure", "pushed by, with rank correlation"]);
+    let mut table = Table::new(["figure", "correlated with (rank correlation)"]);
     for Spread { figure, unit, pushed_by, .. } in varied(spreads) {
         let (name, unit, factor) = shown(figure, unit);
         let strong: Vec<&(String, f64)> = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).collect();
@@ -204,19 +192,20 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
     }
     let mut parts = vec![
         Part::Words(format!(
-            "Rank correlations (Spearman) from {STRONG} on between what was drawn and what came of it: +1 where the \
-             one always grows with the other."
+            "Rank correlations (Spearman) from {STRONG} on between the random numbers and the figures: +1 \
+                 if one always grows with the other."
         )),
         Part::Table(table),
     ];
     if !charts.is_empty() {
         let caption = format!(
-            "Each figure over what pushes it most, a point a flight, the first {DRAWN} at most that have the figure."
+            "Each figure over the number that it is most correlated with, a point per flight, of the first \
+                 {DRAWN} flights with the figure."
         );
         let keys = vec![Key::nth(0, "").dotted()];
         parts.push(Part::Figure(Figure { name: "pushed".into(), caption, keys, charts }));
     }
-    Section { id: "pushed", title: "What pushes them", parts }
+    Section { id: "pushed", title: "Correlations of the figures", parts }
 }
 
 const _: () = assert!(QUANTILES.len() == 3, "the table's head names three");

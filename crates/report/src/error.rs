@@ -28,17 +28,8 @@ pub enum Error {
     NothingSteps,
 }
 
-squid_design::from_design_errors!(
-    Error: CertifyError,
-    ModelError,
-    ProofError,
-    StoreError,
-    auv::LpvModelError,
-    base::files::Error,
-    lpv::error::FitError,
-    lpv::error::LftError,
-    lpv::error::SynthesisError,
-    lpv::ladder::LadderError,
-    scheduled::DesignError,
-    scheduled::ManoeuvreError
-);
+squid_design::from_design_errors! {
+    Error: CertifyError, ModelError, ProofError, StoreError, auv::LpvModelError, base::files::Error,
+        lpv::error::FitError, lpv::error::LftError, lpv::error::SynthesisError, lpv::ladder::LadderError,
+        scheduled::DesignError, scheduled::ManoeuvreError
+}

@@ -1,12 +1,23 @@
 //! Layout of a report: charts, figures, sections and the page.
 
-pub mod axis;
-pub mod chart;
-pub mod diagram;
-pub mod figure;
-pub mod html;
-pub mod key;
-pub mod plot;
-pub mod section;
+mod axis;
+mod chart;
+mod diagram;
+mod figure;
+pub(crate) mod html;
+mod key;
+mod plot;
+mod section;
 mod thin;
-pub mod words;
+mod words;
+
+pub use axis::{Axis, Scale, extent};
+pub use base::numbers::{known, percent, tidy};
+pub use chart::{Chart, Curve, SMALL, Size, WIDE};
+pub use diagram::Diagram;
+pub use figure::{FONT, Figure, STYLE};
+pub use key::{Key, WIDTH};
+pub use plot::{Kind, Line, Panel, draw};
+pub use section::{Boxed, Part, Section, Table};
+pub(crate) use thin::thin;
+pub use words::{capital, escaped};

@@ -8,7 +8,7 @@ pub mod survival;
 pub mod tune;
 
 use crate::error::Error;
-use crate::page::section::{Part, Table};
+use crate::page::{Part, Table};
 use crate::peers::course::{CourseFigures, fly_at, fly_ramp};
 use crate::peers::law::{Blended, Law, Scheduled};
 use crate::peers::survival::{fleet, survival};
@@ -29,18 +29,10 @@ pub struct Effort {
 }
 
 /// The effort for the report.
-const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
+pub(crate) const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
 
 /// Figures with a smaller difference, relative to the larger, are a draw.
 const DRAW: f64 = 0.02;
-
-/// The section on other control laws.
-///
-/// # Errors
-/// The errors of trim, linearisation and the uncertain model.
-pub fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
-    compare(subject, ON_THE_PAGE)
-}
 
 /// A row: a figure at a speed for each law; smaller is better unless `largest`.
 struct Line {
@@ -55,10 +47,10 @@ struct Line {
     values: Vec<f64>,
 }
 
-/// The comparison at three speeds and on the speed ramp of the manoeuvre.
+/// The section on other control laws: the comparison at three speeds and on the speed ramp of the manoeuvre.
 ///
 /// # Errors
-/// As [`peers`].
+/// The errors of trim, linearisation and the uncertain model.
 pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     let m = &subject.stored.manoeuvre;
     let (low, high) = match (m.speed_from.min(m.speed_to), m.speed_from.max(m.speed_to)) {

@@ -1,6 +1,6 @@
 //! The plot of a record.
 
-use crate::page::plot::{Kind, Line, Panel};
+use crate::page::{Kind, Line, Panel};
 use auv::Actuator;
 use squid_flight::record::Record;
 

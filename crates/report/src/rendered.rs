@@ -93,7 +93,9 @@ pub fn rendered(
     // The running program is in the key, so that no report of another version is shown.
     let program = std::env::current_exe().and_then(std::fs::read).ok();
     let key = program.map(|program| key(&program, inputs, stored, asked));
-    if let Some(kept) = kept(&path).filter(|kept| key.is_some() && kept.key == key) {
+    let kept = std::fs::read_to_string(&path).ok();
+    let kept = kept.and_then(|text| serde_json::from_str::<Rendered>(&text).ok());
+    if let Some(kept) = kept.filter(|kept| key.is_some() && kept.key == key) {
         kept.unproved.iter().for_each(|words| progress.warn(words));
         progress.done("report", "as it was computed for these files before");
         return Ok(kept);
@@ -112,11 +114,6 @@ fn date(inputs: &Inputs) -> Option<String> {
     let changed = |file: &&str| std::fs::metadata(inputs.directory.join(file)).ok()?.modified().ok();
     let latest = files.iter().filter_map(changed).max()?;
     humantime::format_rfc3339_seconds(latest).to_string().split('T').next().map(str::to_owned)
-}
-
-/// The stored report, if it is one.
-fn kept(path: &Path) -> Option<Rendered> {
-    serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
 /// SHA-256 of all inputs of a report: vehicle and design file, the stored design, the options, and the program.

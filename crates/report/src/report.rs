@@ -1,9 +1,8 @@
 //! The report on one design: its sections, computed in parallel.
 
 use crate::error::Error;
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Section};
-use crate::peers::peers;
+use crate::page::{Figure, Part, Section};
+use crate::peers::{ON_THE_PAGE, compare};
 use crate::sections::{
     disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,
     verdict,
@@ -11,7 +10,6 @@ use crate::sections::{
 use crate::subject::{Subject, name};
 use crate::threads::in_parallel;
 use auv::Status;
-use auv::longitudinal::PITCH;
 use base::progress::Progress;
 use certificate::Theorem;
 use squid_design::inputs::{Inputs, sha256};
@@ -23,28 +21,25 @@ type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Erro
 
 /// The sections, in reading order.
 const SECTIONS: [Maker; 18] = [
-    ("verdict", "What is asked, and what is achieved", verdict::verdict),
-    ("steps", "Steps of what is tracked, and every actuator", steps::steps),
+    ("verdict", "Requirements and results", verdict::verdict),
+    ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
-    ("manoeuvre", "A step while the speed ramps", manoeuvre::manoeuvre),
-    ("limits", "Beyond the limits of the actuators", steps::limits::limits),
-    ("structure", "The loop, its weights and its sizes", structure::structure),
-    ("loops", "The loop over frequency, open and closed", loops::loops),
-    ("disturbances", "In a current, and under noise", disturbances::disturbances),
-    ("sea", "At sea: waves, current, errors of the sensors", disturbances::sea::sea),
-    ("working-sea", "In the sea that the controller is made for", disturbances::working_sea::working_sea),
-    ("sensitivity", "The weights against the achieved sensitivity", sensitivity::sensitivity),
+    ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
+    ("limits", "Saturated actuators", steps::limits::limits),
+    ("structure", "The loop: structure, weights and sizes", structure::structure),
+    ("loops", "Open and closed loop over frequency", loops::loops),
+    ("disturbances", "Current and sensor noise", disturbances::disturbances),
+    ("sea", "At sea: waves, current, sensor errors", disturbances::sea::sea),
+    ("working-sea", "The sea of the design", disturbances::working_sea::working_sea),
+    ("sensitivity", "Weights and achieved sensitivity", sensitivity::sensitivity),
     ("mu", "Robust stability: mu over frequency", mu::mu),
-    ("robust", "The robust controller against the nominal one", robust::robust),
-    ("gammas", "The ladder of gammas: what each assumption about the speed costs", gammas::gammas),
+    ("robust", "Robust and nominal controller", robust::robust),
+    ("gammas", "Gamma under each assumption about the speed", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
-    ("peers", "Against a PID and blended controllers", peers),
+    ("peers", "Comparison with a PID and blended controllers", |subject| compare(subject, ON_THE_PAGE)),
     ("entries", "The model: entries of A over speed", fit::entries),
     ("responses", "The model: frequency responses", fit::responses),
 ];
-
-/// The name of the shipped surrogate vehicle.
-const SURROGATE: &str = "squid";
 
 /// The slowest sections, the slowest first.
 const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
@@ -99,7 +94,7 @@ pub fn brief(
     subject.brief = true;
     let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
     let mut report = with_sections(&subject, &makers);
-    report.introduction.push(format!("The whole report is written by `{whole}`."));
+    report.introduction.push(format!("The full report is written by `{whole}`."));
     Ok(report)
 }
 
@@ -148,27 +143,17 @@ fn origin(inputs: &Inputs) -> String {
     )
 }
 
-/// The warning that the vehicle is a surrogate, with the origin of its numbers for the shipped one.
-fn surrogate(inputs: &Inputs) -> String {
-    let name = &inputs.vehicle.name;
-    if name == SURROGATE && inputs.design.stepped() == PITCH {
-        return format!(
-            "SURROGATE: the coefficients of the real vehicle are not published. All numbers on this page are of a \
-             surrogate of {name} with coefficients derived from geometry; where they differ from the paper's, the \
-             vehicle does, too."
-        );
-    }
-    format!(
-        "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {name}. All numbers on \
-         this page are of the vehicle in that file."
-    )
-}
-
 impl Report {
     /// The report before any computation: vehicle, design and warnings.
     pub(crate) fn without_sections(inputs: &Inputs, unproved: Option<String>) -> Self {
         let vehicle = &inputs.vehicle;
-        let surrogate = (vehicle.status == Status::Surrogate).then(|| surrogate(inputs));
+        let surrogate = (vehicle.status == Status::Surrogate).then(|| {
+            format!(
+                "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {}. All \
+                 numbers on this page are of the vehicle in that file.",
+                vehicle.name
+            )
+        });
         let warnings = [unproved.clone(), surrogate].into_iter().flatten();
         let subject = name(vehicle);
         let introduction = vec![
@@ -194,7 +179,8 @@ impl Report {
 
     /// All figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.sections.iter().flat_map(Section::figures)
+        let parts = self.sections.iter().flat_map(|section| &section.parts);
+        parts.filter_map(|part| if let Part::Figure(figure) = part { Some(figure) } else { None })
     }
 }
 
@@ -203,16 +189,21 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// The origin of another vehicle's numbers is unknown.
+    /// The warning follows from the vehicle file alone: its status, and its name.
     #[test]
-    fn only_the_shipped_surrogate_has_an_origin() {
+    fn a_surrogate_is_named_by_its_file() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let mut inputs = Inputs::read(&vehicles.join("squid"), "design").unwrap();
-        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning.unwrap();
-        assert!(warning(&inputs).contains("derived from geometry"));
-        "otter".clone_into(&mut inputs.vehicle.name);
-        let found = warning(&inputs);
-        assert!(found.starts_with("SURROGATE: ") && found.contains("not those of the real otter"), "{found}");
-        assert!(!found.contains("geometry") && !found.contains("paper"), "{found}");
+        let warning = |inputs: &Inputs| Report::without_sections(inputs, None).warning;
+        for name in ["squid", "otter"] {
+            name.clone_into(&mut inputs.vehicle.name);
+            let expected = format!(
+                "SURROGATE: vehicle.toml says (status) that its coefficients are not those of the real {name}. All \
+                 numbers on this page are of the vehicle in that file."
+            );
+            assert_eq!(warning(&inputs), Some(expected));
+        }
+        inputs.vehicle.status = Status::Published;
+        assert_eq!(warning(&inputs), None);
     }
 }

@@ -1,9 +1,7 @@
 //! Simulations in this process: the default manoeuvre, steps over the speed range, and open-loop responses.
 
 use crate::error::Error;
-use crate::page::axis::extent;
-use crate::page::plot::{Kind, Line, Panel, draw};
-use crate::page::words::{capital, tidy};
+use crate::page::{Kind, Line, Panel, capital, draw, extent, known, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
 use auv::longitudinal::{SPEED, place};
@@ -128,19 +126,14 @@ pub(crate) fn heading(inputs: &Inputs) -> String {
 }
 
 fn figures_line(speed: f64, f: &StepFigures) -> String {
-    let cell = |v: f64, digits| match v {
-        v if v.is_nan() => "-".into(),
-        v if v.is_infinite() => "never".into(),
-        v => decimals(v, digits),
-    };
     format!(
         "  {speed:>9.2}   {:>11}   {:>9}   {:>15}   {:>14}   {:>13}   {:>14}\n",
-        cell(100.0 * f.overshoot, 2),
-        cell(f.rise_time, 2),
-        cell(f.settling_time, 2),
-        cell(100.0 * f.steady_error, 2),
-        cell(f.speed_deviation, 3),
-        cell(100.0 * f.actuator_use, 0)
+        known(100.0 * f.overshoot, 2),
+        known(f.rise_time, 2),
+        known(f.settling_time, 2),
+        known(100.0 * f.steady_error, 2),
+        known(f.speed_deviation, 3),
+        known(100.0 * f.actuator_use, 0)
     )
 }
 

@@ -1,7 +1,7 @@
 //! The subject of a report: a vehicle, its model, and the stored controller.
 
 use crate::error::Error;
-use crate::page::key::Key;
+use crate::page::Key;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS};
 use auv::{Actuator, Status, Vehicle};
 use base::progress::Progress;

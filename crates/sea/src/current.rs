@@ -58,7 +58,7 @@ impl Layers {
 /// The numbers of a [`GaussMarkov`] process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wandering {
-    /// How fast it comes back to zero \[1/s\]; 0 for a random walk.
+    /// The inverse of the correlation time \[1/s\]; 0 for a random walk.
     pub mu: f64,
     /// The density of the white noise \[m/s per sqrt(s)\]: without limits it reaches the deviation
     /// `noise/sqrt(2 mu)`.
@@ -83,8 +83,7 @@ impl Wandering {
     }
 }
 
-/// A velocity that wanders about zero, a Gauss-Markov process of the first order: `v' = -mu v + noise n(t)`, n white,
-/// cut off at its limits.
+/// A Gauss-Markov process of first order about zero: `v' = -mu v + noise n(t)`, n white, clamped to its limits.
 ///
 /// Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), section 8.3.
 #[derive(Debug)]
@@ -109,7 +108,7 @@ impl GaussMarkov {
         self.value
     }
 
-    /// Goes on by a step \[s\], exactly for each step length: `v exp(-mu h)`, and a normal number of the variance
+    /// Advances by a step \[s\], exactly for any step length: `v exp(-mu h)`, and a normal number of the variance
     /// `noise^2 (1 - exp(-2 mu h))/(2 mu)`.
     pub fn advance(&mut self, step: f64) {
         let Wandering { mu, noise, min, max } = self.numbers;

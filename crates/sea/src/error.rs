@@ -1,8 +1,8 @@
-//! What a sea cannot be.
+//! Errors of the parameters of a sea.
 
 use thiserror::Error;
 
-/// What is wrong with a sea, by the names of the numbers at fault.
+/// A wrong parameter of a sea, by its name.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the message says what each field is")]
 pub enum SeaError {

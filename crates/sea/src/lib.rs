@@ -1,5 +1,4 @@
-//! The sea about an underwater vehicle: waves and what they do to a submerged hull, currents, and what its sensors make
-//! of it.
+//! The sea around an underwater vehicle: waves and their loads on a submerged hull, currents, and sensor errors.
 //!
 //! ```text
 //! Spectrum -> Waves -> Spheroid::in_waves: the water's motion, and the load on the hull
@@ -9,8 +8,8 @@
 //! - [`Waves`]: a long-crested sea of that spectrum, the same for the same seed; elevation and orbital motion by linear
 //!   theory in deep water;
 //! - [`Spheroid`]: a prolate spheroid under waves: Froude-Krylov load, exact, and diffraction by its added mass;
-//! - [`ShapingFilter`]: that spectrum as a vehicle meets it, as noise through a filter of two states;
-//! - [`Layers`] of a current over depth, and [`GaussMarkov`], a part of it that wanders;
+//! - [`ShapingFilter`]: that spectrum as encountered by a vehicle, as noise through a filter of two states;
+//! - [`Layers`] of a current over depth, and [`GaussMarkov`], a random part of it;
 //! - [`Sensor`]: noise, bias, quantisation, rate and delay of a measured signal.
 //!
 //! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.

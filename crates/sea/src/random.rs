@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-/// What random numbers are for. Each purpose has a stream to itself, so that one does not change with another.
+/// The use of random numbers. Each has a stream of its own, so that one does not change with another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Waves,

@@ -1,4 +1,4 @@
-//! What a sensor makes of a signal.
+//! Errors of a sensor.
 
 use crate::error::{SeaError, check};
 use crate::random::Purpose;
@@ -13,18 +13,18 @@ const ROUNDING: f64 = 1e-9;
 pub struct SensorErrors {
     /// The standard deviation of each sample.
     pub noise: f64,
-    /// What each sample is off.
+    /// The bias of each sample.
     pub bias: f64,
     /// Samples are whole multiples of this; 0 for a sensor without steps.
     pub quantum: f64,
     /// Samples a second \[Hz\]; infinity for one that samples at every tick. The last sample is held.
     pub rate: f64,
-    /// How late a sample comes \[s\].
+    /// The delay of a sample \[s\].
     pub delay: f64,
 }
 
 impl SensorErrors {
-    /// A sensor that measures what is there.
+    /// A sensor without errors.
     pub const NONE: Self = Self { noise: 0.0, bias: 0.0, quantum: 0.0, rate: f64::INFINITY, delay: 0.0 };
 
     /// Refuses numbers that are not allowed.
@@ -43,8 +43,8 @@ impl SensorErrors {
 
 /// A sensor that is read at every tick of an autopilot.
 ///
-/// Tick n, at `n T`, takes a sample where `n T rate` has passed a whole number since the last; delays are rounded up to
-/// whole ticks. Until the first sample has come through, it is read all the same.
+/// Tick n, at `n T`, takes a sample where `n T rate` has passed a whole number since the last; delays are rounded up
+/// to whole ticks. Before, the first sample is read.
 #[derive(Debug)]
 pub struct Sensor {
     errors: SensorErrors,
@@ -69,7 +69,7 @@ impl Sensor {
         Ok(Self { errors, tick, ticks: 0, held: 0.0, line: vec![0.0; late + 1], random })
     }
 
-    /// Returns what is read at the next tick, where the signal has a value.
+    /// Returns the reading at the next tick for a value of the signal.
     pub fn read(&mut self, value: f64) -> f64 {
         if self.samples() {
             let SensorErrors { noise, bias, quantum, .. } = self.errors;

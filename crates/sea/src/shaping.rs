@@ -1,4 +1,4 @@
-//! Waves as a vehicle meets them, as noise through a filter of second order.
+//! Waves as encountered by a vehicle, as noise through a filter of second order.
 
 use crate::GRAVITY;
 use crate::spectrum::Spectrum;
@@ -17,18 +17,18 @@ use std::f64::consts::PI;
 /// of Marine Craft Hydrodynamics and Motion Control, 2011, section 8.2.7, where the damping b/w is fitted instead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapingFilter {
-    /// w, where the vehicle meets the peak \[rad/s\].
+    /// w, the encounter frequency of the peak \[rad/s\].
     pub frequency: f64,
     /// b, half the width of the peak \[rad/s\].
     pub half_width: f64,
 }
 
 impl ShapingFilter {
-    /// As a vehicle meets a spectrum that makes a speed over ground \[m/s\] in waves of a heading \[rad\]: a frequency
-    /// `w` is met at `w - w^2 U cos(heading)/g`, and its neighbourhood is stretched by the derivative of that.
+    /// A spectrum as encountered at a speed over ground \[m/s\] in waves of a heading \[rad\]: the encounter frequency
+    /// of `w` is `w - w^2 U cos(heading)/g`, and its neighbourhood is stretched by the derivative of that.
     ///
-    /// Both are affine in the speed. `None` where one of them is not above 0: in waves from behind that the vehicle
-    /// overtakes, or is nearly carried by, the spectrum that is met has no such peak.
+    /// Both are affine in the speed. `None` where one of them is not above 0: in following waves that the vehicle
+    /// overtakes, or nearly moves with, the encountered spectrum has no such peak.
     pub fn met(spectrum: &Spectrum, heading: f64, speed: f64) -> Option<Self> {
         let peak = spectrum.peak();
         let carried = peak * speed * heading.cos() / GRAVITY;

@@ -30,9 +30,7 @@ pub enum Error {
     NoDesign { tried: usize, reason: String },
 }
 
-squid_design::from_design_errors!(
-    Error: squid_design::error::InputError,
-    squid_design::error::ModelError,
-    auv::FileError,
-    base::files::Error
-);
+squid_design::from_design_errors! {
+    Error: squid_design::error::InputError, squid_design::error::ModelError, auv::FileError,
+        base::files::Error
+}

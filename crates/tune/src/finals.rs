@@ -41,7 +41,8 @@ pub(crate) fn finals(
     let mut nearest: Option<(usize, usize, Chosen)> = None;
     let mut failed = None;
     for tried in known.iter().take(FINALISTS) {
-        let mut document: DocumentMut = text.parse().map_err(|_| not_toml(file))?;
+        let mut document: DocumentMut =
+            text.parse().map_err(|_| Error::NotATable { file: file.clone(), key: "track".into() })?;
         for (knob, x) in knobs.iter().zip(&tried.x) {
             knob.write(&mut document, x.exp(), file)?;
         }
@@ -88,8 +89,4 @@ fn misses(finished: &Finished) -> Vec<String> {
     let row = |row: &Row| format!("{} is {}, asked {}", row.what, row.found(), row.required());
     let missed = finished.verdict.missed().map(row);
     missed.chain(finished.proof.is_err().then(|| "not proved".to_owned())).collect()
-}
-
-fn not_toml(file: &str) -> Error {
-    Error::NotATable { file: file.into(), key: "track".into() }
 }

@@ -172,7 +172,8 @@ impl Authority {
         };
         let turns = row(pitching(l.states)[1]);
         let main = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
-        let (growth, lag) = (growth(&l), vehicle.actuators[main].lag);
+        let growth = l.eigenvalues().iter().map(|v| v.re).fold(0.0, f64::max);
+        let lag = vehicle.actuators[main].lag;
         if growth * lag > MAX_GROWTH_TIMES_LAG {
             return Err(format!(
                 "it diverges as exp({growth:.2} t), too fast for {} with a lag of {lag} s",
@@ -210,11 +211,6 @@ const SURGE: usize = 0;
 /// The index of the pitch among the outputs of [`system`].
 const PITCH_OUTPUT: usize = 1;
 const ONE_DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-/// The largest real part of an eigenvalue, 1/s.
-fn growth(l: &Linearisation) -> f64 {
-    l.eigenvalues().iter().map(|v| v.re).fold(0.0, f64::max)
-}
 
 /// Checks that level flight leaves enough of the actuators, at a small incidence.
 fn check_level_flight(vehicle: &Vehicle, l: &Linearisation) -> Result<(), Reason> {

@@ -103,7 +103,7 @@ def test_a_vehicle_is_shown_without_its_design(run_squid: Run, tmp_path: Path) -
 
 def test_a_new_vehicle_overwrites_nothing(run_squid: Run, tmp_path: Path) -> None:
     done = run_squid("new", tmp_path)
-    assert done.returncode == 1 and "is there already" in done.stderr and not list(tmp_path.iterdir())
+    assert done.returncode == 1 and "exists already" in done.stderr and not list(tmp_path.iterdir())
     done = run_squid("new", tmp_path / "9 lives")
     assert done.returncode == 1 and "beginning with a letter" in done.stderr and not list(tmp_path.iterdir())
 

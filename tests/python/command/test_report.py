@@ -354,7 +354,7 @@ def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) ->
             "flown",
             "theorem",
         ]
-        assert "The whole report is written by squid report VEHICLE_DIR" in words(page)
+        assert "The full report is written by squid report VEHICLE_DIR" in words(page)
         assert ("SURROGATE" in words(page)) == (name == "squid")
         assert "could not be computed" not in words(page)
         assert any("mu of the declared uncertainty" in row for row in rows_of(page, "verdict"))

@@ -22,7 +22,7 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
     done = run_squid("report", quick_vehicle, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "Nothing is said to be uncertain in design.toml" in page
+    assert "design.toml declares no uncertainty" in page
     assert set((tmp_path / "out").glob("*.fmu")) == set(packages.fmus)
     for verb in (("show", "--uncertainty"), ("design", "--robust", "--out", tmp_path / "none")):
         done = run_squid(verb[0], quick_vehicle, *verb[1:])

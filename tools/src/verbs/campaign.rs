@@ -9,6 +9,7 @@ use crate::progress::{counter, show};
 use crate::verbs::design::load_or_design;
 use auv::longitudinal::{DEPTH, PITCH};
 use base::files::{self, check_directory, read, write};
+use base::numbers::{known, percent};
 use base::progress::Progress;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
@@ -25,21 +26,21 @@ use squid_design::numbers::{above, decimals, readable};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
-use squid_report::page::plot::draw;
+use squid_report::page::draw;
 use squid_report::record::panels;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 
-/// The file beside the results that says what `replay` reads.
+/// The file with the options of the campaign, for `replay`.
 const ABOUT: &str = "campaign.json";
 
-/// The folder beside the results for what happened in single flights.
+/// The folder of trajectories, in that of the results.
 const TRAJECTORIES: &str = "trajectories";
 
-/// So many of the worst flights are written out.
+/// The number of the worst flights whose trajectories are written.
 const WORST: usize = 10;
 
-/// The gains of so many vehicles are computed, the first ones.
+/// The number of vehicles, the first ones, whose gains are computed.
 const GAINS: usize = 100;
 
 /// How a campaign was called.
@@ -79,7 +80,7 @@ fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
     Ok(())
 }
 
-/// Flies what is missing of a campaign, and prints what all its rows say.
+/// Simulates the missing flights of a campaign, and prints the statistics of all.
 ///
 /// # Errors
 /// Those of the files and of the design; [`Error::Campaign`]; [`Error::Argument`] where there is nothing to fly.
@@ -147,7 +148,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     }
     counter.finish_and_clear();
     if asked.only.is_some() {
-        say(&format!("{left} flights flown, in {}", to.display()));
+        say(&format!("{left} flights simulated, in {}", to.display()));
         return Ok(answer(&json!({ "directory": to, "flights": left }))?);
     }
     let rows: Vec<Row> =
@@ -169,7 +170,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let worst: Vec<u64> = worst.iter().map(|row| row.flight).collect();
     say(&format!("Worst flights: {}", worst.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")));
     let files = |part: &str| to.join(part).display().to_string();
-    say(&format!("What happened in them: {}", files(&format!("{TRAJECTORIES}/flight-*.parquet"))));
+    say(&format!("Trajectories: {}", files(&format!("{TRAJECTORIES}/flight-*.parquet"))));
     say(&format!("Results: {}\nPage: {}", files("*.parquet"), path.display()));
     Ok(answer(&json!({
         "directory": to,
@@ -206,7 +207,7 @@ fn gains_in_words(gains: &[Gains]) -> String {
     out
 }
 
-/// Writes what happened in a flight, if that is not there; it is flown again for it.
+/// Writes the trajectory of a flight, which is simulated again, unless the file exists.
 fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
     let path = to.join(TRAJECTORIES).join(format!("flight-{flight:08}.parquet"));
     if path.is_file() {
@@ -224,7 +225,7 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
     Ok(write(&path, &file(plan, &columns)?)?)
 }
 
-/// What the rows say, as tables.
+/// The statistics as tables.
 fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) -> String {
     let what = match plan.identity.points {
         Points::Uniform => "all over the declared uncertainty",
@@ -239,18 +240,14 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
         plan.uncertain.len()
     );
     for Share { outcome, flights, share, interval: [low, high] } in shares {
-        let part = |v: f64| format!("{} %", decimals(100.0 * v, 2));
-        out +=
-            &format!("{outcome:<10} {flights:>9}  {:>7}  {} to {}\n", part(*share), part(*low), part(*high));
+        let [share, low, high] = [share, low, high].map(|part| percent(*part, 2));
+        out += &format!("{outcome:<10} {flights:>9}  {share:>7}  {low} to {high}\n");
     }
     out += "\nfigure                      median      95 %      99 %   largest   in flight   \
-            pushed by (rank correlation)\n";
+            correlated with (rank correlation)\n";
     for Spread { figure, unit, quantiles, largest, flight, pushed_by } in spreads {
-        let cells: String = quantiles
-            .iter()
-            .chain([largest])
-            .map(|v| format!("{:>10}", if v.is_finite() { decimals(*v, 4) } else { "never".into() }))
-            .collect();
+        let cells: String =
+            quantiles.iter().chain([largest]).map(|v| format!("{:>10}", known(*v, 4))).collect();
         let strong = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).take(3);
         let pushed: Vec<String> = strong.map(|(name, r)| format!("{name} ({r:+.2})")).collect();
         let heading = if *unit == "1" { (*figure).to_owned() } else { format!("{figure} ({unit})") };

@@ -7,35 +7,27 @@ use squid_package::fmu::Binaries;
 use squid_package::platform::Platform;
 use std::process::Command;
 
-/// A program that some work needs.
+/// A program that squid or its tests need.
 struct Tool {
     /// Names under which it may be found, and what makes each print its version.
-    names: &'static [&'static str],
-    version: &'static [&'static str],
-    needed_for: &'static str,
+    names: &'static [Words],
+    version: &'static [Words],
+    needed_for: Words,
     /// Whether `run.py fly` fails without it.
     required: bool,
-    remedy: &'static str,
+    remedy: Words,
 }
 
-const VERSION: &[&str] = &["--version"];
+type Words = &'static str;
 
 impl Tool {
     /// A program without which `run.py fly` fails.
-    const fn required(
-        names: &'static [&'static str],
-        needed_for: &'static str,
-        remedy: &'static str,
-    ) -> Self {
-        Self { names, version: VERSION, needed_for, required: true, remedy }
+    const fn required(names: &'static [Words], needed_for: Words, remedy: Words) -> Self {
+        Self { names, version: &["--version"], needed_for, required: true, remedy }
     }
 
     /// A program without which some tests or flights are left out.
-    const fn optional(
-        names: &'static [&'static str],
-        needed_for: &'static str,
-        remedy: &'static str,
-    ) -> Self {
+    const fn optional(names: &'static [Words], needed_for: Words, remedy: Words) -> Self {
         Self { required: false, ..Self::required(names, needed_for, remedy) }
     }
 }
@@ -66,7 +58,7 @@ const TOOLS: [Tool; 8] = [
     ),
 ];
 
-/// Prints what is there and what is missing.
+/// Prints which programs are found and which are missing.
 ///
 /// # Errors
 /// [`Error::Missing`] where something is missing without which no FMU can be made.

@@ -1,6 +1,6 @@
 //! `squid export`: proves the certificate again, and writes the controller as source for the computer of a vehicle.
 
-use crate::cli::{Language, Real, Which};
+use crate::cli::{Export, Language, Real, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -10,21 +10,13 @@ use serde_json::json;
 use squid_design::store;
 use squid_package::c::pack;
 use squid_package::fmu::{lines, require_proof, standing};
-use std::path::PathBuf;
 
 /// Writes the controller of a design.
 ///
 /// # Errors
 /// Those of the files and the design; that the controller cannot be written in the language.
-pub fn run(
-    which: &Which,
-    language: Language,
-    real: Real,
-    to: Option<PathBuf>,
-    allow_uncertified: bool,
-    verbose: bool,
-) -> Result<(), Error> {
-    let Language::C = language;
+pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
+    let Export { language: Language::C, real, to, allow_uncertified, verbose } = asked;
     let real = match real {
         Real::Double => squid_embedded::Real::Double,
         Real::Float => squid_embedded::Real::Float,

@@ -21,14 +21,14 @@ use std::process::ExitCode;
 pub enum LpvVerb {
     /// Design a scheduled controller near the least gamma, and prove its gain bound
     ///
-    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without
-    /// parameters {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt,
-    /// |theta_i| <= 1. Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may
-    /// be left out where it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the
-    /// controller is made for that, by Lyapunov matrices that depend on theta, and its gain is proved at that rate
-    /// and, larger, at any. "dt", the sample time in s, makes it a plant in discrete time: so is the controller, and
-    /// what is proved. "limits", a positive number for each control, cuts commands off: the controller gets an
-    /// anti-windup gain, and its gain with limits is proved for w of bounded energy, or of any.
+    /// Reads a generalised plant: {"data": {"P": {"A": .., "Bt": .., ..}, "blocks": [r_1, ..]}}, or without parameters
+    /// {"data": {"A": .., "B1": .., ..}}; matrices are lists of rows, wt = blkdiag(theta_i I_ri) zt, |theta_i| <= 1.
+    /// Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may be left out where
+    /// it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the controller is made for that,
+    /// by Lyapunov matrices that depend on theta, and its gain is proved at that rate and, larger, at any. "dt", the
+    /// sample time in s, makes it a plant in discrete time: so is the controller, and what is proved. "limits", a
+    /// positive number for each control, saturates the commands: the controller gets an anti-windup gain, and its gain
+    /// with limits is proved for w of bounded energy, or of any.
     ///
     /// `gamma` of --json is the lowest gamma found, and `least` whether it is shown, in floating point, to be the least
     /// within 0.1 %: without parameters of any controller, by Riccati equations with 32 digits; with them of the
@@ -78,7 +78,7 @@ pub enum LpvVerb {
     ///
     /// Reads {"data": {"P": {..}, "blocks": [], "K": {"A": .., "B": .., "C": .., "D": ..}, "sample_time": T}}: a plant
     /// as `synth` reads it, without parameters and without D22, and a controller u = K y in discrete time; u is held
-    /// from tick to tick. "delay": the commands come so many ticks late, 10 at most. w is any function of finite
+    /// from tick to tick. "delay": the commands are delayed by so many ticks, 10 at most. w is any function of finite
     /// energy; its components that reach y directly (D21), or all of them with "held": true, are held from tick to
     /// tick.
     ///
@@ -90,7 +90,8 @@ pub enum LpvVerb {
         /// The problem file
         problem: PathBuf,
     },
-    /// Bound the gain of a finished loop: for parameters that move however fast, at a bounded rate, and constant ones
+    /// Bound the gain of a closed loop: for parameters that change arbitrarily fast, at a bounded rate, and constant
+    /// ones
     ///
     /// Reads a plant as `synth` does, without controls and measurements: {"data": {"P": {"A": .., "Bt": .., "B1": ..,
     /// "Ct": .., "C1": .., "Dtt": .., "Dt1": .., "D1t": .., "D11": ..}, "blocks": [r_1, ..]}}; wt = blkdiag(theta_i
@@ -102,8 +103,8 @@ pub enum LpvVerb {
     /// be one at the rate alone. That for constant parameters is the worst-case gain over all frequencies, from both
     /// sides: see `mu`.
     ///
-    /// --json prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that move however fast),
-    /// `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`,
+    /// --json prints `gamma` and `gamma_symmetric` (the lowest bounds found for parameters that change arbitrarily
+    /// fast), `least` (whether `gamma` is shown to be the least of the inequalities within 0.1 %), `proved`, `rate`,
     /// `proved_at_rate` (at most `proved`), `constant_upper`, `constant_lower`, `constant_theta` (the worst parameters
     /// found), `reasons`, `seconds`.
     ///

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
-use squid_report::page::plot::draw;
+use squid_report::page::draw;
 use squid_report::record::panels;
 use std::array::from_fn;
 use std::path::{Path, PathBuf};
@@ -30,17 +30,15 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         None => Vec::new(),
     };
     let mut record = read_record(path)?;
-    let wrong = |reason: &str| Error::Record { path: path.display().to_string(), reason: reason.into() };
     match record.get("time") {
-        Some([]) => return Err(wrong("it has no rows")),
-        Some([first, .., last]) if first == last => return Err(wrong("its time stands still")),
+        Some([]) => return Err(wrong(path, "it has no rows")),
+        Some([first, .., last]) if first == last => return Err(wrong(path, "its time stands still")),
         _ => {}
     }
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
     if is_for_programs() {
-        let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
-        let rows = rows(&record, &actuators).map_err(wrong)?;
+        let rows = rows(&record, &actuators).map_err(|reason| wrong(path, reason))?;
         return Ok(answer(&figures(&rows, &actuators, surfacing, &to))?);
     }
     if let Some(Surfacing { time, speed }) = surfacing {
@@ -49,6 +47,11 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
     }
     say_path(&to);
     Ok(())
+}
+
+/// Why a record cannot be used.
+pub(super) fn wrong(path: &Path, reason: impl Into<String>) -> Error {
+    Error::Record { path: path.display().to_string(), reason: reason.into() }
 }
 
 /// Refuses to overwrite what is no plot: the record itself, or a file of a vehicle.
@@ -124,11 +127,10 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
 
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
 fn plot(path: &Path, record: &Record, to: &Path, actuators: &[Actuator]) -> Result<(), Error> {
-    let wrong = |reason: &str| Error::Record { path: path.display().to_string(), reason: reason.into() };
-    record.get("time").ok_or_else(|| wrong("there is no column 'time'"))?;
+    record.get("time").ok_or_else(|| wrong(path, "there is no column 'time'"))?;
     let panels = panels(record, actuators);
     if panels.is_empty() {
-        return Err(wrong("it contains none of the outputs of a flight (pitch, speed, depth ...)"));
+        return Err(wrong(path, "it contains none of the outputs of a flight (pitch, speed, depth ...)"));
     }
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     Ok(write(to, draw(to, &format!("Flight: {name}"), &panels)?.as_bytes())?)
@@ -157,20 +159,17 @@ fn bare(heading: &str) -> &str {
 /// The columns by name, without the quotes that FMPy puts around names.
 pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
     let text = read(path)?;
-    let wrong = |reason: String| Error::Record { path: path.display().to_string(), reason };
+    let unreadable = |reason: csv::Error| wrong(path, reason.to_string());
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let names: Vec<String> = reader
-        .headers()
-        .map_err(|e| wrong(e.to_string()))?
-        .iter()
-        .map(|n| n.trim_matches('"').to_owned())
-        .collect();
+    let names: Vec<String> =
+        reader.headers().map_err(unreadable)?.iter().map(|n| n.trim_matches('"').to_owned()).collect();
     if let Some((i, name)) = names.iter().enumerate().find(|(i, name)| position(&names[..*i], name) > 0) {
-        return Err(wrong(format!("columns {} and {} are both '{name}'", position(&names, name), i + 1)));
+        let words = format!("columns {} and {} are both '{name}'", position(&names, name), i + 1);
+        return Err(wrong(path, words));
     }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for row in reader.records() {
-        let row = row.map_err(|e| wrong(e.to_string()))?;
+        let row = row.map_err(unreadable)?;
         for ((field, name), column) in row.iter().zip(&names).zip(&mut columns) {
             let value = match field {
                 "True" | "true" => Ok(1.0),
@@ -178,13 +177,14 @@ pub(super) fn read_record(path: &Path) -> Result<Record, Error> {
                 other => other.parse::<f64>(),
             };
             let line = row.position().map_or(0, csv::Position::line);
-            let at = |reason: String| Error::Record { path: format!("{}:{line}", path.display()), reason };
-            let value =
-                value.map_err(|_| at(format!("'{name}' is {}; it must be a number", cited(field))))?;
+            let at = |allowed: &str| Error::Record {
+                path: format!("{}:{line}", path.display()),
+                reason: format!("'{name}' is {}; it must be {allowed}", cited(field)),
+            };
+            let value = value.map_err(|_| at("a number"))?;
             let is_time = bare(name) == "time";
             if value.is_nan() || (is_time && column.last().is_some_and(|before| value < *before)) {
-                let allowed = if is_time { "no less than before" } else { "a number" };
-                return Err(at(format!("'{name}' is {}; it must be {allowed}", cited(field))));
+                return Err(at(if is_time { "no less than before" } else { "a number" }));
             }
             column.push(value);
         }

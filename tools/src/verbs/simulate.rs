@@ -35,7 +35,7 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
         let flown = simulate::run(&inputs, &stored, &directory)?;
         drop(running);
         say(flown.words.trim_end());
-        let steps: Vec<Value> = flown.steps.iter().map(|(speed, figures)| step(*speed, figures)).collect();
+        let steps: Vec<Value> = flown.steps.iter().map(step).collect();
         json!({ "directory": directory, "steps": steps })
     };
     Ok(answer(&found)?)
@@ -51,15 +51,9 @@ fn errors(inputs: &Inputs, figures: &Figures) -> Value {
     })
 }
 
-/// The figures of a step, in m/s, s and fractions; what is not known, or never settles, is null.
-fn step(speed: f64, figures: &StepFigures) -> Value {
-    json!({
-        "speed": speed,
-        "overshoot": figures.overshoot,
-        "rise_time": figures.rise_time,
-        "settling_time": figures.settling_time,
-        "steady_error": figures.steady_error,
-        "speed_deviation": figures.speed_deviation,
-        "actuator_use": figures.actuator_use,
-    })
+/// The metrics of a step, in m/s, s and fractions; what is unknown, or never settles, is null.
+fn step((speed, figures): &(f64, StepFigures)) -> Value {
+    let mut value = json!(figures);
+    value["speed"] = json!(speed);
+    value
 }

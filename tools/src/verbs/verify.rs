@@ -1,6 +1,6 @@
 //! `squid verify`: proves the certificate of an FMU, or of a file.
 
-use crate::cli::inputs;
+use crate::cli::{Verify, inputs};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
@@ -12,51 +12,42 @@ use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::numbers::above;
 use squid_package::verify::{named, verify, verify_source};
-use std::path::Path;
 
 /// Proves a certificate; for the design of a vehicle if one is given.
 ///
 /// # Errors
 /// Those of the files, and why nothing is proved.
-pub fn run(
-    file: Option<&Path>,
-    source: Option<&Path>,
-    vehicle: Option<&Path>,
-    design: &str,
-    bandwidth: Option<f64>,
-    verbose: bool,
-) -> Result<(), Error> {
+pub fn run(asked: &Verify) -> Result<(), Error> {
+    let file = asked.file.as_deref();
+    let vehicle = asked.vehicle.as_deref();
+    let inputs = vehicle.map(|directory| inputs(directory, &asked.design, asked.bandwidth)).transpose()?;
     if let Some(file) = file
         && let Ok(text) = files::read(file)
         && let Ok(certificate) = parse(&text, &file.display().to_string())
         && certificate.constant().is_some()
     {
         let theorem = certificate.prove()?;
-        let mut tolerated = None;
-        if let Some(directory) = vehicle {
-            let inputs = inputs(directory, design, bandwidth)?;
-            let share = check_inputs(&certificate, &inputs)?;
-            tolerated = Some(share);
+        let share = inputs.as_ref().map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
+        if let (Some(inputs), Some(share)) = (&inputs, share) {
             say(&format!(
                 "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \
                  trajectory of speed{}",
                 file.display(),
-                named(&inputs),
+                named(inputs),
                 100.0 * share,
-                no_faster(rate_of(&certificate, &inputs))
+                no_faster(rate_of(&certificate, inputs))
             ));
         }
         theorem.constant.iter().for_each(|constant| say(&format!("PROVED: {}", line(constant))));
-        if verbose {
+        if asked.verbose {
             say(&theorem.to_string());
         }
-        let (gamma, share) = (theorem.constant.as_ref().map(|constant| constant.gamma), tolerated);
+        let gamma = theorem.constant.as_ref().map(|constant| constant.gamma);
         return Ok(answer(
             &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": gamma, "share": share }),
         )?);
     }
-    let inputs = vehicle.map(|directory| inputs(directory, design, bandwidth)).transpose()?;
-    let verified = match (file, source) {
+    let verified = match (file, &asked.c) {
         (Some(file), _) => verify(file, inputs.as_ref())?,
         (None, Some(source)) => verify_source(source, inputs.as_ref())?,
         (None, None) => return Ok(()),
@@ -65,7 +56,7 @@ pub fn run(
     let theorem = &verified.theorem;
     verified.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
     verified.unproved.iter().for_each(|line| say(line));
-    if verbose {
+    if asked.verbose {
         theorem.sentences().iter().for_each(|sentence| say(sentence));
         if let Some(ClaimedStep { output, size, unit, .. }) = &verified.step {
             say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));

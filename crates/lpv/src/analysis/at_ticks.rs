@@ -17,10 +17,8 @@
 
 use crate::error::SampledError;
 use crate::matrix::{Mat, block};
-use crate::system::controller::Controller;
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
-use crate::system::partition::Sizes;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, U, W, X, Y, Z};
+use crate::system::{Controller, GeneralisedPlant, Sizes};
 
 /// A plant at the ticks, with its direct path from u to y.
 #[derive(Debug, Clone, PartialEq)]

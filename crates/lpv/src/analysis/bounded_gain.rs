@@ -6,14 +6,9 @@
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact, bounded_real_value};
 use crate::analysis::gain_bound::GainBound;
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, roots, scaled_largest_eigenvalue, skew_part, symmetric_part};
-use crate::system::lyapunov::middle_of_gramians;
-use crate::system::model_error::LoopError;
-use crate::system::plant::ClosedLoop;
-use crate::system::state_space::StateSpace;
+use crate::system::{ClosedLoop, LoopError, StateSpace, middle_of_gramians};
 
 /// The tolerance of the bound, relative to itself and the one the search starts from. Tighter bounds hold with a
 /// smaller margin.

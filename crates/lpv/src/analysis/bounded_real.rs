@@ -4,10 +4,9 @@
 //! G. Scorletti, L. El Ghaoui, Int. J. Robust Nonlinear Control 8, 1998.
 
 use crate::analysis::gain_bound::GainBound;
-use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block};
-use crate::system::model_error::LoopError;
-use crate::system::plant::ClosedLoop;
+use crate::system::{ClosedLoop, LoopError};
 
 /// The matrix that is negative definite if the gain from w to z is below gamma for every Theta and every model error,
 /// as printed:

@@ -17,9 +17,7 @@ use crate::error::{LftError, ShapeError, SynthesisError};
 use crate::matrix::Mat;
 use crate::synthesis::least_gamma::least_gamma_within;
 use crate::synthesis::{Options, ScalingClass};
-use crate::system::controller::Controller;
-use crate::system::plant::GeneralisedPlant;
-use crate::system::state_space::StateSpace;
+use crate::system::{Controller, GeneralisedPlant, StateSpace};
 use rayon::prelude::*;
 use thiserror::Error;
 

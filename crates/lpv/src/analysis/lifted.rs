@@ -15,7 +15,7 @@
 
 use crate::error::SampledError;
 use crate::matrix::{Mat, block, eigenvalues, solve, symmetric_function, symmetric_part};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// F, G and H, defined at the top of this file.
 #[derive(Debug, Clone)]

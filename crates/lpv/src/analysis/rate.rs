@@ -21,7 +21,7 @@ use crate::analysis::rate_program::{Grid, RateAim, RateSolution, Start, missed, 
 pub use crate::error::RateError;
 use crate::error::{ShapeError, SynthesisError};
 use crate::matrix::{Mat, spectral_abscissa};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// The Lyapunov function found, and the margin of the inequality.
 #[derive(Debug, Clone, PartialEq)]

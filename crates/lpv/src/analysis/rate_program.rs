@@ -2,12 +2,9 @@
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::error::{RateError, SynthesisError};
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, roots, scaled_largest_eigenvalue, symmetric_part};
-use crate::system::lyapunov::middle_of_gramians;
-use crate::system::state_space::StateSpace;
+use crate::system::{StateSpace, middle_of_gramians};
 
 pub(crate) const STAGE: &str = "gain at a bounded rate";
 
@@ -142,10 +139,20 @@ impl<'a> Grid<'a> {
             RateAim::Least | RateAim::Margin => base.gamma,
             RateAim::Stability => 1.0,
         };
-        let mut systems: Vec<StateSpace> =
-            points.iter().map(|&i| scaled(&self.samples[i].1, &state, &inverse, unit)).collect();
+        let root = unit.sqrt();
+        let scaled = |s: &StateSpace| StateSpace {
+            a: &inverse * &s.a * &state,
+            b: &inverse * &s.b / root,
+            c: &s.c * &state / root,
+            d: &s.d / unit,
+        };
+        let mut systems: Vec<StateSpace> = points.iter().map(|&i| scaled(&self.samples[i].1)).collect();
         let time_scale = mean_time_scale(&systems);
-        systems.iter_mut().for_each(|s| scale_time(s, time_scale));
+        for s in &mut systems {
+            s.a /= time_scale;
+            s.b /= time_scale.sqrt();
+            s.c /= time_scale.sqrt();
+        }
         if matches!(aim, RateAim::Stability) {
             systems.iter_mut().for_each(|s| *s = without_signals(s));
         }
@@ -272,12 +279,6 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The system in the coordinates `x = T x~`, its gain in units of `unit`.
-fn scaled(s: &StateSpace, t: &Mat, inverse: &Mat, unit: f64) -> StateSpace {
-    let root = unit.sqrt();
-    StateSpace { a: inverse * &s.a * t, b: inverse * &s.b / root, c: &s.c * t / root, d: &s.d / unit }
-}
-
 /// The system with neither inputs nor outputs.
 pub(crate) fn without_signals(s: &StateSpace) -> StateSpace {
     let n = s.a.nrows();
@@ -295,13 +296,6 @@ struct Sample<'a> {
     theta: f64,
     system: &'a StateSpace,
     time_scale: f64,
-}
-
-/// Changes the unit of time to `1/time_scale`; B and C share the factor, so that the gain stays the same.
-fn scale_time(s: &mut StateSpace, time_scale: f64) {
-    s.a /= time_scale;
-    s.b /= time_scale.sqrt();
-    s.c /= time_scale.sqrt();
 }
 
 /// `[A'X + XA + drift, XB, C'; *, -gamma I, D'; *, *, -gamma I]`.

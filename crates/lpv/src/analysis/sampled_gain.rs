@@ -23,9 +23,8 @@ use crate::analysis::lifted::Lifted;
 use crate::error::{SampledError, ShapeError};
 use crate::matrix::{Mat, block, eigenvalues, largest, largest_singular_value};
 use crate::stop;
-use crate::system::partition::Group::{U, Y};
-use crate::system::plant::GeneralisedPlant;
-use crate::system::state_space::{HinfNorm, StateSpace};
+use crate::system::Group::{U, Y};
+use crate::system::{GeneralisedPlant, HinfNorm, StateSpace};
 
 /// Bounds on a gain, to rounding: both infinite for an unstable loop.
 #[derive(Debug, Clone, Copy, PartialEq)]

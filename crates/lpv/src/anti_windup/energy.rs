@@ -24,14 +24,11 @@
 
 use crate::anti_windup::saturated::{Shown, Transposed, Units, Unknowns, with_phi};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, diagonal, eigenvalues, roots, solve, spectral_abscissa};
-use crate::system::controller::Controller;
-use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant, commuting_part};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    ClosedLoop, Controller, GeneralisedPlant, StateSpace, commuting_part, lyapunov, middle_of_gramians,
+};
 use nalgebra::DVector;
 
 const STAGE: &str = "gain of a loop with limits";
@@ -311,18 +308,14 @@ impl Search {
     fn solve(&self, share: impl Fn(f64) -> f64) -> Result<(f64, Shown), SynthesisError> {
         let options =
             SolverOptions { floor: 1e-6, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
-        let solution = solver::solve(&self.program, STAGE, options)?;
+        let solution = solver::solve(&self.program, STAGE, options)?.feasible(STAGE)?;
         let least = self.least.value(&self.program, &solution.x)[(0, 0)];
-        if solution.margin <= 0.0 || least <= 0.0 {
-            return Err(SynthesisError::numerical(
-                STAGE,
-                format!("the inequalities are violated by {:.1e}", -solution.margin),
-            ));
+        if least <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, "the least value found is not positive"));
         }
         let shown = self.unknowns.shown(&self.loop_, &self.program, &solution.x, share(least));
-        Ok((
-            least,
-            shown.ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?,
-        ))
+        let shown =
+            shown.ok_or_else(|| SynthesisError::numerical(STAGE, "a matrix of the solution is singular"))?;
+        Ok((least, shown))
     }
 }

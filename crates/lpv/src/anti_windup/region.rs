@@ -30,15 +30,11 @@
 
 use crate::anti_windup::saturated::{Transposed, Units, Unknowns};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, block, diagonal, roots, solve, spectral_abscissa, to_rows};
-use crate::system::controller::Controller;
-use crate::system::lyapunov::{lyapunov, middle_of_gramians};
-use crate::system::model_error::ModelError;
-use crate::system::plant::{GeneralisedPlant, channels};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    Controller, GeneralisedPlant, ModelError, StateSpace, channels, lyapunov, middle_of_gramians,
+};
 use nalgebra::DVector;
 
 const STAGE: &str = "region of a loop with limits";
@@ -335,14 +331,11 @@ impl<'a> Flow<'a> {
             quick: true,
             ..SolverOptions::within(ACCURACY)
         };
-        let solution = solver::solve(&program, STAGE, options)?;
+        let solution = solver::solve(&program, STAGE, options)?.feasible(STAGE)?;
         let value = |e: &Affine| e.value(&program, &solution.x)[(0, 0)];
         let (mu, size) = (value(&mu), value(&size));
-        if solution.margin <= 0.0 || size <= 0.0 {
-            return Err(SynthesisError::numerical(
-                STAGE,
-                format!("the inequalities are violated by {:.1e}", -solution.margin),
-            ));
+        if size <= 0.0 {
+            return Err(SynthesisError::numerical(STAGE, "the largest step found is not positive"));
         }
         let found = CLAIMED * self.unit * size.sqrt();
         let size = if self.everywhere { self.of.largest } else { found.min(self.of.largest) };

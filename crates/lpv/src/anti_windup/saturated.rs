@@ -10,11 +10,10 @@
 //! control", 2015, lemma 4.9).
 
 use crate::error::ShapeError;
-use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks, roots, skew_part, symmetric_part, unit};
-use crate::system::controller::Controller;
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::Group::{T, U, W, X, Y, Z};
+use crate::system::{ClosedLoop, Controller, GeneralisedPlant};
 use nalgebra::DVector;
 
 /// The loop of a plant and a controller with phi appended to w, fed back into the controller's states by the gain, and

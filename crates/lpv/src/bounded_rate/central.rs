@@ -17,7 +17,7 @@
 
 use crate::bounded_rate::inequalities::Varying;
 use crate::matrix::{Mat, block, diagonal_blocks, largest_singular_value, pseudo_inverse, symmetric_part};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::GeneralisedPlant;
 
 /// A controller `[A B; C D]` and the Lyapunov matrix of the loop (plant's states, then controller's), or its inverse if
 /// Y varies.

@@ -12,13 +12,10 @@ use crate::matrix::{Mat, diagonal, pseudo_inverse, symmetric_part};
 use crate::synthesis::Options;
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::least_gamma::{Place, least_gamma_within};
-use crate::system::controller::Controller;
-use crate::system::model_error::LoopError;
-use crate::system::modes::{check_detectable, check_stabilisable};
-use crate::system::parameter_grid::evenly_spread;
-use crate::system::partition::Sizes;
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
-use crate::system::polynomial::MatrixPolynomial;
+use crate::system::{
+    ClosedLoop, Controller, GeneralisedPlant, LoopError, MatrixPolynomial, Sizes, check_detectable,
+    check_stabilisable, evenly_spread,
+};
 
 /// Options of the design.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,9 +9,7 @@ use crate::analysis::rate::{RateBound, rate_bounded_gain, with_raised_gamma};
 use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::error::{RateError, SynthesisError};
-use crate::system::model_error::LoopError;
-use crate::system::plant::ClosedLoop;
-use crate::system::state_space::StateSpace;
+use crate::system::{ClosedLoop, LoopError, StateSpace};
 
 const STAGE: &str = "gain at a bounded rate";
 

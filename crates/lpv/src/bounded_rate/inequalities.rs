@@ -10,14 +10,10 @@
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, symmetric_part};
 use crate::synthesis::inequalities::{coupling, unmeasured};
-use crate::system::model_error::LoopError;
-use crate::system::plant::GeneralisedPlant;
-use crate::system::polynomial::MatrixPolynomial;
+use crate::system::{GeneralisedPlant, LoopError, MatrixPolynomial};
 
 /// Which of the two Lyapunov matrices depend on the parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

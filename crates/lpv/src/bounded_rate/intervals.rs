@@ -15,9 +15,7 @@
 
 use crate::analysis::lyapunov_polynomial::LyapunovPolynomial;
 use crate::matrix::{Mat, block, diagonal_blocks, eigenvalues, scaled_largest_eigenvalue, symmetric_part};
-use crate::system::model_error::LoopError;
-use crate::system::partition::Group;
-use crate::system::plant::ClosedLoop;
+use crate::system::{ClosedLoop, Group, LoopError};
 
 /// A gain of a loop at a bounded rate, with its proof.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,9 +5,8 @@ use crate::analysis::rate::rate_bounded_gain;
 use crate::analysis::rate_program::RateOptions;
 use crate::bounded_rate::intervals::{Claim, SlowBound, intervals};
 use crate::matrix::Mat;
-use crate::system::model_error::LoopError;
-use crate::system::partition::Group::{T, W, X, Z};
-use crate::system::plant::ClosedLoop;
+use crate::system::Group::{T, W, X, Z};
+use crate::system::{ClosedLoop, LoopError};
 
 /// The number of parameter values at which loops are frozen.
 pub(crate) const SAMPLES: usize = 21;

@@ -2,10 +2,7 @@
 
 use crate::error::FitError;
 use crate::matrix::Mat;
-use crate::system::controller::Controller;
-use crate::system::lft::Lft;
-use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
-use crate::system::polynomial::MatrixPolynomial;
+use crate::system::{CONTROLLER, Controller, Lft, MatrixPolynomial, Partitioned, Sizes};
 
 /// The LFT of a polynomial fitted to samples `(theta, [A B; C D])` by least squares; singular values up to `tolerance`
 /// times the largest are dropped, and with them channels. `sizes` are the numbers of states, measurements and controls.

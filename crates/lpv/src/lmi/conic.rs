@@ -4,7 +4,7 @@
 //! arXiv:2405.12762, 2024.
 
 use crate::error::SynthesisError;
-use crate::lmi::program::Program;
+use crate::lmi::Program;
 use crate::matrix::{Mat, least_eigenvalue};
 use crate::stop;
 use clarabel::algebra::CscMatrix;

@@ -17,8 +17,7 @@
 mod multipliers;
 mod step;
 
-use crate::lmi::low_rank::LowRank;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{LowRank, SolverOptions};
 use crate::matrix::{Mat, least_eigenvalue, symmetric_part};
 use crate::stop;
 use std::collections::VecDeque;
@@ -216,7 +215,7 @@ mod tests {
     use crate::error::SynthesisError;
     use crate::lmi::program::{Affine, Program, symmetric};
     use crate::lmi::solver::solve;
-    use crate::system::state_space::StateSpace;
+    use crate::system::StateSpace;
     use proptest::prelude::*;
 
     /// The bounded-real lemma of a system, and its unknowns X and gamma.

@@ -8,7 +8,7 @@
 //! Programming 77, 1997, section 5 (this structure); K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997 (the
 //! Schur complement).
 
-use crate::lmi::program::{Affine, Program};
+use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
 use rayon::prelude::*;
 

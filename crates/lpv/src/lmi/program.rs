@@ -1,6 +1,6 @@
 //! Programs: linear matrix inequalities between [`Affine`] expressions, and an objective.
 
-use crate::lmi::affine::Term;
+use crate::lmi::Term;
 pub use crate::lmi::affine::{Affine, symmetric};
 use crate::matrix::{Mat, symmetric_part};
 

@@ -6,11 +6,7 @@
 //! every inequality is evaluated at the returned point and the least eigenvalue reported.
 
 use crate::error::SynthesisError;
-use crate::lmi::conic::{ConicProgram, Verdict, WAYS};
-use crate::lmi::interior_point;
-use crate::lmi::low_rank::LowRank;
-use crate::lmi::program::Program;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{ConicProgram, LowRank, Program, SolverOptions, Verdict, WAYS, interior_point};
 use crate::matrix::{Mat, scaled_least_eigenvalue};
 
 /// A point returned by a solver, and the margin of the inequalities there.
@@ -29,6 +25,20 @@ pub struct Solution {
     pub lower: f64,
     /// Multipliers of the last steps, one matrix per inequality; the last are closest to the optimum.
     pub(crate) multipliers: Vec<Vec<Mat>>,
+}
+
+impl Solution {
+    /// The point, if it satisfies the inequalities.
+    ///
+    /// # Errors
+    /// [`SynthesisError::Numerical`].
+    pub(crate) fn feasible(self, stage: &'static str) -> Result<Self, SynthesisError> {
+        if self.margin > 0.0 {
+            return Ok(self);
+        }
+        let diagnosis = format!("the inequalities are violated by {:.1e}", -self.margin);
+        Err(SynthesisError::numerical(stage, diagnosis))
+    }
 }
 
 /// Solves `program`.

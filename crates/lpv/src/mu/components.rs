@@ -7,7 +7,7 @@
 
 use super::CMat;
 use super::structure::{Block, Structure};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::{Complex, DMatrix};
 use std::ops::Range;
 

@@ -10,8 +10,7 @@
 
 use super::structure::Structure;
 use crate::matrix::{Mat, block, diagonal, eigenvalues, largest_singular_value, solve, svd};
-use crate::system::lyapunov::gramian_factors;
-use crate::system::state_space::StateSpace;
+use crate::system::{StateSpace, gramian_factors};
 
 /// Sweeps of Osborne's iteration.
 const ROUNDS: usize = 50;

@@ -12,7 +12,7 @@
 use super::CMat;
 use super::upper::DgScalings;
 use crate::matrix::{Mat, complex_eigenvalues, hermitian_eigenvalues};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::Complex;
 
 /// The frequencies between which scalings prove a bound, rad/s; `to` may be infinite.

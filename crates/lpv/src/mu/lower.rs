@@ -113,31 +113,27 @@ impl LowerSearch<'_> {
     /// A unit perturbation whose full blocks are the worst for themselves, by singular vectors: steps are slow if the
     /// two largest singular values are close. `None` without full blocks.
     fn largest_start(&self) -> Option<CMat> {
-        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
-        let mut any = false;
-        for (block, rows, cols) in self.modes.structure.places() {
-            let part = match block {
-                Block::Full { .. } => {
-                    any = true;
-                    let part =
-                        self.modes.m.view((cols.start, rows.start), (cols.len(), rows.len())).into_owned();
-                    let (u, v) = largest_singular_vectors(&part)?;
-                    v * u.adjoint()
-                }
-                Block::Real(r) | Block::Complex(r) => CMat::identity(r, r),
-            };
-            q.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
-        }
-        any.then_some(q)
+        let structure = self.modes.structure;
+        let (mut any, mut all) = (false, true);
+        let q = structure.replaced(structure.zeros(), |block, rows, cols| match block {
+            Block::Full { .. } => {
+                any = true;
+                let part = self.modes.m.view((cols.start, rows.start), (cols.len(), rows.len())).into_owned();
+                let vectors = largest_singular_vectors(&part);
+                all &= vectors.is_some();
+                vectors.map(|(u, v)| v * u.adjoint())
+            }
+            Block::Real(r) | Block::Complex(r) => Some(CMat::identity(r, r)),
+        });
+        (any && all).then_some(q)
     }
 
     /// A unit perturbation: the first is the identity, the others are random, every other one with real scalars inside
     /// (-1, 1).
     fn start(&self, number: usize, random: &mut Sequence) -> CMat {
-        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
-        for (block, rows, cols) in self.modes.structure.places() {
-            let mut draw = || if number == 0 { 1.0 } else { random.next() };
-            let part = match block {
+        let mut draw = || if number == 0 { 1.0 } else { random.next() };
+        self.modes.structure.replaced(self.modes.structure.zeros(), |block, _, _| {
+            Some(match block {
                 Block::Real(r) => {
                     let drawn = draw();
                     let value = if number.is_multiple_of(2) { drawn.signum() } else { drawn };
@@ -152,10 +148,8 @@ impl LowerSearch<'_> {
                     let (x, v) = (vector(rows), vector(cols));
                     x * v.adjoint()
                 }
-            };
-            q.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
-        }
-        q
+            })
+        })
     }
 
     /// The unit perturbations suggested by the upper bound.
@@ -172,15 +166,14 @@ impl LowerSearch<'_> {
 
     /// The perturbation with `v = Delta M v`, in units of its expected size, if there is one.
     fn of_vector(&self, v: &ComplexVector, mu: f64) -> CMat {
-        let mut q = CMat::zeros(self.modes.structure.rows(), self.modes.structure.cols());
         let z = self.modes.m * v;
-        for (block, rows, cols) in &self.modes.places {
+        self.modes.structure.replaced(self.modes.structure.zeros(), |block, rows, cols| {
             let (w, z) = (v.rows(rows.start, rows.len()), z.rows(cols.start, cols.len()));
             let power = z.norm_squared();
             if power == 0.0 {
-                continue;
+                return None;
             }
-            let part = match *block {
+            Some(match block {
                 Block::Real(r) => {
                     let delta = mu * z.dotc(&w).re / power;
                     CMat::identity(r, r) * Complex::new(delta.clamp(-1.0, 1.0), 0.0)
@@ -194,10 +187,8 @@ impl LowerSearch<'_> {
                     let size = w.norm() * mu / power.sqrt();
                     delta / Complex::new(size.max(1.0), 0.0)
                 }
-            };
-            q.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
-        }
-        q
+            })
+        })
     }
 
     /// The starting points of an ascent: the start itself, and the result of [`Self::improved`], which ignores whether

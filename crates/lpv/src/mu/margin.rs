@@ -11,7 +11,7 @@ use super::coordinates::balanced;
 use super::lower::{LowerBound, Sequence, checked};
 use super::structure::Structure;
 use crate::matrix::{Mat, diagonal, eigenvalues, least_singular_vectors, solve};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::Complex;
 
 /// The number of starting directions.

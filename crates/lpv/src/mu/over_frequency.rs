@@ -7,7 +7,7 @@ use super::margin::real_lower_bound;
 use super::peaks::lower_at_peaks;
 use super::structure::Structure;
 use super::sweep::{FrequencyBound, SweepError, check_stable, swept};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// Both bounds over all frequencies.
 #[derive(Debug, Clone, PartialEq)]

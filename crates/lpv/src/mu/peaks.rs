@@ -6,7 +6,7 @@ use super::lower::{LowerBound, improved, lower_bound_below};
 use super::structure::{Structure, StructureError};
 use super::upper::upper_bound;
 use crate::stop;
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// The number of frequencies at which a perturbation is sought, and their least ratio.
 const FREQUENCIES: usize = 4;

@@ -3,7 +3,7 @@
 use super::CMat;
 use super::structure::{Block, Structure, StructureError};
 use crate::matrix::{Mat, solve};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// A perturbed system: from (wd, w) to (zd, z), `wd = Delta zd`.
 #[derive(Debug, Clone, PartialEq)]

@@ -89,6 +89,25 @@ impl Structure {
         }
     }
 
+    /// A perturbation with each block replaced for which there is another.
+    pub(super) fn replaced(
+        &self,
+        mut delta: CMat,
+        mut part: impl FnMut(Block, &Range<usize>, &Range<usize>) -> Option<CMat>,
+    ) -> CMat {
+        for (block, rows, cols) in self.places() {
+            if let Some(part) = part(block, &rows, &cols) {
+                delta.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
+            }
+        }
+        delta
+    }
+
+    /// No perturbation.
+    pub(super) fn zeros(&self) -> CMat {
+        CMat::zeros(self.rows(), self.cols())
+    }
+
     /// A structure of nonempty blocks.
     pub(super) fn of(blocks: Vec<Block>) -> Self {
         Self(blocks)

@@ -18,7 +18,7 @@ use super::wide::{Levels, Shown, Wide};
 use super::{CMat, lower};
 use crate::matrix::{largest_complex_singular_value, spectral_abscissa};
 use crate::stop;
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::Complex;
 use thiserror::Error;
 

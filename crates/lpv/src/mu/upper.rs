@@ -134,7 +134,8 @@ fn joined(
             weighted(&units, structure, parts, &scalings, share, largest.max(ZERO_MU))
         };
         let scalings = scalings_of(|bound| &bound.scalings);
-        let Some(value) = shown_by(&units, &scalings) else { continue };
+        let Some(lambda) = least_lambda(&units, &scalings) else { continue };
+        let value = lambda.max(0.0).sqrt();
         if value < best.value {
             // The contribution of the paths between components is not the least either.
             let gap = gap.max(1.0 - largest / value);
@@ -182,11 +183,6 @@ fn found(
     let gap = if lambda > ZERO_MU * ZERO_MU { 0.5 * gap / lambda } else { 0.0 };
     let undone = |p: &[f64]| centre.family.values(p).undone(&balance.tw, &balance.tz, size);
     UpperBound { value, scalings: undone(&centre.p), start: undone(&centre.start), gap }
-}
-
-/// The bound that scalings prove for all of the matrices.
-fn shown_by(all: &[CMat], s: &DgScalings) -> Option<f64> {
-    Some(least_lambda(all, s)?.max(0.0).sqrt())
 }
 
 #[cfg(test)]

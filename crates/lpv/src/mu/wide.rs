@@ -9,7 +9,7 @@ use super::interval::{Interval, good_interval};
 use super::structure::{Structure, StructureError};
 use super::upper::DgScalings;
 use super::upper::{UpperBound, UpperBoundOptions, common_bound};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::Complex;
 
 /// A frequency is slow below this fraction of the slowest mode.

@@ -23,7 +23,7 @@ use super::upper::{DgScalings, UpperBound, UpperBoundOptions, upper_bound_with};
 use super::wide::{Levels, Wide};
 use super::worst_perturbation::{Perturbed, refined, worst_perturbation};
 use crate::stop;
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use thiserror::Error;
 
 /// Upper and lower bounds of the worst-case gain.

@@ -193,13 +193,12 @@ impl GainSearch<'_> {
 
     /// Each block moved to where the gain grows most.
     fn aimed(&self, delta: &CMat, a: &ComplexVector, b: &ComplexVector) -> CMat {
-        let mut out = delta.clone();
         let size = self.loop_.size;
-        for (block, rows, cols) in self.loop_.structure.places() {
+        self.loop_.structure.replaced(delta.clone(), |block, rows, cols| {
             let (a, b) = (a.rows(rows.start, rows.len()), b.rows(cols.start, cols.len()));
             let slope = || a.dotc(&b);
             let unit = |r: usize, value: Complex<f64>| CMat::identity(r, r) * value;
-            let part = match block {
+            Some(match block {
                 Block::Real(r) if slope().re != 0.0 => unit(r, Complex::new(size * slope().re.signum(), 0.0)),
                 Block::Complex(r) if slope().norm() > 0.0 => {
                     unit(r, slope().conj() * (size / slope().norm()))
@@ -207,11 +206,9 @@ impl GainSearch<'_> {
                 Block::Full { .. } if a.norm() > 0.0 && b.norm() > 0.0 => {
                     a.unscale(a.norm()) * b.unscale(b.norm()).adjoint() * Complex::new(size, 0.0)
                 }
-                _ => continue,
-            };
-            out.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
-        }
-        out
+                _ => return None,
+            })
+        })
     }
 }
 

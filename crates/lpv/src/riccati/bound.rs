@@ -11,8 +11,7 @@ use crate::riccati::equations::{WideController, stabilising};
 use crate::riccati::wide::{
     Quad, Wide, cholesky, four, gramian, inverse, is_stable, narrow, scalar, stacked, symmetric, wide,
 };
-use crate::system::plant::GeneralisedPlant;
-use crate::system::state_space::StateSpace;
+use crate::system::{GeneralisedPlant, StateSpace};
 
 /// A closed loop without parameters.
 pub(crate) struct WideLoop {

@@ -20,8 +20,7 @@ use crate::riccati::wide::{
     Quad, Wide, cholesky, concatenated, four, inverse, is_stable, least_squares, narrow, scalar, sign, solve,
     stacked, symmetric, wide,
 };
-use crate::system::controller::Controller;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{Controller, GeneralisedPlant};
 
 /// A plant without parameters.
 #[derive(Debug, Clone)]

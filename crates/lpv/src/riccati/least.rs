@@ -3,8 +3,7 @@
 use crate::matrix::{eigenvalues, kernel, largest_singular_value};
 use crate::riccati::equations::WidePlant;
 use crate::riccati::wide::{Quad, Wide, concatenated, inverse, scalar, stacked};
-use crate::system::parameter_grid::coarse_grid;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{GeneralisedPlant, coarse_grid};
 
 /// A bracket of the least gain.
 #[derive(Debug, Clone, Copy, PartialEq)]

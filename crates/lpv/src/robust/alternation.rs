@@ -24,9 +24,7 @@ use crate::robust::bound::{FULL_SIZE, RobustBound, RobustLoop};
 use crate::robust::uncertain_plant::UncertainPlant;
 use crate::synthesis::reduce::without_fast_modes;
 use crate::synthesis::{Design, Options, synthesise_once};
-use crate::system::controller::Controller;
-use crate::system::parameter_grid::parameter_grid;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{Controller, GeneralisedPlant, parameter_grid};
 use thiserror::Error;
 
 /// Options of a robust synthesis.

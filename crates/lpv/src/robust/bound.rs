@@ -7,10 +7,7 @@ use crate::analysis::bounded_gain::{Base, GAMMA_SHARE, search, with_largest_marg
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, diagonal};
 use crate::robust::uncertain_plant::UncertainPlant;
-use crate::system::controller::Controller;
-use crate::system::model_error::LoopError;
-use crate::system::partition::{Group, Sizes};
-use crate::system::plant::ClosedLoop;
+use crate::system::{ClosedLoop, Controller, Group, LoopError, Sizes};
 use nalgebra::Complex;
 use std::ops::Range;
 

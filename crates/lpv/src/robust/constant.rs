@@ -31,16 +31,13 @@ mod storage;
 pub use crate::robust::constant::constant_loop::{ConstantLoop, Filters};
 
 use crate::error::SynthesisError;
-use crate::lmi::interior_point::minimise;
-use crate::lmi::low_rank::LowRank;
-use crate::lmi::program::Program;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{LowRank, Program, SolverOptions, minimise};
 use crate::matrix::{Mat, scaled_least_eigenvalue, skew_part, spectral_abscissa, symmetric_part};
 use crate::robust::bound::balanced;
 use crate::robust::constant::filtered::Filtered;
 use crate::robust::constant::frequencies::{Multipliers, Response, Unknowns};
 use crate::robust::constant::storage::storage;
-use crate::system::lyapunov::lyapunov;
+use crate::system::lyapunov;
 use std::collections::BTreeSet;
 
 const STAGE: &str = "analysis for constant parameters";

@@ -13,12 +13,10 @@
 //! 1967.
 
 use crate::analysis::bounded_gain::{Base, Posed};
-use crate::lmi::program::Affine;
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, SolverOptions, solver};
 use crate::matrix::{Mat, block, largest_eigenvalue};
 use crate::robust::bound::{RobustBound, RobustLoop};
-use crate::system::model_error::LoopError;
+use crate::system::LoopError;
 
 /// The largest growth of S_d in one step.
 const LARGEST_GROWTH: f64 = 4.0;

@@ -1,9 +1,8 @@
 //! A plant with measured and unknown parameters.
 
 use crate::matrix::{Mat, symmetric_function};
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
-use crate::system::partition::Sizes;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, U, W, X, Y, Z};
+use crate::system::{GeneralisedPlant, Sizes};
 
 /// A plant with measured and unknown parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,13 +1,11 @@
 //! A point in the interior of the synthesis inequalities, at a gamma above the least.
 
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver, symmetric};
 use crate::matrix::{Mat, symmetric_part};
 use crate::synthesis::design::Options;
 use crate::synthesis::inequalities::{COUPLING, DUAL, LmiSolution, PRIMAL, add_inequalities};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::GeneralisedPlant;
 
 /// A well-centred solution of the synthesis inequalities at a given gamma above the least.
 ///

@@ -10,9 +10,8 @@
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, Svd, diagonal, diagonal_blocks, eigenvalues, svd};
 use crate::synthesis::inequalities::{DualMultipliers, LmiSolution};
-use crate::system::controller::Controller;
-use crate::system::partition::Group::{T, U, X, Y};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, U, X, Y};
+use crate::system::{Controller, GeneralisedPlant};
 
 /// A change of coordinates: `x = T_x x~`, `zt = T_t zt~`, `wt = T_t wt~`, `y = T_y y~`, `u = T_u u~`,
 /// `t = t~/time_scale`.

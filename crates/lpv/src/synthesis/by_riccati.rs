@@ -14,9 +14,7 @@ use crate::riccati::least::{Bracket, least_gain};
 use crate::riccati::wide::{Quad, Wide, concatenated};
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::regularity::Regularisation;
-use crate::system::controller::Controller;
-use crate::system::parameter_grid::parameter_grid;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{Controller, GeneralisedPlant, parameter_grid};
 
 /// The design for a plant without parameters, if the Riccati equations give one.
 ///

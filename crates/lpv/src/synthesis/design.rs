@@ -4,7 +4,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::bounded_rate::intervals::SlowBound;
 use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
 use crate::synthesis::regularity::Regularisation;
-use crate::system::controller::Controller;
+use crate::system::Controller;
 
 /// Options of a synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]

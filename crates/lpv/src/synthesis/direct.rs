@@ -11,8 +11,7 @@ use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
 use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
-use crate::system::model_error::LoopError;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{GeneralisedPlant, LoopError};
 
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
 pub(crate) type Least = Result<(Coordinates, LmiSolution), SynthesisError>;
@@ -27,10 +26,11 @@ pub(crate) fn directly(
         Ok(found) => found,
         Err(error) => return explained(plant, Err(error.clone()), options),
     };
+    let pass = Pass { plant, coordinates, optimum, options };
     if let Some(limit) = options.gamma_limit.filter(|limit| optimum.gamma > *limit) {
-        return Err(above_limit(plant, coordinates, optimum, limit, options));
+        return Err(pass.above_limit(limit));
     }
-    let outcome = build(plant, coordinates, optimum, options);
+    let outcome = pass.build();
     explained(plant, outcome.map(|design| consistent(design, options.scalings)), options)
 }
 
@@ -72,29 +72,6 @@ fn explained(
     }
 }
 
-/// Builds the controller a little above the least gamma, or farther away if none can be built so close.
-fn build(
-    plant: &GeneralisedPlant,
-    coordinates: &Coordinates,
-    optimum: &LmiSolution,
-    options: Options,
-) -> Result<Design, SynthesisError> {
-    let mut first_failure = None;
-    let factors: &[f64] = if options.quick { &[1.0] } else { &[1.0, 2.0, 4.0] };
-    for factor in factors {
-        for basis in [Basis::Equalised, Basis::AsFound] {
-            let gamma = optimum.gamma * (1.0 + factor * options.back_off);
-            match build_at(gamma, basis, plant, coordinates, optimum, options) {
-                Err(error @ (SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) => {
-                    first_failure.get_or_insert(error);
-                }
-                settled => return settled,
-            }
-        }
-    }
-    Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried")))
-}
-
 /// The coordinates in which a controller is built.
 #[derive(Clone, Copy, PartialEq)]
 enum Basis {
@@ -104,55 +81,73 @@ enum Basis {
     AsFound,
 }
 
-fn build_at(
-    gamma_design: f64,
-    basis: Basis,
-    plant: &GeneralisedPlant,
-    coordinates: &Coordinates,
-    optimum: &LmiSolution,
+/// The plant, the least gamma found, and the options.
+struct Pass<'a> {
+    plant: &'a GeneralisedPlant,
+    coordinates: &'a Coordinates,
+    optimum: &'a LmiSolution,
     options: Options,
-) -> Result<Design, SynthesisError> {
-    let unit = plant.in_units_of(gamma_design);
-    let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options)?;
-    let equal = (basis == Basis::Equalised).then(|| equalised(coordinates, &small, &unit)).flatten();
-    let (coordinates, small) = match equal {
-        Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
-        None => (coordinates.clone(), small),
-    };
-    let balanced = coordinates.apply(&unit);
-    let centred = centre(&balanced, 1.0, &small, options)?;
-    let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
-    let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;
-    let shown = GainBound { gamma: gamma_design, ..shown };
-    let controller = coordinates.undo(&in_balance);
-    let closed = plant.close(&controller);
-    let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
-    Ok(Design {
-        controller,
-        gamma_optimum: optimum.gamma,
-        lower: optimum.lower,
-        multipliers: optimum.multipliers.clone(),
-        gamma_design,
-        certified,
-        regularisation: None,
-        slow: None,
-    })
 }
 
-/// The error for a missed limit, with the dominant channel of the best controller's loop.
-fn above_limit(
-    plant: &GeneralisedPlant,
-    coordinates: &Coordinates,
-    optimum: &LmiSolution,
-    limit: f64,
-    options: Options,
-) -> SynthesisError {
-    if optimum.lower <= limit && !is_none_below(plant, limit) {
-        return SynthesisError::undecided(optimum.gamma, optimum.lower, limit);
+impl Pass<'_> {
+    /// Builds the controller a little above the least gamma, or farther away if none can be built so close.
+    fn build(&self) -> Result<Design, SynthesisError> {
+        let options = self.options;
+        let mut first_failure = None;
+        let factors: &[f64] = if options.quick { &[1.0] } else { &[1.0, 2.0, 4.0] };
+        for factor in factors {
+            for basis in [Basis::Equalised, Basis::AsFound] {
+                let gamma = self.optimum.gamma * (1.0 + factor * options.back_off);
+                match self.build_at(gamma, basis) {
+                    Err(error @ (SynthesisError::Numerical { .. } | SynthesisError::TooFast { .. })) => {
+                        first_failure.get_or_insert(error);
+                    }
+                    settled => return settled,
+                }
+            }
+        }
+        Err(first_failure.unwrap_or_else(|| SynthesisError::numerical("back-off", "no gamma was tried")))
     }
-    let dominant = build(plant, coordinates, optimum, options).ok().and_then(|design| {
-        let theta = vec![0.0; plant.blocks.len()];
-        plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
-    });
-    SynthesisError::AboveLimit { optimum: optimum.gamma, lower: optimum.lower, limit, dominant }
+
+    fn build_at(&self, gamma_design: f64, basis: Basis) -> Result<Design, SynthesisError> {
+        let Self { plant, coordinates, optimum, options } = *self;
+        let unit = plant.in_units_of(gamma_design);
+        let small = smallest(&coordinates.apply(&unit), 1.0, optimum, options)?;
+        let equal = (basis == Basis::Equalised).then(|| equalised(coordinates, &small, &unit)).flatten();
+        let (coordinates, small) = match equal {
+            Some(equal) => (equal.clone(), equal.carry(coordinates, &small)),
+            None => (coordinates.clone(), small),
+        };
+        let balanced = coordinates.apply(&unit);
+        let centred = centre(&balanced, 1.0, &small, options)?;
+        let fastest = options.fastest_mode.map(|limit| coordinates.scaled_rate(limit));
+        let (in_balance, shown) = reconstruct(&balanced, &centred, fastest)?;
+        let shown = GainBound { gamma: gamma_design, ..shown };
+        let controller = coordinates.undo(&in_balance);
+        let closed = plant.close(&controller);
+        let certified = bounded_gain(&closed, &LoopError::none(&closed), &coordinates.undo_bound(&shown))?;
+        Ok(Design {
+            controller,
+            gamma_optimum: optimum.gamma,
+            lower: optimum.lower,
+            multipliers: optimum.multipliers.clone(),
+            gamma_design,
+            certified,
+            regularisation: None,
+            slow: None,
+        })
+    }
+
+    /// The error for a missed limit, with the dominant channel of the best controller's loop.
+    fn above_limit(&self, limit: f64) -> SynthesisError {
+        let Self { plant, optimum, .. } = *self;
+        if optimum.lower <= limit && !is_none_below(plant, limit) {
+            return SynthesisError::undecided(optimum.gamma, optimum.lower, limit);
+        }
+        let dominant = self.build().ok().and_then(|design| {
+            let theta = vec![0.0; plant.blocks.len()];
+            plant.close(&design.controller).frozen(&theta).ok()?.dominant_channel()
+        });
+        SynthesisError::AboveLimit { optimum: optimum.gamma, lower: optimum.lower, limit, dominant }
+    }
 }

@@ -20,12 +20,8 @@ use crate::matrix::{Mat, block, eigenvalues, largest, solve};
 use crate::mu::structure::{Block, Structure};
 use crate::mu::upper::upper_bound;
 use crate::synthesis::{self, Design, Options};
-use crate::system::controller::Controller;
-use crate::system::model_error::LoopError;
-use crate::system::parameter_grid::parameter_grid;
-use crate::system::partition::Group::{T, U, W, X, Y};
-use crate::system::partition::Sizes;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, U, W, X, Y};
+use crate::system::{Controller, GeneralisedPlant, LoopError, Sizes, parameter_grid};
 use nalgebra::Complex;
 
 /// The controller `u = K (y - D22 u)` from y to u; applied again with `-D22` this gives K back.

@@ -14,9 +14,8 @@ use crate::matrix::{
 };
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::inequalities::DualMultipliers;
-use crate::system::lyapunov::lyapunov;
-use crate::system::partition::Group::{T, W, X, Y, Z};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, W, X, Y, Z};
+use crate::system::{GeneralisedPlant, lyapunov};
 
 /// The most promising repaired multipliers, best first.
 pub(crate) fn repaired(

@@ -15,8 +15,8 @@
 
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues, solve, symmetric_part};
-use crate::system::partition::Group::X;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::GeneralisedPlant;
+use crate::system::Group::X;
 
 /// A plant with its fast modes slowed down.
 pub(crate) struct Slowed {

@@ -6,12 +6,10 @@
 //! A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 2B.
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
-use crate::lmi::program::{Affine, Program, symmetric};
-use crate::lmi::solver::Solution;
+use crate::lmi::{Affine, Program, Solution, symmetric};
 use crate::matrix::{Mat, diagonal_blocks, kernel, scaled_least_eigenvalue, skew_part, symmetric_part};
-use crate::system::model_error::LoopError;
-use crate::system::partition::Group::{T, W, X, Y};
-use crate::system::plant::{GeneralisedPlant, channels};
+use crate::system::Group::{T, W, X, Y};
+use crate::system::{GeneralisedPlant, LoopError, channels};
 
 /// The class of scalings of the parameter channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,9 +1,7 @@
 //! The least gamma, and well-conditioned coordinates for the inequalities.
 
 use crate::error::SynthesisError;
-use crate::lmi::program::Program;
-use crate::lmi::solver::{self, Candidate};
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Candidate, Program, SolverOptions, solver};
 use crate::matrix::{Mat, eigenvalues, least_eigenvalue, symmetric_function, symmetric_part};
 use crate::synthesis::back_off::contradiction;
 use crate::synthesis::balance::{Coordinates, median_time_scale};
@@ -13,7 +11,7 @@ use crate::synthesis::dual::repaired;
 use crate::synthesis::inequalities::{
     DualMultipliers, LmiSolution, ScalingClass, add_inequalities, coupling, unmeasured,
 };
-use crate::system::plant::{GeneralisedPlant, channels};
+use crate::system::{GeneralisedPlant, channels};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
 ///

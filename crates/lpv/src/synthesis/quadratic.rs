@@ -11,15 +11,12 @@
 
 use crate::analysis::bounded_real::{Multipliers, bounded_real_compact};
 use crate::error::SynthesisError;
-use crate::lmi::program::{Affine, Program};
-use crate::lmi::solver;
-use crate::lmi::solver_options::SolverOptions;
+use crate::lmi::{Affine, Program, SolverOptions, solver};
 use crate::matrix::{Mat, kernel, scaled_largest_eigenvalue, symmetric_function};
 use crate::synthesis::balance::Coordinates;
 use crate::synthesis::inequalities::ScalingClass;
-use crate::system::model_error::LoopError;
-use crate::system::partition::Group::{T, W, X, Y, Z};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
+use crate::system::Group::{T, W, X, Y, Z};
+use crate::system::{ClosedLoop, GeneralisedPlant, LoopError, channels};
 
 /// A margin below this is taken as zero, if it is no larger in other coordinates.
 const NO_MARGIN: f64 = 1e-7;
@@ -112,7 +109,8 @@ fn largest_margin(plant: &GeneralisedPlant, scalings: ScalingClass) -> Option<La
         lambda: zero,
     };
     let t = program.scalar();
-    let bare = without_performance(plant);
+    let ClosedLoop { parts, channels } = plant.open();
+    let bare = ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels };
     let full = bounded_real_compact(&bare, &LoopError::none(&bare), &m);
     let projected = full.congruence(&kernel(&plant.parts.join(&[Y], &[X, T])));
     let size = projected.shape().0;
@@ -142,9 +140,4 @@ fn root(m: &Mat, floor: f64) -> (Mat, Mat) {
     }
     let floor = floor * crate::matrix::largest_eigenvalue(m).max(f64::MIN_POSITIVE);
     (symmetric_function(m, |v| 1.0 / v.max(floor).sqrt()), symmetric_function(m, |v| v.max(floor).sqrt()))
-}
-
-fn without_performance(plant: &GeneralisedPlant) -> ClosedLoop {
-    let ClosedLoop { parts, channels } = plant.open();
-    ClosedLoop { parts: parts.resized(W, 0).resized(Z, 0), channels }
 }

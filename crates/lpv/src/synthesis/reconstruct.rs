@@ -20,11 +20,9 @@ use crate::matrix::{
     scaled_largest_eigenvalue, skew_part, spectral_abscissa, symmetric_function, symmetric_part,
 };
 use crate::synthesis::inequalities::LmiSolution;
-use crate::system::controller::Controller;
-use crate::system::model_error::LoopError;
-use crate::system::parameter_grid::{coarse_grid, parameter_grid};
-use crate::system::partition::{CONTROLLER, Partitioned, Sizes};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{
+    CONTROLLER, Controller, GeneralisedPlant, LoopError, Partitioned, Sizes, coarse_grid, parameter_grid,
+};
 
 const STAGE: &str = "reconstruction";
 

@@ -14,12 +14,8 @@ use crate::riccati::equations::WideController;
 use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
-use crate::system::controller::Controller;
-use crate::system::lyapunov::lyapunov;
-use crate::system::model_error::LoopError;
-use crate::system::parameter_grid::parameter_grid;
-use crate::system::partition::Group::{T, U, X, Y};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::Group::{T, U, X, Y};
+use crate::system::{Controller, GeneralisedPlant, LoopError, lyapunov, parameter_grid};
 
 /// The allowed relative rise of the bound over that of the full controller.
 const ALLOWED_RISE: f64 = 0.02;

@@ -21,8 +21,7 @@ use crate::synthesis::direct::directly;
 use crate::synthesis::inequalities::LmiSolution;
 use crate::synthesis::least_gamma::least_gamma;
 pub use crate::synthesis::regularity::Regularisation;
-use crate::system::model_error::LoopError;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::{GeneralisedPlant, LoopError};
 
 /// A design for the plant with weights and noises added, if the least gamma of the given plant may be known but no
 /// controller.

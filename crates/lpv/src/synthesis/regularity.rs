@@ -11,8 +11,8 @@
 
 use crate::matrix::{Mat, block, eigenvalues, largest_singular_value, svd};
 use crate::synthesis::balance::Coordinates;
-use crate::system::partition::Group::{T, U, W, X, Y, Z};
-use crate::system::plant::GeneralisedPlant;
+use crate::system::GeneralisedPlant;
+use crate::system::Group::{T, U, W, X, Y, Z};
 use std::fmt;
 
 /// A singular value up to this is taken as zero, with each column of weights (row of noises) scaled to norm 1: the

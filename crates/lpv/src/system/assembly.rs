@@ -1,7 +1,7 @@
 //! Assembly of a plant from signals: linear functions of its states and inputs.
 
 use crate::matrix::Mat;
-use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
+use crate::system::{ReferenceModel, ReferenceWeight, RisingWeight};
 
 /// A linear function of `[x; wt; w; u]`, one row per component.
 pub(super) type Signal = Mat;

@@ -14,7 +14,7 @@
 //! Source: K. Zhou, J. C. Doyle, K. Glover, Robust and Optimal Control, 1996, section 21.5.
 
 use crate::matrix::{Mat, solve, svd};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// A matrix is taken as singular if its least singular value is at most this fraction of the largest.
 const SINGULAR: f64 = 1e-10;

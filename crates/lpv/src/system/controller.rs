@@ -2,9 +2,10 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::partition::{CONTROLLER, Group, NamedBlock, Partitioned, Sizes, named_blocks};
-use crate::system::plant::{ClosedLoop, GeneralisedPlant, channels};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    CONTROLLER, ClosedLoop, GeneralisedPlant, Group, NamedBlock, Partitioned, Sizes, StateSpace, channels,
+    named_blocks,
+};
 
 /// A controller scheduled on Theta.
 ///

@@ -8,8 +8,7 @@
 
 use crate::error::LftError;
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks, rank_factors, solve};
-use crate::system::polynomial::MatrixPolynomial;
-use crate::system::rational::MatrixRational;
+use crate::system::{MatrixPolynomial, MatrixRational};
 
 /// A matrix `M(theta) = M_0 + L Theta (I - D Theta)^-1 R`.
 ///

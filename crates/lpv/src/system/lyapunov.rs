@@ -5,7 +5,7 @@
 //! Control 26(1), 1981.
 
 use crate::matrix::{Mat, diagonal, largest_eigenvalue, solve, symmetric_function, symmetric_part};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 
 /// The smallest eigenvalue that a gramian may have, relative to the largest; smaller ones are raised.
 const EIGENVALUE_FLOOR: f64 = 1e-6;

@@ -5,8 +5,7 @@
 //! System and Control Theory, 1994, section 4.3.
 
 use crate::matrix::{Mat, block};
-use crate::system::controller::Controller;
-use crate::system::plant::{ClosedLoop, GeneralisedPlant};
+use crate::system::{ClosedLoop, Controller, GeneralisedPlant};
 
 /// `E Delta [F Fw Fu]` in a plant's coordinates.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,7 @@ use crate::matrix::{Mat, eigenvalues};
 use crate::riccati::equations::{is_stabilisable, unreached};
 use crate::riccati::wide::{is_stable, narrow};
 use crate::synthesis::balance::Coordinates;
-use crate::system::plant::GeneralisedPlant;
+use crate::system::GeneralisedPlant;
 use nalgebra::Complex;
 
 /// An unreachable mode with `Re >= 0`, the fastest growing. A is n x n, B n x m; rad/s.

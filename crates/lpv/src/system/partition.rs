@@ -9,7 +9,7 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::{Mat, block, diagonal, solve};
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::DMatrixViewMut;
 
 /// A group of rows, of columns, or of both.

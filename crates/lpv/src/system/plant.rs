@@ -2,9 +2,9 @@
 
 use crate::error::{LftError, ShapeError};
 use crate::matrix::Mat;
-use crate::system::parameter_grid::evenly_spread;
-use crate::system::partition::{Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, named_blocks};
-use crate::system::state_space::StateSpace;
+use crate::system::{
+    Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, StateSpace, evenly_spread, named_blocks,
+};
 
 /// The parameter of each channel of `Theta = blkdiag(theta_i I_ri)` for repetitions `[r_1, r_2, ...]`.
 pub fn channels(blocks: &[usize]) -> Vec<usize> {

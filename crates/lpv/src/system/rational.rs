@@ -6,7 +6,7 @@
 
 use crate::error::FitError;
 use crate::matrix::{Mat, pseudo_inverse};
-use crate::system::polynomial::MatrixPolynomial;
+use crate::system::MatrixPolynomial;
 
 /// `M(rho) = N(rho)/d(rho)`, `d(rho) = 1 + d_1 rho + ... + d_q rho^q`.
 #[derive(Debug, Clone, PartialEq)]

@@ -20,11 +20,10 @@
 
 use crate::error::{AugmentError, ShapeError};
 use crate::matrix::{Mat, block, diagonal};
-use crate::system::assembly::{Assembly, Signal};
-use crate::system::lft::Lft;
-use crate::system::partition::{PLANT, Partitioned, Sizes};
-use crate::system::plant::GeneralisedPlant;
-use crate::system::weights::{ReferenceModel, ReferenceWeight, RisingWeight, TrackingWeight, invertible};
+use crate::system::{
+    GeneralisedPlant, Lft, PLANT, Partitioned, ReferenceModel, ReferenceWeight, RisingWeight, Sizes,
+    TrackingWeight, assembly::Assembly, assembly::Signal, weights::invertible,
+};
 
 /// A trim that moves with the reference of one tracked output, the speed.
 ///

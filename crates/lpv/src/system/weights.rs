@@ -124,7 +124,7 @@ pub(super) fn invertible(v: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::system::state_space::StateSpace;
+    use crate::system::StateSpace;
     use nalgebra::dmatrix;
 
     #[test]

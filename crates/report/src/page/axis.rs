@@ -1,6 +1,6 @@
 //! An axis of a chart: its range, its ticks, and their labels.
 
-use crate::page::words::tidy;
+use crate::page::tidy;
 
 /// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

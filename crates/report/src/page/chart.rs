@@ -1,9 +1,6 @@
 //! A chart as SVG: a frame with ticks and curves. Colours are classes of `chart.css`.
 
-use crate::page::axis::{Axis, Scale};
-use crate::page::key::Key;
-use crate::page::thin::thin;
-use crate::page::words::{escaped, tidy};
+use crate::page::{Axis, Key, Scale, escaped, thin, tidy};
 use std::fmt::Write;
 
 /// A curve.
@@ -69,10 +66,6 @@ impl Frame {
     fn down(&self, y: f64) -> f64 {
         self.height * (1.0 - (y - self.y.0) / (self.y.1 - self.y.0))
     }
-}
-
-fn place(v: f64) -> String {
-    tidy(v, DECIMALS)
 }
 
 /// Approximate width of a tick label, in units of the page.
@@ -147,17 +140,21 @@ impl Chart {
         let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
         let [mut grid, mut ticks, mut below, mut beside] = [const { String::new() }; 4];
         for (tick, word) in self.x.words(frame.x, X_TICKS) {
-            let x = place(frame.left + frame.across(tick));
+            let x = tidy(frame.left + frame.across(tick), DECIMALS);
             let _ = write!(grid, "M{x} {}V{bottom}", frame.top);
             let _ = write!(ticks, "M{x} {bottom}v{TICK}");
             let _ = write!(below, "<text x=\"{x}\" y=\"{}\">{word}</text>", bottom + 17.0);
         }
         for (tick, word) in self.y.words(frame.y, Y_TICKS) {
             let y = frame.top + frame.down(tick);
-            let _ = write!(grid, "M{} {}H{right}", frame.left, place(y));
-            let _ = write!(ticks, "M{} {}h-{TICK}", frame.left, place(y));
-            let _ =
-                write!(beside, "<text x=\"{}\" y=\"{}\">{word}</text>", frame.left - WORD, place(y + 4.5));
+            let _ = write!(grid, "M{} {}H{right}", frame.left, tidy(y, DECIMALS));
+            let _ = write!(ticks, "M{} {}h-{TICK}", frame.left, tidy(y, DECIMALS));
+            let _ = write!(
+                beside,
+                "<text x=\"{}\" y=\"{}\">{word}</text>",
+                frame.left - WORD,
+                tidy(y + 4.5, DECIMALS)
+            );
         }
         format!(
             "<text x=\"4\" y=\"16\" font-size=\"14\">{}</text><path class=\"grid\" d=\"{grid}\"/>\
@@ -192,7 +189,7 @@ fn curves(placed: &[(usize, Vec<(f64, f64)>)], keys: &[Key], frame: &Frame) -> S
         let unit = if key.dots { unit } else { thin(&unit, INVISIBLE) };
         let (mut places, near) = (String::new(), |v: f64| v.clamp(-FARTHEST, FARTHEST));
         for (across, down) in unit {
-            let (x, y) = (place(width * near(across)), place(height * near(down)));
+            let (x, y) = (tidy(width * near(across), DECIMALS), tidy(height * near(down), DECIMALS));
             let _ = if key.dots { write!(places, "M{x} {y}h0") } else { write!(places, "{x},{y} ") };
         }
         let (class, style, places) = (key.class(), key.style(), places.trim_end());

@@ -1,6 +1,6 @@
 //! A block diagram as SVG: boxes with text, connected by arrows.
 
-use crate::page::words::escaped;
+use crate::page::escaped;
 use std::fmt::Write;
 
 /// A block diagram.

@@ -1,8 +1,6 @@
 //! A figure: charts with a common legend, as part of a page or as an SVG file.
 
-use crate::page::chart::{Chart, SMALL, Size, WIDE};
-use crate::page::key::Key;
-use crate::page::words::escaped;
+use crate::page::{Chart, Key, SMALL, Size, WIDE, escaped};
 use std::fmt::Write;
 
 /// A figure.

@@ -2,9 +2,7 @@
 //!
 //! The page is also well-formed XML, so that any XML reader can check it.
 
-use crate::page::figure::{FONT, STYLE as CHARTS};
-use crate::page::section::{Boxed, Part, Section, Table};
-use crate::page::words::escaped;
+use crate::page::{Boxed, FONT, Part, STYLE as CHARTS, Section, Table, escaped};
 use crate::report::Report;
 use std::fmt::Write;
 

@@ -1,10 +1,7 @@
 //! Plots over time: stacked charts with a common axis.
 
 use crate::error::Error;
-use crate::page::axis::extent;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::{Key, WIDTH};
+use crate::page::{Chart, Curve, Figure, Key, WIDTH, extent};
 use std::path::Path;
 
 /// The kind of a line, which determines its colour.

@@ -1,7 +1,6 @@
 //! A section of the report: text, figures, diagrams, tables and boxes, in order.
 
-use crate::page::diagram::Diagram;
-use crate::page::figure::Figure;
+use crate::page::{Diagram, Figure};
 
 /// A table of text and numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,11 +51,4 @@ pub struct Section {
     pub title: &'static str,
     /// Content.
     pub parts: Vec<Part>,
-}
-
-impl Section {
-    /// The figures.
-    pub fn figures(&self) -> impl Iterator<Item = &Figure> {
-        self.parts.iter().filter_map(|part| if let Part::Figure(f) = part { Some(f) } else { None })
-    }
 }

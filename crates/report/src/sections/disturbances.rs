@@ -4,11 +4,7 @@ pub(crate) mod sea;
 pub(crate) mod working_sea;
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::Part;
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Part, capital};
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
@@ -39,13 +35,13 @@ pub fn disturbances(subject: &Subject) -> Result<Vec<Part>, Error> {
     let flown =
         subject.speeds.iter().map(|v| in_current(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let words = format!(
-        "The water begins to move down by {GUST} m/s at {STEP_TIME:.0} s and forward by as much at {FORWARD_TIME:.0} \
-            s, at once and everywhere, and stays so. Speed is that through the water. \
-            Nonlinear and sampled, as above."
+        "A uniform current of {GUST} m/s downwards begins as a step at {STEP_TIME:.0} s, one of the same \
+             size forwards at {FORWARD_TIME:.0} s. Speed is that through the water. Nonlinear and sampled, \
+             as above."
     );
     let current = Figure {
         name: "current".into(),
-        caption: format!("{} in a current that begins at once, at six speeds.", capital(&subject.name())),
+        caption: format!("{} in steps of the current, at six speeds.", capital(&subject.name())),
         ..steps::figure(subject, subject.speed_keys(), &flown, SHOWN)
     };
     Ok(vec![Part::Words(words), Part::Figure(current), Part::Figure(noise(subject)?)])
@@ -89,8 +85,8 @@ fn noise(subject: &Subject) -> Result<Figure, Error> {
     Ok(Figure {
         name: "noise".into(),
         caption: format!(
-            "How large the commands of {} become for a sine of each measurement's noise, all together, at six frozen \
-                speeds, as the loop flies.",
+            "The gain from the noise of each measurement to all commands of {}, at six frozen speeds, as \
+                 the loop flies.",
             subject.name()
         ),
         keys: subject.speed_keys(),

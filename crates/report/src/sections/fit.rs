@@ -1,11 +1,7 @@
 //! The polynomials in speed compared with the true linearisations.
 
 use crate::error::Error;
-use crate::page::axis::{Axis, extent};
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, extent};
 use crate::subject::Subject;
 use auv::longitudinal::{SIGNALS, STATES, pitching};
 use lpv::matrix::{Mat, eigenvalues};
@@ -103,6 +99,8 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
 pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
     let (input, actuator) = subject.pitching_actuator();
+    // Degrees of pitch per newton or per degree of deflection.
+    let per_unit = if actuator.unit() == "rad" { 1f64.to_radians() } else { 1.0 };
     let (mut charts, mut phases) = (Vec::new(), Vec::new());
     for at in [0, subject.truth.len() / 2, subject.truth.len() - 1] {
         let (speed, exact) = (subject.speeds[at], stacked(&subject.truth[at].a, &subject.truth[at].b));
@@ -111,7 +109,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         let title = Subject::speed_name(speed);
         let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", readable(actuator.unit()).1));
         charts.push(response(&title, &models, (input, subject.inputs.design.states), magnitude, &|g| {
-            g.norm().to_degrees() * scale(actuator.unit())
+            g.norm().to_degrees() * per_unit
         }));
         let phase = Axis::linear("phase (deg)");
         phases.push(response(&title, &models, (input, subject.inputs.design.states), phase, &|g| {
@@ -203,11 +201,6 @@ fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
         }
     }
     table
-}
-
-/// The unit of the magnitude: degrees of pitch per newton or per degree of deflection.
-fn scale(unit: &str) -> f64 {
-    if unit == "rad" { 1f64.to_radians() } else { 1.0 }
 }
 
 fn response(

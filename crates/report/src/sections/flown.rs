@@ -1,10 +1,7 @@
 //! The flying loop, frozen at a speed: margins, steps, a gust and noise.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
 use auv::longitudinal::PITCH;
@@ -77,7 +74,7 @@ fn margins(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
         "|S|, largest of all places",
     ]);
     let limits = keys.len();
-    keys.push(Key::reference("asked for"));
+    keys.push(Key::reference("required"));
     let design = &subject.inputs.design;
     let asked = |key: &&str| {
         let limit = design.require.limit(key)?;
@@ -123,10 +120,7 @@ fn noise(subject: &Subject, frozen: &[AtSpeed]) -> Figure {
     let curves = actuators.iter().enumerate().map(rms).collect();
     Figure {
         name: "noise-over-speed".into(),
-        caption: format!(
-            "What the noise of the sensors does to each command of {} over speed.",
-            subject.name()
-        ),
+        caption: format!("The rms of each command of {} under sensor noise, over speed.", subject.name()),
         keys,
         charts: vec![Chart::over_speed("commands under noise, rms (% of reach)", curves)],
     }
@@ -141,7 +135,7 @@ fn words(subject: &Subject) -> String {
             with L = 1/S - 1 there, the gain margins are 1/|L| where L crosses the negative real axis, the phase \
             margin is |arg(-L)| where |L| = 1, the delay margin is arg(-L)/w there, with arg from 0 to 2 pi. The disk \
             margin is alpha = 1/max|S - 1/2| (P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems Magazine 40(5), \
-            2020), with the phase 2 atan(alpha/2): gain and phase may be off by as much at the same time. Steps are of \
+            2020), with the phase 2 atan(alpha/2): gain and phase may change by as much at the same time. Steps are of \
             the reference of each output, followed for {DURATION:.0} s; settled: within 2 %; the steady error is |1 - \
             T| at z = 1. Gust: the water begins to move vertically by {GUST} m/s at once, and heave through the water \
             jumps by as much. Noise: white at each sample, 0.05 deg rms on angles, 0.05 deg/s on the rate, 0.01 m/s on \

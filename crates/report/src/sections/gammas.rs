@@ -1,10 +1,7 @@
 //! The ladder of gammas: what each assumption about the speed costs.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use lpv::ladder::{Ladder, LadderOptions, ladder};
 use lpv::matrix::Mat;

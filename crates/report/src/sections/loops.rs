@@ -1,11 +1,7 @@
 //! The open and the closed loop over frequency, at the measurement of each tracked output.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::Part;
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part};
 use crate::sections::fit::unwrap;
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;

@@ -1,11 +1,7 @@
 //! The default manoeuvre: a step during a speed ramp.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::Part;
-use crate::page::words::capital;
+use crate::page::{Chart, Curve, Figure, Key, Part, capital};
 use crate::subject::Subject;
 use auv::longitudinal::{DEPTH, PITCH, SPEED};
 use squid_flight::flight::{Row, fly};

@@ -4,11 +4,7 @@ mod at_speed;
 mod worst_gain;
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::robust::{between, vehicle};
 use crate::subject::{MuBounds, Subject};
 use crate::threads::in_parallel;
@@ -31,8 +27,8 @@ pub fn mu(subject: &Subject) -> Result<Vec<Part>, Error> {
             Ok(at) => found.push(at),
             Err(Error::Design(DesignError::Uncertain(UncertainError::NothingUncertain { design }))) => {
                 return Ok(vec![Part::Words(format!(
-                    "Nothing is said to be uncertain in {design}, so that there is nothing to analyse: a section \
-                        [uncertainty] in it would name coefficients with their ranges."
+                    "{design} declares no uncertainty, so that there is nothing to analyse: a section \
+                         [uncertainty] in it names coefficients with their ranges."
                 ))]);
             }
             Err(reason) => without.push(reason),
@@ -90,11 +86,11 @@ fn about(found: &[SpeedMu], has_lags: bool) -> String {
             actuator, and how far all that moves the trim. The coefficients enter exactly, the trim to first \
             order. The upper bound of the table holds at every frequency from zero to infinity, between the \
             points of the curves as well; each lower bound is shown by a perturbation of the model, with which \
-            its loop has a pole on the axis. In the model what moves the trim, the incidence, is an \
-            independent parameter; what a vehicle does, whose trim follows from its coefficients, is in the \
-            table after. Figure and first table are of the loop in continuous time, as it was designed: {lags} \
-            the lags of the actuators. A perturbation of which a bound speaks does not change with time; what a \
-            changing speed does is the business of the certificate."
+            its loop has a pole on the axis. In the model the incidence, which moves the trim, is an \
+                 independent parameter; the next table is about vehicles, whose trim follows from their \
+                 coefficients. Figure and first table are of the loop in continuous time, as it was designed: {lags} \
+            the lags of the actuators. The bounds are for constant perturbations at a constant speed; a \
+                 changing speed is covered by the certificate."
     )
 }
 
@@ -163,10 +159,10 @@ fn table(found: &[SpeedMu]) -> Table {
 
 fn about_vehicles() -> String {
     "The same for vehicles, as the loop flies, with the lags of the actuators and sampled, and in continuous \
-        time, as it was designed. The perturbation of the model without what it \
-     has of the trim is made larger step by step; its coefficients and the gains of its actuators are given to \
-     the vehicle, which is trimmed again (within the limits of its \
-     actuators) and linearised. That follows one direction: another vehicle may be unstable earlier."
+        time, as it was designed. The perturbation of the model, without its part of the trim, is increased \
+             step by step; the vehicle with its coefficients and actuator gains is trimmed again (within \
+             the limits of its actuators) and linearised. This is one direction only: another vehicle may \
+             be unstable with smaller errors."
         .into()
 }
 
@@ -182,10 +178,8 @@ fn vehicles_table(found: &[SpeedMu]) -> Table {
 }
 
 fn causes_table(found: &[SpeedMu]) -> Table {
-    let mut table = Table::new([
-        "speed (m/s)",
-        "what does most in the perturbation that destabilises, and its share in it",
-    ]);
+    let mut table =
+        Table::new(["speed (m/s)", "the largest parts of the destabilising perturbation, and their shares"]);
     table.rows = found.iter().map(|f| vec![format!("{:.2}", f.speed), causes(&f.worst)]).collect();
     table
 }

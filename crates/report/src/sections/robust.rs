@@ -1,10 +1,7 @@
 //! Comparison of the robust controller with the nominal one, for a robust design.
 
 use crate::error::Error;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Chart, Curve, Figure, Key, Part, Table, percent};
 use crate::subject::Subject;
 use squid_design::numbers::above;
 use squid_design::synthesise::robust::figures::{Frozen, RobustFigures, gain_in_words};
@@ -19,7 +16,7 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
             "The controller of this report is the nominal one. `squid design --robust` looks for one that \
                     tolerates more of the declared uncertainty, and this section then shows both side by side."
         } else {
-            "Nothing is said to be uncertain, so that there is nothing to be robust against."
+            "No uncertainty is declared, so that there is nothing to be robust against."
         };
         return Ok(vec![Part::Words(words.into())]);
     };
@@ -36,10 +33,6 @@ pub fn robust(subject: &Subject) -> Result<Vec<Part>, Error> {
     ])
 }
 
-fn percent(part: f64) -> String {
-    format!("{:.1} %", 100.0 * part)
-}
-
 fn about(figures: &RobustFigures) -> String {
     let (parameters, channels, rho) = figures.sizes;
     format!(
@@ -51,9 +44,9 @@ fn about(figures: &RobustFigures) -> String {
          not exceeded when a smaller or a larger part of the declared uncertainty is allowed.",
         figures.gamma,
         gain_in_words(figures.gamma),
-        percent(figures.robust_size),
+        percent(figures.robust_size, 1),
         figures.declared(),
-        percent(figures.nominal_size)
+        percent(figures.nominal_size, 1)
     )
 }
 
@@ -61,7 +54,7 @@ fn proof(figures: &RobustFigures) -> String {
     format!(
         "Proved again for this page, in exact arithmetic (robust_certificate.json): with {} of {} the gain of \
             the robust controller is below {}. {}",
-        percent(figures.robust_size),
+        percent(figures.robust_size, 1),
         figures.declared(),
         above(figures.proved),
         figures.not_proved()
@@ -70,19 +63,15 @@ fn proof(figures: &RobustFigures) -> String {
 
 fn constant(figures: &RobustFigures) -> String {
     format!(
-        "Coefficients that are off but do not change are a milder test. For these the figure and its table \
+        "Constant errors of the coefficients are a milder test. For these the figure and its table \
             show both controllers, frozen at a speed: an upper bound on mu for robust stability (1 is all of \
             the declared uncertainty, less is better), and the worst-case gain at {} of the declared \
             uncertainty, of which the first number is reached by a perturbation and the second is guaranteed, \
             both for the model, in which the incidence is an independent parameter; 'vehicle' is the gain of a \
             vehicle with the coefficients of the perturbation, trimmed again. Both are of the loop in \
             continuous time.",
-        whole_percent(figures.constant_size)
+        percent(figures.constant_size, 0)
     )
-}
-
-fn whole_percent(part: f64) -> String {
-    format!("{:.0} %", 100.0 * part)
 }
 
 fn number(value: Option<f64>) -> String {
@@ -93,7 +82,7 @@ fn ladder(figures: &RobustFigures) -> Table {
     let mut table =
         Table::new(["part of the declared uncertainty", "gain below: nominal", "gain below: robust"]);
     let row = |(size, nominal, robust): &(f64, Option<f64>, Option<f64>)| {
-        vec![percent(*size), number(*nominal), number(*robust)]
+        vec![percent(*size, 1), number(*nominal), number(*robust)]
     };
     table.rows = figures.ladder.iter().map(row).collect();
     table
@@ -105,7 +94,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
         key: which,
         points: figures.frozen.iter().filter_map(|f| Some((f.speed, of(f)?))).collect(),
     };
-    let gain = format!("worst-case gain at {} (-)", whole_percent(figures.constant_size));
+    let gain = format!("worst-case gain at {} (-)", percent(figures.constant_size, 0));
     Figure {
         name: "robust-and-nominal".into(),
         caption: format!(
@@ -122,7 +111,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
 }
 
 fn frozen(figures: &RobustFigures) -> Table {
-    let at = whole_percent(figures.constant_size);
+    let at = percent(figures.constant_size, 0);
     let mut table = Table::new(["speed (m/s)", "mu below: nominal", "mu below: robust"]);
     for which in ["nominal", "robust"] {
         table.head.push(format!("worst-case gain at {at}: {which}"));

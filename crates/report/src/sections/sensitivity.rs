@@ -1,11 +1,7 @@
 //! The weights compared with the achieved sensitivities and control efforts at six speeds.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table};
 use crate::sections::frozen_loop::FrozenLoop;
 use crate::subject::Subject;
 use lpv::controller::Controller;
@@ -13,11 +9,6 @@ use lpv::weights::TrackingWeight;
 use nalgebra::Complex;
 use squid_design::axis::Linearisation;
 use squid_design::numbers::above;
-
-/// Frequencies, rad/s, logarithmically spaced from 1e-4 to 1e2.
-fn axis() -> Vec<f64> {
-    (0..=240).map(|i| 10f64.powf(-4.0 + f64::from(i) / 40.0)).collect()
-}
 
 /// 1/|W_e| at a frequency.
 fn allowed(weight: &TrackingWeight, omega: f64) -> f64 {
@@ -34,7 +25,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let loops = all(subject, FrozenLoop::flying)?;
     let gamma = subject.stored.controller.gamma.bound;
     let mut keys = subject.speed_keys();
-    keys.push(Key { dash: "", ..Key::reference("asked for: 1/|W|") });
+    keys.push(Key { dash: "", ..Key::reference("required: 1/|W|") });
     keys.push(Key::reference("guaranteed: gamma/|W|"));
     let mut charts = Vec::new();
     for (i, tracked) in subject.inputs.design.tracked.iter().enumerate() {
@@ -48,7 +39,7 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
-            "What the weights ask for and what the loop of {} achieves as it flies (true linearisations at six \
+            "What the weights require and what the loop of {} achieves as it flies (true linearisations at six \
                 frozen speeds, sampled, with the lags of the \
              actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain \
              below {} means for the fitted model in continuous \
@@ -133,7 +124,7 @@ fn chart(
     of: &dyn Fn(&FrozenLoop, f64) -> f64,
     limit: &dyn Fn(f64) -> f64,
 ) -> Chart {
-    let axis = axis();
+    let axis: Vec<f64> = (0..=240).map(|i| 10f64.powf(-4.0 + f64::from(i) / 40.0)).collect();
     let mut curves: Vec<Curve> = loops
         .iter()
         .enumerate()

@@ -3,11 +3,7 @@
 pub mod limits;
 
 use crate::error::Error;
-use crate::page::axis::{Axis, extent};
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::Part;
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, extent};
 use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};

@@ -2,8 +2,7 @@
 //! signals.
 
 use crate::error::Error;
-use crate::page::diagram::Diagram;
-use crate::page::section::Part;
+use crate::page::{Diagram, Part};
 use crate::subject::Subject;
 use lpv::partition::Sizes;
 

@@ -1,7 +1,7 @@
 //! What is proved for the controller, and what is not.
 
 use crate::error::Error;
-use crate::page::section::Part;
+use crate::page::Part;
 use crate::subject::Subject;
 use certificate::Theorem;
 use squid_design::certify::limits::ClaimedStep;
@@ -18,8 +18,8 @@ fn reach(theorem: &Theorem, certified: bool) -> &'static str {
                 misses a little."
         }
         (None, _) => {
-            "It is of the fitted model alone: nothing is proved of the true linearisations, and the controller \
-                counts as uncertified."
+            "It is about the fitted model only: nothing is proved about the true linearisations, and the \
+                 controller counts as uncertified."
         }
     }
 }
@@ -48,8 +48,8 @@ pub fn theorem(subject: &Subject) -> Result<Vec<Part>, Error> {
     let step = subject.proof().as_ref().ok().and_then(|theorem| ClaimedStep::of(design, theorem)).map(|step| {
         let ClaimedStep { output, size, unit, .. } = step;
         format!(
-            "The step with saturated commands is one of the {} reference from trim, of up to {size} {unit} either \
-                way, with the reference of the speed held.",
+            "The step with saturated commands is one of the {} reference from trim, of up to {size} {unit} \
+                 in either direction, at a constant reference of the speed.",
             output
         )
     });

@@ -1,7 +1,7 @@
 //! The requirements of the design, and what the flying loop achieves.
 
 use crate::error::Error;
-use crate::page::section::{Part, Table};
+use crate::page::{Part, Table};
 use crate::subject::Subject;
 use squid_design::verdict::row::{Outcome, Row};
 
@@ -11,13 +11,13 @@ use squid_design::verdict::row::{Outcome, Row};
 /// As [`Subject::verdict`].
 pub fn verdict(subject: &Subject) -> Result<Vec<Part>, Error> {
     let verdict = subject.verdict()?;
-    let mut table = Table::new(["what", "asked", "achieved, at its worst", "", "where"]);
+    let mut table = Table::new(["what", "required", "worst value", "", "where"]);
     let row = |row: &Row| {
         vec![row.what.clone(), row.required(), row.found(), row.outcome.to_string(), row.achieved.place()]
     };
     table.rows = verdict.rows.iter().map(row).collect();
     if verdict.missed().next().is_some() {
-        table.head.push("what to turn".into());
+        table.head.push("what to change".into());
         for (cells, row) in table.rows.iter_mut().zip(&verdict.rows) {
             let missed = if row.outcome == Outcome::Missed { "`squid design` looks for it" } else { "" };
             cells.push(row.advice.as_ref().map_or(missed, |advice| &advice.words).into());

@@ -1,7 +1,7 @@
 //! Campaigns by FMUs: what is drawn, for the program that flies them, and its records.
 
 use crate::error::Error;
-use crate::verbs::plot::{read_record, rows};
+use crate::verbs::plot::{read_record, rows, wrong};
 use serde_json::{Map, Value, json};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Drawn, Plan};
@@ -46,8 +46,7 @@ fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
 pub(super) fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
     let path = records.join(format!("flight-{flight}.csv"));
     let record = read_record(&path)?;
-    let wrong = |reason| Error::Record { path: path.display().to_string(), reason };
-    let rows = rows(&record, &plan.inputs.vehicle.actuators).map_err(wrong)?;
-    let distance = record.get("distance").ok_or_else(|| wrong("there is no column 'distance'".into()))?;
+    let rows = rows(&record, &plan.inputs.vehicle.actuators).map_err(|reason| wrong(&path, reason))?;
+    let distance = record.get("distance").ok_or_else(|| wrong(&path, "there is no column 'distance'"))?;
     Ok(plan.judge(flight, rows, distance)?)
 }

@@ -6,7 +6,7 @@ use squid_design::inputs::Inputs;
 use squid_design::numbers::readable;
 use squid_design::uncertain::errors::{ModelErrors, errors};
 use squid_design::uncertain::frozen::at_speed;
-use squid_design::uncertain::model::{Block, UncertainModel};
+use squid_design::uncertain::model::UncertainModel;
 use squid_design::uncertain::{Fidelity, over_range};
 
 /// Number of speeds in the tables, evenly spread over the range.
@@ -65,7 +65,8 @@ fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
     for b in &joint.blocks {
         let (factor, unit) = readable(b.unit);
         let (value, half_range) = (factor * b.value, factor * b.half_range);
-        let most = frozen.iter().map(|f| repetitions(f, b)).max().unwrap_or(0);
+        let same = frozen.iter().flat_map(|f| &f.blocks).filter(|other| other.uncertain == b.uncertain);
+        let most = same.map(|other| other.repetitions).max().unwrap_or(0);
         out += &format!(
             "  {:<28} {value:>12.4} +- {half_range:<10.4} {unit:<11} {most:>3} {:>3}\n",
             b.name, b.repetitions
@@ -78,8 +79,4 @@ fn blocks_table(joint: &UncertainModel, frozen: &[&UncertainModel]) -> String {
         "channels", "and of rho", joint.scheduled
     );
     out
-}
-
-fn repetitions(model: &UncertainModel, block: &Block) -> usize {
-    model.blocks.iter().find(|b| b.uncertain == block.uncertain).map_or(0, |b| b.repetitions)
 }

@@ -3,7 +3,6 @@
 use crate::error::Error;
 use lpv::controller::Controller;
 use lpv::matrix::to_rows;
-use nalgebra::Complex;
 use scheduled::Gamma;
 use serde_json::{Value, json};
 use squid_design::fit::Model;
@@ -34,7 +33,7 @@ pub fn fit(model: &Model) -> Value {
 pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Value, Error> {
     let (centre, half_range) = inputs.design.scheduling();
     let poles = [-1.0, 0.0, 1.0].map(|rho| {
-        let poles = pairs(&k.frozen(&[rho])?.poles());
+        let poles: Vec<_> = k.frozen(&[rho])?.poles().iter().map(|pole| [pole.re, pole.im]).collect();
         Ok(json!({ "speed": centre + half_range * rho, "poles": poles }))
     });
     Ok(json!({
@@ -69,9 +68,4 @@ pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
         "parameters": joint.blocks.iter().map(block).collect::<Vec<_>>(),
         "channels_of_rho": joint.scheduled,
     }))
-}
-
-/// Real and imaginary parts.
-fn pairs(values: &[Complex<f64>]) -> Vec<[f64; 2]> {
-    values.iter().map(|v| [v.re, v.im]).collect()
 }

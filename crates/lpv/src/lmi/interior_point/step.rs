@@ -61,7 +61,7 @@ impl State<'_> {
     fn factors(&self, cone: &Cone<'_>) -> Option<Factors> {
         let z_root = cone.z.clone().cholesky()?.unpack();
         let x_root = cone.x.clone().cholesky()?.unpack();
-        let inverse = inverse_of_lower(&z_root)?;
+        let inverse = z_root.solve_lower_triangular(&Mat::identity(z_root.nrows(), z_root.nrows()))?;
         let n = cone.data.size();
         let residual = if self.feasible {
             Mat::zeros(n, n)
@@ -146,8 +146,4 @@ impl State<'_> {
             }
         }
     }
-}
-
-fn inverse_of_lower(root: &Mat) -> Option<Mat> {
-    root.solve_lower_triangular(&Mat::identity(root.nrows(), root.nrows()))
 }

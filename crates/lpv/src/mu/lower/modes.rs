@@ -60,23 +60,20 @@ impl<'a> Modes<'a> {
 
     /// Q with each block moved to where the eigenvalue grows most in the direction `turn`.
     pub(super) fn aimed(&self, q: &CMat, mode: &Mode, turn: Complex<f64>) -> CMat {
-        let mut out = q.clone();
-        for (block, rows, cols) in &self.places {
+        self.structure.replaced(q.clone(), |block, rows, cols| {
             let x = mode.x.rows(rows.start, rows.len());
             let v = mode.v.rows(cols.start, cols.len());
             let slope = || turn.conj() * x.dotc(&v);
             let unit = |r: usize, value: Complex<f64>| CMat::identity(r, r) * value;
-            let part = match *block {
+            Some(match block {
                 Block::Real(r) if slope().re != 0.0 => unit(r, Complex::new(slope().re.signum(), 0.0)),
                 Block::Complex(r) if slope().norm() > 0.0 => unit(r, slope().conj() / slope().norm()),
                 Block::Full { .. } if x.norm() > 0.0 && v.norm() > 0.0 => {
                     x.unscale(x.norm()) * v.unscale(v.norm()).adjoint() * turn
                 }
-                _ => continue,
-            };
-            out.view_mut((rows.start, cols.start), part.shape()).copy_from(&part);
-        }
-        out
+                _ => return None,
+            })
+        })
     }
 
     /// The first-order change of the eigenvalue for a change of Q.

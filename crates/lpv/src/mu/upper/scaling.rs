@@ -207,7 +207,7 @@ impl Family {
     /// The blocks of D, a full one as 1 x 1.
     pub(in crate::mu) fn d_blocks(&self, s: &DgScalings) -> Vec<CMat> {
         let part = |(kind, w, _): &(Block, Range<usize>, Range<usize>)| {
-            let n = order(*kind, w);
+            let n = if matches!(kind, Block::Full { .. }) { 1 } else { w.len() };
             s.dw.view((w.start, w.start), (n, n)).into_owned()
         };
         self.places.iter().map(part).collect()
@@ -302,10 +302,6 @@ impl Family {
 
 /// The relative size below which a sum is taken as zero.
 const CANCELLED: f64 = 1e-12;
-
-fn order(block: Block, w: &Range<usize>) -> usize {
-    if matches!(block, Block::Full { .. }) { 1 } else { w.len() }
-}
 
 impl DgScalings {
     /// `M* D_z M + j (G M - M* G)`, which must be below `lambda D_w`.

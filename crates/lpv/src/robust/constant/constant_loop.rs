@@ -1,7 +1,6 @@
 //! A closed loop with some constant or slowly varying parameters.
 
-use crate::system::model_error::LoopError;
-use crate::system::plant::ClosedLoop;
+use crate::system::{ClosedLoop, LoopError};
 
 /// A closed loop, and the classes of trajectories of its parameters.
 #[derive(Debug, Clone)]

@@ -2,9 +2,7 @@
 
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks};
 use crate::robust::constant::constant_loop::{ConstantLoop, FilteredChannel};
-use crate::system::lyapunov::middle_of_gramians;
-use crate::system::model_error::LoopError;
-use crate::system::state_space::StateSpace;
+use crate::system::{LoopError, StateSpace, middle_of_gramians};
 
 /// The augmented loop, as maps from `(x, f | wt, v, w_D, w)`: f are the states of the filters of zt, then of wt; v is
 /// the contribution of the parameters' rates to the filters of wt. `x~ = back x`.

@@ -4,12 +4,11 @@
 //! and the inequality is that of a Hermitian matrix, `xi* M xi < 0` with the symmetric M of [`Multipliers::form`]. As
 //! a real one it is `[Re H, -Im H; Im H, Re H]`, the sum of `U' M U` over `U = [Re xi, -Im xi]` and `[Im xi, Re xi]`.
 
-use crate::lmi::low_rank::LowRank;
-use crate::lmi::program::{Affine, Program, symmetric};
+use crate::lmi::{Affine, LowRank, Program, symmetric};
 use crate::matrix::{Mat, block};
 use crate::robust::constant::constant_loop::ConstantLoop;
 use crate::robust::constant::filtered::Filtered;
-use crate::system::state_space::StateSpace;
+use crate::system::StateSpace;
 use nalgebra::Complex;
 
 /// The response of the states and inputs at a frequency, as the one or two U of the real inequality.

@@ -1,7 +1,7 @@
 //! The storage matrix X of an inequality that holds at every frequency.
 
 use crate::matrix::{Mat, block, growing_basis, scaled_largest_eigenvalue, solve, symmetric_part};
-use crate::system::lyapunov::lyapunov;
+use crate::system::lyapunov;
 
 /// Margins by which the inequality is tightened, tried in turn.
 const MARGINS: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10];

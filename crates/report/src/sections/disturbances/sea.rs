@@ -1,11 +1,7 @@
 //! The effect of the waves, the current and the sensor errors of a sea on the loop.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Part, Table, capital};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
 use auv::longitudinal::{SPEED, place};
@@ -67,7 +63,7 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
         };
         Chart {
             title: String::new(),
-            x: Axis::logarithmic("depth where the flight begins (m)"),
+            x: Axis::logarithmic("initial depth (m)"),
             y: Axis::logarithmic(format!("rms of {name}")),
             curves: subject.speeds.iter().enumerate().map(curve).collect(),
         }
@@ -75,8 +71,8 @@ pub fn sea(subject: &Subject) -> Result<Vec<Part>, Error> {
     let figure = Figure {
         name: "at-sea".into(),
         caption: format!(
-            "{} in these seas over depth, at six speeds; where the hull breaks the surface in one of them there is no \
-             point.",
+            "{} in these seas over depth, at six speeds; there is no point if the hull breaks the surface \
+                 in one of them.",
             capital(&subject.name())
         ),
         keys: subject.speed_keys(),
@@ -149,12 +145,12 @@ fn about(sea: &Sea, depth: f64) -> String {
             swell.heading.to_degrees()
         )
     });
-    let wanders = if sea.gauss_markov.is_some() { ", which wanders" } else { "" };
+    let wanders = if sea.gauss_markov.is_some() { ", with a Gauss-Markov part" } else { "" };
     format!(
         "Level at a constant speed, from {} m below still water: {waves}; a current of {} m/s there{wanders}; sensors \
          with the errors of the file. The table has root mean squares over {SEAS} such seas of {FLOWN} s, of seeds {} \
-         and up: errors of what is there against what is wanted, and heave, through the water, and commands about \
-         their means; `-` where the hull breaks the surface. Flown, not proved.",
+         and up: true errors to the references, and heave, through the water, and commands about their \
+              means; `-` if the hull breaks the surface. Simulated, not proved.",
         auv::rounded(depth),
         auv::rounded(sea.layers.at(depth).0),
         sea.seed

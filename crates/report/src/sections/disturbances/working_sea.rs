@@ -1,12 +1,7 @@
 //! A controller designed for a sea compared in it with one of the same weights for still water.
 
 use crate::error::Error;
-use crate::page::axis::Axis;
-use crate::page::chart::{Chart, Curve};
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
-use crate::page::words::capital;
+use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, capital};
 use crate::sections::disturbances::sea::{DIGITS, FLOWN, SEAS, Squares, fly, quantities, roots};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
@@ -143,10 +138,11 @@ fn climb(subject: &Subject, sea: &WorkingSea, both: [&ControllerDesign; 2]) -> R
 /// The simulated flights, in words.
 fn about(sea: &WorkingSea) -> String {
     format!(
-        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as they are met {} \
-         m deep, and counts them {} times. Beside its controller stands one of the same file without [sea]. Level at \
-         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` where the hull breaks the \
-         surface. Flown, not proved.",
+        "The design has waves of Hs = {} m with their peak at {:.3} rad/s in its generalised plant, as \
+             encountered {} m deep, with a weight of {}. Its controller is compared with that of the same \
+             file without [sea]. Level at \
+         a constant speed: root mean squares over {SEAS} such seas of {FLOWN} s; `-` if the hull breaks the \
+              surface. Simulated, not proved.",
         auv::rounded(sea.waves.spectrum.height()),
         sea.waves.spectrum.peak(),
         auv::rounded(sea.depth),

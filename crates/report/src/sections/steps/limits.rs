@@ -1,10 +1,7 @@
 //! A step beyond the actuators' limits, and back: with and without anti-windup.
 
 use crate::error::Error;
-use crate::page::figure::Figure;
-use crate::page::key::Key;
-use crate::page::section::{Part, Table};
-use crate::page::words::{capital, seconds, tidy};
+use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
 use auv::longitudinal::DEPTH;
@@ -59,7 +56,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         let (name, size) = (step.name, tidy(step.factor * size, 1));
         let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
         let words = format!(
-            "At {speeds} m/s steps of the {name} reference by {size} {}, either way, take no command to its limit.",
+            "At {speeds} m/s steps of the {name} reference by {size} {}, in either direction, take no \
+                 command to its limit.",
             step.unit
         );
         return Ok(vec![Part::Words(words)]);
@@ -71,8 +69,8 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         "anti-windup".into(),
         format!("{} from {from}, at most ({})", step.name, step.unit),
         "a command at its limit (s)".into(),
-        "within 2 % after it is taken back (s)".into(),
-        "beyond it then (%)".into(),
+        "settled to 2 % after its removal (s)".into(),
+        "overshoot then (%)".into(),
     ]);
     for pair in &pairs {
         for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
@@ -83,10 +81,11 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         }
     }
     let words = format!(
-        "The {} reference steps by {} {}, is taken back after {HELD} s, and {FLOWN} s more are flown; at each speed \
-            the way in which a command is longer at its limit without anti-windup, in deep water. Anti-windup feeds \
-            what the limits cut off of the commands back into the controller's states; beside each flight stands \
-            the same without it.",
+        "The {} reference steps by {} {}, is removed after {HELD} s, and the flight goes on for {FLOWN} s; \
+             at each speed \
+            in the direction in which a command is longer at its limit without anti-windup, in deep water. \
+                 Anti-windup feeds the saturated part of the commands back into the controller's states; \
+                 each flight is also shown without it.",
         step.name,
         tidy(step.factor * size, 1),
         step.unit
@@ -101,7 +100,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         parts.push(Part::Figure(Figure {
             name: "beyond-limits".into(),
             caption: format!(
-                "{} at {speed:.2} m/s: a step that is taken back at {} s.",
+                "{} at {speed:.2} m/s: a step that is removed at {} s.",
                 capital(&subject.name()),
                 TIMES[0]
             ),
@@ -157,5 +156,5 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let most = rows.iter().map(|row| (row.measured(step.place) - from).abs()).fold(0.0, f64::max);
     let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.inputs.limits());
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
-    [tidy(step.factor * most, 2), seconds(limited(subject, rows)), seconds(back.settling_time), overshoot]
+    [tidy(step.factor * most, 2), known(limited(subject, rows), 2), known(back.settling_time, 2), overshoot]
 }
