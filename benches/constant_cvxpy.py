@@ -46,9 +46,7 @@ class Filtered:
         n, r, w = loop.sizes
         lengths = (certificate[key] for key in ("blocks", "controller_blocks"))
         channels = np.concatenate([np.repeat(np.arange(len(counts)), counts) for counts in lengths])
-        own = [
-            (f["pole"], j) for f in claimed["filters"] for j in np.flatnonzero(channels == f["parameter"])
-        ]
+        own = [(f["pole"], j) for f in claimed["filters"] for j in np.flatnonzero(channels == f["parameter"])]
         k, wd = len(own), sum(e.shape[1] for e, _ in loop.balls)
         units = np.eye(n + 2 * k + r + wd + w)
 
