@@ -194,8 +194,8 @@ fn check_structure(description: &ModelDescription, found: &mut Vec<Problem>) {
             let name = || description.variables[unknown.index - 1].name.clone();
             for &(index, _) in unknown.dependencies.iter().flatten() {
                 let on = &description.variables[index - 1];
-                // Knowns at an instant are inputs and states (section 2.2.8), of the initialisation inputs and variables
-                // with a start value.
+                // Knowns at an instant are inputs and states (section 2.2.8), of the initialisation inputs and
+                // variables with a start value.
                 let known =
                     if initial { on.initial() == Some(Initial::Exact) } else { states.contains(&on.name) };
                 if !known && on.causality != Causality::Input {

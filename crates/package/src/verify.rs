@@ -1,7 +1,7 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
-//! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design file,
-//! that plant, ball and all other data of the FMU follow from them.
+//! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design
+//! file, that plant, ball and all other data of the FMU follow from them.
 
 use crate::archive::FmuArchive;
 use crate::c::{self, CONTROLLER};
