@@ -208,6 +208,7 @@ class Design:
             NumericalError: the flight failed.
 
         """
+
         def is_step(key: str) -> bool:
             return key.endswith("_step")
 

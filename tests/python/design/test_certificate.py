@@ -177,7 +177,11 @@ def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path,
         ),
         ("controller.json", lambda c: c.update(reference_filter=9.0), "reference_filter"),
         ("controller.json", lambda c: c.update(sample_time=1.0), "sample_time"),
-        ("controller.json", lambda c: c["trim"]["signals"]["pitch"].__setitem__(7, 1.0), "trim.signals.pitch[7]"),
+        (
+            "controller.json",
+            lambda c: c["trim"]["signals"]["pitch"].__setitem__(7, 1.0),
+            "trim.signals.pitch[7]",
+        ),
         ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
     ],
 )
