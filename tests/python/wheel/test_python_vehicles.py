@@ -71,7 +71,7 @@ def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages
     assert short["time"][-1] == pytest.approx(1.0)
     with pytest.raises(sq.InputError, match="pitch_step is 3"):
         design.simulate({"pitch_step": 3.0})
-    with pytest.raises(sq.InputError, match="depth_step is .*: the autopilot has no reference of it"):
+    with pytest.raises(sq.InputError, match=r"depth_step is .*: the autopilot has no reference of it"):
         design.simulate({"depth_step": 1.0})
     design.savemat(tmp_path / "k.mat", [0.5, 1.0, 3.0])
     from scipy.io import loadmat

@@ -23,7 +23,7 @@ const ALLOWED_RISE: f64 = 0.02;
 /// The design with as many controller states removed as keep the certified bound within 2 %; the design itself if none
 /// can be removed, or if its controller is unstable at Theta = 0.
 ///
-/// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid`] are taken:
+/// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid()`] are taken:
 /// residualising states may make the others faster.
 pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
     let thetas = parameter_grid(plant.blocks.len());
@@ -55,7 +55,7 @@ fn without_parameters(plant: &GeneralisedPlant, controller: &Controller, most: f
     closed.bound(closed.guess(), most, ALLOWED_RISE)
 }
 
-/// The design with controller modes residualised so that none on the grid of [`parameter_grid`] is faster than `limit`
+/// The design with controller modes residualised so that none on the grid of [`parameter_grid()`] is faster than `limit`
 /// (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times the design's.
 ///
 /// Modes are residualised that decay faster, at Theta = 0, than a fraction of the limit: elsewhere they may be faster.
