@@ -108,8 +108,8 @@ pub struct FlightFigures {
 }
 
 impl FlightFigures {
-    /// The metrics of a record for the output at a place in [`auv::longitudinal::SIGNALS`]. `limits` are the minimum and
-    /// maximum of each command.
+    /// The metrics of a record for the output at a place in [`auv::longitudinal::SIGNALS`]. `limits` are the minimum
+    /// and maximum of each command.
     #[must_use]
     pub fn of(rows: &[Row], place: usize, limits: &[(f64, f64)]) -> Self {
         let jump = |i: usize| rows[i].reference(place) - rows[i - 1].reference(place);

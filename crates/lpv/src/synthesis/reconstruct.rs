@@ -32,7 +32,8 @@ const STAGE: &str = "reconstruction";
 /// The closed form gives a family of controllers; of those that satisfy the inequality the one with the slowest fastest
 /// mode is taken: it is the easiest to sample.
 ///
-/// A `limit` on the fastest mode is in the plant's unit of time. It is checked only on the grid of [`parameter_grid()`].
+/// A `limit` on the fastest mode is in the plant's unit of time. It is checked only on the grid of
+/// [`parameter_grid()`].
 ///
 /// # Errors
 /// [`SynthesisError::TooFast`] if the controller exceeds the limit; [`SynthesisError::Numerical`] if X - Y^-1 or the

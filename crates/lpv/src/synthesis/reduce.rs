@@ -55,8 +55,9 @@ fn without_parameters(plant: &GeneralisedPlant, controller: &Controller, most: f
     closed.bound(closed.guess(), most, ALLOWED_RISE)
 }
 
-/// The design with controller modes residualised so that none on the grid of [`parameter_grid()`] is faster than `limit`
-/// (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times the design's.
+/// The design with controller modes residualised so that none on the grid of [`parameter_grid()`] is faster than
+/// `limit` (rad/s), with a new bound. `None` if no such controller is found, or no bound within `1 + rise` times the
+/// design's.
 ///
 /// Modes are residualised that decay faster, at Theta = 0, than a fraction of the limit: elsewhere they may be faster.
 /// In coordinates in which A is `diag(A_slow, A_fast)`, `0 = A_fast x_fast + B_fast [y; wk]` eliminates x_fast.
