@@ -79,8 +79,8 @@ impl Trim {
         self.slope(find(&self.table.forward_speed, forward_speed), |row| speeds[row])
     }
 
-    /// Slope of a signal in trim over forward speed u in m/s, right-hand at a corner; that of a column is zero beyond the
-    /// table.
+    /// Slope of a signal in trim over forward speed u in m/s, right-hand at a corner; that of a column is zero beyond
+    /// the table.
     #[inline]
     pub fn signal_slope(&self, forward_speed: f64, signal: usize) -> f64 {
         match &self.signals[signal] {
