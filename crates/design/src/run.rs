@@ -8,7 +8,7 @@ use crate::certify::claims;
 use crate::certify::lft_matrices;
 use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
-use crate::check::{CHECKED_SPEEDS, Checks, check};
+use crate::check::{CHECKED_SPEEDS, Checks, check, fastest_sampled};
 use crate::error::Error;
 use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
@@ -27,6 +27,7 @@ use base::progress::Progress;
 use lpv::controller::Controller;
 use lpv::matrix::to_rows;
 use lpv::plant::GeneralisedPlant;
+use lpv::reduce::reductions;
 use lpv::synthesis::Design;
 use proof::claim::Proof;
 use scheduled::{ControllerDesign, InputHashes, Rows};
@@ -85,7 +86,10 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     }
     let nominal = synthesise(&inputs.vehicle.actuators, file, &plant, progress)?;
     let robust = with_robust.then(|| robust(inputs, &model, &plant, &nominal, progress)).transpose()?;
-    let design = robust.as_ref().map_or(nominal, |robust| robust.design.clone());
+    let design = match &robust {
+        Some(robust) => robust.design.clone(),
+        None => smaller(inputs, &model, &plant, nominal, progress),
+    };
     let axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
     let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
     let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
@@ -152,6 +156,50 @@ fn augmented(
     let plant = augment(vehicle.actuators(), file, model.linear())?;
     progress.done("augment", &augment_line(file, &plant));
     Ok(plant)
+}
+
+/// The design with the fewest controller states and channels whose bound rises by at most the share that the design
+/// file allows, whose loop is proved in continuous time and sampled, and whose verdict meets every requirement that the
+/// full one meets.
+fn smaller(
+    inputs: &Inputs,
+    model: &Model,
+    plant: &GeneralisedPlant,
+    full: Design,
+    progress: &Progress,
+) -> Design {
+    let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
+    let Some(share) = file.reduce.filter(|_| full.slow.is_none()) else { return full };
+    let judged = |design: &Design| {
+        let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design: design.clone() };
+        let axis = proved(vehicle, file, &inputs.hashes, synthesised, &Progress::default()).ok()?;
+        let is_proved = axis.proof.is_ok() && axis.sampled.is_ok();
+        is_proved.then(|| Verdict::of(inputs, &axis.controller, Effort::FULL).ok())?
+    };
+    let search = || {
+        let found = reductions(plant, &full, share, Some(fastest_sampled(file.sample_time)));
+        let before = judged(&full)?;
+        found.into_iter().rev().find(|one| judged(one).is_some_and(|after| after.meets_all_of(&before)))
+    };
+    let (found, seconds) = progress.timed("reduce", "states and channels without need", search);
+    let words = |design: &Design| {
+        let sizes = design.controller.parts.sizes();
+        format!("{} states and {} channels of rho", sizes.x, sizes.t)
+    };
+    let line = match &found {
+        Some(found) => format!(
+            "{} instead of {}: gain below {} instead of {}, the same requirements met ({seconds:.1} s)",
+            words(found),
+            words(&full),
+            above(found.certified.gamma),
+            above(full.certified.gamma)
+        ),
+        None => {
+            format!("{}: no smaller controller meets the same requirements ({seconds:.1} s)", words(&full))
+        }
+    };
+    progress.done("reduce", &line);
+    found.unwrap_or(full)
 }
 
 /// Checks and proves a controller, freezes it, and adds anti-windup.

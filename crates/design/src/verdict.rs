@@ -67,6 +67,11 @@ impl Verdict {
         self.rows.iter().filter(|row| row.outcome == Outcome::Missed)
     }
 
+    /// Whether every requirement that another verdict of the design meets is met.
+    pub fn meets_all_of(&self, other: &Self) -> bool {
+        self.missed().all(|row| other.missed().any(|missed| missed.what == row.what))
+    }
+
     /// The advice for each missed row, if any, one line each.
     pub fn advice(&self) -> String {
         let line = |row: &Row| {

@@ -125,7 +125,7 @@ const NOT_FAST: &str = "the bound is for this rate only: none was found for a pa
 const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
     bound for an arbitrary rate";
 
-/// Synthesises, and removes states if `reduce`. A controller that is too fast with all states may meet the limit with
+/// Synthesises, and removes states and channels if `reduce`. A controller that is too fast with all states may meet the limit with
 /// fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22, .. } = problem;

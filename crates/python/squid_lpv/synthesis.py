@@ -98,7 +98,7 @@ def hinfsyn_proved(
         gamma_limit: no gamma below this counts as infeasible, where that is shown.
         fastest_mode: no mode of the controller is to be faster, rad/s; of one in discrete time, as the bilinear
             transform has it in continuous time.
-        reduce: leave out controller states while the bound stays within 2 %.
+        reduce: leave out controller states and channels while the bound stays within 2 %.
         progress: called back.
 
     """

@@ -139,7 +139,7 @@ pub struct Synth {
     /// for three, 5 for four, 3 for five and six, beyond that vertices alone. Between the points it is not checked.
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
     fastest_mode: Option<f64>,
-    /// Remove controller states while the bound stays within 2 %
+    /// Remove controller states and channels while the bound stays within 2 %
     #[arg(long)]
     reduce: bool,
 }

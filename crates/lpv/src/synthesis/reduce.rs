@@ -1,49 +1,190 @@
-//! Removal of controller states of little effect, with a new proof of the bound.
+//! Removal of controller states and channels of little effect on the loop, with a new proof of the bound.
 //!
-//! If eigenvalues of X Y are close to 1, the controller has modes that nearly cancel. The controller's constant part,
-//! with y and wk as inputs and u and zk as outputs, is balanced and its smallest states are removed, one more at a
-//! time, as long as the loop keeps the allowed gain bound. Source of the balancing: B. C. Moore, IEEE Trans. Automatic
-//! Control 26(1), 1981; the states are replaced by their steady values (residualised): K. V. Fernando, H. Nicholson,
-//! IEEE Trans. Automatic Control 27(2), 1982.
+//! The controller's states are balanced in the closed loop: reachability from w and observability in z, the blocks of
+//! the loop's Gramians that belong to the controller, summed over frozen parameters. The smallest states are truncated
+//! or replaced by their steady values, whichever gives the smaller frozen gain; channels of Theta likewise. Sources of
+//! balancing and residualising: B. C. Moore, IEEE Trans. Automatic Control 26(1), 1981; K. V. Fernando, H.
+//! Nicholson, IEEE Trans. Automatic Control 27(2), 1982; of the Gramians in the closed loop: P. Wortelboer,
+//! Frequency-weighted balanced reduction of closed-loop mechanical servo-systems, thesis, Delft, 1994.
 
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::{Mat, block, solve, spectral_abscissa, svd};
+use crate::matrix::{Mat, block, diagonal_blocks, solve, svd};
 use crate::riccati::bound::WideLoop;
 use crate::riccati::equations::WideController;
 use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
-use crate::system::Group::{T, U, X, Y};
-use crate::system::{Controller, GeneralisedPlant, LoopError, lyapunov, parameter_grid};
+use crate::system::controller::Controller;
+use crate::system::lyapunov::lyapunov;
+use crate::system::model_error::LoopError;
+use crate::system::parameter_grid::{evenly_spread, parameter_grid};
+use crate::system::partition::Group::{T, X};
+use crate::system::plant::GeneralisedPlant;
 
 /// The allowed relative rise of the bound over that of the full controller.
 const ALLOWED_RISE: f64 = 0.02;
 
-/// The design with as many controller states removed as keep the certified bound within 2 %; the design itself if none
-/// can be removed, or if its controller is unstable at Theta = 0.
+/// The frozen parameters over which Gramians are summed and gains are compared.
+const FROZEN: usize = 9;
+
+/// The design with as many controller states and channels removed as keep the certified bound within 2 %; the design
+/// itself if none can be removed.
 ///
 /// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid()`] are taken:
 /// residualising states may make the others faster.
 pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
+    reductions(plant, design, ALLOWED_RISE, fastest_mode).pop().unwrap_or_else(|| design.clone())
+}
+
+/// Designs with fewer and fewer controller states and channels, the smallest last, all with certified bounds within `1 +
+/// rise` times the design's.
+pub fn reductions(
+    plant: &GeneralisedPlant,
+    design: &Design,
+    rise: f64,
+    fastest_mode: Option<f64>,
+) -> Vec<Design> {
     let thetas = parameter_grid(plant.blocks.len());
-    let slow_enough = |k: &Controller| fastest_mode.is_none_or(|limit| k.fastest_mode(&thetas) <= limit);
-    let Some((balanced, transform)) = balance(&design.controller) else { return design.clone() };
-    let mut best = design.clone();
-    for states in (0..design.controller.a().nrows()).rev() {
-        let Some(controller) = residualised(&balanced, states) else { break };
-        let most = design.certified.gamma * (1.0 + ALLOWED_RISE);
-        let certified = without_parameters(plant, &controller, most).or_else(|| {
-            let closed = plant.close(&controller);
-            let shown = restricted(&design.certified, plant.a().nrows(), &transform, states);
-            bounded_gain(&closed, &LoopError::none(&closed), &shown).ok()
-        });
-        let Some(certified) = certified.filter(|bound| bound.gamma <= most) else { break };
-        if slow_enough(&controller) {
-            best = Design { controller, certified, ..best };
+    let most = design.certified.gamma * (1.0 + rise);
+    let mut all: Vec<Design> = vec![];
+    // Fewer channels leave fewer unknowns to the proofs of what follows.
+    for part in [Part::Channels, Part::States, Part::Channels] {
+        let from = all.last().unwrap_or(design);
+        let smaller = descent(plant, from, part, most).unwrap_or_default();
+        let slow =
+            |found: &Design| fastest_mode.is_none_or(|limit| found.controller.fastest_mode(&thetas) <= limit);
+        all.extend(smaller.into_iter().filter(slow));
+    }
+    all
+}
+
+/// What is removed from a controller.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    States,
+    Channels,
+}
+
+/// How many sizes in a row may have no proof before the search for smaller ones ends.
+const MOST_MISSES: usize = 6;
+
+/// The designs with fewer and fewer states or channels, in balanced coordinates, whose bounds are at most `most`. The
+/// proof of each begins with the matrices of the one before, restricted to what remains.
+fn descent(plant: &GeneralisedPlant, design: &Design, part: Part, most: f64) -> Option<Vec<Design>> {
+    let k = &design.controller;
+    if part == Part::Channels && k.blocks.len() != 1 {
+        return None;
+    }
+    let [reach, see] = gramians(plant, k, part)?;
+    let (transform, inverse) = equalise(&see, &reach)?;
+    let group = if part == Part::States { X } else { T };
+    let parts = k.parts.transformed(&[(group, &inverse)], &[(group, &transform)]);
+    let balanced = Controller { parts, blocks: k.blocks.clone() };
+    let of_plant = if part == Part::States { plant.a().nrows() } else { plant.dtt().nrows() };
+    let lift = diagonal_blocks(&[&Mat::identity(of_plant, of_plant), &transform]);
+    let mut bound = in_coordinates(&design.certified, part, &lift);
+    let (mut all, mut misses) = (vec![], 0);
+    for kept in (0..transform.ncols()).rev() {
+        let candidates = match part {
+            Part::States => vec![truncated(&balanced, kept), residualised(&balanced, kept)],
+            Part::Channels => vec![with_channels(&balanced, kept)],
+        };
+        let Some(controller) = best(plant, candidates.into_iter().flatten(), most) else { break };
+        let size = of_plant + kept;
+        bound = in_coordinates(&bound, part, &Mat::identity(size + 1, size));
+        match bounded(plant, &controller, &bound, most) {
+            Some(certified) => {
+                bound.clone_from(&certified);
+                all.push(Design { controller, certified, ..design.clone() });
+                misses = 0;
+            }
+            None if misses == MOST_MISSES => break,
+            None => misses += 1,
         }
     }
-    best
+    Some(all)
+}
+
+/// The matrices of a bound in coordinates `x = T x~`, or of the channels: a start for a search, not a bound.
+fn in_coordinates(bound: &GainBound, part: Part, transform: &Mat) -> GainBound {
+    let of = |m: &Mat| transform.transpose() * m * transform;
+    match part {
+        Part::States => GainBound { x: of(&bound.x), factor: None, ..bound.clone() },
+        Part::Channels => GainBound { s: of(&bound.s), t: of(&bound.t), ..bound.clone() },
+    }
+}
+
+/// The controller of the smallest frozen gain, if that is at most `most`.
+fn best(plant: &GeneralisedPlant, all: impl Iterator<Item = Controller>, most: f64) -> Option<Controller> {
+    let gains = all.filter_map(|k| Some((frozen_gain(plant, &k)?, k)));
+    gains.filter(|(gain, _)| *gain <= most).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k)
+}
+
+/// A bound of the loop, if it is at most `most`, sought from the matrices of a similar loop.
+fn bounded(plant: &GeneralisedPlant, k: &Controller, start: &GainBound, most: f64) -> Option<GainBound> {
+    let found = without_parameters(plant, k, most).or_else(|| {
+        let closed = plant.close(k);
+        let start = GainBound { gamma: most, ..start.clone() };
+        let from = |start: &GainBound| bounded_gain(&closed, &LoopError::none(&closed), start).ok();
+        from(&start).or_else(|| from(&balanced_start(&closed, &start)?))
+    })?;
+    (found.gamma <= most).then_some(found)
+}
+
+/// The frozen parameters: the same value for each.
+fn frozen_parameters(plant: &GeneralisedPlant) -> Vec<Vec<f64>> {
+    match plant.blocks.len() {
+        1 => evenly_spread(FROZEN).map(|theta| vec![theta]).collect(),
+        several => parameter_grid(several),
+    }
+}
+
+/// The largest gain of the loop frozen at parameters; `None` if it is unstable or not well posed somewhere.
+fn frozen_gain(plant: &GeneralisedPlant, k: &Controller) -> Option<f64> {
+    let closed = plant.close(k);
+    let gain = |theta: Vec<f64>| {
+        let frozen = closed.frozen(&theta).ok().filter(|frozen| frozen.is_stable())?;
+        Some(frozen.hinf_norm().value).filter(|gain| gain.is_finite())
+    };
+    frozen_parameters(plant).into_iter().map(gain).try_fold(0.0, |most, gain| Some(f64::max(most, gain?)))
+}
+
+/// Reachability and observability of the controller's states, or of its channels, in the loop, summed over frozen
+/// parameters. A channel is reached by zk, and seen through a signal added to wk.
+fn gramians(plant: &GeneralisedPlant, k: &Controller, part: Part) -> Option<[Mat; 2]> {
+    let closed = plant.close(k);
+    let (all, own) = match part {
+        Part::States => (closed.a().nrows(), k.a().nrows()),
+        Part::Channels => (closed.dtt().nrows(), k.dtt().nrows()),
+    };
+    let mut sums = [Mat::zeros(own, own), Mat::zeros(own, own)];
+    for theta in frozen_parameters(plant) {
+        let frozen = closed.frozen(&theta).ok()?;
+        let reach = lyapunov(&frozen.a.transpose(), &(&frozen.b * frozen.b.transpose()))?;
+        let see = lyapunov(&frozen.a, &(frozen.c.transpose() * &frozen.c))?;
+        let pair = if part == Part::Channels {
+            let delta = Mat::from_diagonal_element(all, all, 1.0);
+            let values: Vec<f64> = closed.channels.iter().map(|parameter| theta[*parameter]).collect();
+            let scale = Mat::from_diagonal(&values.into());
+            let outputs =
+                solve(&(&delta - closed.dtt() * &scale), &block(&[&[&closed.ct(), &closed.dt1()]]))?;
+            let inner = solve(&(&delta - &scale * closed.dtt()), &delta)?;
+            let n = closed.a().nrows();
+            let (ct, dt1) = (outputs.columns(0, n), outputs.columns(n, outputs.ncols() - n));
+            let (bt, d1t) = (closed.bt() * &inner, closed.d1t() * &inner);
+            [
+                ct * reach * ct.transpose() + dt1 * dt1.transpose(),
+                bt.transpose() * see * &bt + d1t.transpose() * &d1t,
+            ]
+        } else {
+            [reach, see]
+        };
+        for (sum, gramian) in sums.iter_mut().zip(pair) {
+            *sum += gramian.view((all - own, all - own), (own, own));
+        }
+    }
+    Some(sums.map(filled))
 }
 
 /// The bound of the loop of a plant without parameters by a Riccati equation, if it is at most `most`.
@@ -106,26 +247,21 @@ fn at_rest(k: &Controller, rate: f64) -> Option<Controller> {
     residualised(&Controller { parts, blocks: k.blocks.clone() }, n - gone)
 }
 
-/// The controller in balanced coordinates `x = T x~`, most important states first, and T. `None` if it is unstable.
-fn balance(k: &Controller) -> Option<(Controller, Mat)> {
-    if spectral_abscissa(&k.a()) >= 0.0 {
-        return None;
-    }
-    let inputs = k.parts.join(&[X], &[Y, T]);
-    let outputs = k.parts.join(&[U, T], &[X]);
-    let reach = filled(lyapunov(&k.a().transpose(), &(&inputs * inputs.transpose()))?);
-    let see = filled(lyapunov(&k.a(), &(outputs.transpose() * &outputs))?);
-    let (transform, inverse) = equalise(&see, &reach)?;
-    let parts = k.parts.transformed(&[(X, &inverse)], &[(X, &transform)]);
-    let out = Controller { parts, blocks: k.blocks.clone() };
-    out.matrix().iter().all(|v| v.is_finite()).then_some((out, transform))
-}
-
 /// A gramian regularised at rounding level, so that it has a Cholesky factor.
 fn filled(gramian: Mat) -> Mat {
     let n = gramian.nrows();
     let size = 1e-12 * gramian.trace().max(f64::MIN_POSITIVE);
     gramian + Mat::identity(n, n) * size
+}
+
+/// The controller of one parameter with the channels after the first `kept` left out.
+fn with_channels(k: &Controller, kept: usize) -> Option<Controller> {
+    Some(Controller { parts: k.parts.resized(T, kept), blocks: vec![kept] })
+}
+
+/// The controller with the states after the first `kept` left out.
+fn truncated(k: &Controller, kept: usize) -> Option<Controller> {
+    Some(Controller { parts: k.parts.resized(X, kept), blocks: k.blocks.clone() })
 }
 
 /// The controller with the states after the first `kept` residualised.
@@ -144,12 +280,4 @@ fn residualised(k: &Controller, kept: usize) -> Option<Controller> {
     let pick = |rows: &[usize], columns: &[usize]| full.select_rows(rows).select_columns(columns);
     let reduced = pick(&rows, &other) + pick(&rows, &from_gone) * steady;
     Some(Controller::from_matrix(&reduced, kept, sizes.y, sizes.u, k.blocks.clone()))
-}
-
-/// The bound's matrices on the remaining states: a start for the search, not a bound.
-fn restricted(bound: &GainBound, plant_states: usize, transform: &Mat, kept: usize) -> GainBound {
-    let lift = crate::matrix::diagonal_blocks(&[&Mat::identity(plant_states, plant_states), transform]);
-    let x = lift.transpose() * &bound.x * &lift;
-    let kept = x.view((0, 0), (plant_states + kept, plant_states + kept)).into_owned();
-    GainBound { x: kept, factor: None, ..bound.clone() }
 }

@@ -2,8 +2,12 @@
 
 use crate::common;
 
+use lpv::controller::Controller;
+use lpv::matrix::Mat;
 use lpv::parameter_grid::parameter_grid;
-use lpv::reduce::{reduce, without_fast_modes};
+use lpv::partition::Group::{T, X};
+use lpv::plant::GeneralisedPlant;
+use lpv::reduce::{reduce, reductions, without_fast_modes};
 use lpv::synthesis::{Design, Options, synthesise};
 use nalgebra::Complex;
 
@@ -24,6 +28,119 @@ fn a_reduced_controller_keeps_the_limit_on_its_fastest_mode() {
     let refused = reduce(&plant, &design, Some(0.5 * fastest(&free)));
     assert!(refused == design || fastest(&refused) <= 0.5 * fastest(&free));
     assert_ne!(refused, free);
+}
+
+/// A scheduled design for a plant of one parameter, with its sizes: states and channels.
+fn scheduled() -> (GeneralisedPlant, Design) {
+    let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
+    let design = synthesise(&plant, Options::default()).unwrap();
+    (plant, design)
+}
+
+fn smallest(plant: &GeneralisedPlant, design: &Design, rise: f64) -> Design {
+    reductions(plant, design, rise, None).pop().unwrap_or_else(|| design.clone())
+}
+
+fn sizes(design: &Design) -> (usize, usize) {
+    let sizes = design.controller.parts.sizes();
+    (sizes.x, sizes.t)
+}
+
+/// The bound is proved for the smaller controller itself: no frozen gain is above it, and it rises by the share at most.
+#[test]
+fn a_smaller_controller_keeps_its_bound() {
+    let (plant, design) = scheduled();
+    let mut before = sizes(&design);
+    for rise in [0.01, 0.1, 0.5] {
+        let fewer = smallest(&plant, &design, rise);
+        let (states, channels) = sizes(&fewer);
+        assert!(states <= before.0 && channels <= before.1, "{rise}: {:?} after {before:?}", sizes(&fewer));
+        assert!(
+            fewer.certified.gamma <= (1.0 + rise) * design.certified.gamma
+                && fewer.certified.largest_eigenvalue < 0.0
+        );
+        assert_eq!(
+            (fewer.certified.x.nrows(), fewer.controller.blocks),
+            (plant.a().nrows() + states, vec![channels])
+        );
+        let closed =
+            plant.close(&Controller { parts: fewer.controller.parts.clone(), blocks: vec![channels] });
+        for (theta, frozen) in closed.sampled(21).unwrap() {
+            assert!(frozen.hinf_norm().value < fewer.certified.gamma, "{theta}");
+        }
+        before = (states, channels);
+    }
+    assert!(before < sizes(&design), "something can be removed");
+}
+
+/// Other coordinates of states and channels, the controller's and the plant's, leave the same sizes and the same gains.
+#[test]
+fn coordinates_do_not_matter() {
+    let (plant, design) = scheduled();
+    let fewer = smallest(&plant, &design, 0.1);
+    let (n, r) = sizes(&design);
+    let skewed = |size: usize| {
+        Mat::from_fn(size, size, |i, j| {
+            if i == j { 3f64.powi(i as i32 % 5 - 2) } else { 0.1 / (1 + i + 2 * j) as f64 }
+        })
+    };
+    let (states, channels) = (skewed(n), skewed(r));
+    let inverse = |m: &Mat| m.clone().try_inverse().unwrap();
+    let moved = design
+        .controller
+        .parts
+        .transformed(&[(X, &inverse(&states)), (T, &inverse(&channels))], &[(X, &states), (T, &channels)]);
+    let lift = |m: &Mat, of: &Mat, own: &Mat| {
+        let mut all = Mat::identity(of.nrows(), of.nrows());
+        let first = of.nrows() - own.nrows();
+        all.view_mut((first, first), own.shape()).copy_from(own);
+        all.transpose() * m * all
+    };
+    let mut other = design.clone();
+    other.controller = Controller { parts: moved, blocks: design.controller.blocks.clone() };
+    other.certified.x = lift(&design.certified.x, &design.certified.x, &states);
+    other.certified.factor = None;
+    (other.certified.s, other.certified.t) = (
+        lift(&design.certified.s, &design.certified.s, &channels),
+        lift(&design.certified.t, &design.certified.s, &channels),
+    );
+    let again = smallest(&plant, &other, 0.1);
+    assert_eq!(sizes(&again), sizes(&fewer));
+    let gain = |design: &Design, theta: f64| {
+        let frozen = plant.close(&design.controller).frozen(&[theta]).unwrap();
+        frozen.hinf_norm().value
+    };
+    for theta in [-1.0, 0.3, 1.0] {
+        let [one, other] = [&fewer, &again].map(|design| gain(design, theta));
+        assert!((one - other).abs() < 1e-6 * one, "{theta}: {one} {other}");
+    }
+}
+
+/// States and channels without effect are all removed, and nothing else changes.
+#[test]
+fn what_has_no_effect_goes() {
+    let (plant, design) = scheduled();
+    let fewer = smallest(&plant, &design, 1e-3);
+    let (n, r) = sizes(&design);
+    let mut padded = design.clone();
+    let mut parts = design.controller.parts.resized(X, n + 2).resized(T, r + 3);
+    parts.block_mut(X, X).view_mut((n, n), (2, 2)).fill_with_identity();
+    parts.block_mut(X, X).view_mut((n, n), (2, 2)).scale_mut(-1.0);
+    padded.controller = Controller { parts, blocks: vec![r + 3] };
+    let grown = |m: &Mat, by: usize, diagonal: f64| {
+        let size = m.nrows() + by;
+        Mat::from_fn(size, size, |i, j| match (i < m.nrows(), j < m.nrows()) {
+            (true, true) => m[(i, j)],
+            _ if i == j => diagonal,
+            _ => 0.0,
+        })
+    };
+    padded.certified.x = grown(&design.certified.x, 2, 1.0);
+    padded.certified.factor = None;
+    padded.certified.s = grown(&design.certified.s, 3, 1.0);
+    padded.certified.t = grown(&design.certified.t, 3, 0.0);
+    let again = smallest(&plant, &padded, 1e-3);
+    assert!(sizes(&again).0 <= n && sizes(&again).1 <= r, "{:?} {:?}", sizes(&again), sizes(&fewer));
 }
 
 #[test]

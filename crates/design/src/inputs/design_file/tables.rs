@@ -4,7 +4,8 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DISTURBANCE, DesignFile, RATE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
+    CONTROL_WEIGHT, DISTURBANCE, DesignFile, RATE, REDUCE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea,
+    uncertainty,
 };
 use auv::Pitch;
 use auv::longitudinal::INTERFACE;
@@ -78,9 +79,18 @@ fn design(document: &Document<'_>, interface: &'static Interface, name: &str) ->
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
     let synthesis = root.required_table("synthesis", "back_off, how far from the least gamma");
     let back_off = synthesis.as_ref().and_then(|table| {
-        table.allow_only(&["back_off", "rate"]);
+        table.allow_only(&["back_off", "rate", "reduce"]);
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
     });
+    let reduce =
+        synthesis.as_ref().map_or(Some(None), |table| match (table.has("reduce"), table.has("rate")) {
+            (false, _) => Some(None),
+            (true, false) => within(table, "reduce", REDUCE).map(Some),
+            (true, true) => {
+                table.not_allowed("reduce", "given", "left out beside 'rate'");
+                None
+            }
+        });
     let bounded = synthesis.filter(|table| table.has("rate"));
     let rate =
         bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));
@@ -119,6 +129,7 @@ fn design(document: &Document<'_>, interface: &'static Interface, name: &str) ->
         sea: sea?,
         lags: control.lags?,
         back_off: back_off?,
+        reduce: reduce?,
         judged: false,
         rate: rate?,
         sample_time: sample_time?,
