@@ -125,8 +125,8 @@ const NOT_FAST: &str = "the bound is for this rate only: none was found for a pa
 const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
     bound for an arbitrary rate";
 
-/// Synthesises, and removes states and channels if `reduce`. A controller that is too fast with all states may meet the limit with
-/// fewer.
+/// Synthesises, and removes states and channels if `reduce`. A controller that is too fast with all states may meet the
+/// limit with fewer.
 fn design(problem: &Problem, options: Options, reduce: bool) -> Result<Design, SynthesisError> {
     let Problem { plant, d22, .. } = problem;
     let full = synthesise(plant, d22, options);

@@ -37,8 +37,8 @@ pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f6
     reductions(plant, design, ALLOWED_RISE, fastest_mode).pop().unwrap_or_else(|| design.clone())
 }
 
-/// Designs with fewer and fewer controller states and channels, the smallest last, all with certified bounds within `1 +
-/// rise` times the design's.
+/// Designs with fewer and fewer controller states and channels, the smallest last, all with certified bounds within
+/// `1 + rise` times the design's.
 pub fn reductions(
     plant: &GeneralisedPlant,
     design: &Design,

@@ -46,7 +46,7 @@ fn sizes(design: &Design) -> (usize, usize) {
     (sizes.x, sizes.t)
 }
 
-/// The bound is proved for the smaller controller itself: no frozen gain is above it, and it rises by the share at most.
+/// The bound is that of the smaller controller itself: no frozen gain is above it, and it rises by the share at most.
 #[test]
 fn a_smaller_controller_keeps_its_bound() {
     let (plant, design) = scheduled();
