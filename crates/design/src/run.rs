@@ -159,8 +159,8 @@ fn augmented(
 }
 
 /// The design with the fewest controller states and channels whose bound rises by at most the share that the design
-/// file allows, whose loop is proved in continuous time and sampled, and whose verdict meets every requirement that the
-/// full one meets.
+/// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated commands,
+/// and whose verdict meets every requirement that the full one meets.
 fn smaller(
     inputs: &Inputs,
     model: &Model,
@@ -173,18 +173,25 @@ fn smaller(
     let judged = |design: &Design| {
         let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design: design.clone() };
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, &Progress::default()).ok()?;
-        let is_proved = axis.proof.is_ok() && axis.sampled.is_ok();
-        is_proved.then(|| Verdict::of(inputs, &axis.controller, Effort::FULL).ok())?
+        let proof = axis.proof.ok().filter(|_| axis.sampled.is_ok())?;
+        let verdict = Verdict::of(inputs, &axis.controller, Effort::FULL).ok()?;
+        Some((proof.certificate.limits().is_some(), verdict))
     };
     let search = || {
         let found = reductions(plant, &full, share, Some(fastest_sampled(file.sample_time)));
-        let before = judged(&full)?;
-        found.into_iter().rev().find(|one| judged(one).is_some_and(|after| after.meets_all_of(&before)))
+        let (with_limits, before) = judged(&full)?;
+        let keeps = |(limits, after): (bool, Verdict)| limits >= with_limits && after.meets_all_of(&before);
+        found.into_iter().rev().find(|one| judged(one).is_some_and(keeps))
     };
     let (found, seconds) = progress.timed("reduce", "states and channels without need", search);
     let words = |design: &Design| {
         let sizes = design.controller.parts.sizes();
-        format!("{} states and {} channels of rho", sizes.x, sizes.t)
+        format!(
+            "{} states and {} {} of rho",
+            sizes.x,
+            sizes.t,
+            if sizes.t == 1 { "channel" } else { "channels" }
+        )
     };
     let line = match &found {
         Some(found) => format!(
@@ -194,9 +201,11 @@ fn smaller(
             above(found.certified.gamma),
             above(full.certified.gamma)
         ),
-        None => {
-            format!("{}: no smaller controller meets the same requirements ({seconds:.1} s)", words(&full))
-        }
+        None => format!(
+            "{} are kept: no smaller controller was found that is proved and meets the same requirements \
+             ({seconds:.1} s)",
+            words(&full)
+        ),
     };
     progress.done("reduce", &line);
     found.unwrap_or(full)

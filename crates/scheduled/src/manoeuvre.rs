@@ -68,14 +68,14 @@ pub enum ManoeuvreError {
     WrongFormat { found: String },
     /// A number that is not allowed.
     #[error("{key} is {value}, but must be {allowed}")]
-    BadNumber { key: String, value: f64, allowed: &'static str },
+    BadNumber { key: String, value: f64, allowed: String },
     /// A step that ends before it starts.
     #[error("step_end is {step_end} s, before step_time at {step_time} s")]
     StepEndsBeforeItStarts { step_time: f64, step_end: f64 },
 }
 
-fn check_number(key: &str, value: f64, valid: bool, allowed: &'static str) -> Result<(), ManoeuvreError> {
-    let key = key.to_owned();
+fn check_number(key: &str, value: f64, valid: bool, allowed: &str) -> Result<(), ManoeuvreError> {
+    let (key, allowed) = (key.to_owned(), allowed.to_owned());
     if value.is_finite() && valid { Ok(()) } else { Err(ManoeuvreError::BadNumber { key, value, allowed }) }
 }
 
@@ -146,7 +146,9 @@ impl Manoeuvre {
                 return check_number(&key, *height, false, "0: the autopilot has no reference of it");
             };
             let [least, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-            check_number(&key, *height, least < *height && *height < most, "within the range of the signal")?;
+            let (valid, allowed) =
+                (least < *height && *height < most, format!("above {least} and below {most}"));
+            check_number(&key, *height, valid, &allowed)?;
         }
         Ok(())
     }

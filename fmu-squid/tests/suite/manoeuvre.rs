@@ -60,7 +60,11 @@ fn says_which_key_is_wrong() {
         assert_eq!(one.check_ahead().unwrap_err().to_string(), expected);
     }
     for (signal, height, expected) in [
-        ("pitch", 1.6, "pitch_step is 1.6, but must be within the range of the signal"),
+        (
+            "pitch",
+            1.6,
+            "pitch_step is 1.6, but must be above -1.5707963267948966 and below 1.5707963267948966",
+        ),
         ("yaw", 0.1, "yaw_step is 0.1, but must be 0: the autopilot has no reference of it"),
     ] {
         let found = manoeuvre().with_step(signal, height).check_steps(&design());
