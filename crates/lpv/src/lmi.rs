@@ -7,6 +7,7 @@ pub(crate) mod low_rank;
 pub mod program;
 pub mod solver;
 pub mod solver_options;
+pub(crate) mod traces;
 
 pub(crate) use affine::Term;
 pub(crate) use conic::{ConicProgram, Verdict, WAYS};

@@ -8,9 +8,11 @@
 //! Programming 77, 1997, section 5 (this structure); K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997 (the
 //! Schur complement).
 
+use crate::lmi::traces::{Factor, Traces};
 use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The least number of columns of a Schur complement per processor, so that small programs use one.
 const LEAST_COLUMNS: usize = 16;
@@ -37,6 +39,8 @@ pub(crate) struct LowRank {
     /// The first index of each unknown's pairs in `pairs`, and the end.
     starts: Vec<u32>,
     pairs: Vec<Pair>,
+    /// How the traces of the Schur complement are computed.
+    traces: Arc<Traces>,
     /// For each row of `J v`, the row of v and the sign; empty for a real matrix.
     turn: Vec<(usize, f64)>,
 }
@@ -63,9 +67,12 @@ impl LowRank {
             factors.push((m.clone(), at));
             at
         };
+        let mut terms_at: Vec<[std::ops::Range<u32>; 2]> = vec![];
         let mut by_unknown: std::collections::BTreeMap<u32, Vec<Pair>> = std::collections::BTreeMap::new();
         for (variable, left, right) in &terms {
             let (left_at, right_at) = (place(left), place(&right.transpose()));
+            let (of_left, of_right) = (left.ncols() as u32, right.nrows() as u32);
+            terms_at.push([left_at..left_at + of_left, right_at..right_at + of_right]);
             for (unknown, entries) in program.entries(*variable) {
                 let pairs = by_unknown.entry(unknown as u32).or_default();
                 for &(i, j, coefficient) in entries {
@@ -84,6 +91,7 @@ impl LowRank {
             unknowns: vec![],
             starts: vec![0],
             pairs: vec![],
+            traces: Arc::default(),
             turn: vec![],
         };
         let empty = |at: u32| out.columns.column(at as usize).amax() == 0.0;
@@ -96,6 +104,9 @@ impl LowRank {
                 out.starts.push(out.pairs.len() as u32);
             }
         }
+        let of_unknowns = (0..out.unknowns.len())
+            .flat_map(|place| out.pairs_of(place).iter().map(move |p| (place as u32, p.a, p.b)));
+        out.traces = Arc::new(Traces::new(terms_at, &of_unknowns.collect::<Vec<_>>()));
         out
     }
 
@@ -168,13 +179,9 @@ impl LowRank {
     pub(crate) fn norms(&self, unknowns: usize) -> Vec<f64> {
         let gram = self.projected(&Mat::identity(self.size(), self.size()));
         let mut out = vec![0.0; unknowns];
-        let mut products = Products::default();
         for (unknown, pairs) in self.each() {
-            let mut square = 0.0;
-            for p in pairs {
-                products.set(&gram, &gram, p);
-                square += p.coefficient * products.over(pairs);
-            }
+            let each = pairs.iter().flat_map(|p| pairs.iter().map(move |s| (p, s)));
+            let square: f64 = each.map(|(p, s)| p.coefficient * s.coefficient * gram.trace(p, s)).sum();
             out[unknown] = (self.times() * square).max(0.0).sqrt();
         }
         out
@@ -237,57 +244,32 @@ impl LowRank {
     pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
         let rows = out.nrows().max(1);
         let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
-        columns.for_each_init(Products::default, |products, (j, target)| {
+        columns.for_each_init(Vec::new, |traces, (j, target)| {
             let Ok(place) = self.unknowns.binary_search(&(j as u32)) else { return };
+            self.traces.clear(traces);
             for p in self.pairs_of(place) {
                 let factor = self.times() * p.coefficient;
-                products.set(m, n, p);
-                for (inner, unknown) in self.unknowns.iter().enumerate().skip(place) {
-                    target[*unknown as usize] += factor * products.over(self.pairs_of(inner));
+                let mut add = |m, n| self.traces.add(place, &Factor::new(factor, m, n, (p.a, p.b)), traces);
+                add(&m.plain, &n.plain);
+                if let Some((m, n)) = m.turned.as_ref().zip(n.turned.as_ref()) {
+                    add(m, n);
                 }
+            }
+            for (inner, unknown) in self.unknowns.iter().enumerate().skip(place) {
+                let range = self.starts[inner] as usize..self.starts[inner + 1] as usize;
+                let each = self.pairs[range.clone()].iter().zip(self.traces.places(range));
+                target[*unknown as usize] +=
+                    each.map(|(s, at)| s.coefficient * traces[*at as usize]).sum::<f64>();
             }
         });
     }
 }
 
-/// The data of `tr(G M F N)` for the G of a pair `(a, b)`: for each column of W the entries `[m_a, m_b, n_a, n_b]` of
-/// `W'MW` and `W'NW`, and for a Hermitian matrix those of `(JW)'MW` and `(JW)'NW`.
-#[derive(Default)]
-struct Products {
-    each: Vec<[f64; 4]>,
-    turned: Vec<[f64; 4]>,
-}
-
-impl Products {
-    /// Fills in the data of another pair.
-    fn set(&mut self, m: &Projected, n: &Projected, p: &Pair) {
-        let gather = |to: &mut Vec<[f64; 4]>, m: &Mat, n: &Mat| {
-            let (a, b) = (p.a as usize, p.b as usize);
-            let of_m = m.column(a).data.into_slice().iter().zip(m.column(b).data.into_slice());
-            let of_n = n.column(a).data.into_slice().iter().zip(n.column(b).data.into_slice());
-            to.clear();
-            to.extend(of_m.zip(of_n).map(|((ma, mb), (na, nb))| [*ma, *mb, *na, *nb]));
-        };
-        gather(&mut self.each, &m.plain, &n.plain);
-        if let Some((m, n)) = m.turned.as_ref().zip(n.turned.as_ref()) {
-            gather(&mut self.turned, m, n);
-        }
-    }
-
-    /// `tr(G M F N)` with the G of the current pair and the F of other pairs.
-    fn over(&self, pairs: &[Pair]) -> f64 {
-        let mut sum = [0.0; 4];
-        for s in pairs {
-            let (a, b) = (s.a as usize, s.b as usize);
-            let mut add = |front: &[f64; 4], back: &[f64; 4]| {
-                (0..4).for_each(|k| sum[k] += s.coefficient * front[k] * back[3 - k]);
-            };
-            add(&self.each[a], &self.each[b]);
-            if !self.turned.is_empty() {
-                add(&self.turned[a], &self.turned[b]);
-            }
-        }
-        sum.iter().sum()
+impl Projected {
+    /// `tr(G M F M)` of two pairs.
+    fn trace(&self, p: &Pair, s: &Pair) -> f64 {
+        let of = |m: &Mat| Factor::new(1.0, m, m, (p.a, p.b)).trace((s.a, s.b));
+        of(&self.plain) + self.turned.as_ref().map_or(0.0, of)
     }
 }
 
