@@ -63,13 +63,13 @@ pub enum Verb {
         #[command(flatten)]
         asked: Design,
     },
-    /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
+    /// Search the weights for a fast, quiet design that meets what `[require]` asks, and write it as a design file
     ///
-    /// Changes frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
-    /// `[control]`, and lowers `follow` once if no design meets the requirements; everything else in the file stays,
-    /// comments too. A design file that does not exist is created from the vehicle, with a suitable range of speed.
-    /// The same files give the same design on any machine. Exit code 5 if the best design misses a requirement; the
-    /// file is written nevertheless.
+    /// Short rise times count most, then little noise on the commands and a large delay margin. Changes frequencies and
+    /// bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of `[control]`, and lowers `follow`
+    /// once if no design meets the requirements; everything else in the file stays, comments too. A design file that
+    /// does not exist is created from the vehicle, with a suitable range of speed. The same files give the same design
+    /// on any machine. Exit code 5 if the best design misses a requirement; the file is written nevertheless.
     Tune {
         /// The vehicle's directory
         vehicle: PathBuf,

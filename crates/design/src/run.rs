@@ -232,8 +232,9 @@ fn proved(
     let sampled = axis.sampled(model, design);
     let lft = lft_matrices(&design.controller);
     let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
-    controller.anti_windup = axis.anti_windup(&design.controller)?;
-    let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, &controller));
+    let gains = axis.anti_windup(&design.controller)?;
+    controller.anti_windup = gains.first().cloned();
+    let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, (&controller, &gains)));
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
     }
@@ -287,11 +288,12 @@ impl Axis<'_> {
         proof
     }
 
-    /// Anti-windup, if the design has it. If none is found, the controller is used without it.
-    fn anti_windup(&self, controller: &Controller) -> Result<Option<Rows>, Error> {
+    /// Gains of anti-windup, if the design has it, the first to be used. If none is found, the controller is used
+    /// without it.
+    fn anti_windup(&self, controller: &Controller) -> Result<Vec<Rows>, Error> {
         let Self { vehicle, file, progress } = *self;
         if !file.anti_windup {
-            return Ok(None);
+            return Ok(vec![]);
         }
         let what = "a gain for commands beyond the limits";
         let (found, seconds) = progress.timed("windup", what, || anti_windup(vehicle, file, controller));
@@ -302,11 +304,11 @@ impl Axis<'_> {
                  it acts only while a command saturates"
                 );
                 progress.done("windup", &words);
-                Ok(Some(to_rows(&found.gain)))
+                Ok(found.iter().map(to_rows).collect())
             }
             Err(Error::Synthesis(reason)) => {
                 progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
-                Ok(None)
+                Ok(vec![])
             }
             Err(other) => Err(other),
         }
@@ -318,7 +320,7 @@ impl Axis<'_> {
         proof: Proof,
         plant: &GeneralisedPlant,
         controller: &Controller,
-        frozen: &ControllerDesign,
+        frozen: (&ControllerDesign, &[Rows]),
     ) -> Proof {
         let Self { vehicle, file, progress } = *self;
         let what = "the largest step from which the saturated loop returns to trim";
@@ -327,8 +329,8 @@ impl Axis<'_> {
         let words = match &found {
             Ok(None) => return proof,
             Ok(Some(found)) => {
-                let flown = claims::unproved_step(frozen, &found.theorem, &file.manoeuvre);
-                let claim = claims::limits(frozen, &found.theorem).map(|claim| proved_in(&claim, seconds));
+                let flown = claims::unproved_step(frozen.0, &found.theorem, &file.manoeuvre);
+                let claim = claims::limits(frozen.0, &found.theorem).map(|claim| proved_in(&claim, seconds));
                 let lines: Vec<String> = claim.into_iter().chain(flown).collect();
                 Some(lines.join("\n")).filter(|words| !words.is_empty())
             }

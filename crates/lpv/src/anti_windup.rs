@@ -22,9 +22,10 @@
 //! below gamma as long as x stays there. With `L = E U` they are linear in (Q, U, Y, L), so E follows from one program.
 //!
 //! The least gamma gives the fastest return to the loop without limits: P. F. Weston, I. Postlethwaite, "Linear
-//! conditioning
-//! for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I. Postlethwaite,
-//! "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004.
+//! conditioning for systems containing saturating actuators", Automatica 36(9), 2000; static gains: M. C. Turner, I.
+//! Postlethwaite, "A new perspective on static and low order anti-windup synthesis", Int. J. Control 77(1), 2004. Many
+//! gains have nearly that gamma; [`smallest_gains`] takes those with the least sum of all `|L_ij|`. Larger ones couple
+//! axes: a rudder at its limit would move the integral of the speed error.
 
 pub mod energy;
 pub mod region;
@@ -100,37 +101,83 @@ pub fn anti_windup(
     largest_gain: f64,
     aim: Aim<'_>,
 ) -> Result<AntiWindup, SynthesisError> {
-    check(loops, controller_states)?;
-    let sizes = sizes(loops)?;
-    let (n, m) = (sizes.len(), loops[0].limits.len());
-    let mut program = Program::default();
-    // In units of phi_j / limit_j, and states in units of their sizes.
-    let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
-    let controller_sizes = sizes.rows(n - controller_states, controller_states).into_owned();
-    let largest = |j: usize| loops.iter().map(|each| each.limits[j]).fold(0.0, f64::max);
-    let inward = |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / controller_sizes[i]);
-    let moved = match aim {
-        Aim::RegionOf(gain) => u.after(&inward(gain)),
-        Aim::Recovery | Aim::Region => bounded_gain(&mut program, &u, controller_states, largest_gain),
-    };
-    let level = program.scalar();
-    program.minimise_trace(&level, 1.0);
-    for each in loops {
-        impose(&mut program, &scaled(each, &sizes, &largest), &u, &moved, aim, &level);
+    Sought { loops, controller_states, largest_gain, aim }.gain(None)
+}
+
+/// As [`anti_windup`] for [`Aim::Recovery`]: for each of `slacks` the smallest gain whose gamma is above the least by at
+/// most that fraction.
+///
+/// # Errors
+/// As [`anti_windup`].
+pub fn smallest_gains(
+    loops: &[LimitedLoop],
+    controller_states: usize,
+    largest_gain: f64,
+    slacks: &[f64],
+) -> Result<Vec<AntiWindup>, SynthesisError> {
+    let sought = Sought { loops, controller_states, largest_gain, aim: Aim::Recovery };
+    let least = sought.gain(None)?.gamma;
+    slacks.iter().map(|slack| sought.gain(Some((1.0 + slack) * least))).collect()
+}
+
+/// The arguments of [`anti_windup`].
+#[derive(Clone, Copy)]
+struct Sought<'a> {
+    loops: &'a [LimitedLoop],
+    controller_states: usize,
+    largest_gain: f64,
+    aim: Aim<'a>,
+}
+
+impl Sought<'_> {
+    /// The gain of the aim or, for a given gamma, the smallest one.
+    fn gain(self, gamma: Option<f64>) -> Result<AntiWindup, SynthesisError> {
+        let Self { loops, controller_states, largest_gain, aim } = self;
+        check(loops, controller_states)?;
+        let sizes = sizes(loops)?;
+        let (n, m) = (sizes.len(), loops[0].limits.len());
+        let mut program = Program::default();
+        // In units of phi_j / limit_j, and states in units of their sizes.
+        let u = program.symmetric_commuting(&(0..m).collect::<Vec<_>>());
+        let controller_sizes = sizes.rows(n - controller_states, controller_states).into_owned();
+        let largest = |j: usize| loops.iter().map(|each| each.limits[j]).fold(0.0, f64::max);
+        let inward =
+            |e: &Mat| Mat::from_fn(e.nrows(), m, |i, j| e[(i, j)] * largest(j) / controller_sizes[i]);
+        let moved = match aim {
+            Aim::RegionOf(gain) => u.after(&inward(gain)),
+            Aim::Recovery | Aim::Region => {
+                bounded_gain(&mut program, &u, controller_states, largest_gain, gamma.is_some())
+            }
+        };
+        let level = gamma.map_or_else(
+            || {
+                let level = program.scalar();
+                program.minimise_trace(&level, 1.0);
+                level
+            },
+            Affine::number,
+        );
+        for each in loops {
+            impose(&mut program, &scaled(each, &sizes, &largest), &u, &moved, aim, &level);
+        }
+        let options = SolverOptions {
+            floor: FLOOR,
+            enough: ACCURACY,
+            settles: true,
+            ..SolverOptions::within(ACCURACY)
+        };
+        let solution = solver::solve(&program, STAGE, options)?.feasible(STAGE)?;
+        let value = |e: &Affine| e.value(&program, &solution.x);
+        let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);
+        let gain = Mat::from_fn(controller_states, m, |i, j| {
+            moved[(i, j)] / u[(j, j)] * controller_sizes[i] / largest(j)
+        });
+        let (gamma, region) = match aim {
+            Aim::Recovery => (level, 1.0),
+            Aim::Region | Aim::RegionOf(_) => (f64::INFINITY, level.powf(-0.5)),
+        };
+        Ok(AntiWindup { gain, gamma, region })
     }
-    let options =
-        SolverOptions { floor: FLOOR, enough: ACCURACY, settles: true, ..SolverOptions::within(ACCURACY) };
-    let solution = solver::solve(&program, STAGE, options)?.feasible(STAGE)?;
-    let value = |e: &Affine| e.value(&program, &solution.x);
-    let (u, moved, level) = (value(&u), value(&moved), value(&level)[(0, 0)]);
-    let gain = Mat::from_fn(controller_states, m, |i, j| {
-        moved[(i, j)] / u[(j, j)] * controller_sizes[i] / largest(j)
-    });
-    let (gamma, region) = match aim {
-        Aim::Recovery => (level, 1.0),
-        Aim::Region | Aim::RegionOf(_) => (f64::INFINITY, level.powf(-0.5)),
-    };
-    Ok(AntiWindup { gain, gamma, region })
 }
 
 /// Checks that the matrices fit together and the limits are positive.
@@ -165,16 +212,22 @@ fn check(loops: &[LimitedLoop], controller_states: usize) -> Result<(), Synthesi
     Ok(())
 }
 
-/// `L = E U` with `|E_ij| < largest`.
-fn bounded_gain(program: &mut Program, u: &Affine, states: usize, largest: f64) -> Affine {
+/// `L = E U` with `|E_ij| < largest`; the objective is the sum of all `|L_ij|` if the smallest is sought.
+fn bounded_gain(program: &mut Program, u: &Affine, states: usize, largest: f64, smallest: bool) -> Affine {
     let m = u.shape().0;
     let l = program.full(states, m);
     for (i, j) in (0..states).flat_map(|i| (0..m).map(move |j| (i, j))) {
         let (row, column) = (unit(states, i).transpose(), unit(m, j));
         let entry = l.between(&row, &column);
-        let most = u.congruence(&column).scaled(largest);
-        program.positive("gain", most.clone() - entry.clone());
-        program.positive("gain", most + entry);
+        let mut size = u.congruence(&column).scaled(largest);
+        if smallest {
+            let most = size;
+            size = program.scalar();
+            program.minimise_trace(&size, 1.0);
+            program.positive("gain", most - size.clone());
+        }
+        program.positive("gain", size.clone() - entry.clone());
+        program.positive("gain", size + entry);
     }
     l
 }

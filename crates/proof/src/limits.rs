@@ -22,8 +22,8 @@ pub struct Step<'a> {
     pub largest: f64,
     /// The step that should at least be proved.
     pub wanted: f64,
-    /// The anti-windup gain of the quickest recovery, states x commands.
-    pub quickest: &'a Rows,
+    /// Anti-windup gains, states x commands: the first with which the wanted step is proved is taken.
+    pub gains: &'a [Rows],
     /// Bound on the entries of a computed anti-windup gain \[1/s\].
     pub fastest: f64,
     /// The range of each command to either side.
@@ -34,10 +34,13 @@ pub struct Step<'a> {
     pub states: usize,
 }
 
+/// The stage in the errors of a search.
+const STAGE: &str = "limits";
+
 /// Adds the claim for the largest step found to a proof that covers a model error, and proves all of it.
 ///
-/// The anti-windup gain is that of the quickest recovery. If the wanted step is not proved with it, the gain of the
-/// largest step replaces it, provided that step is larger. If possible, the claim is then made for every initial state.
+/// The anti-windup gain is the first with which the wanted step is proved. If there is none, it is that of the largest
+/// step, among the given gains and a computed one. If possible, the claim is then made for every initial state.
 /// `None` for a proof without model error.
 ///
 /// # Errors
@@ -63,7 +66,7 @@ pub fn with_limits(
     let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(shapeless)?;
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
-    let quickest: Mat = matrix(step.quickest, m)?;
+    let gains = step.gains.iter().map(|gain| matrix(gain, m)).collect::<Result<Vec<Mat>, _>>()?;
     let units = matrix(&robust.s, robust.s.len())?;
     let limited = Limited {
         plant,
@@ -71,13 +74,13 @@ pub fn with_limits(
         controller,
         error: &error,
         units: &units,
-        gain: Gain::Given(&quickest),
+        gain: Gain::Sought(step.fastest),
         limits: &limits,
         rates: &rates,
         input,
         largest,
     };
-    let found = search(&limited, wanted, step.fastest)?;
+    let found = search(&limited, wanted, &gains)?;
     let delta_rows = (states < rows_of_delta).then_some(states);
     let mut certificate = certificate.clone();
     certificate.claims.push(Claim::Limits(Limits {
@@ -102,16 +105,22 @@ pub fn with_limits(
     Ok(Some(Proof { certificate, theorem, ..proof.clone() }))
 }
 
-/// The largest step with the given gain. If that is below `wanted`, the largest with a computed gain, whose entries are
-/// at most `fastest`, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
-fn search(limited: &Limited<'_>, wanted: f64, fastest: f64) -> Result<Region, SynthesisError> {
-    let with = |gain| Limited { gain, ..*limited };
-    let mut found = largest_step(with(limited.gain));
-    if !found.as_ref().is_ok_and(|found| found.size >= wanted)
-        && let Ok(other) = largest_step(with(Gain::Sought(fastest)))
-        && !found.as_ref().is_ok_and(|found| found.size >= other.size)
-    {
-        found = Ok(other);
+/// The largest step with the first of the gains with which it is at least `wanted`; without one, with the gain of the
+/// largest step, among the given ones and a computed one. With the gain found, a claim for every initial state is
+/// preferred.
+fn search(limited: &Limited<'_>, wanted: f64, gains: &[Mat]) -> Result<Region, SynthesisError> {
+    let given = gains.iter().map(|gain| Limited { gain: Gain::Given(gain), ..*limited });
+    let mut found: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
+    for each in given.chain([*limited]) {
+        let next = largest_step(each);
+        if found.is_err()
+            || next.as_ref().is_ok_and(|next| found.as_ref().is_ok_and(|found| next.size > found.size))
+        {
+            found = next;
+        }
+        if found.as_ref().is_ok_and(|found| found.size >= wanted) {
+            break;
+        }
     }
     let found = found?;
     Ok(if found.size < limited.largest {

@@ -52,12 +52,7 @@ struct Line {
 /// # Errors
 /// The errors of trim, linearisation and the uncertain model.
 pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
-    let m = &subject.stored.manoeuvre;
-    let (low, high) = match (m.speed_from.min(m.speed_to), m.speed_from.max(m.speed_to)) {
-        (low, high) if low < high => (low, high),
-        _ => (subject.inputs.design.speed_min, subject.inputs.design.speed_max),
-    };
-    let speeds = [low, 0.5 * (low + high), high];
+    let speeds = speeds(subject);
     let pid = match tuned(subject, &speeds, effort.evaluations)? {
         Ok(pid) => pid,
         Err(reason) => return Ok(vec![Part::Words(format!("No PID was tuned: {reason}."))]),
@@ -84,6 +79,41 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     };
     let scores: Vec<String> = laws[1..].iter().enumerate().map(score).collect();
     Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(scores.join(" "))])
+}
+
+/// The figures of the comparison for several designs of one vehicle, a column each, without an outcome. Speeds and steps
+/// are those of the first.
+///
+/// # Errors
+/// As [`compare`].
+pub fn side_by_side(subjects: &[(&str, &Subject)], points: usize) -> Result<Table, Error> {
+    let mut table = Table::new(["", "m/s"]);
+    table.head.extend(subjects.iter().map(|(name, _)| (*name).to_owned()));
+    for (_, subject) in subjects {
+        let law = Scheduled(subject);
+        let laws: [(&str, &dyn Law); 1] = [("", &law)];
+        let mut lines = vec![];
+        for speed in speeds(subject) {
+            lines.extend(at_speed(subject, &laws, speed, points)?);
+        }
+        lines.extend(on_ramp(subject, &laws));
+        if table.rows.is_empty() {
+            table.rows = lines.iter().map(Line::row).collect();
+        } else {
+            table.rows.iter_mut().zip(&lines).for_each(|(row, line)| row.extend(line.row().pop()));
+        }
+    }
+    Ok(table)
+}
+
+/// Both ends of the speed ramp of the manoeuvre and the middle.
+fn speeds(subject: &Subject) -> [f64; 3] {
+    let m = &subject.stored.manoeuvre;
+    let (low, high) = match (m.speed_from.min(m.speed_to), m.speed_from.max(m.speed_to)) {
+        (low, high) if low < high => (low, high),
+        _ => (subject.inputs.design.speed_min, subject.inputs.design.speed_max),
+    };
+    [low, 0.5 * (low + high), high]
 }
 
 fn words(subject: &Subject) -> String {

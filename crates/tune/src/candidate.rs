@@ -10,7 +10,7 @@ pub(crate) const FAILED_COST: f64 = 10.0;
 pub struct Candidate {
     /// The logarithms of the factors.
     pub(crate) x: Vec<f64>,
-    /// The mean of the logarithms of the rise times.
+    /// The objective of the search.
     pub(crate) cost: f64,
     /// The gain of the weighted loop: above 1 the weights are not met.
     pub(crate) gamma: f64,

@@ -1,16 +1,17 @@
-//! Searches the weights for the fastest design that meets the requirements.
+//! Searches the weights for a fast, quiet design that meets the requirements.
 //!
 //! ```text
-//! min over x   mean of ln(rise time) of the tracked outputs
+//! min over x   mean of ln(rise time) of the tracked outputs + TRADE (ln(noise) - ln(delay margin))
 //! subject to   margin_k(x) >= REQUIRED_MARGIN for every key of [require] with a limit
 //! ```
 //!
-//! x contains the logarithms of the factors on the keys ([`Knob`]). First all models are slowed down together, at one
+//! Noise is the largest rms of a command relative to its actuator's reach; the delay margin is the smallest of all. x
+//! contains the logarithms of the factors on the keys ([`Knob`]). First all models are slowed down together, at one
 //! design per step; if none of these meets the requirements and the best has a gamma above 1, also with less weight on
 //! slow references. Then follow rounds of two parallel searches with COBYLA, one over groups of keys (`Direction`) and
 //! then over single keys, the other in the reverse order; the first round starts from the two best of the first
-//! designs, later ones from the best so far. The search ends after a round with too little gain, or after a
-//! number of designs. The best are fully evaluated and proved.
+//! designs, later ones from the best so far. The search ends after a round with too little gain, or after a number of
+//! designs. The best are fully evaluated and proved.
 //!
 //! The result depends on no clock and no number of processors: the same files give the same design.
 //!
@@ -48,6 +49,8 @@ const FREQUENCY_FACTORS: [f64; 4] = [1.0, 0.65, 0.42, 0.27];
 /// The factor on `follow` - 1 if none of these meets the requirements and the best has a gamma above 1: its slow errors
 /// cannot be as small, and demanding it costs margins.
 const LESS_FOLLOW: f64 = 0.07;
+/// How much noise and delay margin count beside the rise time: 10 % of one of them as much as 1 % of that.
+const TRADE: f64 = 0.1;
 /// The number of parallel searches, on any machine.
 const SEARCHES: usize = 2;
 
@@ -321,9 +324,12 @@ impl Search<'_> {
             .map(|row| row.achieved.value)
             .collect();
         let mean = rises.iter().map(|rise| rise.ln()).sum::<f64>() / rises.len().max(1) as f64;
+        let noise = rows("noise").map(|row| row.achieved.value).fold(f64::NAN, f64::max);
+        let delay = rows("delay_margin").map(|row| row.achieved.value).fold(f64::NAN, f64::min);
+        let cost = mean + TRADE * (noise.ln() - delay.ln());
         Candidate {
             x: x.to_vec(),
-            cost: if mean.is_finite() { mean.min(FAILED_COST) } else { FAILED_COST },
+            cost: if cost.is_finite() { cost.min(FAILED_COST) } else { FAILED_COST },
             gamma: rows("gamma").next().map_or(f64::NAN, |row| row.achieved.value),
             margins: self.keys.iter().map(least).collect(),
             rise: rises.first().copied().unwrap_or(f64::NAN),

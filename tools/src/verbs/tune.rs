@@ -46,7 +46,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
     };
     let best = if tuned.finished.verdict.missed().next().is_none() {
         format!(
-            "the fastest of {} designs that meets all requirements when judged in full and proved",
+            "the best of {} designs that meets all requirements when judged in full and proved",
             tuned.tried
         )
     } else {

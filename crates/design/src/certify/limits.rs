@@ -15,12 +15,12 @@ use lpv::plant::GeneralisedPlant;
 use proof::claim::Proof;
 use proof::error::ProofError;
 use proof::limits::{Step, with_limits as with_step};
-use scheduled::{ControllerDesign, Kind, Manoeuvre, Port};
+use scheduled::{ControllerDesign, Kind, Manoeuvre, Port, Rows};
 use signals::Level;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
-/// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quickest recovery.
+/// Bound on the entries of a computed anti-windup gain \[1/s\]: as for the quick recovery.
 const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 
 /// Relative tolerance of the limits of a claim against those of the vehicle: its trims are recomputed, with the
@@ -31,8 +31,8 @@ const SAME_LIMIT: f64 = 1e-8;
 /// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
 /// depth step up to the surface.
 ///
-/// The anti-windup of the frozen design has the gain of the quickest recovery; the wanted step is that of the default
-/// flight. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or without a
+/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried. The claim holds the gain
+/// to be flown. `None` if there is nothing to claim: without anti-windup, or without a
 /// reference besides that of the speed. Actuator rates are saturated, too.
 ///
 /// # Errors
@@ -41,20 +41,18 @@ pub fn with_limits(
     proof: &Proof,
     plant: &GeneralisedPlant,
     controller: &Controller,
-    frozen: &ControllerDesign,
+    (frozen, gains): (&ControllerDesign, &[Rows]),
     actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let (Some(quickest), Some(Stepped { input, scale, .. })) = (&frozen.anti_windup, Stepped::of(frozen))
-    else {
-        return Ok(None);
-    };
+    let stepped = Stepped::of(frozen).filter(|_| !gains.is_empty());
+    let Some(Stepped { input, scale, .. }) = stepped else { return Ok(None) };
     let signal = design.tracked[input].signal;
     let step = Step {
         input,
         largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
         wanted: design.manoeuvre.step(signal.name).abs() / scale,
-        quickest,
+        gains,
         fastest: FASTEST,
         commands: sides(frozen),
         rates: rates(actuators, design, &proof.certificate.moving_states())?,

@@ -78,7 +78,10 @@ const FOLLOW: Range = Range { least: 1.0, most: 1e4, words: "from 1, as much as 
 const WAVE_WEIGHT: Range = Range { least: 1e-3, most: 1e3, words: "from 0.001 to 1000" };
 
 /// The rise of gamma for fewer controller states and channels.
-const REDUCE: Range = Range { least: 1e-4, most: 0.5, words: "from 0.0001 to 0.5, a relative rise of gamma" };
+const REDUCE: Range =
+    Range { least: 0.0, most: 0.5, words: "from 0 to 0.5, a relative rise of gamma; 0 keeps all states" };
+/// `reduce` where the file gives none.
+const DEFAULT_REDUCE: f64 = 0.03;
 
 /// The bound on the rate of the speed.
 pub const RATE: Range = Range { least: 1e-6, most: 1e3, words: "from 1e-6 to 1e3 (m/s^2)" };
@@ -194,7 +197,7 @@ pub struct DesignFile {
     pub lags: bool,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
-    /// Allowed relative rise of gamma for fewer controller states and channels; `None` to keep all.
+    /// Allowed relative rise of gamma for fewer controller states and channels; `None` keeps all.
     pub reduce: Option<f64>,
     /// Whether the weights are those of another design, see `with_weights_of`; never in a file.
     pub judged: bool,

@@ -9,7 +9,7 @@ use crate::check::sampled::Sampling;
 use crate::error::Error;
 use crate::inputs::design_file::DesignFile;
 use auv::Actuator;
-use lpv::anti_windup::{Aim, AntiWindup, LimitedLoop, anti_windup as least_gain};
+use lpv::anti_windup::{Aim, LimitedLoop, anti_windup as least_gain, smallest_gains};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, block, solve};
@@ -28,7 +28,11 @@ const BEYOND: f64 = 1.5;
 /// The largest fraction used of the largest region of the inequalities: gamma grows without bound towards 1.
 const REGION_FRACTION: f64 = 0.6;
 
-/// The gain for a controller, n x m, in units of the actuators' reach.
+/// How much slower than the quickest the recovery may be for a smaller gain, as a fraction of gamma.
+const SLACKS: [f64; 2] = [0.02, 0.005];
+
+/// Gains for a controller, n x m, in units of the actuators' reach, the smallest first: with the others the recovery is
+/// slightly faster, and larger steps may be proved.
 ///
 /// # Errors
 /// The errors of trim and linearisation; [`Error::Synthesis`] if no gain was found.
@@ -36,7 +40,7 @@ pub fn anti_windup(
     vehicle: &dyn VehicleModel,
     design: &DesignFile,
     controller: &Controller,
-) -> Result<AntiWindup, Error> {
+) -> Result<Vec<Mat>, Error> {
     let loops = design.spread(SPEEDS).into_iter().map(|speed| {
         let l = vehicle.linearise(speed)?;
         let frozen = controller.frozen(&vec![design.rho(speed); controller.blocks.len()])?;
@@ -62,7 +66,8 @@ pub fn anti_windup(
     let states = controller.a().nrows();
     let fraction = REGION_FRACTION * least_gain(&loops, states, FASTEST, Aim::Region)?.region;
     loops.iter_mut().for_each(|each| each.region *= fraction.min(1.0));
-    Ok(least_gain(&loops, states, FASTEST, Aim::Recovery)?)
+    let found = smallest_gains(&loops, states, FASTEST, &SLACKS)?;
+    Ok(found.into_iter().map(|found| found.gain).collect())
 }
 
 /// The largest step of a tracked output for which the gain is designed \[SI\], if the actuators hold most of it: in

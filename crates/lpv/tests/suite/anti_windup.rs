@@ -1,6 +1,6 @@
 //! Anti-windup gains, and the regions for which they are proved.
 
-use lpv::anti_windup::{Aim, LimitedLoop, anti_windup};
+use lpv::anti_windup::{Aim, LimitedLoop, anti_windup, smallest_gains};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
 /// The largest distance from zero at which limits of 1 can stabilise the unstable mode of [`plant`].
@@ -65,4 +65,35 @@ fn the_published_disc_is_reached_and_what_cannot_be_controlled_is_not_claimed() 
         assert!(settles(&each, &none, from(0.99 * without.region)), "{angle}");
     }
     assert!(!settles(&each, &with.gain, DVector::from_vec(vec![52.2, 0.0, 0.0, 0.0])));
+}
+
+/// Two loops side by side, each an integrating controller of a plant of first order.
+fn two_axes() -> LimitedLoop {
+    let (zero, one) = (0.0, 1.0);
+    // States [x1, x2, k1, k2]: x' = -p x + u, k' = -x, u = g k - x.
+    let k = dmatrix![-1.0, zero, 0.5, zero; zero, -2.0, zero, 3.0];
+    let open = dmatrix![
+        -0.2, zero, zero, zero;
+        zero, -1.0, zero, zero;
+        -1.0, zero, zero, zero;
+        zero, -1.0, zero, zero
+    ];
+    let b = dmatrix![one, zero; zero, one; zero, zero; zero, zero];
+    let c = dmatrix![one, zero, zero, zero; zero, 0.05, zero, zero];
+    let region = dmatrix![0.3, zero; zero, 0.3; zero, zero; zero, zero];
+    LimitedLoop { a: open + &b * &k, b, k, c, limits: vec![1.0, 2.0], region }
+}
+
+/// A command beyond its limit does not move the integral of the other axis.
+#[test]
+fn loops_side_by_side_are_not_coupled() {
+    let loops = [two_axes()];
+    let least = anti_windup(&loops, 2, FAST, Aim::Recovery).unwrap().gamma;
+    let found = smallest_gains(&loops, 2, FAST, &[0.05, 0.01]).unwrap();
+    for (found, slack) in found.iter().zip([0.05, 0.01]) {
+        let (gain, most) = (&found.gain, found.gain.amax());
+        assert!(gain[(0, 1)].abs() < 1e-3 * most && gain[(1, 0)].abs() < 1e-3 * most, "{gain}");
+        assert!(found.gamma <= (1.0 + 1.01 * slack) * least, "{} {least}", found.gamma);
+    }
+    assert!(found[0].gain.abs().sum() < found[1].gain.abs().sum());
 }

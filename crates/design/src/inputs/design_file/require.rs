@@ -51,10 +51,10 @@ pub const REQUIREMENTS: [Requirement; 19] = [
     above("gain_margin", "dB", None),
     above("phase_margin", "deg", Some(45.0)),
     above("disk_margin", "deg", Some(35.0)),
-    above("delay_margin", "s", Some(0.15)),
+    above("delay_margin", "s", Some(0.2)),
     below("mu", "", Some(1.0)),
     below("gust", "deg", None),
-    below("noise", "%", None),
+    below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
 ];
 

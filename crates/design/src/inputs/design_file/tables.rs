@@ -4,8 +4,8 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DISTURBANCE, DesignFile, RATE, REDUCE, Require, SAMPLE_TIME, WAVE_WEIGHT, WorkingSea,
-    uncertainty,
+    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, RATE, REDUCE, Require, SAMPLE_TIME, WAVE_WEIGHT,
+    WorkingSea, uncertainty,
 };
 use auv::Pitch;
 use auv::longitudinal::INTERFACE;
@@ -64,6 +64,18 @@ impl DesignFile {
     }
 }
 
+/// The rise of gamma for fewer states and channels, if any; beside `rate` all are kept.
+fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
+    match (table.has("reduce"), table.has("rate")) {
+        (false, rate) => Some((!rate).then_some(DEFAULT_REDUCE)),
+        (true, false) => within(table, "reduce", REDUCE).map(|share| (share > 0.0).then_some(share)),
+        (true, true) => {
+            table.not_allowed("reduce", "given", "left out beside 'rate'");
+            None
+        }
+    }
+}
+
 /// The design of a file; `None` if a recorded mistake leaves a value undefined.
 fn design(document: &Document<'_>, interface: &'static Interface, name: &str) -> Option<DesignFile> {
     let root = document.root();
@@ -82,15 +94,7 @@ fn design(document: &Document<'_>, interface: &'static Interface, name: &str) ->
         table.allow_only(&["back_off", "rate", "reduce"]);
         table.number("back_off", |v| (0.001..=1.0).contains(&v), "from 0.001 to 1")
     });
-    let reduce =
-        synthesis.as_ref().map_or(Some(None), |table| match (table.has("reduce"), table.has("rate")) {
-            (false, _) => Some(None),
-            (true, false) => within(table, "reduce", REDUCE).map(Some),
-            (true, true) => {
-                table.not_allowed("reduce", "given", "left out beside 'rate'");
-                None
-            }
-        });
+    let reduce = synthesis.as_ref().map_or(Some(None), reduce);
     let bounded = synthesis.filter(|table| table.has("rate"));
     let rate =
         bounded.map_or(Some(None), |table| table.number("rate", |v| RATE.allows(v), RATE.words).map(Some));

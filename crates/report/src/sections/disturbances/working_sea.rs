@@ -77,7 +77,7 @@ fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     let lft = lft_matrices(&found.controller);
     let frozen = controller(&vehicle, &design, &inputs.hashes, lft, gamma(&found, false))?;
     let gain = if design.anti_windup {
-        Some(to_rows(&anti_windup(&vehicle, &design, &found.controller)?.gain))
+        anti_windup(&vehicle, &design, &found.controller)?.first().map(to_rows)
     } else {
         None
     };
