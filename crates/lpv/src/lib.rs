@@ -74,6 +74,7 @@ pub mod mu;
 pub(crate) mod riccati;
 pub mod robust;
 pub mod stop;
+pub mod structured;
 pub mod synthesis;
 pub mod system;
 

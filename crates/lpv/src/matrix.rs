@@ -381,6 +381,31 @@ pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     to_faer(a).and_then(|a| a.eigenvalues().ok()).unwrap_or_else(|| vec![UNKNOWN; a.nrows()])
 }
 
+/// Left singular vectors as columns, singular values, descending, and right singular vectors; `None` if there is none or
+/// an entry is not finite.
+pub(crate) fn singular_triples(
+    a: &DMatrix<Complex<f64>>,
+) -> Option<(DMatrix<Complex<f64>>, Vec<f64>, DMatrix<Complex<f64>>)> {
+    if a.is_empty() {
+        return None;
+    }
+    let decomposition = to_faer(a)?.svd().ok()?;
+    let copy = |m: faer::MatRef<'_, faer::c64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
+    let values = decomposition.S().column_vector().iter().map(|v| v.re).collect();
+    Some((copy(decomposition.U()), values, copy(decomposition.V())))
+}
+
+/// Eigenvalues and right eigenvectors, as columns, of a square matrix; `None` if an entry is not finite.
+pub(crate) fn eigenvectors(a: &Mat) -> Option<(Vec<Complex<f64>>, DMatrix<Complex<f64>>)> {
+    if a.is_empty() {
+        return Some((vec![], DMatrix::zeros(0, 0)));
+    }
+    let decomposition = to_faer(a)?.eigen_from_real().ok()?;
+    let vectors = decomposition.U();
+    let values = decomposition.S().column_vector().iter().copied().collect();
+    Some((values, DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)])))
+}
+
 /// The left and right singular vectors of the largest singular value.
 pub fn largest_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     singular_vectors(a, 0)
