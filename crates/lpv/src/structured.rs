@@ -7,15 +7,15 @@
 
 mod frozen;
 mod minimax;
+mod proved;
 mod quadratic_program;
 mod structure;
 
 pub use structure::Structure;
 
 use crate::error::SynthesisError;
-use crate::matrix::eigenvalues;
 use crate::structured::frozen::{Frozen, LargestAbscissa, LargestNorm};
-use crate::structured::minimax::{Function, minimise, units_of};
+use crate::structured::minimax::{Function, minimise};
 use crate::structured::structure::Loop;
 use crate::system::GeneralisedPlant;
 use crate::system::parameter_grid::{coarse_grid, evenly_spread};
@@ -92,12 +92,8 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(of: &'a Loop, thetas: &'a [Vec<f64>], start: &[f64]) -> Self {
         let frozen = || Frozen { of, thetas };
-        let modes = eigenvalues(&of.at(start).a());
-        let moving = || modes.iter().map(|mode| mode.norm()).filter(|size| *size > 0.0);
-        let size = (moving().map(f64::ln).sum::<f64>() / moving().count().max(1) as f64).exp();
-        let (norm, abscissa) = (LargestNorm(frozen()), LargestAbscissa { frozen: frozen(), size });
-        let units = units_at(&norm, start).or_else(|| units_at(&abscissa, start));
-        let units = units.unwrap_or_else(|| vec![1.0; start.len()]);
+        let (norm, abscissa) = (LargestNorm(frozen()), LargestAbscissa::new(frozen(), start));
+        let units = units_at(&norm, start).unwrap_or_else(|| abscissa.units.clone());
         Self { norm, abscissa, units }
     }
 
@@ -133,7 +129,7 @@ const REACHES: [f64; 4] = [1.0, 0.3, 3.0, 0.1];
 fn units_at(function: &impl Function, start: &[f64]) -> Option<Vec<f64>> {
     let (value, at) = function.value(start)?;
     let pieces = function.pieces(&at)?;
-    Some(units_of(&pieces, function.size(value)).as_slice().to_vec())
+    Some(function.units(value, &pieces).as_slice().to_vec())
 }
 
 /// The prime numbers.

@@ -9,12 +9,12 @@
 //! M_at, M_ta: the columns wt and the rows zt of the loop. Source: P. Apkarian, D. Noll, IEEE Trans. Automatic
 //! Control 51(1), 2006; of the slope of an eigenvalue: T. Kato, Perturbation Theory for Linear Operators, 1966, ch. II.
 
-use crate::matrix::{Mat, eigenvectors, singular_triples};
-use crate::structured::minimax::{Function, Piece, Pieces};
+use crate::matrix::{Mat, eigenvalues, eigenvectors, singular_triples};
+use crate::structured::minimax::{Function, Piece, Pieces, units_of};
 use crate::structured::structure::Loop;
 use crate::system::Group::{T, W, X, Z};
 use crate::system::partition::closing;
-use crate::system::{ClosedLoop, StateSpace};
+use crate::system::{ClosedLoop, Partitioned, StateSpace};
 use nalgebra::{Complex, DMatrix, DVector};
 
 type Wide = DMatrix<Complex<f64>>;
@@ -49,7 +49,12 @@ impl FrozenLoop {
     }
 
     /// `l* F_i r` for each direction, for l over x', z and r over x, w.
-    fn slopes(&self, directions: &[Mat], mut left: CVector, mut right: CVector) -> DVector<Complex<f64>> {
+    fn slopes(
+        &self,
+        directions: &[Partitioned],
+        mut left: CVector,
+        mut right: CVector,
+    ) -> DVector<Complex<f64>> {
         let n = self.system.a.nrows();
         for (i, unit) in self.units.iter().enumerate() {
             left[i] /= *unit;
@@ -64,7 +69,8 @@ impl FrozenLoop {
         };
         let left = split(&left, complex(&self.from_channels.transpose()) * &left);
         let right = split(&right, complex(&self.to_channels) * &right);
-        let slope = |m: &Mat| {
+        let slope = |m: &Partitioned| {
+            let m = m.matrix();
             let through = |j: usize| (0..m.nrows()).map(|i| left[i].conj() * m[(i, j)]).sum::<Complex<f64>>();
             (0..m.ncols()).map(|j| through(j) * right[j]).sum()
         };
@@ -72,7 +78,13 @@ impl FrozenLoop {
     }
 
     /// The largest singular values of the response at a frequency (rad/s), as pieces.
-    fn at_frequency(&self, index: usize, omega: f64, directions: &[Mat], least: f64) -> Option<Vec<Piece>> {
+    fn at_frequency(
+        &self,
+        index: usize,
+        omega: f64,
+        directions: &[Partitioned],
+        least: f64,
+    ) -> Option<Vec<Piece>> {
         let StateSpace { a, b, c, d } = &self.system;
         let n = a.nrows();
         let (reach, see) = if omega.is_finite() {
@@ -155,7 +167,7 @@ impl FrozenLoop {
     }
 
     /// The slowest modes, as pieces of their real parts. `None` if the modes cannot be computed.
-    fn modes(&self, index: usize, directions: &[Mat], most: usize) -> Option<Vec<Piece>> {
+    fn modes(&self, index: usize, directions: &[Partitioned], most: usize) -> Option<Vec<Piece>> {
         let (values, right) = eigenvectors(&self.system.a)?;
         let left = right.clone().try_inverse()?;
         let mut order: Vec<usize> = (0..values.len()).filter(|k| values[*k].im >= 0.0).collect();
@@ -276,6 +288,10 @@ impl Function for LargestNorm<'_> {
         value
     }
 
+    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64> {
+        units_of(pieces, value)
+    }
+
     fn suffices(&self, _: f64) -> bool {
         false
     }
@@ -283,9 +299,29 @@ impl Function for LargestNorm<'_> {
 
 /// The largest real part of the modes over the frozen parameters.
 pub(crate) struct LargestAbscissa<'a> {
-    pub(crate) frozen: Frozen<'a>,
+    frozen: Frozen<'a>,
     /// The typical size of a mode, rad/s.
-    pub(crate) size: f64,
+    size: f64,
+    /// The change of each gain that changes the loop's A by its size. Slopes of eigenvalues may be infinite.
+    pub(crate) units: Vec<f64>,
+}
+
+impl<'a> LargestAbscissa<'a> {
+    pub(crate) fn new(frozen: Frozen<'a>, start: &[f64]) -> Self {
+        let closed = frozen.of.at(start);
+        let (system, states) = balanced(&closed.parts.state_space(&[Z], &[W]));
+        let modes = eigenvalues(&system.a);
+        let moving = || modes.iter().map(|mode| mode.norm()).filter(|size| *size > 0.0);
+        let size = (moving().map(f64::ln).sum::<f64>() / moving().count().max(1) as f64).exp();
+        let norm = system.a.norm();
+        let unit = |m: &Partitioned| {
+            let m = m.matrix();
+            let change = Mat::from_fn(states.len(), states.len(), |i, j| m[(i, j)] * states[j] / states[i]);
+            Some(norm / change.norm()).filter(|unit| unit.is_finite() && *unit > 0.0).unwrap_or(1.0)
+        };
+        let units = frozen.of.directions.iter().map(unit).collect();
+        Self { frozen, size, units }
+    }
 }
 
 impl Function for LargestAbscissa<'_> {
@@ -316,6 +352,10 @@ impl Function for LargestAbscissa<'_> {
         value.abs().max(self.size)
     }
 
+    fn units(&self, _: f64, _: &Pieces) -> DVector<f64> {
+        DVector::from_column_slice(&self.units)
+    }
+
     fn suffices(&self, value: f64) -> bool {
         value < -STABLE_BY * self.size
     }
@@ -326,7 +366,7 @@ mod tests {
     use super::*;
     use crate::structured::structure::Structure;
     use crate::system::Group::{U, Y};
-    use crate::system::{CONTROLLER, Controller, GeneralisedPlant, Partitioned, Sizes};
+    use crate::system::{CONTROLLER, Controller, GeneralisedPlant, Sizes};
 
     /// Entries without a pattern, the same at each call.
     fn entries(rows: usize, columns: usize, phase: f64) -> Mat {
@@ -347,6 +387,7 @@ mod tests {
         let mut base = part(2.2);
         base.block_mut(X, X).fill(-0.8);
         let base = Controller { parts: base, blocks: vec![1] };
+        let part = |phase| part(phase).matrix().clone();
         (plant, Structure::new(base, vec![part(0.1), part(1.7), part(3.3)]).unwrap())
     }
 
@@ -384,7 +425,7 @@ mod tests {
                 largest.slope
             );
 
-            let abscissa = LargestAbscissa { frozen: frozen(), size: 1.0 };
+            let abscissa = LargestAbscissa::new(frozen(), &gains);
             let (value, at) = abscissa.value(&gains).unwrap();
             let pieces = abscissa.pieces(&at).unwrap().objective;
             assert!((pieces[0].value - value).abs() < 1e-12);

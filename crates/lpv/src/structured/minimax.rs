@@ -38,22 +38,34 @@ pub(crate) trait Function {
     fn seen_from(&self, at: &Self::At, other: &Self::At) -> Vec<Piece>;
     /// The size of a change of the value that matters.
     fn size(&self, value: f64) -> f64;
+    /// The change of each gain that matters.
+    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64>;
     /// Whether a value is small enough.
     fn suffices(&self, value: f64) -> bool;
+    /// How long to search.
+    fn effort(&self) -> Effort {
+        Effort { steps: 300, slow: 1e-4, slow_steps: 15, resets: 2, radius: 1.0 }
+    }
 }
 
-/// The largest number of steps.
-const MOST_STEPS: usize = 300;
+/// How long to search.
+pub(crate) struct Effort {
+    /// The largest number of steps.
+    pub(crate) steps: usize,
+    /// The relative decrease over a number of steps below which the search ends.
+    pub(crate) slow: f64,
+    pub(crate) slow_steps: usize,
+    /// How often the quadratic term begins anew when steps have become too small.
+    pub(crate) resets: usize,
+    /// The first trust region, in units of the gains.
+    pub(crate) radius: f64,
+}
 
 /// A trust region smaller than this, in units of the gains, ends the search.
 const SMALLEST_RADIUS: f64 = 1e-9;
 
 /// The relative predicted decrease at which the search ends.
 const SMALLEST_DECREASE: f64 = 1e-9;
-
-/// The relative decrease over a number of steps below which the search ends.
-const SLOW: f64 = 1e-4;
-const SLOW_STEPS: usize = 15;
 
 /// The share of the predicted decrease from which a step is taken, and that from which the trust region grows.
 const ENOUGH: f64 = 0.05;
@@ -62,31 +74,27 @@ const GOOD: f64 = 0.6;
 /// The part of the distance of a limit from zero that one step may use up.
 const PART_OF_LIMIT: f64 = 0.9;
 
-/// How often the quadratic term begins anew when steps have become too small.
-const MOST_RESETS: usize = 2;
-
 /// The point that the search from `start` reaches, and its value; `None` if there is no value at the start.
-///
-/// The unit of a gain is the change that doubles the function according to its slope at the start.
 pub(crate) fn minimise<F: Function>(function: &F, start: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let effort = function.effort();
     let (value, at) = function.value(start)?;
     let pieces = function.pieces(&at)?;
-    let units = units_of(&pieces, function.size(value));
+    let units = function.units(value, &pieces);
     let hessian = Mat::identity(start.len(), start.len()) * function.size(value);
     let gains = DVector::from_column_slice(start);
-    let mut state = State { function, gains, value, at, pieces, units, hessian, radius: 1.0 };
+    let mut state = State { function, gains, value, at, pieces, units, hessian, radius: effort.radius };
     let (mut resets, mut taken) = (0, vec![value]);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..effort.steps {
         stop::check();
         if taken.last().is_some_and(|last| state.value < *last) {
             taken.push(state.value);
         }
-        let before = taken.len().checked_sub(SLOW_STEPS).map_or(f64::INFINITY, |k| taken[k]);
-        if function.suffices(state.value) || before - state.value < SLOW * function.size(state.value) {
+        let before = taken.len().checked_sub(effort.slow_steps).map_or(f64::INFINITY, |k| taken[k]);
+        if function.suffices(state.value) || before - state.value < effort.slow * function.size(state.value) {
             break;
         }
         if !state.advance().unwrap_or(false) {
-            if resets == MOST_RESETS {
+            if resets == effort.resets {
                 break;
             }
             resets += 1;
@@ -153,7 +161,7 @@ impl<F: Function> State<'_, F> {
     /// New units and a new quadratic term.
     fn reset(&mut self) {
         let size = self.function.size(self.value);
-        self.units = units_of(&self.pieces, size);
+        self.units = self.function.units(self.value, &self.pieces);
         self.hessian = Mat::identity(self.gains.len(), self.gains.len()) * size;
         self.radius = RADIUS_AFTER_RESET;
     }

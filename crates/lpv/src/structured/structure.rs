@@ -2,7 +2,7 @@
 
 use crate::error::ShapeError;
 use crate::matrix::Mat;
-use crate::system::{CONTROLLER, ClosedLoop, Controller, GeneralisedPlant, Partitioned, Sizes};
+use crate::system::{CONTROLLER, ClosedLoop, Controller, GeneralisedPlant, LOOP, Partitioned, Sizes};
 
 /// A controller whose matrices are affine in a vector of gains: `K(g) = K0 + sum_i g_i K_i`.
 ///
@@ -11,20 +11,19 @@ use crate::system::{CONTROLLER, ClosedLoop, Controller, GeneralisedPlant, Partit
 pub struct Structure {
     /// K0, with the repetitions of the parameters.
     base: Controller,
-    /// K_i, one for each gain.
-    directions: Vec<Partitioned>,
+    /// K_i, one for each gain: rows xk', u, zk, columns xk, y, wk.
+    directions: Vec<Mat>,
 }
 
 impl Structure {
     /// The structure with the base K0 and a direction K_i for each gain.
     ///
     /// # Errors
-    /// The first direction whose sizes differ from those of the base.
-    pub fn new(base: Controller, directions: Vec<Partitioned>) -> Result<Self, ShapeError> {
+    /// The first direction whose shape differs from that of the base.
+    pub fn new(base: Controller, directions: Vec<Mat>) -> Result<Self, ShapeError> {
         let expected = base.matrix().shape();
-        let unlike = |of: &&Partitioned| of.sizes() != base.parts.sizes();
-        match directions.iter().find(unlike) {
-            Some(of) => Err(ShapeError { name: "a direction", found: of.matrix().shape(), expected }),
+        match directions.iter().find(|of| of.shape() != expected) {
+            Some(of) => Err(ShapeError { name: "a direction", found: of.shape(), expected }),
             None => Ok(Self { base, directions }),
         }
     }
@@ -40,7 +39,7 @@ impl Structure {
         let entry = |(i, j)| {
             let mut m = Mat::zeros(rows, columns);
             m[(i, j)] = 1.0;
-            Partitioned::of(m, CONTROLLER, zero.sizes())
+            m
         };
         let entries = (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
         let free = entries.filter(|(i, j)| *i >= states || *j >= states || j + 1 >= *i);
@@ -63,7 +62,7 @@ impl Structure {
             .directions
             .iter()
             .zip(gains)
-            .fold(self.base.matrix().clone(), |sum, (direction, gain)| sum + direction.matrix() * *gain);
+            .fold(self.base.matrix().clone(), |sum, (direction, gain)| sum + direction * *gain);
         Controller {
             parts: Partitioned::of(sum, CONTROLLER, self.base.parts.sizes()),
             blocks: self.base.blocks.clone(),
@@ -90,8 +89,8 @@ impl Structure {
 /// to y is zero: `M(g) = M0 + sum_i g_i M_i`.
 pub(crate) struct Loop {
     base: ClosedLoop,
-    /// M_i: rows x', zt, z, columns x, wt, w.
-    pub(crate) directions: Vec<Mat>,
+    /// M_i.
+    pub(crate) directions: Vec<Partitioned>,
 }
 
 impl Loop {
@@ -99,16 +98,23 @@ impl Loop {
         let closed = |parts: &Partitioned| plant.parts.closed_by(parts);
         let zero = Partitioned::zeros(CONTROLLER, structure.base.parts.sizes());
         let without = closed(&zero);
-        let directions =
-            structure.directions.iter().map(|of| closed(of).matrix() - without.matrix()).collect();
+        let direction = |of: &Mat| {
+            let parts = closed(&Partitioned::of(of.clone(), CONTROLLER, structure.base.parts.sizes()));
+            Partitioned::of(parts.matrix() - without.matrix(), LOOP, without.sizes())
+        };
+        let directions = structure.directions.iter().map(direction).collect();
         Self { base: plant.close(&structure.base), directions }
     }
 
     /// M(g).
     pub(crate) fn at(&self, gains: &[f64]) -> ClosedLoop {
         let parts = &self.base.parts;
-        let sum = self.directions.iter().zip(gains).fold(parts.matrix().clone(), |sum, (m, g)| sum + m * *g);
-        let parts = Partitioned::of(sum, crate::system::LOOP, parts.sizes());
+        let sum = self
+            .directions
+            .iter()
+            .zip(gains)
+            .fold(parts.matrix().clone(), |sum, (m, g)| sum + m.matrix() * *g);
+        let parts = Partitioned::of(sum, LOOP, parts.sizes());
         ClosedLoop { parts, channels: self.base.channels.clone() }
     }
 }
