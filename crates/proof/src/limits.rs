@@ -24,8 +24,8 @@ pub struct Step<'a> {
     pub wanted: f64,
     /// The anti-windup gain of the quickest recovery, states x commands.
     pub quickest: &'a Rows,
-    /// Bound on the entries of a computed anti-windup gain \[1/s\].
-    pub fastest: f64,
+    /// Bound on the entries of a computed anti-windup gain \[1/s\]; `None` to keep the quickest.
+    pub fastest: Option<f64>,
     /// The range of each command to either side.
     pub commands: Vec<f64>,
     /// The rate limits, by state of the plant.
@@ -103,11 +103,12 @@ pub fn with_limits(
 }
 
 /// The largest step with the given gain. If that is below `wanted`, the largest with a computed gain, whose entries are
-/// at most `fastest`, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
-fn search(limited: &Limited<'_>, wanted: f64, fastest: f64) -> Result<Region, SynthesisError> {
+/// at most `fastest` where there is such a bound, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
+fn search(limited: &Limited<'_>, wanted: f64, fastest: Option<f64>) -> Result<Region, SynthesisError> {
     let with = |gain| Limited { gain, ..*limited };
     let mut found = largest_step(with(limited.gain));
     if !found.as_ref().is_ok_and(|found| found.size >= wanted)
+        && let Some(fastest) = fastest
         && let Ok(other) = largest_step(with(Gain::Sought(fastest)))
         && !found.as_ref().is_ok_and(|found| found.size >= other.size)
     {

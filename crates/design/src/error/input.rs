@@ -38,6 +38,9 @@ pub enum InputError {
             it length and diameter there, or leave [sea] out"
     )]
     NoGeometry { file: String },
+    /// A request for another controller than the one that the design file gives.
+    #[error("{file}: [controller] gives the controller, so that {what}; leave [controller] out, or ask for nothing else")]
+    GivenController { file: String, what: &'static str },
     /// A requirement on the speed of a vehicle with a given speed.
     #[error(
         "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \

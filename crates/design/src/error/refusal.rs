@@ -11,6 +11,17 @@ pub enum Refusal {
         "at {speed:.3} m/s the loop with the fitted model has a mode with real part {real_part:.3e} rad/s"
     )]
     UnstableFit { speed: f64, real_part: f64 },
+    /// The loop of a given controller is not stable.
+    #[error(
+        "its loop is unstable: at {} m/s, where it is worst, it grows by {} 1/s. Other gains are needed, often more \
+            'kd', or a narrower range of speeds",
+        auv::rounded(*speed), auv::rounded(*growth)
+    )]
+    UnstableGiven {
+        speed: f64,
+        /// The real part of the fastest growing mode, 1/s.
+        growth: f64,
+    },
     /// The loop with the true linearisation is not stable.
     #[error(
         "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the \

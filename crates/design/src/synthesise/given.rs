@@ -1,0 +1,137 @@
+//! A given controller in the place of the synthesis: a bound of its loop, from which the proof begins.
+
+use crate::check::CHECKED_SPEEDS;
+use crate::error::{Error, InputError, Refusal};
+use crate::inputs::design_file::DesignFile;
+use crate::numbers::above;
+use auv::Actuator;
+use base::progress::Progress;
+use lpv::analysis::given_loop;
+use lpv::error::SynthesisError;
+use lpv::matrix::{Mat, spectral_abscissa};
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
+use pid::{Drive, Layout, Pid, Port, Structure, Vehicle};
+
+/// The cascade of a design file for its vehicle.
+///
+/// # Errors
+/// [`InputError::File`] with the first value that does not fit.
+pub fn structure(actuators: &[Actuator], file: &DesignFile, pid: &Pid) -> Result<Structure, InputError> {
+    // A design without measurements has errors in y, and no separate references.
+    let separate = file.tracked.iter().filter(|_| !file.measured.is_empty());
+    let references = separate.map(|t| Port { signal: t.signal.name, scale: t.scale }).collect();
+    let measurements = file.measured.iter().map(|m| Port { signal: m.signal.name, scale: m.scale }).collect();
+    let scheduled = file.interface.scheduled().map(|place| &file.interface.signals[place]);
+    let vehicle = Vehicle {
+        actuators,
+        speed_given: scheduled.is_none_or(|signal| !signal.is_among(file.states)),
+        layout: &Layout { references, measurements },
+        scheduling: file.scheduling(),
+        design: &file.file,
+    };
+    Ok(Structure::new(pid, vehicle)?)
+}
+
+/// The anti-windup of the controller, if the design file states its tracking time; see [`Structure::anti_windup`].
+///
+/// # Errors
+/// As [`structure`].
+pub fn anti_windup(actuators: &[Actuator], file: &DesignFile) -> Result<Option<Mat>, InputError> {
+    let given = file.controller.as_ref().filter(|_| file.anti_windup);
+    let found = given.map(|pid| Ok::<_, InputError>(structure(actuators, file, pid)?.anti_windup()));
+    Ok(found.transpose()?.flatten())
+}
+
+/// The given controller with a bound of its loop, found by an inequality for the whole range of speed.
+///
+/// # Errors
+/// As [`structure`]; [`Refusal::UnstableGiven`]; [`Error::Synthesis`] if no bound is found.
+pub fn given(
+    actuators: &[Actuator],
+    file: &DesignFile,
+    plant: &GeneralisedPlant,
+    pid: &Pid,
+    progress: &Progress,
+) -> Result<Design, Error> {
+    let structure = structure(actuators, file, pid)?;
+    progress.done("controller", &words(actuators, pid, &structure));
+    for misfit in &structure.misfits {
+        progress.done("", &misfit_words(misfit));
+    }
+    let controller = structure.controller();
+    let closed = plant.close(&controller);
+    let worst = file
+        .spread(CHECKED_SPEEDS)
+        .into_iter()
+        .map(|speed| Ok((speed, spectral_abscissa(&closed.frozen(&[file.rho(speed)])?.a))))
+        .collect::<Result<Vec<_>, Error>>()?
+        .into_iter()
+        .fold((f64::NAN, f64::NEG_INFINITY), |most, one| if one.1 > most.1 { one } else { most });
+    if worst.1 >= 0.0 {
+        return Err(Refusal::UnstableGiven { speed: worst.0, growth: worst.1 }.into());
+    }
+    let what = "solving the matrix inequality of the loop";
+    let (certified, seconds) = progress.timed("bound", what, || given_loop(&closed));
+    let certified = certified.map_err(|reason| match reason {
+        reason if reason.is_infeasible() => Error::Synthesis(reason),
+        reason => Error::Synthesis(SynthesisError::Numerical {
+            stage: "bound of the given controller",
+            diagnosis: reason.to_string(),
+        }),
+    })?;
+    progress.done(
+        "bound",
+        &format!(
+            "the loop has a gain below {} for any trajectory of speed in the range, {seconds:.1} s\n\
+             (by eigenvalues in floating point, the closest to zero at {:.1e})",
+            above(certified.gamma),
+            certified.largest_eigenvalue
+        ),
+    );
+    Ok(Design {
+        controller,
+        gamma_optimum: certified.gamma,
+        lower: 0.0,
+        multipliers: vec![],
+        gamma_design: certified.gamma,
+        certified,
+        regularisation: None,
+        slow: None,
+    })
+}
+
+/// The controller in words: where it is from, its size, and what its commands move.
+fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
+    let command = |(axis, allocation): (usize, &pid::Allocation)| {
+        let unit = if allocation.drive == Drive::Deflection { "rad" } else { "N" };
+        let moved = actuators.iter().zip(&allocation.outputs).filter(|(_, output)| **output != 0.0);
+        let moved: Vec<String> =
+            moved.map(|(a, output)| format!("{} {} {unit}", a.name, auv::rounded(*output))).collect();
+        let per = match allocation.drive {
+            Drive::Deflection => "per rad",
+            Drive::Moment => "per N m",
+            Drive::Force => "per N",
+        };
+        format!("\n{} command {per}: {}", ["pitch", "speed"][axis], moved.join(", "))
+    };
+    let channels = structure.affine().blocks.iter().sum::<usize>();
+    let head = format!(
+        "PID of {}: {} states, {channels} {} of rho",
+        pid.file,
+        structure.states.len(),
+        if channels == 1 { "channel" } else { "channels" }
+    );
+    let used = structure.allocations.iter().enumerate().filter(|(axis, _)| *axis == 0 || pid.speed.is_some());
+    used.map(command).fold(head, |all, one| all + &one)
+}
+
+fn misfit_words(misfit: &pid::Misfit) -> String {
+    format!(
+        "the polynomial of '{}' differs from its table, linear between the points, by {:.1} % of the largest gain at \
+         most, at {} m/s",
+        misfit.key,
+        100.0 * misfit.relative,
+        auv::rounded(misfit.speed)
+    )
+}
