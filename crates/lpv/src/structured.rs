@@ -1,10 +1,16 @@
 //! Tuning of a controller of fixed structure.
 //!
-//! The gains of a [`Structure`] first minimise the largest H-infinity norm of the loop over frozen parameters, from
-//! several starts: every local peak over frequency is a smooth piece of that function, which is minimised by sequential
-//! quadratic programming. Source: P. Apkarian, D. Noll, "Nonsmooth H-infinity synthesis", IEEE Trans. Automatic
-//! Control 51(1), 2006.
+//! - [`minimax()`]: the gains of a [`Structure`] minimise the largest H-infinity norm of the loop over frozen
+//!   parameters. Every local peak over frequency is a smooth piece of that function, which is minimised from several
+//!   starts by sequential quadratic programming.
+//! - [`tune()`]: from there they minimise the bound of the loop for every trajectory of the parameters, along the slope
+//!   that the multipliers of its inequality give. The result is a design with the matrices that prove its bound.
+//!
+//! Sources: P. Apkarian, D. Noll, "Nonsmooth H-infinity synthesis", IEEE Trans. Automatic Control 51(1), 2006 (norm);
+//! the inequality is that of [`crate::analysis::bounded_gain()`].
 
+#[cfg(test)]
+mod cases;
 mod frozen;
 mod minimax;
 mod proved;
@@ -13,12 +19,18 @@ mod structure;
 
 pub use structure::Structure;
 
+use crate::analysis::bounded_gain::bounded_gain;
+use crate::analysis::{GainBound, given_loop};
 use crate::error::SynthesisError;
+use crate::riccati::bound::WideLoop;
+use crate::riccati::equations::WideController;
 use crate::structured::frozen::{Frozen, LargestAbscissa, LargestNorm};
-use crate::structured::minimax::{Function, minimise};
+use crate::structured::minimax::{Effort, Function, minimise};
+use crate::structured::proved::{EFFORT, ProvedGain};
 use crate::structured::structure::Loop;
-use crate::system::GeneralisedPlant;
+use crate::synthesis::Design;
 use crate::system::parameter_grid::{coarse_grid, evenly_spread};
+use crate::system::{GeneralisedPlant, LoopError};
 use rayon::prelude::*;
 
 /// Gains of a structure and the largest H-infinity norm of their loop over frozen parameters.
@@ -52,15 +64,139 @@ pub fn minimax(
     start: &[f64],
     starts: usize,
 ) -> Result<Tuned, SynthesisError> {
+    found(plant, structure, start, starts).map(|all| all[0].clone())
+}
+
+/// What the starts reach, the best first: at least one.
+fn found(
+    plant: &GeneralisedPlant,
+    structure: &Structure,
+    start: &[f64],
+    starts: usize,
+) -> Result<Vec<Tuned>, SynthesisError> {
     structure.check(plant)?;
     let (of, thetas) = (Loop::new(plant, structure), frozen_parameters(plant));
     let search = Search::new(&of, &thetas, start);
     let points: Vec<Vec<f64>> = (0..starts).map(|k| search.spread(start, k)).collect();
-    let found: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.run(&point)).collect();
-    let least = found.iter().map(|tuned| tuned.frozen_gain).fold(f64::INFINITY, f64::min);
-    let near = found.into_iter().filter(|tuned| tuned.frozen_gain <= (1.0 + AS_GOOD) * least);
-    let best = near.min_by(|a, b| search.size(&a.gains).total_cmp(&search.size(&b.gains)));
-    best.ok_or_else(|| SynthesisError::numerical(STAGE, format!("{starts} starts {NONE_STABLE}")))
+    let mut all: Vec<Tuned> = points.into_par_iter().filter_map(|point| search.begun(&point)).collect();
+    all.sort_by(|a, b| a.frozen_gain.total_cmp(&b.frozen_gain));
+    all.truncate((starts / 2).max(LEAST_FINISHED));
+    let mut all: Vec<Tuned> = all.into_par_iter().map(|begun| search.finished(begun)).collect();
+    let least = all.iter().map(|tuned| tuned.frozen_gain).fold(f64::INFINITY, f64::min);
+    let order = |tuned: &Tuned| {
+        let near = tuned.frozen_gain <= (1.0 + AS_GOOD) * least;
+        if near { (least, search.size(&tuned.gains)) } else { (tuned.frozen_gain, 0.0) }
+    };
+    all.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal));
+    if all.is_empty() {
+        return Err(SynthesisError::numerical(STAGE, format!("{starts} starts {NONE_STABLE}")));
+    }
+    Ok(all)
+}
+
+/// A tuned structure as a design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TunedDesign {
+    /// One for each direction of the structure.
+    pub gains: Vec<f64>,
+    /// The largest H-infinity norm of the loop over the frozen parameters.
+    pub frozen_gain: f64,
+    /// The controller with the bound of its loop for every trajectory of the parameters. Its least gamma is the bound
+    /// itself, and a lower bound is not known: the search is local.
+    pub design: Design,
+}
+
+/// The gains of smallest proved bound found: [`minimax()`], and from there, for a plant with parameters,
+///
+/// ```text
+/// minimise over g  gamma(g),  the least gamma of the analysis inequality of the loop with K(g) in X, S and T
+/// ```
+///
+/// by quasi-Newton steps in a trust region, with tangents of steps that failed as cutting planes. The bound is local,
+/// and above the frozen norm. Shapes: one gain for each direction.
+///
+/// # Errors
+/// As [`minimax()`]; [`SynthesisError`] if no start reaches a loop with a bound for every trajectory.
+pub fn tune(
+    plant: &GeneralisedPlant,
+    structure: &Structure,
+    start: &[f64],
+    starts: usize,
+) -> Result<TunedDesign, SynthesisError> {
+    let all = found(plant, structure, start, starts)?;
+    let mut last = None;
+    for tuned in all.into_iter().take(MOST_PROVED) {
+        let bound = match bound(plant, structure, &tuned.gains) {
+            Ok(bound) => bound,
+            Err(error) => {
+                last = Some(error);
+                continue;
+            }
+        };
+        return Ok(improved(plant, structure, tuned, bound));
+    }
+    Err(last.unwrap_or_else(|| SynthesisError::numerical(STAGE, NONE_STABLE)))
+}
+
+/// The number of starts for whose results a bound is sought.
+const MOST_PROVED: usize = 4;
+
+/// The bound of the loop with some gains.
+///
+/// # Errors
+/// [`SynthesisError`] if none is found.
+pub fn bound(
+    plant: &GeneralisedPlant,
+    structure: &Structure,
+    gains: &[f64],
+) -> Result<GainBound, SynthesisError> {
+    structure.check(plant)?;
+    let controller = structure.controller(gains);
+    let closed = plant.close(&controller);
+    let exact = || {
+        let wide = WideLoop::new(plant, &WideController::new(&controller))?;
+        wide.bound(wide.guess(), f64::INFINITY, SLACK)
+    };
+    if closed.channels.is_empty()
+        && let Some(bound) = exact()
+    {
+        return Ok(bound);
+    }
+    given_loop(&closed)
+}
+
+/// The relative slack of a bound above the norm without parameters.
+const SLACK: f64 = 0.01;
+
+/// A design with smaller bound than that of the given gains, or that with these.
+fn improved(plant: &GeneralisedPlant, structure: &Structure, tuned: Tuned, bound: GainBound) -> TunedDesign {
+    let Tuned { mut gains, mut frozen_gain } = tuned;
+    let mut certified = bound;
+    let (of, thetas) = (Loop::new(plant, structure), frozen_parameters(plant));
+    let frozen = || Frozen { of: &of, thetas: &thetas };
+    if !of.at(&gains).channels.is_empty() {
+        let function = ProvedGain::new(frozen(), certified.clone());
+        let better = minimise(&function, &gains, EFFORT).and_then(|(better, _)| {
+            let closed = of.at(&better);
+            Some((better, bounded_gain(&closed, &LoopError::none(&closed), &function.best()).ok()?))
+        });
+        if let Some((better, bound)) = better.filter(|(_, bound)| bound.gamma < certified.gamma) {
+            (gains, certified) = (better, bound);
+            frozen_gain = LargestNorm(frozen()).value(&gains).map_or(f64::INFINITY, |(norm, _)| norm);
+        }
+    }
+    let gamma = certified.gamma;
+    let design = Design {
+        controller: structure.controller(&gains),
+        gamma_optimum: gamma,
+        lower: 0.0,
+        multipliers: vec![],
+        gamma_design: gamma,
+        certified,
+        regularisation: None,
+        slow: None,
+    };
+    TunedDesign { gains, frozen_gain, design }
 }
 
 /// Of gains whose results differ by less, relative to them, the smallest are taken: an infimum may be at infinity.
@@ -113,15 +249,28 @@ impl<'a> Search<'a> {
         gains.iter().zip(&self.units).map(|(g, unit)| (g / unit).powi(2)).sum()
     }
 
-    fn run(&self, start: &[f64]) -> Option<Tuned> {
+    /// A few steps from a start, which is stabilised first.
+    fn begun(&self, start: &[f64]) -> Option<Tuned> {
         let stable = match self.norm.value(start) {
             Some(_) => start.to_vec(),
-            None => minimise(&self.abscissa, start)?.0,
+            None => minimise(&self.abscissa, start, FULL)?.0,
         };
-        let (gains, frozen_gain) = minimise(&self.norm, &stable)?;
+        let (gains, frozen_gain) = minimise(&self.norm, &stable, Effort { steps: FIRST_STEPS, ..FULL })?;
         Some(Tuned { gains, frozen_gain })
     }
+
+    fn finished(&self, begun: Tuned) -> Tuned {
+        let found = minimise(&self.norm, &begun.gains, FULL);
+        found.map_or(begun, |(gains, frozen_gain)| Tuned { gains, frozen_gain })
+    }
 }
+
+/// How long the norm of one start is minimised.
+const FULL: Effort = Effort { steps: 300, least: 1e-9, slow: 1e-4, slow_steps: 15, resets: 2, radius: 1.0 };
+
+/// The steps after which the better half of the starts goes on, and the least number that does.
+const FIRST_STEPS: usize = 40;
+const LEAST_FINISHED: usize = 3;
 
 /// The distances of the starts from the first, in its units.
 const REACHES: [f64; 4] = [1.0, 0.3, 3.0, 0.1];

@@ -50,7 +50,9 @@ fn as_synthesis(closed: &ClosedLoop) -> Result<GainBound, SynthesisError> {
         .map(|parameter| closed.channels.iter().filter(|c| **c == parameter).count())
         .collect();
     let n = closed.a().nrows();
-    let parts = closed.in_coordinates((&Mat::identity(n, n), &Mat::identity(n, n)), (&sorted.transpose(), &sorted)).parts;
+    let parts = closed
+        .in_coordinates((&Mat::identity(n, n), &Mat::identity(n, n)), (&sorted.transpose(), &sorted))
+        .parts;
     let sizes = Sizes { u: 0, y: 0, ..parts.sizes() };
     let plant = GeneralisedPlant { parts: Partitioned::of(parts.matrix().clone(), PLANT, sizes), blocks };
     let found = synthesise(&plant, Options { back_off: BACK_OFF, ..Options::default() })?.certified;

@@ -42,16 +42,15 @@ pub(crate) trait Function {
     fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64>;
     /// Whether a value is small enough.
     fn suffices(&self, value: f64) -> bool;
-    /// How long to search.
-    fn effort(&self) -> Effort {
-        Effort { steps: 300, slow: 1e-4, slow_steps: 15, resets: 2, radius: 1.0 }
-    }
 }
 
 /// How long to search.
+#[derive(Clone, Copy)]
 pub(crate) struct Effort {
     /// The largest number of steps.
     pub(crate) steps: usize,
+    /// The relative predicted decrease at which the search ends.
+    pub(crate) least: f64,
     /// The relative decrease over a number of steps below which the search ends.
     pub(crate) slow: f64,
     pub(crate) slow_steps: usize,
@@ -64,9 +63,6 @@ pub(crate) struct Effort {
 /// A trust region smaller than this, in units of the gains, ends the search.
 const SMALLEST_RADIUS: f64 = 1e-9;
 
-/// The relative predicted decrease at which the search ends.
-const SMALLEST_DECREASE: f64 = 1e-9;
-
 /// The share of the predicted decrease from which a step is taken, and that from which the trust region grows.
 const ENOUGH: f64 = 0.05;
 const GOOD: f64 = 0.6;
@@ -75,8 +71,7 @@ const GOOD: f64 = 0.6;
 const PART_OF_LIMIT: f64 = 0.9;
 
 /// The point that the search from `start` reaches, and its value; `None` if there is no value at the start.
-pub(crate) fn minimise<F: Function>(function: &F, start: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let effort = function.effort();
+pub(crate) fn minimise<F: Function>(function: &F, start: &[f64], effort: Effort) -> Option<(Vec<f64>, f64)> {
     let (value, at) = function.value(start)?;
     let pieces = function.pieces(&at)?;
     let units = function.units(value, &pieces);
@@ -93,7 +88,7 @@ pub(crate) fn minimise<F: Function>(function: &F, start: &[f64]) -> Option<(Vec<
         if function.suffices(state.value) || before - state.value < effort.slow * function.size(state.value) {
             break;
         }
-        if !state.advance().unwrap_or(false) {
+        if !state.advance(effort.least).unwrap_or(false) {
             if resets == effort.resets {
                 break;
             }
@@ -118,7 +113,7 @@ struct State<'a, F: Function> {
 
 impl<F: Function> State<'_, F> {
     /// One step, taken or not; whether another one may make progress. `None` if the pieces cannot be computed.
-    fn advance(&mut self) -> Option<bool> {
+    fn advance(&mut self, least: f64) -> Option<bool> {
         let line = |piece: &Piece, part: f64| Line {
             value: part * piece.value,
             slope: piece.slope.component_mul(&self.units),
@@ -130,7 +125,7 @@ impl<F: Function> State<'_, F> {
         };
         let lines = objective.iter().map(|l| l.value + l.slope.dot(&found.step));
         let predicted = self.value - lines.fold(f64::NEG_INFINITY, f64::max);
-        if predicted < SMALLEST_DECREASE * self.function.size(self.value) {
+        if predicted < least * self.function.size(self.value) {
             return Some(false);
         }
         let next: DVector<f64> = &self.gains + found.step.component_mul(&self.units);

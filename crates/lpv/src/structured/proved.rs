@@ -17,75 +17,109 @@ use crate::analysis::bounded_gain::{Base, Posed, whitening};
 use crate::analysis::gain_bound::GainBound;
 use crate::lmi::{SolverOptions, solver};
 use crate::matrix::{Mat, block};
-use crate::structured::frozen::{Frozen, LargestNorm};
+use crate::structured::frozen::{Frozen, FrozenLoop, LargestNorm};
 use crate::structured::minimax::{Effort, Function, Piece, Pieces, units_of};
-use crate::system::Group::{T, W, X, Z};
-use crate::system::{ClosedLoop, LOOP, LoopError, Partitioned};
+use crate::system::Group::{T, W, X};
+use crate::system::{ClosedLoop, LoopError, Partitioned};
 use nalgebra::DVector;
 use std::cell::RefCell;
+use std::collections::VecDeque;
 
 /// The least bound of a loop for every trajectory of the parameters.
 pub(crate) struct ProvedGain<'a> {
     norm: LargestNorm<'a>,
-    /// The best bound so far, from which the next search starts.
-    nearest: RefCell<GainBound>,
+    known: RefCell<Known>,
 }
 
-/// A bound at some gains and its slope.
-pub(crate) struct Proved {
+/// What the points tried leave.
+struct Known {
+    /// A bound of the best loop so far, from which the next search starts, and the least one.
+    nearest: GainBound,
+    least: f64,
+    /// The tangents at the last points.
+    tangents: VecDeque<Tangent>,
+}
+
+/// A value and its slope at some gains.
+#[derive(Clone)]
+struct Tangent {
     gains: DVector<f64>,
-    pub(crate) bound: GainBound,
+    value: f64,
     slope: DVector<f64>,
+}
+
+/// A point with its tangent, and its frozen loops.
+pub(crate) struct Proved {
+    tangent: Tangent,
+    frozen: Vec<FrozenLoop>,
 }
 
 impl<'a> ProvedGain<'a> {
     pub(crate) fn new(frozen: Frozen<'a>, start: GainBound) -> Self {
-        Self { norm: LargestNorm(frozen), nearest: RefCell::new(start) }
+        let known = Known { least: f64::INFINITY, nearest: start, tangents: VecDeque::new() };
+        Self { norm: LargestNorm(frozen), known: RefCell::new(known) }
     }
 
-    /// The best bound found.
+    /// A bound of the best loop.
     pub(crate) fn best(self) -> GainBound {
-        self.nearest.into_inner()
+        self.known.into_inner().nearest
+    }
+
+    /// The largest frozen norm and its slope, a lower bound of gamma.
+    fn of_frozen(&self, value: f64, at: &Vec<FrozenLoop>) -> Option<(f64, DVector<f64>)> {
+        let pieces = self.norm.pieces(at)?.objective;
+        let largest = pieces.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))?;
+        Some((value, largest.slope))
     }
 }
 
-/// The relative distance of the bound from the least.
-const TOLERANCE: f64 = 1e-4;
+/// The number of tangents that are kept.
+const TANGENTS: usize = 40;
 
-/// The raises of gamma at which the matrices of a loop are tried for another one.
-const RAISES: [f64; 4] = [1.01, 1.1, 1.5, 3.0];
+/// The relative distance of the bound from the least.
+const TOLERANCE: f64 = 1e-5;
 
 impl Function for ProvedGain<'_> {
     type At = Proved;
 
     fn value(&self, gains: &[f64]) -> Option<(f64, Proved)> {
-        let known = self.nearest.borrow().clone();
+        let (frozen, at) = self.norm.value(gains)?;
+        let known = &mut *self.known.borrow_mut();
         // No bound is below a frozen gain.
-        let (frozen, _) = self.norm.value(gains)?;
-        if frozen >= known.gamma {
-            return None;
+        let (value, slope) = if frozen >= known.least {
+            self.of_frozen(frozen, &at)?
+        } else {
+            let of = self.norm.0.of;
+            let closed = of.at(gains);
+            let inner = interior(&closed, &known.nearest)?;
+            let (gamma, slope) = least(&closed, &of.directions, &inner)?;
+            if gamma < known.least {
+                (known.least, known.nearest) = (gamma, inner);
+            }
+            (gamma, slope)
+        };
+        let tangent = Tangent { gains: DVector::from_column_slice(gains), value, slope };
+        known.tangents.push_back(tangent.clone());
+        if known.tangents.len() > TANGENTS {
+            known.tangents.pop_front();
         }
-        let of = self.norm.0.of;
-        let closed = of.at(gains);
-        let (bound, slope) = RAISES.iter().find_map(|raise| {
-            let near = GainBound { gamma: raise * known.gamma, ..known.clone() };
-            least(&closed, &of.directions, &near)
-        })?;
-        if bound.gamma < known.gamma {
-            *self.nearest.borrow_mut() = bound.clone();
-        }
-        Some((bound.gamma, Proved { gains: DVector::from_column_slice(gains), bound, slope }))
+        Some((value, Proved { tangent, frozen: at }))
     }
 
+    /// The tangents at the points tried, and the frozen norms, which are below the bound.
     fn pieces(&self, at: &Proved) -> Option<Pieces> {
-        let piece = Piece { value: at.bound.gamma, slope: at.slope.clone(), place: (0, 0.0) };
-        Some(Pieces { objective: vec![piece], limits: vec![] })
+        let mut pieces = self.norm.pieces(&at.frozen)?;
+        let own =
+            Piece { value: at.tangent.value, slope: at.tangent.slope.clone(), place: (usize::MAX, 0.0) };
+        pieces.objective.push(own);
+        let known = self.known.borrow();
+        let others = known.tangents.iter().filter(|other| other.gains != at.tangent.gains);
+        pieces.objective.extend(others.map(|other| seen(&at.tangent, other)));
+        Some(pieces)
     }
 
-    /// The tangent there is a cutting plane here.
     fn seen_from(&self, at: &Proved, other: &Proved) -> Vec<Piece> {
-        let tangent = other.bound.gamma + other.slope.dot(&(&at.gains - &other.gains));
-        vec![Piece { value: tangent.min(at.bound.gamma), slope: other.slope.clone(), place: (1, 0.0) }]
+        vec![seen(&at.tangent, &other.tangent)]
     }
 
     fn size(&self, value: f64) -> f64 {
@@ -99,34 +133,63 @@ impl Function for ProvedGain<'_> {
     fn suffices(&self, _: f64) -> bool {
         false
     }
-
-    fn effort(&self) -> Effort {
-        Effort { steps: 40, slow: 2e-3, slow_steps: 5, resets: 0, radius: 0.1 }
-    }
 }
 
-/// The least gamma of a loop and its slope over the gains, sought from a bound of a similar loop.
-fn least(
-    closed: &ClosedLoop,
-    directions: &[Partitioned],
-    near: &GainBound,
-) -> Option<(GainBound, DVector<f64>)> {
+/// How long the bound is minimised.
+pub(crate) const EFFORT: Effort =
+    Effort { steps: 200, least: 3e-5, slow: 1e-3, slow_steps: 10, resets: 1, radius: 0.1 };
+
+/// A tangent at another point, at most the value here: a cutting plane.
+fn seen(at: &Tangent, other: &Tangent) -> Piece {
+    let value = other.value + other.slope.dot(&(&at.gains - &other.gains));
+    Piece { value: value.min(at.value), slope: other.slope.clone(), place: (usize::MAX - 1, value) }
+}
+
+/// A bound in the interior of the inequalities, from which that of a similar loop can be sought, found from `near`.
+fn interior(closed: &ClosedLoop, near: &GainBound) -> Option<GainBound> {
     let error = LoopError::none(closed);
-    let base = Base { closed, error: &error, bound: near };
+    let raised = |raise: &f64| GainBound { gamma: raise * near.gamma, ..near.clone() };
+    let search = SolverOptions { quick: true, ..SolverOptions::within(INTERIOR) };
+    let from = |bound: &GainBound, must: bool| {
+        let base = Base { closed, error: &error, bound };
+        let posed = posed(base)?;
+        let search = if solver::margin(&posed.program, &posed.start) > 0.0 {
+            SolverOptions { start: Some(&posed.start), ..search }
+        } else if must {
+            SolverOptions { near: Some((&posed.start, LARGEST_RISE)), ..search }
+        } else {
+            return None;
+        };
+        let found = solver::solve(&posed.program, STAGE, search).ok()?;
+        Some(posed.bound(base, &found.x)).filter(|bound| bound.largest_eigenvalue < 0.0)
+    };
+    RAISES.iter().map(raised).find_map(|bound| from(&bound, false)).or_else(|| from(near, true))
+}
+
+fn posed(base: Base) -> Option<Posed> {
     let mut posed = Posed::new(base, false).ok()?;
     posed.program.positive("X", posed.unknowns.x.clone());
     posed.program.positive("S", posed.unknowns.s.clone());
     posed.program.negative("bounded real", posed.inequality.clone());
     posed.program.minimise_trace(&posed.unknowns.gamma, 1.0);
-    if solver::margin(&posed.program, &posed.start) <= 0.0 {
-        return None;
-    }
-    let search = SolverOptions {
-        start: Some(&posed.start),
-        settles: true,
-        quick: true,
-        ..SolverOptions::within(TOLERANCE)
-    };
+    Some(posed)
+}
+
+/// The relative distance from the least of a bound in the interior.
+const INTERIOR: f64 = 0.3;
+
+/// The raises of gamma at which the matrices of a loop are tried for another one.
+const RAISES: [f64; 3] = [1.01, 1.1, 1.5];
+
+/// The largest bound that is sought, relative to the known one.
+const LARGEST_RISE: f64 = 2.0;
+
+/// The least gamma of a loop and its slope over the gains, sought from one of its bounds.
+fn least(closed: &ClosedLoop, directions: &[Partitioned], near: &GainBound) -> Option<(f64, DVector<f64>)> {
+    let error = LoopError::none(closed);
+    let base = Base { closed, error: &error, bound: near };
+    let posed = posed(base)?;
+    let search = SolverOptions { start: Some(&posed.start), quick: true, ..SolverOptions::within(TOLERANCE) };
     let found = solver::solve(&posed.program, STAGE, search).ok()?;
     let bound = posed.bound(base, &found.x);
     let multiplier = found.multipliers.last()?.last()?;
@@ -142,7 +205,7 @@ fn least(
         near.gamma * weights.dot(scaled.matrix())
     };
     let slope = DVector::from_iterator(directions.len(), directions.iter().map(slope));
-    (bound.largest_eigenvalue < 0.0).then_some((bound, slope))
+    (found.margin > 0.0).then_some((bound.gamma, slope))
 }
 
 const STAGE: &str = "analysis of the loop of a fixed structure";
@@ -159,4 +222,27 @@ fn weights(closed: &ClosedLoop, [x, s, t]: [&Mat; 3], multiplier: &Mat) -> Mat {
     let trace: f64 = (sizes.x + sizes.t..total).map(|i| multiplier[(i, i)]).sum();
     let all = block(&[&[&of_x], &[&of_t], &[&of_z]]);
     all.columns(0, inputs) * (2.0 / trace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::given_loop;
+    use crate::structured::cases::{differences, scheduled};
+    use crate::structured::structure::Loop;
+
+    #[test]
+    fn the_slope_is_that_of_differences() {
+        let (plant, structure) = scheduled();
+        let of = Loop::new(&plant, &structure);
+        let at = |gains: &[f64]| {
+            let closed = of.at(gains);
+            let near = given_loop(&closed).unwrap();
+            least(&closed, &of.directions, &interior(&closed, &near).unwrap()).unwrap()
+        };
+        let gains = [0.2, -0.3, 0.1];
+        let (gamma, slope) = at(&gains);
+        let expected = differences(|gains| at(gains).0, &gains);
+        assert!((&slope - &expected).norm() < 1e-3 * expected.norm(), "{} {slope} {expected}", gamma);
+    }
 }

@@ -1,8 +1,10 @@
 //! Controllers of fixed structure: published plants with static output feedback, and scheduled loops.
 
 use crate::common;
+use lpv::controller::Controller;
+use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
-use lpv::structured::{STARTS, Structure, minimax};
+use lpv::structured::{STARTS, Structure, bound, minimax, tune};
 
 fn published(name: &str) -> GeneralisedPlant {
     common::plant(&common::case(&format!("compleib/compleib_{name}")))
@@ -40,6 +42,36 @@ fn static_output_feedback_reaches_the_known_gains() {
 fn static_output_feedback_with_many_gains() {
     for (name, most) in [("DIS1", 4.18), ("HE4", 22.86)] {
         static_output_feedback(name, most);
+    }
+}
+
+/// The tutorial plant of LPVTools with a proportional and integral control whose gains are affine in theta: the bound
+/// for any trajectory falls below that of the gains of smallest frozen norm, and is not below the least of any
+/// scheduled controller.
+#[test]
+fn the_proved_gain_is_minimised() {
+    let plant = common::plant(&common::case("lpv01_lpvtools_lft_tutorial"));
+    // x' = y, u = (g0 y + g1 x) + w, z = g2 y + g3 x, w = theta z.
+    let entry = |places: &[(usize, usize)]| {
+        let mut m = Mat::zeros(3, 3);
+        places.iter().for_each(|place| m[*place] = 1.0);
+        m
+    };
+    let base = Controller::from_matrix(&entry(&[(0, 1), (1, 2)]), 1, 1, 1, vec![1]);
+    let directions = [(1, 1), (1, 0), (2, 1), (2, 0)].map(|place| entry(&[place])).to_vec();
+    let structure = Structure::new(base, directions).unwrap();
+    let frozen = minimax(&plant, &structure, &[1.0, 1.0, 0.0, 0.0], 6).unwrap();
+    let tuned = tune(&plant, &structure, &[1.0, 1.0, 0.0, 0.0], 6).unwrap();
+    let certified = &tuned.design.certified;
+    let first = bound(&plant, &structure, &frozen.gains).unwrap();
+    println!("{} {} {} {:?}", frozen.frozen_gain, first.gamma, certified.gamma, tuned.gains);
+    assert!(certified.largest_eigenvalue < 0.0);
+    assert!(certified.gamma < 0.98 * first.gamma, "{} {}", certified.gamma, first.gamma);
+    assert!(certified.gamma > 1.787 && frozen.frozen_gain <= tuned.frozen_gain);
+    assert_eq!(tuned.design.controller, structure.controller(&tuned.gains));
+    let closed = plant.close(&tuned.design.controller);
+    for (theta, frozen) in closed.sampled(41).unwrap() {
+        assert!(frozen.hinf_norm().value < certified.gamma, "{theta}");
     }
 }
 
