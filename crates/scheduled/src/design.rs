@@ -318,7 +318,7 @@ pub struct Gamma {
     pub optimum: f64,
     /// Level guaranteed by the controller in this file.
     pub bound: f64,
-    /// Factor by which the level was relaxed from the optimum.
+    /// Factor by which the level was relaxed from the optimum; 0 for a controller that was given, not computed.
     pub back_off: f64,
     /// Whether the level was proved in exact arithmetic.
     pub certified: bool,
