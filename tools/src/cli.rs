@@ -45,8 +45,8 @@ A first run:
   squid export vehicles/squid
 
 Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
-missed and `squid design --strict`, `squid prove --strict` or `squid tune` asks for it, 64 when the command line is wrong; `squid lpv synth` \
-has more.";
+missed and `squid design --strict`, `squid prove --strict` or `squid tune` asks for it, 64 when the command line is \
+wrong; `squid lpv synth` has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]

@@ -1,6 +1,7 @@
 //! A given controller in the place of the synthesis: a bound of its loop, from which the proof begins.
 
 use crate::axis::VehicleModel;
+use crate::certify::lft_matrices;
 use crate::check::CHECKED_SPEEDS;
 use crate::check::sampled::Sampling;
 use crate::error::{Error, InputError, Refusal};
@@ -15,6 +16,7 @@ use lpv::matrix::{Mat, spectral_abscissa};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 use pid::{Drive, Layout, Pid, Port, Structure, Vehicle};
+use scheduled::{Gain, LftMatrices};
 
 /// The cascade of a design file for its vehicle.
 ///
@@ -44,6 +46,25 @@ pub fn anti_windup(actuators: &[Actuator], file: &DesignFile) -> Result<Option<M
     let given = file.controller.as_ref().filter(|_| file.anti_windup);
     let found = given.map(|pid| Ok::<_, InputError>(structure(actuators, file, pid)?.anti_windup()));
     Ok(found.transpose()?.flatten())
+}
+
+/// The gains of the given controller; none for one that is computed.
+///
+/// # Errors
+/// As [`structure`].
+pub fn gains(actuators: &[Actuator], file: &DesignFile) -> Result<Vec<Gain>, InputError> {
+    let Some(pid) = &file.controller else { return Ok(vec![]) };
+    let all = structure(actuators, file, pid)?.gains.into_iter();
+    Ok(all.map(|pid::Gain { name, unit, coefficients, .. }| Gain { name, unit, coefficients }).collect())
+}
+
+/// The matrices of the given controller; `None` for one that is computed.
+///
+/// # Errors
+/// As [`structure`].
+pub fn matrices(actuators: &[Actuator], file: &DesignFile) -> Result<Option<LftMatrices>, InputError> {
+    let of = |pid: &Pid| Ok(lft_matrices(&structure(actuators, file, pid)?.controller()));
+    file.controller.as_ref().map(of).transpose()
 }
 
 /// The given controller with a bound of its loop, found by an inequality for the whole range of speed.
