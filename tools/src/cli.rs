@@ -45,8 +45,8 @@ A first run:
   squid export vehicles/squid
 
 Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
-missed and `squid design --strict` or `squid tune` asks for it, 64 when the command line is wrong; `squid lpv synth` \
-has more.";
+missed and `squid design --strict`, `squid prove --strict` or `squid tune` asks for it, 64 when the command line is \
+wrong; `squid lpv synth` has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
@@ -63,6 +63,15 @@ pub enum Verb {
         #[command(flatten)]
         asked: Design,
     },
+    /// Prove a given controller, a PID with gains over speed, on the weights of a design
+    ///
+    /// Prints the growth and the gain of the frozen loops, the gain that is proved for any trajectory of the speed, the
+    /// sampled gain, margins, mu, noise, flights of the declared uncertainty, what a controller of full order reaches
+    /// on the same weights, and the verdict of `[require]`. Writes nothing: with the same `[controller]` in a design
+    /// file `squid design` does, and FMUs and C follow. docs/pid.md explains the file. Refused are a loop that is
+    /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, and an
+    /// integrator without gain.
+    Prove(Prove),
     /// Search the weights for the fastest design that meets what `[require]` asks, and write it as a design file
     ///
     /// Changes frequencies and bandwidths of `[[track]]`, noise of `[[measure]]`, weight and disturbance of
@@ -233,6 +242,22 @@ pub struct Design {
     /// Do not search for the key to change when a requirement is missed; the search takes a design per key
     #[arg(long)]
     pub no_advise: bool,
+    /// Exit with code 5 if a requirement is missed
+    #[arg(long)]
+    pub strict: bool,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Prove {
+    /// The vehicle's directory, for instance vehicles/remus100
+    pub vehicle: PathBuf,
+    /// The design whose range of speed, weights and measurements are used: NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
+    pub design: String,
+    /// A file with `[controller]` alone; by default that of the design file
+    #[arg(long, value_name = "FILE")]
+    pub controller: Option<PathBuf>,
     /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,

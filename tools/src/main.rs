@@ -6,7 +6,8 @@ use squid::cli::{Cli, Verb};
 use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed, set};
 use squid::verbs::{
-    campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
+    campaign, design, doctor, export, lpv, new, package, plot, prove, report, shell, show, simulate, tune,
+    verify,
 };
 use std::any::Any;
 use std::io::{self, Write};
@@ -74,6 +75,7 @@ fn defect(panic: &(dyn Any + Send)) -> Error {
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
+        Verb::Prove(asked) => prove::run(&asked),
         Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),

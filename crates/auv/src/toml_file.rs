@@ -365,7 +365,8 @@ impl<'d> Table<'d> {
             return None;
         }
         let value = self.entries.get(key)?;
-        let sane = |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.abs() <= LARGEST);
+        let sane =
+            |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.abs() <= LARGEST);
         let all = match value.get_ref() {
             DeValue::Array(list) => list.iter().map(sane).collect(),
             _ => sane(value).map(|number| vec![number]),

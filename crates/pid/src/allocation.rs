@@ -58,7 +58,8 @@ pub(crate) fn allocations(
     let force = |j: usize| actuators[j].force(speed, 1.0);
     let m = actuators.len();
     let moments: Vec<f64> = (0..m).map(|j| force(j)[2]).collect();
-    let forces: Vec<f64> = (0..m).map(|j| if is_surface(&actuators[j]) { 0.0 } else { force(j)[0] }).collect();
+    let forces: Vec<f64> =
+        (0..m).map(|j| if is_surface(&actuators[j]) { 0.0 } else { force(j)[0] }).collect();
     let rows: Vec<&Vec<f64>> = if speed_given { vec![&moments] } else { vec![&moments, &forces] };
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
     let least = pseudo_inverse(&Mat::from_fn(rows.len(), m, |i, j| rows[i][j] * reach[j]), 1e-9);
@@ -71,7 +72,8 @@ pub(crate) fn allocations(
             None => {
                 let column: Vec<f64> = least.column(axis).iter().copied().collect();
                 let largest = column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-                let kept = |(v, reach): (&f64, &f64)| if v.abs() > LEAST_SHARE * largest { v * reach } else { 0.0 };
+                let kept =
+                    |(v, reach): (&f64, &f64)| if v.abs() > LEAST_SHARE * largest { v * reach } else { 0.0 };
                 column.iter().zip(&reach).map(kept).collect()
             }
         };
@@ -120,13 +122,17 @@ fn command(
 impl Shares {
     /// The share of each actuator of a vehicle.
     fn outputs(&self, pid: &Pid, name: &str, actuators: &[Actuator]) -> Result<Vec<f64>, FileError> {
-        if let Some((unknown, _)) = self.each.iter().find(|(name, _)| actuators.iter().all(|a| a.name != *name)) {
+        if let Some((unknown, _)) =
+            self.each.iter().find(|(name, _)| actuators.iter().all(|a| a.name != *name))
+        {
             let names: Vec<&str> = actuators.iter().map(|a| a.name.as_str()).collect();
             let key = format!("controller.allocation.{name}");
             let allowed = format!("of the vehicle's actuators: {}", names.join(", "));
             return Err(not_allowed(&pid.file, self.line, &key, format!("of '{unknown}'"), allowed));
         }
-        let share = |a: &Actuator| self.each.iter().find(|(name, _)| *name == a.name).map_or(0.0, |(_, share)| *share);
+        let share = |a: &Actuator| {
+            self.each.iter().find(|(name, _)| *name == a.name).map_or(0.0, |(_, share)| *share)
+        };
         Ok(actuators.iter().map(share).collect())
     }
 }

@@ -108,8 +108,8 @@ pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
 
 /// Reads the table; `Some(None)` for `kind = "full"`, the controller that the design computes.
 pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
-    let kind = table.or("kind", 0, |table, key| table.one_of(key, &["full", "pid"]))?;
-    if kind == 0 {
+    let kind = table.one_of("kind", &["full", "pid"]);
+    if kind == Some(0) {
         table.allow_only(&["kind"]);
         return Some(None);
     }
@@ -141,6 +141,7 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
     let tracking_time = table.or("tracking_time", None, |table, key| {
         table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s)").map(Some)
     });
+    kind?;
     Some(Some(Pid {
         file: file.to_owned(),
         line: table.line(),

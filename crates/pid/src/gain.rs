@@ -133,8 +133,10 @@ impl Given {
         let largest = points.iter().map(|point| point[1].abs()).fold(f64::MIN_POSITIVE, f64::max);
         let spread = |i: usize| low + (high - low) * i as f64 / (TRIED - 1) as f64;
         let off = |speed: f64| (speed, (at(speed) - interpolated(points, speed)).abs() / largest);
-        let (speed, relative) =
-            (0..TRIED).map(spread).map(off).fold((low, 0.0), |most, one| if one.1 > most.1 { one } else { most });
+        let (speed, relative) = (0..TRIED)
+            .map(spread)
+            .map(off)
+            .fold((low, 0.0), |most, one| if one.1 > most.1 { one } else { most });
         Misfit { key: self.key.clone(), relative, speed }
     }
 }

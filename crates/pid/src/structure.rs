@@ -118,7 +118,10 @@ pub struct Direction {
 impl Affine {
     /// The matrix at values of the coefficients, in the order of the directions.
     pub fn at(&self, values: &[f64]) -> Mat {
-        self.directions.iter().zip(values).fold(self.base.clone(), |sum, (one, value)| sum + &one.matrix * *value)
+        self.directions
+            .iter()
+            .zip(values)
+            .fold(self.base.clone(), |sum, (one, value)| sum + &one.matrix * *value)
     }
 
     /// The controller at values of the coefficients.
@@ -247,8 +250,7 @@ fn count_states(pid: &Pid) -> usize {
         + usize::from(pid.pitch.rolloff > 0.0)
         + 2 * usize::from(pid.pitch.model.is_some());
     let depth = pid.depth.as_ref().is_some_and(|depth| depth.ki.is_some());
-    let speed =
-        pid.speed.as_ref().map_or(0, |s| usize::from(s.ki.is_some()) + usize::from(s.rolloff > 0.0));
+    let speed = pid.speed.as_ref().map_or(0, |s| usize::from(s.ki.is_some()) + usize::from(s.rolloff > 0.0));
     pitch + usize::from(depth) + speed
 }
 
@@ -301,7 +303,8 @@ impl Builder<'_> {
             }
             None => {
                 let found = format!("a gain on {signal}, which {design} does not measure");
-                let words = format!("left out, or {design} must have a [[measure]] with signal = \"{signal}\"");
+                let words =
+                    format!("left out, or {design} must have a [[measure]] with signal = \"{signal}\"");
                 self.refuse(line, key, &found, &words)
             }
         }
@@ -322,7 +325,12 @@ impl Builder<'_> {
     }
 
     /// The coefficients in SI; with a sign, positive times that at every speed of the range.
-    fn coefficients(&mut self, given: &Given, units: &[Unit], sign: Option<f64>) -> Result<Vec<f64>, FileError> {
+    fn coefficients(
+        &mut self,
+        given: &Given,
+        units: &[Unit],
+        sign: Option<f64>,
+    ) -> Result<Vec<f64>, FileError> {
         let (centre, half_range) = self.vehicle.scheduling;
         let (found, misfit) = given.coefficients(&self.pid.file, units, self.vehicle.scheduling)?;
         self.misfits.extend(misfit);

@@ -103,7 +103,8 @@ pub fn with_limits(
 }
 
 /// The largest step with the given gain. If that is below `wanted`, the largest with a computed gain, whose entries are
-/// at most `fastest` where there is such a bound, replaces it if it is larger. With the gain found, a claim for every initial state is preferred.
+/// at most `fastest` where there is such a bound, replaces it if it is larger. With the gain found, a claim for every
+/// initial state is preferred.
 fn search(limited: &Limited<'_>, wanted: f64, fastest: Option<f64>) -> Result<Region, SynthesisError> {
     let with = |gain| Limited { gain, ..*limited };
     let mut found = largest_step(with(limited.gain));

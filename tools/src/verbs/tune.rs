@@ -28,6 +28,10 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
     let (inputs, text, begun) = read(vehicle, design)?;
+    if inputs.design.controller.is_some() {
+        let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
+        return Err(InputError::GivenController { file, what }.into());
+    }
     // A file that people wrote is not overwritten unless they name it.
     let name = to.unwrap_or(if begun { design } else { "tuned" });
     let to = vehicle.join(format!("{name}.toml"));

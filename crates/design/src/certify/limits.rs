@@ -32,8 +32,9 @@ const SAME_LIMIT: f64 = 1e-8;
 /// depth step up to the surface.
 ///
 /// The anti-windup of the frozen design has the gain of the quickest recovery; the wanted step is that of the default
-/// flight. The claim holds the gain to be flown, which is the given one if the design file has a tracking time. `None` if there is nothing to claim: without anti-windup, or without a
-/// reference besides that of the speed. Actuator rates are saturated, too.
+/// flight. The claim holds the gain to be flown, which is the given one if the design file has a tracking time. `None`
+/// if there is nothing to claim: without anti-windup, or without a reference besides that of the speed. Actuator rates
+/// are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].

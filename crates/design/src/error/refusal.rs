@@ -13,9 +13,8 @@ pub enum Refusal {
     UnstableFit { speed: f64, real_part: f64 },
     /// The loop of a given controller is not stable.
     #[error(
-        "its loop is unstable: at {} m/s, where it is worst, it grows by {} 1/s. Other gains are needed, often more \
-            'kd', or a narrower range of speeds",
-        auv::rounded(*speed), auv::rounded(*growth)
+        "its loop is unstable: at {speed:.2} m/s, where it is worst, it grows by {growth:.2} 1/s; other gains are \
+            needed, often more 'kd', or a narrower range of speeds"
     )]
     UnstableGiven {
         speed: f64,

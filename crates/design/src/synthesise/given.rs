@@ -1,17 +1,22 @@
 //! A given controller in the place of the synthesis: a bound of its loop, from which the proof begins.
 
+use crate::axis::VehicleModel;
+use crate::certify::lft_matrices;
 use crate::check::CHECKED_SPEEDS;
+use crate::check::sampled::Sampling;
 use crate::error::{Error, InputError, Refusal};
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::above;
 use auv::Actuator;
 use base::progress::Progress;
 use lpv::analysis::given_loop;
+use lpv::controller::Controller;
 use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, spectral_abscissa};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
 use pid::{Drive, Layout, Pid, Port, Structure, Vehicle};
+use scheduled::{Gain, LftMatrices};
 
 /// The cascade of a design file for its vehicle.
 ///
@@ -41,6 +46,25 @@ pub fn anti_windup(actuators: &[Actuator], file: &DesignFile) -> Result<Option<M
     let given = file.controller.as_ref().filter(|_| file.anti_windup);
     let found = given.map(|pid| Ok::<_, InputError>(structure(actuators, file, pid)?.anti_windup()));
     Ok(found.transpose()?.flatten())
+}
+
+/// The gains of the given controller; none for one that is computed.
+///
+/// # Errors
+/// As [`structure`].
+pub fn gains(actuators: &[Actuator], file: &DesignFile) -> Result<Vec<Gain>, InputError> {
+    let Some(pid) = &file.controller else { return Ok(vec![]) };
+    let all = structure(actuators, file, pid)?.gains.into_iter();
+    Ok(all.map(|pid::Gain { name, unit, coefficients, .. }| Gain { name, unit, coefficients }).collect())
+}
+
+/// The matrices of the given controller; `None` for one that is computed.
+///
+/// # Errors
+/// As [`structure`].
+pub fn matrices(actuators: &[Actuator], file: &DesignFile) -> Result<Option<LftMatrices>, InputError> {
+    let of = |pid: &Pid| Ok(lft_matrices(&structure(actuators, file, pid)?.controller()));
+    file.controller.as_ref().map(of).transpose()
 }
 
 /// The given controller with a bound of its loop, found by an inequality for the whole range of speed.
@@ -101,6 +125,26 @@ pub fn given(
     })
 }
 
+/// The largest real part \[1/s\] of the modes of the loop with the true linearisations, and the speed of it \[m/s\].
+///
+/// # Errors
+/// Those of trim and linearisation; [`ModelError::Lft`](crate::error::ModelError::Lft).
+pub fn growth(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    controller: &Controller,
+) -> Result<(f64, f64), Error> {
+    let at = |speed: f64| {
+        let frozen = controller.frozen(&vec![file.rho(speed); controller.blocks.len()])?;
+        let plant = Sampling::of(vehicle.actuators(), file).ideal(&vehicle.linearise(speed)?);
+        Ok::<_, Error>((spectral_abscissa(&plant.injected(&frozen).a), speed))
+    };
+    let all = file.spread(CHECKED_SPEEDS).into_iter().map(at).collect::<Result<Vec<_>, Error>>()?;
+    Ok(all
+        .into_iter()
+        .fold((f64::NEG_INFINITY, f64::NAN), |most, one| if one.0 > most.0 { one } else { most }))
+}
+
 /// The controller in words: where it is from, its size, and what its commands move.
 fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
     let command = |(axis, allocation): (usize, &pid::Allocation)| {
@@ -117,13 +161,19 @@ fn words(actuators: &[Actuator], pid: &Pid, structure: &Structure) -> String {
     };
     let channels = structure.affine().blocks.iter().sum::<usize>();
     let head = format!(
-        "PID of {}: {} states, {channels} {} of rho",
+        "PID of {}: {}, {} of rho",
         pid.file,
-        structure.states.len(),
-        if channels == 1 { "channel" } else { "channels" }
+        counted(structure.states.len(), "state"),
+        counted(channels, "channel")
     );
     let used = structure.allocations.iter().enumerate().filter(|(axis, _)| *axis == 0 || pid.speed.is_some());
     used.map(command).fold(head, |all, one| all + &one)
+}
+
+/// A number of things.
+fn counted(number: usize, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
 }
 
 fn misfit_words(misfit: &pid::Misfit) -> String {

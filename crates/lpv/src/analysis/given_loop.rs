@@ -55,7 +55,8 @@ fn as_synthesis(closed: &ClosedLoop) -> Result<GainBound, SynthesisError> {
         .parts;
     let sizes = Sizes { u: 0, y: 0, ..parts.sizes() };
     let plant = GeneralisedPlant { parts: Partitioned::of(parts.matrix().clone(), PLANT, sizes), blocks };
-    let found = synthesise(&plant, Options { back_off: BACK_OFF, ..Options::default() })?.certified;
+    let found =
+        synthesise(&plant, Options { back_off: BACK_OFF, quick: true, ..Options::default() })?.certified;
     // The synthesis adds an unconnected controller; the blocks of the loop come first.
     let corner = |m: &Mat, size: usize| m.view((0, 0), (size, size)).into_owned();
     let back = |m: &Mat| sorted.transpose() * corner(m, r) * &sorted;
