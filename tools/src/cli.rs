@@ -89,8 +89,20 @@ pub enum Verb {
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
         /// The largest number of designs; the search ends earlier if a round gains less than 1 %
-        #[arg(long, value_name = "COUNT", default_value_t = 100)]
+        #[arg(long, value_name = "COUNT", default_value_t = 100, conflicts_with = "controller")]
         designs: usize,
+        /// Tune the gains of a PID for the weights of the design instead, and write the design with `[controller]`
+        ///
+        /// The gains are those of smallest gain of the loop at frozen speeds, and from there of smallest proved gain
+        /// for any trajectory of the speed: `[require]` does not steer them, but the verdict follows. A `[controller]`
+        /// in the design file gives form and first gains; docs/pid.md explains it. The search is local: another start
+        /// may end in other gains.
+        #[arg(long, value_enum, value_name = "KIND")]
+        controller: Option<TunedController>,
+        /// The gains of the PID as polynomials of this degree in the speed: 0 or 1
+        #[arg(long, value_name = "DEGREE", default_value_t = 0, requires = "controller",
+            value_parser = clap::value_parser!(u8).range(0..=1))]
+        degree: u8,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
     /// first two
@@ -245,6 +257,13 @@ pub struct Design {
     /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,
+}
+
+/// What `squid tune` tunes instead of weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TunedController {
+    /// The gains of a PID
+    Pid,
 }
 
 #[allow(missing_docs)] // Doc comments here are the help.

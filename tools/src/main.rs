@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use serde_json::json;
-use squid::cli::{Cli, Verb};
+use squid::cli::{Cli, TunedController, Verb};
 use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed, set};
 use squid::verbs::{
@@ -76,7 +76,12 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Prove(asked) => prove::run(&asked),
-        Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
+        Verb::Tune { vehicle, design, to, controller: Some(TunedController::Pid), degree, .. } => {
+            tune::pid(&vehicle, &design, to.as_deref(), degree.into())
+        }
+        Verb::Tune { vehicle, design, to, designs, .. } => {
+            tune::run(&vehicle, &design, to.as_deref(), designs)
+        }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
