@@ -101,8 +101,8 @@ pub struct TunedDesign {
     pub gains: Vec<f64>,
     /// The largest H-infinity norm of the loop over the frozen parameters.
     pub frozen_gain: f64,
-    /// The controller with the bound of its loop for every trajectory of the parameters. Its least gamma is the bound
-    /// itself, and a lower bound is not known: the search is local.
+    /// The controller with the bound of its loop for every trajectory of the parameters. As the least gamma it has that
+    /// bound, or the norm of a loop without parameters, and no lower bound: the search is local.
     pub design: Design,
 }
 
@@ -125,17 +125,38 @@ pub fn tune(
 ) -> Result<TunedDesign, SynthesisError> {
     let all = found(plant, structure, start, starts)?;
     let mut last = None;
+    let mut best: Option<TunedDesign> = None;
     for tuned in all.into_iter().take(MOST_PROVED) {
-        let bound = match bound(plant, structure, &tuned.gains) {
-            Ok(bound) => bound,
-            Err(error) => {
-                last = Some(error);
-                continue;
-            }
-        };
-        return Ok(improved(plant, structure, tuned, bound));
+        match bound(plant, structure, &tuned.gains) {
+            Ok(bound) => best = Some(improved(plant, structure, tuned, bound)),
+            Err(error) => last = Some(error),
+        }
+        if best.is_some() {
+            break;
+        }
     }
-    Err(last.unwrap_or_else(|| SynthesisError::numerical(STAGE, NONE_STABLE)))
+    // Gains of a smaller frozen norm may be farther from a small bound than those of the start.
+    let known = best.as_ref().map_or(f64::INFINITY, |best| best.design.certified.gamma);
+    if let Some(near) = provable(plant, structure, start, known)
+        && near.design.certified.gamma < known
+    {
+        best = Some(near);
+    }
+    best.ok_or_else(|| last.unwrap_or_else(|| SynthesisError::numerical(STAGE, NONE_STABLE)))
+}
+
+/// The design of smallest bound from the start itself, if its frozen norm is below a known bound.
+fn provable(
+    plant: &GeneralisedPlant,
+    structure: &Structure,
+    start: &[f64],
+    known: f64,
+) -> Option<TunedDesign> {
+    let (of, thetas) = (Loop::new(plant, structure), frozen_parameters(plant));
+    let frozen = LargestNorm(Frozen { of: &of, thetas: &thetas });
+    let (frozen_gain, _) = frozen.value(start).filter(|(norm, _)| *norm < known)?;
+    let bound = bound(plant, structure, start).ok()?;
+    Some(improved(plant, structure, Tuned { gains: start.to_vec(), frozen_gain }, bound))
 }
 
 /// The number of starts for whose results a bound is sought.
@@ -185,7 +206,8 @@ fn improved(plant: &GeneralisedPlant, structure: &Structure, tuned: Tuned, bound
             frozen_gain = LargestNorm(frozen()).value(&gains).map_or(f64::INFINITY, |(norm, _)| norm);
         }
     }
-    let gamma = certified.gamma;
+    let scheduled = !of.at(&gains).channels.is_empty();
+    let gamma = if scheduled { certified.gamma } else { frozen_gain };
     let design = Design {
         controller: structure.controller(&gains),
         gamma_optimum: gamma,

@@ -34,8 +34,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
         return Err(InputError::GivenController { file, what }.into());
     }
-    // A file that people wrote is not overwritten unless they name it.
-    let name = to.unwrap_or(if begun { design } else { "tuned" });
+    let name = target(to, design, begun);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
@@ -75,21 +74,27 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
     missed(&tuned.finished)
 }
 
+/// The name of the design to write: a file that people wrote is not overwritten unless they name it.
+fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
+    to.unwrap_or(if begun { design } else { "tuned" })
+}
+
 /// Tunes the gains of a PID, writes `TO.toml` beside the vehicle, and prints gains, proof and verdict.
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
 pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Result<(), Error> {
-    let (inputs, text, _) = read(vehicle, design)?;
-    let to = vehicle.join(format!("{}.toml", to.unwrap_or("pid")));
+    let (inputs, text, begun) = read(vehicle, design)?;
+    let to = vehicle.join(format!("{}.toml", target(to, design, begun)));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
     let tuned = tune_pid(&inputs, &text, degree, &progress)?;
     write(&to, tuned.text.as_bytes())?;
     let numbers = |gain: &TunedGain| {
         let all: Vec<String> = gain.coefficients.iter().map(|v| auv::rounded(*v)).collect();
+        let all = if all.len() > 1 { format!("[{}]", all.join(", ")) } else { all.concat() };
         let unit = if gain.unit == "1" { "" } else { &gain.unit };
-        format!("{} = {} {unit}", gain.name, all.join(" + rho ")).trim_end().to_owned()
+        format!("{} = {all} {unit}", gain.name).trim_end().to_owned()
     };
     progress.done("gains", &tuned.gains.iter().map(numbers).collect::<Vec<_>>().join("\n"));
     progress.done("verdict", &tuned.finished.verdict.to_string());
