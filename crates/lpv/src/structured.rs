@@ -305,6 +305,6 @@ fn units_at(function: &impl Function, start: &[f64]) -> Option<Vec<f64>> {
 
 /// The prime numbers.
 fn primes() -> impl Iterator<Item = f64> {
-    let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| n % d != 0);
+    let is_prime = |n: &u32| (2..*n).take_while(|d| d * d <= *n).all(|d| !n.is_multiple_of(d));
     (2..).filter(is_prime).map(f64::from)
 }

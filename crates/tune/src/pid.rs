@@ -122,6 +122,12 @@ fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     out
 }
 
+/// The gains and their design.
+type Found = (Vec<TunedGain>, TunedDesign);
+
+/// The weights of the references of pitch and speed, where they are free.
+type Weights = [Option<f64>; 2];
+
 struct Tuning<'a> {
     inputs: &'a Inputs,
     pid: &'a Pid,
@@ -129,8 +135,8 @@ struct Tuning<'a> {
 }
 
 impl Tuning<'_> {
-    fn run(&self, degree: usize) -> Result<(Vec<TunedGain>, TunedDesign), Error> {
-        let (mut weights, mut gains, mut found) = self.constant()?;
+    fn run(&self, degree: usize) -> Result<Found, Error> {
+        let (mut weights, (mut gains, mut found)) = self.constant()?;
         let inside = weights.map(|weight| weight.map(|w| w.clamp(WEIGHTS[0], WEIGHTS[1])));
         if degree > 0 || inside != weights {
             weights = inside;
@@ -165,7 +171,7 @@ impl Tuning<'_> {
     }
 
     /// Constant gains and weights of the references, of pitch and of speed where they are free.
-    fn constant(&self) -> Result<([Option<f64>; 2], Vec<TunedGain>, TunedDesign), Error> {
+    fn constant(&self) -> Result<(Weights, Found), Error> {
         let (without, with) = (self.affine([0.0; 2], 0)?, self.affine([1.0; 2], 0)?);
         let mut directions: Vec<Mat> = without.directions.iter().map(|one| one.matrix.clone()).collect();
         let mut start = self.start(&without, &[]);
@@ -183,16 +189,11 @@ impl Tuning<'_> {
             let of_axis = |(i, _): &&(usize, usize)| without.directions[*i].name.starts_with(axis);
             weighted.iter().find(of_axis).map(|(i, j)| values[*j] / values[*i])
         };
-        Ok(([weight("pitch"), weight("speed")], gains(&without, &values), found))
+        Ok(([weight("pitch"), weight("speed")], (gains(&without, &values), found)))
     }
 
     /// Gains of a degree with given weights of the references, from known gains.
-    fn fixed(
-        &self,
-        weights: [Option<f64>; 2],
-        degree: usize,
-        known: &[TunedGain],
-    ) -> Result<(Vec<TunedGain>, TunedDesign), Error> {
+    fn fixed(&self, weights: Weights, degree: usize, known: &[TunedGain]) -> Result<Found, Error> {
         let affine = self.affine(weights.map(|weight| weight.unwrap_or(0.0)), degree)?;
         let directions = affine.directions.iter().map(|one| one.matrix.clone()).collect();
         let (values, found) = self.tuned(&affine, directions, &self.start(&affine, known))?;

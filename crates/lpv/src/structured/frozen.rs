@@ -9,7 +9,7 @@
 //! M_at, M_ta: the columns wt and the rows zt of the loop. Source: P. Apkarian, D. Noll, IEEE Trans. Automatic
 //! Control 51(1), 2006; of the slope of an eigenvalue: T. Kato, Perturbation Theory for Linear Operators, 1966, ch. II.
 
-use crate::matrix::{Mat, eigenvalues, eigenvectors, singular_triples};
+use crate::matrix::{ComplexSvd, ComplexVector, Mat, Modes, complex_svd, eigenvalues, eigenvectors};
 use crate::structured::minimax::{Function, Piece, Pieces, units_of};
 use crate::structured::structure::Loop;
 use crate::system::Group::{T, W, X, Z};
@@ -52,17 +52,17 @@ impl FrozenLoop {
     fn slopes(
         &self,
         directions: &[Partitioned],
-        mut left: CVector,
-        mut right: CVector,
+        mut left: ComplexVector,
+        mut right: ComplexVector,
     ) -> DVector<Complex<f64>> {
         let n = self.system.a.nrows();
         for (i, unit) in self.units.iter().enumerate() {
             left[i] /= *unit;
             right[i] *= *unit;
         }
-        let split = |all: &CVector, inner: CVector| {
+        let split = |all: &ComplexVector, inner: ComplexVector| {
             let (x, rest) = (all.rows(0, n), all.rows(n, all.len() - n));
-            CVector::from_iterator(
+            ComplexVector::from_iterator(
                 all.len() + inner.len(),
                 x.iter().chain(inner.iter()).chain(rest.iter()).copied(),
             )
@@ -96,7 +96,7 @@ impl FrozenLoop {
             (Wide::zeros(n, b.ncols()), Wide::zeros(c.nrows(), n))
         };
         let response = complex(c) * &reach + complex(d);
-        let (left, values, right) = singular_triples(&response)?;
+        let ComplexSvd { u: left, s: values, v: right } = complex_svd(&response)?;
         let pieces = values.iter().enumerate().take_while(|(_, value)| **value >= least);
         let piece = |(k, value): (usize, &f64)| {
             let (u, v) = (left.column(k).into_owned(), right.column(k).into_owned());
@@ -168,8 +168,7 @@ impl FrozenLoop {
 
     /// The slowest modes, as pieces of their real parts. `None` if the modes cannot be computed.
     fn modes(&self, index: usize, directions: &[Partitioned], most: usize) -> Option<Vec<Piece>> {
-        let (values, right) = eigenvectors(&self.system.a)?;
-        let left = right.clone().try_inverse()?;
+        let Modes { values, right, left } = eigenvectors(&self.system.a)?;
         let mut order: Vec<usize> = (0..values.len()).filter(|k| values[*k].im >= 0.0).collect();
         order.sort_by(|a, b| values[*b].re.total_cmp(&values[*a].re));
         let (w, z) = (self.system.b.ncols(), self.system.c.nrows());
@@ -177,7 +176,7 @@ impl FrozenLoop {
             let value = values[*k];
             let l = left.row(*k).adjoint();
             let r = right.column(*k).into_owned();
-            let none = |size| CVector::zeros(size);
+            let none = |size| ComplexVector::zeros(size);
             let slope = self.slopes(directions, stacked(l, &none(z)), stacked(r, &none(w)));
             Piece { value: value.re, slope: slope.map(|v| v.re), place: (index, place(value.im)) }
         };
@@ -212,8 +211,6 @@ fn balanced(system: &StateSpace) -> (StateSpace, Vec<f64>) {
 
 const BALANCING_ROUNDS: usize = 10;
 
-type CVector = DVector<Complex<f64>>;
-
 /// The number of frequencies at which local peaks are sought, and the factor beyond the slowest and fastest mode.
 const GRID_POINTS: usize = 40;
 const GRID_BEYOND: f64 = 10.0;
@@ -239,8 +236,8 @@ fn complex(m: &Mat) -> Wide {
     m.map(|v| Complex::new(v, 0.0))
 }
 
-fn stacked(one: CVector, other: &CVector) -> CVector {
-    CVector::from_iterator(one.len() + other.len(), one.iter().chain(other.iter()).copied())
+fn stacked(one: ComplexVector, other: &ComplexVector) -> ComplexVector {
+    ComplexVector::from_iterator(one.len() + other.len(), one.iter().chain(other.iter()).copied())
 }
 
 /// The largest H-infinity norm over the frozen parameters.
