@@ -143,8 +143,13 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
 @pytest.mark.night
 @pytest.mark.parametrize(
     ("gains", "gain", "delays"),
-    [(MSS, 10.2, (0.047, 0.018)), (PVS, 15.0, (0.13, 0.083)), (MVP, 17.1, (0.127, 0.082))]
-    + [(PSARHADI, 3.59, (0.2, 0.115)), (DUNE, 351.0, (0.28, 0.186))],
+    [
+        (MSS, 10.2, (0.047, 0.018)),
+        (PVS, 15.0, (0.13, 0.083)),
+        (MVP, 17.1, (0.127, 0.082)),
+        (PSARHADI, 3.59, (0.2, 0.115)),
+        (DUNE, 351.0, (0.28, 0.186)),
+    ],
 )
 def test_each_published_pid(
     run_squid: Run, vehicle: Path, gains: tuple, gain: float, delays: tuple[float, float]
