@@ -219,8 +219,8 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
     ];
     paragraphs.extend(standing.claims.iter().cloned());
     if !design.gains.is_empty() {
-        let words = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the lowest \
-                     and 1 at the highest speed:";
+        let words = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the \
+                     lowest and 1 at the highest speed:";
         paragraphs.push(words.to_owned());
         paragraphs.extend(design.gains.iter().map(gain));
     }

@@ -11,7 +11,6 @@ use auv::Actuator;
 use base::progress::Progress;
 use lpv::analysis::given_loop;
 use lpv::controller::Controller;
-use lpv::error::SynthesisError;
 use lpv::matrix::{Mat, spectral_abscissa};
 use lpv::plant::GeneralisedPlant;
 use lpv::synthesis::Design;
@@ -70,7 +69,7 @@ pub fn matrices(actuators: &[Actuator], file: &DesignFile) -> Result<Option<LftM
 /// The given controller with a bound of its loop, found by an inequality for the whole range of speed.
 ///
 /// # Errors
-/// As [`structure`]; [`Refusal::UnstableGiven`]; [`Error::Synthesis`] if no bound is found.
+/// As [`structure`]; [`Refusal::UnstableGiven`]; [`Refusal::Unbounded`].
 pub fn given(
     actuators: &[Actuator],
     file: &DesignFile,
@@ -97,12 +96,10 @@ pub fn given(
     }
     let what = "solving the matrix inequality of the loop";
     let (certified, seconds) = progress.timed("bound", what, || given_loop(&closed));
-    let certified = certified.map_err(|reason| match reason {
-        reason if reason.is_infeasible() => Error::Synthesis(reason),
-        reason => Error::Synthesis(SynthesisError::Numerical {
-            stage: "bound of the given controller",
-            diagnosis: reason.to_string(),
-        }),
+    let certified = certified.map_err(|part| {
+        let (centre, half_range) = file.scheduling();
+        let (from, to) = (centre - part * half_range, centre + part * half_range);
+        Refusal::Unbounded { from, to, part, low: file.speed_min, high: file.speed_max }
     })?;
     progress.done(
         "bound",
