@@ -15,6 +15,7 @@
 //! - [`system`]: LFTs, state space, the partition of plant, controller and loop, the tracking problem;
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound;
+//! - [`structured`]: controllers of fixed structure, whose gains are tuned;
 //! - [`analysis`]: bounds on the gain of a closed loop;
 //! - [`bounded_rate`]: designs for a parameter whose rate is bounded;
 //! - [`robust`]: parameters that the controller does not measure;

@@ -183,8 +183,11 @@ pub fn bound(
     {
         return Ok(bound);
     }
-    given_loop(&closed)
+    given_loop(&closed).map_err(|part| SynthesisError::numerical(STAGE, format!("{NOT_BOUNDED} {part:.2}")))
 }
+
+const NOT_BOUNDED: &str = "the gains are stable at frozen parameters, but no bound for every trajectory was found; the \
+    largest part of the parameters' box with one is";
 
 /// The relative slack of a bound above the norm without parameters.
 const SLACK: f64 = 0.01;

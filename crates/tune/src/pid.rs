@@ -1,8 +1,8 @@
 //! Gains of a PID for the weights of a design.
 //!
-//! The gains of [`pid::Affine`] are tuned by [`lpv::structured`]: for the smallest gain over frozen speeds, then for the
-//! smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms are
-//! gains too, as long as no gain depends on speed.
+//! The gains of [`pid::Affine`] are tuned by [`lpv::structured`]: for the smallest gain over frozen speeds, then for
+//! the smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms
+//! are gains too, as long as no gain depends on speed.
 
 use crate::error::Error;
 use base::progress::Progress;
@@ -286,5 +286,31 @@ fn entry(numbers: &[f64], unit: &str) -> Item {
             table.insert("unit", unit.into());
             value(table)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_of_the_file_stays() {
+        let text = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = [1.0, 2.0], unit = \"N.m/deg\" }\n";
+        let gain = |name: &str, unit: &str, coefficients: &[f64]| TunedGain {
+            name: name.into(),
+            unit: unit.into(),
+            coefficients: coefficients.to_vec(),
+        };
+        let gains = [
+            gain("pitch.kp", "N.m/rad", &[464.48206]),
+            gain("pitch.kd", "N.m.s/rad", &[2.0, -0.25]),
+            gain("pitch.reference_weight", "1", &[0.5]),
+        ];
+        let expected = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = 464.482, unit = \"N.m/rad\" }\nkd = { value = [2.0, -0.25], unit = \"N.m.s/rad\" }\n\
+            reference_weight = 0.5\n";
+        assert_eq!(written(text, &gains).as_deref(), Some(expected));
+        assert_eq!(written("controller = 1\n", &gains), None);
     }
 }
