@@ -21,7 +21,7 @@ pub struct Pid {
     pub pitch_shares: Option<Shares>,
     /// The actuators of the speed command, if given.
     pub speed_shares: Option<Shares>,
-    /// The time in which an integral gives way to a command at its limit, s.
+    /// The time in which an integral gives way to a command at its limit, s; `kp/ki` of its loop if not given.
     pub tracking_time: Option<f64>,
 }
 

@@ -73,7 +73,7 @@ pub struct Structure {
     rates: Mat,
     /// The commands in units of the actuators' reach per unit of each axis, m x axes.
     shares: Mat,
-    /// State, axis, scale and gain of each integrator.
+    /// The integrators with their gains.
     integrators: Vec<Integrator>,
     tracking_time: Option<f64>,
 }
@@ -84,7 +84,9 @@ struct Integrator {
     axis: usize,
     /// The unit of the state, SI.
     scale: f64,
-    gain: usize,
+    /// The gains of its loop, by index.
+    kp: usize,
+    ki: usize,
 }
 
 /// A controller that is affine in its gains, `base + sum_i value_i matrix_i`, each `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
@@ -228,19 +230,19 @@ impl Structure {
     }
 
     /// Back-calculation: E, states x actuators, with `x' = ... + E (u - sat u)`, u in units of reach, so that the
-    /// integral term of a command at its limit gives way in the tracking time; `None` without that.
+    /// integral term of a command at its limit gives way in the tracking time Tt, or in `kp/ki` if none is given.
     ///
-    /// `I' = ... - (v - sat v)/(Tt ki)`, with the command v that the commands of the actuators amount to, and ki in the
-    /// middle of the range of speed.
-    pub fn anti_windup(&self) -> Option<Mat> {
-        let time = self.tracking_time?;
+    /// `I' = ... - (v - sat v)/(Tt ki)`, with the command v that the commands of the actuators amount to, and gains in
+    /// the middle of the range of speed.
+    pub fn anti_windup(&self) -> Mat {
         let commands = pseudo_inverse(&self.shares, 1e-9);
         let mut all = Mat::zeros(self.rates.nrows(), self.shares.nrows());
-        for Integrator { state, axis, scale, gain } in &self.integrators {
-            let ki = self.gains[*gain].coefficients[0];
-            all.row_mut(*state).copy_from(&(commands.row(*axis) * (-1.0 / (time * ki * scale))));
+        for Integrator { state, axis, scale, kp, ki } in &self.integrators {
+            let [kp, ki] = [kp, ki].map(|gain| self.gains[*gain].coefficients[0]);
+            let fall = -1.0 / (self.tracking_time.map_or(kp, |time| time * ki) * scale);
+            all.row_mut(*state).copy_from(&(commands.row(*axis) * fall));
         }
-        Some(all)
+        all
     }
 }
 
@@ -392,33 +394,33 @@ impl Builder<'_> {
     }
 
     fn pitch(&mut self, allocation: &Allocation) -> Result<(), FileError> {
-        let loop_ = &self.pid.pitch;
+        let asked = &self.pid.pitch;
         let axis = (0, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (pitch, scale) = self.measured("pitch", loop_.line, "controller.pitch")?;
+        let (pitch, scale) = self.measured("pitch", asked.line, "controller.pitch")?;
         let (reference, scale) = self.pitch_reference(scale)?;
-        let rate = match loop_.kd.as_ref() {
+        let rate = match asked.kd.as_ref() {
             Some(kd) => Some(self.measured("pitch_rate", kd.line, &kd.key)?),
             None => None,
         };
-        let model = loop_.model.map(|model| self.follow(model, &reference, scale));
+        let model = asked.model.map(|model| self.follow(model, &reference, scale));
         let [target, target_rate, target_acceleration] =
             model.unwrap_or_else(|| [reference.clone(), &reference * 0.0, &reference * 0.0]);
-        let weighted = if loop_.model.is_some() { target.clone() } else { &target * loop_.reference_weight };
-        self.gain(&loop_.kp, &units(Role::Proportional), axis, weighted - &pitch)?;
-        if let Some(ki) = &loop_.ki {
+        let weighted = if asked.model.is_some() { target.clone() } else { &target * asked.reference_weight };
+        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, weighted - &pitch)?;
+        if let Some(ki) = &asked.ki {
             let (state, integral) = self.integral("integral of the pitch error", &(target - &pitch), scale);
-            let gain = self.gain(ki, &units(Role::Integral), axis, integral)?;
-            self.integrators.push(Integrator { state, axis: 0, scale, gain });
+            let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
+            self.integrators.push(Integrator { state, axis: 0, scale, kp, ki });
         }
-        if let Some((kd, (rate, unit))) = loop_.kd.as_ref().zip(rate) {
-            let rate = self.filtered("filtered pitch rate", rate, unit, loop_.rolloff);
+        if let Some((kd, (rate, unit))) = asked.kd.as_ref().zip(rate) {
+            let rate = self.filtered("filtered pitch rate", rate, unit, asked.rolloff);
             self.gain(kd, &units(Role::Derivative), axis, target_rate - rate)?;
-        } else if loop_.rolloff > 0.0 {
+        } else if asked.rolloff > 0.0 {
             let words = "left out: without kd there is no rate to filter";
-            return self.refuse(loop_.line, "controller.pitch.rolloff", "given", words);
+            return self.refuse(asked.line, "controller.pitch.rolloff", "given", words);
         }
-        if let Some(feedforward) = &loop_.feedforward {
+        if let Some(feedforward) = &asked.feedforward {
             self.gain(feedforward, &units(Role::Feedforward), axis, target_acceleration)?;
         }
         Ok(())
@@ -448,7 +450,7 @@ impl Builder<'_> {
     fn speed(&mut self, allocation: Option<&Allocation>) -> Result<(), FileError> {
         let key = "controller.speed";
         let pid = self.pid;
-        let (loop_, allocation) = match (&pid.speed, allocation) {
+        let (asked, allocation) = match (&pid.speed, allocation) {
             (None, None) => return Ok(()),
             (None, Some(_)) => {
                 let words = format!("there: {} tracks speed", self.vehicle.design);
@@ -466,15 +468,15 @@ impl Builder<'_> {
         };
         let axis = (1, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (ahead, _) = self.reference("speed", loop_.line, key)?;
-        let (speed, scale) = self.measured("speed", loop_.line, key)?;
-        let smooth = self.filtered("filtered speed", speed.clone(), scale, loop_.rolloff);
-        let error = ahead * loop_.reference_weight - smooth;
-        self.gain(&loop_.kp, &units(Role::Proportional), axis, error)?;
-        if let Some(ki) = &loop_.ki {
+        let (ahead, _) = self.reference("speed", asked.line, key)?;
+        let (speed, scale) = self.measured("speed", asked.line, key)?;
+        let smooth = self.filtered("filtered speed", speed.clone(), scale, asked.rolloff);
+        let error = ahead * asked.reference_weight - smooth;
+        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, error)?;
+        if let Some(ki) = &asked.ki {
             let (state, integral) = self.integral("integral of the speed error", &-speed, scale);
-            let gain = self.gain(ki, &units(Role::Integral), axis, integral)?;
-            self.integrators.push(Integrator { state, axis: 1, scale, gain });
+            let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
+            self.integrators.push(Integrator { state, axis: 1, scale, kp, ki });
         }
         Ok(())
     }

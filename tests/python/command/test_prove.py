@@ -50,6 +50,7 @@ def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["status"] == "proved"
+    # Figures of a prototype that shares no code; its delay margin, 0.083 s, is at 2.1 m/s.
     assert found["gain"] == pytest.approx(15.0, rel=0.02)
     assert found["frozen_gain"] == pytest.approx(3.33, rel=0.02)
     assert found["frozen_growth"] < 0
@@ -57,10 +58,11 @@ def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:
     # The bound of the synthesised controller, of which test_generated.py has the committed one.
     assert found["full_order_gain"] < 0.5
     assert [place["speed"] for place in found["box"]] == pytest.approx([1.4, 1.8, 2.2])
-    assert all(0 <= place["survived"] <= 1 for place in found["box"])
+    # That prototype: 5 to 10 % of overshoot, 13 % in the box.
+    assert all(place["survived"] > 0.9 and 0.1 < place["overshoot"] < 0.14 for place in found["box"])
     rows = {row["key"]: row["achieved"]["value"] for row in found["verdict"]["rows"]}
     assert {"gain_margin", "phase_margin", "delay_margin", "mu", "noise", "gamma"} <= rows.keys()
-    # A prototype that shares no code has 0.083 s at 2.1 m/s.
+    assert 5 < rows["overshoot"] < 10
     assert rows["delay_margin"] == pytest.approx(0.08, abs=0.01)
     assert {path.name for path in vehicle.parent.rglob("*.*")} == {"vehicle.toml", "design.toml", "mine.toml"}
 
@@ -174,7 +176,7 @@ def test_a_design_file_with_gains_is_designed_and_exported(run_squid: Run, vehic
 def test_each_published_pid(
     run_squid: Run, vehicle: Path, gains: tuple, gain: float, delays: tuple[float, float]
 ) -> None:
-    """Against the figures of a prototype, which has the delay margins at 1.5 and 2.1 m/s."""
+    """Against a prototype with another speed loop, which has the delay margins at 1.5 and 2.1 m/s."""
     done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(gains)), "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -182,4 +184,4 @@ def test_each_published_pid(
     at = {place["speed"]: place["delay_margin"] for place in found["verdict"]["frozen"]}
     for speed, delay in zip((1.5, 2.1), delays, strict=True):
         nearest = min(at, key=lambda known: abs(known - speed))
-        assert at[nearest] == pytest.approx(delay, abs=0.002)
+        assert at[nearest] == pytest.approx(delay, rel=0.02, abs=0.002)

@@ -31,10 +31,10 @@ const SAME_LIMIT: f64 = 1e-8;
 /// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
 /// depth step up to the surface.
 ///
-/// The anti-windup of the frozen design has the gain of the quickest recovery; the wanted step is that of the default
-/// flight. The claim holds the gain to be flown, which is the given one if the design file has a tracking time. `None`
-/// if there is nothing to claim: without anti-windup, or without a reference besides that of the speed. Actuator rates
-/// are saturated, too.
+/// The anti-windup of the frozen design has the gain of the quickest recovery, or is that of a given controller, which
+/// stays; the wanted step is that of the default flight. The claim holds the gain to be flown. `None` if there is
+/// nothing to claim: without anti-windup, or without a reference besides that of the speed. Actuator rates are
+/// saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -51,13 +51,12 @@ pub fn with_limits(
         return Ok(None);
     };
     let signal = design.tracked[input].signal;
-    let kept = design.controller.as_ref().and_then(|given| given.tracking_time);
     let step = Step {
         input,
         largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
         wanted: design.manoeuvre.step(signal.name).abs() / scale,
         quickest,
-        fastest: kept.is_none().then_some(FASTEST),
+        fastest: design.controller.is_none().then_some(FASTEST),
         commands: sides(frozen),
         rates: rates(actuators, design, &proof.certificate.moving_states())?,
         states: design.states.len(),

@@ -37,14 +37,14 @@ pub fn structure(actuators: &[Actuator], file: &DesignFile, pid: &Pid) -> Result
     Ok(Structure::new(pid, vehicle)?)
 }
 
-/// The anti-windup of the controller, if the design file states its tracking time; see [`Structure::anti_windup`].
+/// The anti-windup of the given controller, unless the design file has none; see [`Structure::anti_windup`]. One from
+/// matrix inequalities would empty the slow integrals of a PID at every step.
 ///
 /// # Errors
 /// As [`structure`].
 pub fn anti_windup(actuators: &[Actuator], file: &DesignFile) -> Result<Option<Mat>, InputError> {
     let given = file.controller.as_ref().filter(|_| file.anti_windup);
-    let found = given.map(|pid| Ok::<_, InputError>(structure(actuators, file, pid)?.anti_windup()));
-    Ok(found.transpose()?.flatten())
+    given.map(|pid| Ok(structure(actuators, file, pid)?.anti_windup())).transpose()
 }
 
 /// The gains of the given controller; none for one that is computed.

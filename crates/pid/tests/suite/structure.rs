@@ -152,7 +152,7 @@ fn anti_windup_is_back_calculation() {
          kp = {{ value = 5.0, unit = \"rad/rad\" }}\nki = {{ value = [0.4, 0.1], unit = \"1/s\" }}\n{SPEED}"
     );
     let structure = made("remus100", &layout("pitch"), &text).unwrap();
-    let gain = structure.anti_windup().unwrap();
+    let gain = structure.anti_windup();
     let reach: Vec<f64> = vehicle("remus100").actuators.iter().map(auv::Actuator::reach).collect();
     // States in units of the pitch and the speed measurement, 0.1 and 0.5; the planes act with the sign -1.
     for (state, actuator, unit, ki, sign) in [(0, 1, 0.1, 0.4, -1.0), (1, 0, 0.5, 10.0, 1.0)] {
@@ -160,6 +160,11 @@ fn anti_windup_is_back_calculation() {
         assert!((fall + 2.0).abs() < 1e-12, "{fall}");
         assert!(gain[(state, 1 - actuator)].abs() < 1e-12);
     }
+    // Without the key the time is kp/ki.
     let without = text.replace("tracking_time = 0.5\n", "");
-    assert_eq!(made("remus100", &layout("pitch"), &without).unwrap().anti_windup(), None);
+    let own = made("remus100", &layout("pitch"), &without).unwrap().anti_windup();
+    for (state, actuator, time) in [(0, 1, 5.0 / 0.4), (1, 0, 3.0)] {
+        let ratio = own[(state, actuator)] / gain[(state, actuator)];
+        assert!((ratio - 0.5 / time).abs() < 1e-12, "{ratio}");
+    }
 }
