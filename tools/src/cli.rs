@@ -45,8 +45,8 @@ A first run:
   squid export vehicles/squid
 
 Exit codes: 0 for success, 1 when a file is wrong, a stage fails or nothing is proved, 5 when a requirement is \
-missed and `squid design --strict` or `squid tune` asks for it, 64 when the command line is wrong; `squid lpv synth` \
-has more.";
+missed and `squid design --strict`, `squid prove --strict` or `squid tune` asks for it, 64 when the command line is \
+wrong; `squid lpv synth` has more.";
 
 #[allow(missing_docs)] // Doc comments here are the help.
 #[derive(Debug, Subcommand)]
@@ -63,6 +63,15 @@ pub enum Verb {
         #[command(flatten)]
         asked: Design,
     },
+    /// Prove a given controller, a PID with gains over speed, on the weights of a design
+    ///
+    /// Prints the growth and the gain of the frozen loops, the gain that is proved for any trajectory of the speed, the
+    /// sampled gain, margins, mu, noise, flights of the declared uncertainty, what a controller of full order reaches
+    /// on the same weights, and the verdict of `[require]`. Writes nothing: with the same `[controller]` in a design
+    /// file `squid design` does, and FMUs and C follow. docs/pid.md explains the file. Refused are a loop that is
+    /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, and an
+    /// integrator without gain.
+    Prove(Prove),
     /// Search the weights for a fast, quiet design that meets what `[require]` asks, and write it as a design file
     ///
     /// Short rise times count most, then little noise on the commands and a large delay margin. Changes frequencies and
@@ -80,8 +89,20 @@ pub enum Verb {
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
         /// The largest number of designs; the search ends earlier if a round gains less than 1 %
-        #[arg(long, value_name = "COUNT", default_value_t = 100)]
+        #[arg(long, value_name = "COUNT", default_value_t = 100, conflicts_with = "controller")]
         designs: usize,
+        /// Tune the gains of a PID for the weights of the design instead, and write the design with `[controller]`
+        ///
+        /// The gains are those of smallest gain of the loop at frozen speeds, and from there of smallest proved gain
+        /// for any trajectory of the speed: `[require]` does not steer them, but the verdict follows. A `[controller]`
+        /// in the design file gives form and first gains; docs/pid.md explains it. The search is local: another start
+        /// may end in other gains.
+        #[arg(long, value_enum, value_name = "KIND")]
+        controller: Option<TunedController>,
+        /// The gains of the PID as polynomials of this degree in the speed: 0 or 1
+        #[arg(long, value_name = "DEGREE", default_value_t = 0, requires = "controller",
+            value_parser = clap::value_parser!(u8).range(0..=1))]
+        degree: u8,
     },
     /// Pack the three FMUs of a design: the vehicle, the autopilot, and both in one loop; and an SSP that connects the
     /// first two
@@ -233,6 +254,29 @@ pub struct Design {
     /// Do not search for the key to change when a requirement is missed; the search takes a design per key
     #[arg(long)]
     pub no_advise: bool,
+    /// Exit with code 5 if a requirement is missed
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// What `squid tune` tunes instead of weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TunedController {
+    /// The gains of a PID
+    Pid,
+}
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Args)]
+pub struct Prove {
+    /// The vehicle's directory, for instance vehicles/remus100
+    pub vehicle: PathBuf,
+    /// The design whose range of speed, weights and measurements are used: NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
+    pub design: String,
+    /// A file with `[controller]` alone; by default that of the design file
+    #[arg(long, value_name = "FILE")]
+    pub controller: Option<PathBuf>,
     /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,

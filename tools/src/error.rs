@@ -42,6 +42,9 @@ pub enum Error {
             package` refuses it"
     )]
     NotProved { directory: String, reason: String },
+    /// The bound of a given controller is not proved.
+    #[error("NOT PROVED: {reason}")]
+    Unproved { reason: String },
     /// The program itself is at fault.
     #[error("this is a defect of squid, and not of your files: {message}")]
     Defect { message: String },
@@ -60,7 +63,7 @@ impl Error {
     /// The word for it in an answer for programs: `not_proved` where a proof fails, `error` otherwise.
     pub fn status(&self) -> &'static str {
         match self {
-            Self::NotProved { .. } => "not_proved",
+            Self::NotProved { .. } | Self::Unproved { .. } => "not_proved",
             Self::Design(DesignError::Proof(reason)) | Self::Problem(ProblemError::Proof(reason))
                 if matches!(reason, ProofError::Unproved(_) | ProofError::WrongPlant { .. }) =>
             {

@@ -2,11 +2,12 @@
 
 use clap::Parser;
 use serde_json::json;
-use squid::cli::{Cli, Verb};
+use squid::cli::{Cli, TunedController, Verb};
 use squid::error::Error;
 use squid::output::{all_said, answer, answer_in_json, printed, set};
 use squid::verbs::{
-    campaign, design, doctor, export, lpv, new, package, plot, report, shell, show, simulate, tune, verify,
+    campaign, design, doctor, export, lpv, new, package, plot, prove, report, shell, show, simulate, tune,
+    verify,
 };
 use std::any::Any;
 use std::io::{self, Write};
@@ -74,7 +75,13 @@ fn defect(panic: &(dyn Any + Send)) -> Error {
 fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
-        Verb::Tune { vehicle, design, to, designs } => tune::run(&vehicle, &design, to.as_deref(), designs),
+        Verb::Prove(asked) => prove::run(&asked),
+        Verb::Tune { vehicle, design, to, controller: Some(TunedController::Pid), degree, .. } => {
+            tune::pid(&vehicle, &design, to.as_deref(), degree.into())
+        }
+        Verb::Tune { vehicle, design, to, designs, .. } => {
+            tune::run(&vehicle, &design, to.as_deref(), designs)
+        }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),

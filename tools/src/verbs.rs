@@ -8,6 +8,7 @@ pub mod lpv;
 pub mod new;
 pub mod package;
 pub mod plot;
+pub mod prove;
 pub mod report;
 pub mod shell;
 pub mod show;

@@ -136,6 +136,11 @@ impl<'d> Table<'d> {
         self.document.line(self.span.start)
     }
 
+    /// Its name with those of the tables around it.
+    pub fn name(&self) -> &str {
+        &self.path
+    }
+
     /// Records a mistake at the table.
     pub fn problem(&self, problem: FileProblem) {
         self.document.blame(self.span.start, problem);
@@ -352,6 +357,21 @@ impl<'d> Table<'d> {
     pub fn float(&self, key: &str, expected: &str) -> Option<f64> {
         let value = self.entries.get(key)?;
         decimal(value).or_else(|| self.wrong_type(key, value, expected))
+    }
+
+    /// Returns a finite number, or a list of them, that must be there; `words` describes it.
+    pub fn numbers(&self, key: &str, words: &str) -> Option<Vec<f64>> {
+        if !self.requires(key, words) {
+            return None;
+        }
+        let value = self.entries.get(key)?;
+        let sane =
+            |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.abs() <= LARGEST);
+        let all = match value.get_ref() {
+            DeValue::Array(list) => list.iter().map(sane).collect(),
+            _ => sane(value).map(|number| vec![number]),
+        };
+        all.or_else(|| self.wrong_type(key, value, words))
     }
 
     /// Returns a list of pairs of finite numbers that must be there, with one pair or more; `words` describes it.

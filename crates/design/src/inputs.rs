@@ -12,6 +12,7 @@ use crate::linearise::{Longitudinal, TRIM_ROWS};
 use auv::longitudinal::{SIGNALS, SPEED};
 use auv::{Pitch, Vehicle};
 use base::files::read;
+use pid::Pid;
 use scheduled::InputHashes;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -133,6 +134,17 @@ impl Inputs {
         self.hashes.design_sha256 = sha256(&both);
         self.design = self.design.with_bandwidth(bandwidth);
         Ok(self)
+    }
+
+    /// The inputs with a given controller, read from a text.
+    #[must_use]
+    pub fn with_controller(mut self, controller: Pid, text: &str) -> Self {
+        let both = format!("{} and controller {}", self.hashes.design_sha256, sha256(text));
+        self.hashes.design_sha256 = sha256(&both);
+        let name = stem(Path::new(&controller.file));
+        self.design.name = format!("{}-{name}", self.design.name);
+        self.design.controller = Some(controller);
+        self
     }
 
     /// The first file whose hash differs from these.

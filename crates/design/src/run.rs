@@ -9,7 +9,7 @@ use crate::certify::lft_matrices;
 use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
 use crate::check::{CHECKED_SPEEDS, Checks, check, fastest_sampled};
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
@@ -17,6 +17,7 @@ use crate::inputs::design_file::DesignFile;
 use crate::numbers::{above, decimals};
 use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
+use crate::synthesise::given;
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
@@ -69,6 +70,10 @@ pub fn run(inputs: &Inputs, progress: &Progress) -> Result<Finished, Error> {
 /// # Errors
 /// As [`run`], and the errors of [`robust`].
 pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Result<Finished, Error> {
+    if with_robust && inputs.design.controller.is_some() {
+        let (file, what) = (inputs.design.file.clone(), "there is no robust one to look for");
+        return Err(InputError::GivenController { file, what }.into());
+    }
     progress.done("vehicle", &vehicle_line(inputs));
     for words in inputs.doubts() {
         progress.done("", &format!("WARNING: {words}"));
@@ -169,7 +174,8 @@ fn smaller(
     progress: &Progress,
 ) -> Design {
     let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
-    let Some(share) = file.reduce.filter(|_| full.slow.is_none()) else { return full };
+    let whole = full.slow.is_some() || file.controller.is_some();
+    let Some(share) = file.reduce.filter(|_| !whole) else { return full };
     let judged = |design: &Design| {
         let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design: design.clone() };
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, &Progress::default()).ok()?;
@@ -232,7 +238,10 @@ fn proved(
     let sampled = axis.sampled(model, design);
     let lft = lft_matrices(&design.controller);
     let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
-    let gains = axis.anti_windup(&design.controller)?;
+    let gains = match given::anti_windup(vehicle.actuators(), file)? {
+        Some(given) => vec![to_rows(&given)],
+        None => axis.anti_windup(&design.controller)?,
+    };
     controller.anti_windup = gains.first().cloned();
     let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, (&controller, &gains)));
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {

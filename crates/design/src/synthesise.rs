@@ -1,6 +1,7 @@
 //! Synthesis: from the generalised plant of the design to a scheduled controller.
 
 pub mod anti_windup;
+pub mod given;
 pub mod ladder;
 pub mod robust;
 
@@ -19,16 +20,20 @@ use lpv::regularity::findings;
 use lpv::synthesis::{Design, Options, ScalingClass, least_gamma};
 
 /// Synthesises the scheduled controller for the generalised plant of [`crate::augment`] by
-/// [`lpv::synthesis::synthesise`], with a bound of the closed loop's L2 gain from w to z.
+/// [`lpv::synthesis::synthesise`], with a bound of the closed loop's L2 gain from w to z; or bounds that of a
+/// [given](given::given) controller.
 ///
 /// # Errors
-/// [`Error::NoController`].
+/// [`Error::NoController`]; those of [`given::given`].
 pub fn synthesise(
     actuators: &[Actuator],
     file: &DesignFile,
     plant: &GeneralisedPlant,
     progress: &Progress,
 ) -> Result<Design, Error> {
+    if let Some(pid) = &file.controller {
+        return given::given(actuators, file, plant, pid, progress);
+    }
     let (outcome, seconds) = progress.timed("synthesise", "solving the matrix inequalities", || {
         let design = controller_for(file, plant, options(file));
         let design = design.map_err(|reason| no_controller(actuators, file, plant, reason))?;

@@ -5,7 +5,7 @@ use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
-use scheduled::{Actuator, ControllerDesign, Kind, Level, Port};
+use scheduled::{Actuator, ControllerDesign, Gain, Kind, Level, Port};
 
 /// What is proved of a controller, in words for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -181,6 +181,14 @@ fn linked(design: &ControllerDesign, real: Real) -> String {
 }
 
 /// What a reader of the header has to know.
+/// A gain as a polynomial in rho.
+fn gain(Gain { name, unit, coefficients }: &Gain) -> String {
+    let powers = ["", " rho", " rho^2"];
+    let terms: Vec<String> =
+        coefficients.iter().zip(powers).map(|(value, power)| format!("{value:?}{power}")).collect();
+    format!("{name} = {} ({unit})", terms.join(" + "))
+}
+
 fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
     let [ts, from, to] = [design.sample_time, design.scheduling.minimum, design.scheduling.maximum];
     let mut paragraphs = vec![
@@ -210,6 +218,12 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
         "What is proved:".to_owned(),
     ];
     paragraphs.extend(standing.claims.iter().cloned());
+    if !design.gains.is_empty() {
+        let words = "The gains of the control law, from which the matrices in the source follow; rho is -1 at the \
+                     lowest and 1 at the highest speed:";
+        paragraphs.push(words.to_owned());
+        paragraphs.extend(design.gains.iter().map(gain));
+    }
     paragraphs.push(format!(
         "The SHA-256 of certificate.json is {}.",
         standing.certificate_sha256.as_deref().unwrap_or("not there: there is no certificate")

@@ -15,6 +15,7 @@
 //! - [`system`]: LFTs, state space, the partition of plant, controller and loop, the tracking problem;
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound;
+//! - [`structured`]: controllers of fixed structure, whose gains are tuned;
 //! - [`analysis`]: bounds on the gain of a closed loop;
 //! - [`bounded_rate`]: designs for a parameter whose rate is bounded;
 //! - [`robust`]: parameters that the controller does not measure;
@@ -74,6 +75,7 @@ pub mod mu;
 pub(crate) mod riccati;
 pub mod robust;
 pub mod stop;
+pub mod structured;
 pub mod synthesis;
 pub mod system;
 

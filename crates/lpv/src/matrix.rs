@@ -381,6 +381,49 @@ pub fn complex_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
     to_faer(a).and_then(|a| a.eigenvalues().ok()).unwrap_or_else(|| vec![UNKNOWN; a.nrows()])
 }
 
+/// The singular value decomposition of a complex matrix, values descending.
+pub(crate) struct ComplexSvd {
+    /// Left singular vectors as columns.
+    pub(crate) u: DMatrix<Complex<f64>>,
+    pub(crate) s: Vec<f64>,
+    /// Right singular vectors as columns.
+    pub(crate) v: DMatrix<Complex<f64>>,
+}
+
+/// The singular value decomposition of a complex matrix; `None` if it is empty or an entry is not finite.
+pub(crate) fn complex_svd(a: &DMatrix<Complex<f64>>) -> Option<ComplexSvd> {
+    if a.is_empty() {
+        return None;
+    }
+    let decomposition = to_faer(a)?.svd().ok()?;
+    let copy = |m: faer::MatRef<'_, faer::c64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
+    let s = decomposition.S().column_vector().iter().map(|v| v.re).collect();
+    Some(ComplexSvd { u: copy(decomposition.U()), s, v: copy(decomposition.V()) })
+}
+
+/// Eigenvalues of a square matrix with its right and left eigenvectors.
+pub(crate) struct Modes {
+    pub(crate) values: Vec<Complex<f64>>,
+    /// Right eigenvectors as columns.
+    pub(crate) right: DMatrix<Complex<f64>>,
+    /// Left eigenvectors as rows, the inverse of the right ones.
+    pub(crate) left: DMatrix<Complex<f64>>,
+}
+
+/// Eigenvalues and eigenvectors of a square matrix; `None` if it is not diagonalisable or an entry is not finite.
+pub(crate) fn eigenvectors(a: &Mat) -> Option<Modes> {
+    if a.is_empty() {
+        let none = || DMatrix::zeros(0, 0);
+        return Some(Modes { values: vec![], right: none(), left: none() });
+    }
+    let decomposition = to_faer(a)?.eigen_from_real().ok()?;
+    let vectors = decomposition.U();
+    let values = decomposition.S().column_vector().iter().copied().collect();
+    let right = DMatrix::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)]);
+    let left = right.clone().try_inverse()?;
+    Some(Modes { values, right, left })
+}
+
 /// The left and right singular vectors of the largest singular value.
 pub fn largest_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVector, ComplexVector)> {
     singular_vectors(a, 0)
@@ -393,12 +436,8 @@ pub fn least_singular_vectors(a: &DMatrix<Complex<f64>>) -> Option<(ComplexVecto
 
 /// The left and right singular vectors of singular value `number`, from the largest.
 fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(ComplexVector, ComplexVector)> {
-    if a.is_empty() {
-        return None;
-    }
-    let decomposition = to_faer(a)?.svd().ok()?;
-    let column = |m: faer::MatRef<'_, faer::c64>| DVector::from_fn(m.nrows(), |i, _| m[(i, number)]);
-    Some((column(decomposition.U()), column(decomposition.V())))
+    let ComplexSvd { u, v, .. } = complex_svd(a)?;
+    Some((u.column(number).into_owned(), v.column(number).into_owned()))
 }
 
 /// Eigenvalues of a Hermitian matrix, ascending; NaN if it has one.

@@ -14,6 +14,7 @@ use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
 use lpv::plant::GeneralisedPlant;
 use lpv::regularity::findings;
+use lpv::structured::{STARTS, Structure, tune};
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
 use proof::claim::{direct_path_rows, nominal, without_claims};
 use proof::energy::energy;
@@ -31,6 +32,41 @@ pub fn run(source: &Source, options: Options, reduce: bool) -> Result<Report, Er
     }
     Ok(solve(&problem, options, reduce))
 }
+
+/// Tunes a controller with a number of states and constant matrices for the problem of a file; without states it is
+/// static output feedback. The search is local.
+///
+/// # Errors
+/// The errors of the file, and what does not go with such a controller: `rate`, `dt` and `D22`.
+pub fn run_structured(source: &Source, states: usize) -> Result<Report, Error> {
+    let problem = problem_file::problem(source)?;
+    let refused = [
+        ("rate", problem.rate.is_some()),
+        ("dt", problem.discrete.is_some()),
+        ("D22", problem.d22.amax() > 0.0),
+    ];
+    if let Some((name, _)) = refused.iter().find(|(_, given)| *given) {
+        let reason = "is given beside --structure, which it does not go with; leave one of them out";
+        return Err(source.wrong(name, reason));
+    }
+    let started = Instant::now();
+    let structure = Structure::full(&problem.plant, states);
+    let mut report = Report::default();
+    match tune(&problem.plant, &structure, &vec![0.0; structure.gains()], STARTS) {
+        Ok(found) => {
+            feasible(&problem, &found.design, &mut report);
+            if !report.least {
+                report.remarks.push(LOCAL.into());
+            }
+        }
+        Err(error) => report.reason = Some(error.to_string()),
+    }
+    report.seconds = started.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+const LOCAL: &str =
+    "gamma is that of a local search over controllers of this structure; a better one may exist";
 
 /// Solves a problem.
 pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {

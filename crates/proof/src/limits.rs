@@ -24,8 +24,8 @@ pub struct Step<'a> {
     pub wanted: f64,
     /// Anti-windup gains, states x commands: the first with which the wanted step is proved is taken.
     pub gains: &'a [Rows],
-    /// Bound on the entries of a computed anti-windup gain \[1/s\].
-    pub fastest: f64,
+    /// Bound on the entries of a computed anti-windup gain \[1/s\]; `None` to try the given ones alone.
+    pub fastest: Option<f64>,
     /// The range of each command to either side.
     pub commands: Vec<f64>,
     /// The rate limits, by state of the plant.
@@ -66,7 +66,9 @@ pub fn with_limits(
     let all = ball_of(ball, n, plant.b1().ncols(), m).ok_or_else(shapeless)?;
     let rows_of_delta = all.e.ncols();
     let error = ModelError { e: all.e.columns(0, states).into_owned(), ..all };
-    let gains = step.gains.iter().map(|gain| matrix(gain, m)).collect::<Result<Vec<Mat>, _>>()?;
+    let given = step.gains.iter().map(|gain| matrix(gain, m)).collect::<Result<Vec<Mat>, _>>()?;
+    let gains: Vec<Gain> = given.iter().map(Gain::Given).chain(step.fastest.map(Gain::Sought)).collect();
+    let Some(first) = gains.first() else { return Ok(None) };
     let units = matrix(&robust.s, robust.s.len())?;
     let limited = Limited {
         plant,
@@ -74,7 +76,7 @@ pub fn with_limits(
         controller,
         error: &error,
         units: &units,
-        gain: Gain::Sought(step.fastest),
+        gain: *first,
         limits: &limits,
         rates: &rates,
         input,
@@ -106,13 +108,11 @@ pub fn with_limits(
 }
 
 /// The largest step with the first of the gains with which it is at least `wanted`; without one, with the gain of the
-/// largest step, among the given ones and a computed one. With the gain found, a claim for every initial state is
-/// preferred.
-fn search(limited: &Limited<'_>, wanted: f64, gains: &[Mat]) -> Result<Region, SynthesisError> {
-    let given = gains.iter().map(|gain| Limited { gain: Gain::Given(gain), ..*limited });
+/// largest step. With the gain found, a claim for every initial state is preferred.
+fn search(limited: &Limited<'_>, wanted: f64, gains: &[Gain<'_>]) -> Result<Region, SynthesisError> {
     let mut found: Result<Region, SynthesisError> = Err(SynthesisError::Infeasible { stage: STAGE });
-    for each in given.chain([*limited]) {
-        let next = largest_step(each);
+    for gain in gains {
+        let next = largest_step(Limited { gain: *gain, ..*limited });
         if found.is_err()
             || next.as_ref().is_ok_and(|next| found.as_ref().is_ok_and(|found| next.size > found.size))
         {

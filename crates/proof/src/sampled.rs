@@ -5,7 +5,7 @@ use crate::error::ProofError;
 use crate::same_plant;
 use certificate::{Certificate, Plant};
 use lpv::analysis::bounded_gain::{balanced_start, bounded_gain};
-use lpv::analysis::{AtTicks, GainBound};
+use lpv::analysis::{AtTicks, GainBound, given_loop};
 use lpv::controller::Controller;
 use lpv::direct_path::around;
 use lpv::error::SynthesisError;
@@ -14,15 +14,15 @@ use lpv::plant::ClosedLoop;
 
 const STAGE: &str = "analysis of the sampled loop";
 
-/// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time, and
-/// proves it. See [`lpv::analysis::at_ticks`].
+/// Bounds the gain of the loop of a sampled plant and a controller, starting from a bound in continuous time if that is
+/// near, and proves it. See [`lpv::analysis::at_ticks`].
 ///
 /// # Errors
 /// [`ProofError::Unproved`] with the first check that fails; [`ProofError::Synthesis`] when no bound is found.
 pub fn sampled(
     AtTicks { plant, d22 }: &AtTicks,
     controller: &Controller,
-    continuous: &GainBound,
+    continuous: Option<&GainBound>,
 ) -> Result<Proof, ProofError> {
     let inner = around(controller, &-d22).ok_or_else(|| {
         SynthesisError::numerical(
@@ -31,11 +31,20 @@ pub fn sampled(
         )
     })?;
     let closed = plant.close(&inner);
-    let bound = bound(&closed, continuous)?;
+    let bound = match continuous {
+        Some(continuous) => bound(&closed, continuous)?,
+        None => given_loop(&closed).map_err(|part| SynthesisError::numerical(STAGE, of_range(part)))?,
+    };
     let mut certificate = nominal(plant, controller, &bound);
     certificate.plant.d22 = direct_path_rows(d22);
     let theorem = certificate.prove()?;
     Ok(Proof { certificate, theorem, model_error: None })
+}
+
+/// For how much of the range of the parameters a bound was found.
+fn of_range(part: f64) -> String {
+    let percent = (100.0 * part).floor();
+    format!("a bound was found for the inner {percent:.0} % of the range of the speed only")
 }
 
 /// Checks that the plant of a certificate is the given sampled one. `None` if the certificate is not of a sampled

@@ -45,6 +45,9 @@ pub struct ControllerDesign {
     pub actuators: Vec<Actuator>,
     /// The controller in continuous time.
     pub lft: LftMatrices,
+    /// The gains from which the controller was made, if it was given; nothing is computed from them.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub gains: Vec<Gain>,
     /// Anti-windup gain E, one row per controller state, one column per actuator: `E phi` is added to the state
     /// derivatives, where phi is the excess of u over the limits. Without it the states evolve as if unsaturated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -310,6 +313,18 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
+/// A gain of a controller that was given: a polynomial in rho.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gain {
+    /// Its name, for instance `pitch.kp`.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// The coefficients of 1, rho, rho^2.
+    pub coefficients: Vec<f64>,
+}
+
 /// The achieved performance level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -318,7 +333,7 @@ pub struct Gamma {
     pub optimum: f64,
     /// Level guaranteed by the controller in this file.
     pub bound: f64,
-    /// Factor by which the level was relaxed from the optimum.
+    /// Factor by which the level was relaxed from the optimum; 0 for a controller that was given, not computed.
     pub back_off: f64,
     /// Whether the level was proved in exact arithmetic.
     pub certified: bool,

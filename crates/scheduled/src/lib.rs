@@ -37,8 +37,8 @@ mod validate;
 
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
-    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    MAX_DELAY_TICKS, Port, Reference, Rows, Scheduling, TrimTable, VehicleName,
+    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gain, Gamma, InputHashes, Kind,
+    LftMatrices, MAX_DELAY_TICKS, Port, Reference, Rows, Scheduling, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

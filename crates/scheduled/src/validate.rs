@@ -6,7 +6,7 @@ use std::fmt;
 
 use crate::design::{CONTROLLER_FORMAT, MAX_DELAY_TICKS};
 use crate::lft::checked;
-use crate::lft::numbers::{finite, positive, range};
+use crate::lft::numbers::{finite, not_negative, positive, range};
 use crate::{ControllerDesign, DesignError, Lft, Matrix};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
@@ -40,14 +40,10 @@ impl ControllerDesign {
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
         self.validate_trim()?;
-        for (key, value) in [
-            ("gamma.optimum", self.gamma.optimum),
-            ("gamma.bound", self.gamma.bound),
-            ("gamma.back_off", self.gamma.back_off),
-        ] {
+        for (key, value) in [("gamma.optimum", self.gamma.optimum), ("gamma.bound", self.gamma.bound)] {
             positive(format_args!("{key}"), value)?;
         }
-        Ok(())
+        not_negative(format_args!("gamma.back_off"), self.gamma.back_off)
     }
 
     /// The matrix [`anti_windup`](Self::anti_windup), n x m.

@@ -28,6 +28,11 @@ pub enum Error {
     /// No design was found.
     #[error("none of {tried} designs has a controller; the first failed: {reason}")]
     NoDesign { tried: usize, reason: String },
+    /// There is no PID to begin from.
+    #[error(
+        "{file} has no [controller], and a first PID does not fit: {reason}; write one, docs/pid.md shows how"
+    )]
+    NoPid { file: String, reason: String },
 }
 
 squid_design::from_design_errors! {

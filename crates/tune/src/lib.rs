@@ -10,6 +10,7 @@
 //! candidate  a design of a search, and the order of two
 //! direction  keys of a search that are changed together
 //! finals     the best of a search, fully evaluated and proved
+//! pid        gains of a PID for the weights of a design
 //! ```
 
 pub mod advise;
@@ -19,6 +20,7 @@ mod direction;
 pub mod error;
 mod finals;
 pub mod knob;
+pub mod pid;
 mod range;
 pub mod search;
 pub mod start;

@@ -105,6 +105,9 @@ def limits(schema: dict) -> Iterator[tuple[float, bool]]:
 
 SEA = {"depth": 2.0, "spectrum": "jonswap", "height": 1e-3, "period": 5.0, "gamma": 3.3, "heading": 180.0}
 """A table [sea] of waves that no period makes too steep."""
+PID = {"kind": "pid", "pitch": {"kp": {"value": 100.0, "unit": "N.m/rad"}}}
+OWN = {"sea": SEA, "controller": PID}
+"""What a section that Squid's design does not have must hold."""
 NUMBERS = [
     (section, key, value, allowed)
     for section, schema in SCHEMAS["design"]["properties"].items()
@@ -119,7 +122,7 @@ def test_the_limits_of_a_design_are_those_that_are_read(
     run_squid: Run, tmp_path: Path, section: str, key: str, value: float, allowed: bool
 ) -> None:
     design = example("design")
-    table = design.setdefault(section, dict(SEA) if section == "sea" else {})
+    table = design.setdefault(section, dict(OWN.get(section, {})))
     # The scale of a pitch has limits of its own: that of the speed has those of any number.
     place = 1 if (section, key) == ("track", "scale") else 0
     table = table[place] if isinstance(table, list) else table

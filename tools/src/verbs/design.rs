@@ -112,7 +112,9 @@ fn designed(
         );
         progress.done("outdated", &words);
     }
-    if finished.verdict.missed().next().is_none() || asked.no_advise {
+    // No weight changes a given controller.
+    let given = inputs.design.controller.is_some();
+    if finished.verdict.missed().next().is_none() || asked.no_advise || given {
         return Ok(finished);
     }
     let wanted = if asked.robust { ControllerKind::Robust } else { ControllerKind::Nominal };

@@ -142,6 +142,14 @@ pub struct Synth {
     /// Remove controller states and channels while the bound stays within 2 %
     #[arg(long)]
     reduce: bool,
+    /// Tune a controller of fixed structure instead: `static`, u = D y, or a number of states, with constant matrices
+    ///
+    /// The gains are those of smallest H-infinity norm over frozen parameters, from 16 starts, and from there of
+    /// smallest proved gain. The search is local: `gamma` is the bound of what was found, and exit code 3 proves
+    /// nothing. Not for problems with `rate`, `dt` or `D22`.
+    #[arg(long, value_name = "STATES", value_parser = structure,
+        conflicts_with_all = ["back_off", "gamma_limit", "fastest_mode", "reduce"])]
+    structure: Option<usize>,
 }
 
 /// Runs a verb.
@@ -217,8 +225,15 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     let options = options(synth)?;
     synth.out.as_deref().map_or(Ok(()), check_directory)?;
     let progress = Progress::new(&show);
-    let solve = || synth::run(&Source::read(&synth.problem)?, options, synth.reduce);
-    let report = progress.timed("synth", "solving the matrix inequalities", solve).0?;
+    let solve = || {
+        let source = Source::read(&synth.problem)?;
+        match synth.structure {
+            Some(states) => synth::run_structured(&source, states),
+            None => synth::run(&source, options, synth.reduce),
+        }
+    };
+    let what = if synth.structure.is_some() { "tuning gains" } else { "solving the matrix inequalities" };
+    let report = progress.timed("synth", what, solve).0?;
     if let Some(directory) = &synth.out {
         report.save(directory)?;
     }
@@ -226,6 +241,18 @@ fn synth(synth: &Synth) -> Result<ExitCode, Error> {
     answer(&report)?;
     Ok(ExitCode::from(report.exit_code()))
 }
+
+/// The number of states of a fixed structure.
+fn structure(text: &str) -> Result<usize, String> {
+    let states = if text == "static" { Ok(0) } else { text.parse() };
+    states
+        .ok()
+        .filter(|states| *states <= MOST_STATES)
+        .ok_or_else(|| format!("it must be 'static' or a number of states from 0 to {MOST_STATES}"))
+}
+
+/// The largest number of states of a fixed structure: the number of gains grows with its square.
+const MOST_STATES: usize = 20;
 
 fn options(synth: &Synth) -> Result<Options, Error> {
     for (name, value) in [("--gamma-limit", synth.gamma_limit), ("--fastest-mode", synth.fastest_mode)] {

@@ -10,7 +10,9 @@ use serde_json::json;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
+use squid_design::run::Finished;
 use squid_tune::candidate::Candidate;
+use squid_tune::pid::{TunedGain, tune_pid};
 use squid_tune::search::{CandidateStatus, Tuned, search};
 use squid_tune::start::start;
 use std::path::Path;
@@ -28,8 +30,11 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
     let (inputs, text, begun) = read(vehicle, design)?;
-    // A file that people wrote is not overwritten unless they name it.
-    let name = to.unwrap_or(if begun { design } else { "tuned" });
+    if inputs.design.controller.is_some() {
+        let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
+        return Err(InputError::GivenController { file, what }.into());
+    }
+    let name = target(to, design, begun);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
@@ -66,7 +71,58 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         "verdict": tuned.finished.verdict,
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
     }))?;
-    let missed: Vec<String> = tuned.finished.verdict.missed().map(crate::verbs::design::missed).collect();
+    missed(&tuned.finished)
+}
+
+/// The name of the design to write: a file that people wrote is not overwritten unless they name it.
+fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
+    to.unwrap_or(if begun { design } else { "tuned" })
+}
+
+/// Tunes the gains of a PID, writes `TO.toml` beside the vehicle, and prints gains, proof and verdict.
+///
+/// # Errors
+/// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
+pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Result<(), Error> {
+    let (inputs, text, begun) = read(vehicle, design)?;
+    let to = vehicle.join(format!("{}.toml", target(to, design, begun)));
+    check_directory(vehicle)?;
+    let progress = Progress::new(&show);
+    let tuned = tune_pid(&inputs, &text, degree, &progress)?;
+    write(&to, tuned.text.as_bytes())?;
+    let numbers = |gain: &TunedGain| {
+        let all: Vec<String> = gain.coefficients.iter().map(|v| auv::rounded(*v)).collect();
+        let all = if all.len() > 1 { format!("[{}]", all.join(", ")) } else { all.concat() };
+        let unit = if gain.unit == "1" { "" } else { &gain.unit };
+        format!("{} = {all} {unit}", gain.name).trim_end().to_owned()
+    };
+    progress.done("gains", &tuned.gains.iter().map(numbers).collect::<Vec<_>>().join("\n"));
+    progress.done("verdict", &tuned.finished.verdict.to_string());
+    let proof = tuned.finished.proof.as_ref();
+    let words = proof.map_or_else(
+        |reason| format!("NOT PROVED: {reason}"),
+        |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
+    );
+    progress.done("tuned", &format!("{words}\n{}", to.display()));
+    let gain =
+        |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
+    answer(&json!({
+        "file": to,
+        "gains": tuned.gains.iter().map(gain).collect::<Vec<_>>(),
+        "frozen_gain": tuned.frozen_gain,
+        "gain": proof.ok().map(|proof| proof.theorem.gamma),
+        "seconds": tuned.seconds,
+        "verdict": tuned.finished.verdict,
+    }))?;
+    if let Err(reason) = &tuned.finished.proof {
+        return Err(Error::Unproved { reason: reason.clone() });
+    }
+    missed(&tuned.finished)
+}
+
+/// An error with the requirements that a design misses, if it misses some.
+fn missed(finished: &Finished) -> Result<(), Error> {
+    let missed: Vec<String> = finished.verdict.missed().map(crate::verbs::design::missed).collect();
     if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
 }
 

@@ -31,9 +31,9 @@ const SAME_LIMIT: f64 = 1e-8;
 /// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
 /// depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried. The claim holds the gain
-/// to be flown. `None` if there is nothing to claim: without anti-windup, or without a
-/// reference besides that of the speed. Actuator rates are saturated, too.
+/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried, of which that of a given
+/// controller stays. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or
+/// without a reference besides that of the speed. Actuator rates are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -53,7 +53,7 @@ pub fn with_limits(
         largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
         wanted: design.manoeuvre.step(signal.name).abs() / scale,
         gains,
-        fastest: FASTEST,
+        fastest: design.controller.is_none().then_some(FASTEST),
         commands: sides(frozen),
         rates: rates(actuators, design, &proof.certificate.moving_states())?,
         states: design.states.len(),

@@ -11,6 +11,31 @@ pub enum Refusal {
         "at {speed:.3} m/s the loop with the fitted model has a mode with real part {real_part:.3e} rad/s"
     )]
     UnstableFit { speed: f64, real_part: f64 },
+    /// The loop of a given controller is not stable.
+    #[error(
+        "its loop is unstable: at {speed:.2} m/s, where it is worst, it grows by {growth:.2} 1/s; other gains are \
+            needed, often more 'kd', or a narrower range of speeds"
+    )]
+    UnstableGiven {
+        speed: f64,
+        /// The real part of the fastest growing mode, 1/s.
+        growth: f64,
+    },
+    /// The loop of a given controller has no bound.
+    #[error(
+        "it is stable at each constant speed, but no gain is found for a speed that changes in any way from {low} to \
+            {high} m/s{}; narrow the range of speeds, or let the gains change less with speed",
+        inner(*from, *to, *part)
+    )]
+    Unbounded {
+        /// The largest range with a bound about its centre, m/s.
+        from: f64,
+        to: f64,
+        /// The same, relative to the whole range.
+        part: f64,
+        low: f64,
+        high: f64,
+    },
     /// The loop with the true linearisation is not stable.
     #[error(
         "at {speed:.3} m/s the loop with the true linearisation has a mode with real part {real_part:.3e} rad/s: the \
@@ -46,4 +71,9 @@ pub enum Refusal {
     /// The parameter loop is not well posed inside the box.
     #[error("the controller's parameter loop is not well posed at rho = {rho:.4}")]
     NotWellPosed { rho: f64 },
+}
+
+/// The range of speeds for which a gain was found.
+fn inner(from: f64, to: f64, part: f64) -> String {
+    if part > 0.0 { format!(", only from {from:.2} to {to:.2} m/s") } else { String::new() }
 }

@@ -19,6 +19,7 @@ use auv::Pitch;
 use auv::longitudinal::DEPTH;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
+use pid::Pid;
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 pub use sea::WorkingSea;
@@ -195,6 +196,8 @@ pub struct DesignFile {
     pub sea: Option<WorkingSea>,
     /// Whether the plant of the design has the actuator lags.
     pub lags: bool,
+    /// A given controller, whose bound is found and proved; `None` for the one that the design computes.
+    pub controller: Option<Pid>,
     /// Relative back-off from the least gamma.
     pub back_off: f64,
     /// Allowed relative rise of gamma for fewer controller states and channels; `None` keeps all.

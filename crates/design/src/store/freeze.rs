@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::{Longitudinal, TRIM_ROWS, trim_table};
+use crate::synthesise::given;
 use auv::{LpvModel, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
@@ -65,7 +66,7 @@ pub fn lpv_model(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<
 /// The frozen controller of an axis, without anti-windup.
 ///
 /// # Errors
-/// [`ModelError::Trim`](crate::error::ModelError::Trim).
+/// [`ModelError::Trim`](crate::error::ModelError::Trim); those of a given controller.
 pub fn controller(
     vehicle: &dyn VehicleModel,
     file: &DesignFile,
@@ -115,6 +116,7 @@ pub fn controller(
             })
             .collect(),
         lft,
+        gains: given::gains(vehicle.actuators(), file)?,
         anti_windup: None,
         trim: TrimTable {
             speed: trims.iter().map(|trim| trim.speed).collect(),

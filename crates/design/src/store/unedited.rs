@@ -8,6 +8,7 @@ use crate::error::{Error, StoreError};
 use crate::fit::Model;
 use crate::inputs::Inputs;
 use crate::store::freeze::{Frozen, frozen};
+use crate::synthesise::given::matrices;
 use auv::LpvModel;
 use scheduled::ControllerDesign;
 use serde::Serialize;
@@ -16,8 +17,8 @@ use serde_json::Value;
 /// Tolerance of a number against the recomputed one: rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
-/// Compares everything but the controller's matrices and gamma, which the certificate contains, and the anti-windup,
-/// which its claim `limits` contains if there is one.
+/// Compares everything but gamma and the matrices of a computed controller, which the certificate contains, and the
+/// anti-windup, which its claim `limits` contains if there is one.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
@@ -28,7 +29,8 @@ pub fn check(
     model: &Model,
 ) -> Result<(), Error> {
     let Inputs { vehicle, design, hashes, .. } = inputs;
-    let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
+    let given = matrices(&vehicle.actuators, design)?;
+    let (lft, gamma) = (given.unwrap_or_else(|| controller.lft.clone()), controller.gamma.clone());
     let mut expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
     expected.controller.anti_windup.clone_from(&controller.anti_windup);
     compare("controller.json", controller, &expected.controller)?;

@@ -5,6 +5,7 @@ mod ball;
 mod design_file;
 mod designs;
 mod flown;
+mod pid;
 mod reduced;
 mod same_plant;
 mod sampled;

@@ -117,10 +117,22 @@ const POWERS_OF_LAMBDA: std::ops::RangeInclusive<i32> = -8..=2;
 
 /// A bound close to the least; `None` if no search found one that holds and is better.
 fn tightened(closed: &ClosedLoop, error: &LoopError, given: &GainBound) -> Option<GainBound> {
+    tightened_by(closed, error, given, false)
+}
+
+/// A close bound of a loop without model error, from a start that need not be one, by the interior-point method alone:
+/// the general solver takes a minute where there is no bound.
+pub(crate) fn quickly(closed: &ClosedLoop, start: &GainBound) -> Option<GainBound> {
+    tightened_by(closed, &LoopError::none(closed), start, true)
+}
+
+fn tightened_by(closed: &ClosedLoop, error: &LoopError, given: &GainBound, quick: bool) -> Option<GainBound> {
     let mut best: Option<GainBound> = None;
     for _ in 0..MOST_RESTARTS {
         let base = best.as_ref().unwrap_or(given);
-        let Ok((found, gap)) = search(Base { closed, error, bound: base }, GAMMA_TOLERANCE) else { break };
+        let Ok((found, gap)) = search_by(Base { closed, error, bound: base }, GAMMA_TOLERANCE, quick) else {
+            break;
+        };
         if found.largest_eigenvalue >= 0.0 {
             break;
         }
@@ -232,6 +244,10 @@ impl Posed {
 
 /// A gamma close to the least, within `tolerance`, and the gap.
 pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), SynthesisError> {
+    search_by(base, tolerance, false)
+}
+
+fn search_by(base: Base, tolerance: f64, quick: bool) -> Result<(GainBound, f64), SynthesisError> {
     let mut posed = Posed::new(base, false)?;
     let m = &posed.unknowns;
     posed.program.positive("X", m.x.clone());
@@ -242,6 +258,7 @@ pub(crate) fn search(base: Base, tolerance: f64) -> Result<(GainBound, f64), Syn
         start: Some(&posed.start),
         enough: NEAR_ENOUGH,
         settles: true,
+        quick,
         ..SolverOptions::within(tolerance)
     };
     let solution = solver::solve(&posed.program, STAGE, search)?;

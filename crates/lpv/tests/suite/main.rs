@@ -15,3 +15,4 @@ mod rate;
 mod reduce;
 mod regularise;
 mod sampled_gain;
+mod structured;

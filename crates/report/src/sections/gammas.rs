@@ -56,14 +56,19 @@ pub fn gammas(subject: &Subject) -> Result<Vec<Part>, Error> {
     let rungs = rungs(subject, &gammas, acceleration, slow);
     let mut table = Table::new(["assumption", "gamma"]);
     table.rows.extend(rungs.into_iter().map(|(name, gamma)| vec![name, gamma]));
+    let back_off = subject.stored.controller.gamma.back_off;
+    let built = if back_off > 0.0 {
+        format!("built {:.1} % above its least gamma", 100.0 * back_off)
+    } else {
+        "whose controller was given".to_owned()
+    };
     let words = format!(
         "'Best' rows contain the least gamma that any controller reaches if it may assume this about the \
-            speed, within {} %; 'this loop' is the finished one, built {:.1} % above its least gamma. Only the last \
+            speed, within {} %; 'this loop' is the finished one, {built}. Only the last \
             holds for every trajectory of speed and between the samples; bounded rates and arbitrarily fast changes \
             are analysed at {SAMPLES} speeds. The gain at a bounded rate lies between that at constant speed and that \
             for arbitrarily fast changes: where these are within {} %, or no closer bound is found, both are given.",
         100.0 * ACCURACY,
-        100.0 * subject.stored.controller.gamma.back_off,
         100.0 * CLOSE
     );
     Ok(vec![Part::Words(words), Part::Figure(figure(subject, &gammas)), Part::Table(table)])

@@ -21,6 +21,14 @@ pub(crate) fn positive(key: fmt::Arguments<'_>, value: f64) -> Result<(), Design
 }
 
 #[inline]
+pub(crate) fn not_negative(key: fmt::Arguments<'_>, value: f64) -> Result<(), DesignError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(DesignError::BadNumber { key: key.to_string(), value, allowed: "finite and 0 or more" })
+}
+
+#[inline]
 pub(crate) fn range(key: fmt::Arguments<'_>, minimum: f64, maximum: f64) -> Result<(), DesignError> {
     finite(format_args!("{key}.minimum"), minimum)?;
     finite(format_args!("{key}.maximum"), maximum)?;

@@ -91,6 +91,7 @@ pub fn design() -> ControllerDesign {
             dty: vec![vec![0.1, 0.2], vec![0.0, 0.3]],
             dtt: vec![vec![0.1, 0.2], vec![-0.2, 0.0]],
         },
+        gains: vec![],
         anti_windup: None,
         trim: TrimTable {
             speed: vec![0.5, 1.75, 3.0],

@@ -97,15 +97,20 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
         Model::new(&inputs.longitudinal(), &inputs.design)?.linear(),
     )?;
     let (centre, half_range) = inputs.design.scheduling();
+    let built = if gamma.back_off > 0.0 {
+        let level = gamma.optimum * (1.0 + gamma.back_off);
+        format!("least gamma {:.4}, built at {level:.4}, ", gamma.optimum)
+    } else {
+        "given; ".to_owned()
+    };
     let mut out = format!(
         "Controller: {} states, {} channels of rho, {} measurements, {} commands\n\
-         least gamma {:.4}, built at {:.4}, bound of the finished loop {}\n",
+         {}bound of the finished loop {}\n",
         k.a().nrows(),
         k.bt().ncols(),
         k.by().ncols(),
         k.cu().nrows(),
-        gamma.optimum,
-        gamma.optimum * (1.0 + gamma.back_off),
+        built,
         above(gamma.bound)
     );
     for rho in [-1.0, 0.0, 1.0] {

@@ -25,13 +25,14 @@ const FREE: &str = "free";
 /// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
-const SECTIONS: [&str; 12] = [
+const SECTIONS: [&str; 13] = [
     "description",
     "model",
     "trim",
     "track",
     "measure",
     "control",
+    "controller",
     "sea",
     "synthesis",
     "autopilot",
@@ -60,7 +61,7 @@ impl DesignFile {
         name: &str,
     ) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
-        document.finish(design(&document, interface, name))
+        document.finish(design(&document, interface, file, name))
     }
 }
 
@@ -77,7 +78,12 @@ fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
 }
 
 /// The design of a file; `None` if a recorded mistake leaves a value undefined.
-fn design(document: &Document<'_>, interface: &'static Interface, name: &str) -> Option<DesignFile> {
+fn design(
+    document: &Document<'_>,
+    interface: &'static Interface,
+    file: &str,
+    name: &str,
+) -> Option<DesignFile> {
     let root = document.root();
     root.allow_only(&SECTIONS);
     let description = root.text("description");
@@ -87,6 +93,7 @@ fn design(document: &Document<'_>, interface: &'static Interface, name: &str) ->
     let tracked = tracked(&root, interface, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
     let control = control.as_ref().map(Control::of);
+    let controller = root.table("controller").map_or(Some(None), |table| pid::read(&table, file));
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
     let synthesis = root.required_table("synthesis", "back_off, how far from the least gamma");
@@ -132,6 +139,7 @@ fn design(document: &Document<'_>, interface: &'static Interface, name: &str) ->
         disturbance: control.disturbance?,
         sea: sea?,
         lags: control.lags?,
+        controller: controller?,
         back_off: back_off?,
         reduce: reduce?,
         judged: false,

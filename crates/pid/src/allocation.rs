@@ -1,0 +1,142 @@
+//! Which actuators carry out a command of pitch or of speed, and in which unit the command is.
+
+use crate::file::{Pid, Shares};
+use crate::gain::{Role, Unit, of_deflection, of_force, of_moment};
+use crate::refusal::not_allowed;
+use auv::Actuator;
+use auv::toml_file::FileError;
+use lpv::matrix::{Mat, pseudo_inverse};
+
+/// What a command is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drive {
+    /// A deflection of control surfaces, rad.
+    Deflection,
+    /// A pitching moment of thrusters, N m.
+    Moment,
+    /// A force of thrusters along the hull, N.
+    Force,
+}
+
+impl Drive {
+    /// The units of a gain to it.
+    pub(crate) fn units(self, role: Role) -> Vec<Unit> {
+        match self {
+            Self::Deflection => of_deflection(role),
+            Self::Moment => of_moment(role),
+            Self::Force => of_force(role),
+        }
+    }
+}
+
+/// A command and its actuators.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Allocation {
+    /// What the command is.
+    pub drive: Drive,
+    /// The output of each actuator per command, N or rad.
+    pub outputs: Vec<f64>,
+    /// 1 if a positive command raises the bow or speeds the vehicle up, -1 if it does the opposite.
+    pub sign: f64,
+    /// Whether the file states it.
+    pub stated: bool,
+}
+
+/// A smaller share of the largest, in units of reach, is rounding.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// The commands of the cascade: that of pitch, and that of speed unless it is given from outside.
+///
+/// Without shares in the file they are the least outputs, in units of reach, for a moment without force along the hull
+/// and for such a force without moment, ahead at `speed` \[m/s\].
+pub(crate) fn allocations(
+    pid: &Pid,
+    actuators: &[Actuator],
+    speed: f64,
+    speed_given: bool,
+) -> Result<Vec<Allocation>, FileError> {
+    let force = |j: usize| actuators[j].force(speed, 1.0);
+    let m = actuators.len();
+    let moments: Vec<f64> = (0..m).map(|j| force(j)[2]).collect();
+    let forces: Vec<f64> =
+        (0..m).map(|j| if is_surface(&actuators[j]) { 0.0 } else { force(j)[0] }).collect();
+    let rows: Vec<&Vec<f64>> = if speed_given { vec![&moments] } else { vec![&moments, &forces] };
+    let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
+    let least = pseudo_inverse(&Mat::from_fn(rows.len(), m, |i, j| rows[i][j] * reach[j]), 1e-9);
+    let stated = [&pid.pitch_shares, &pid.speed_shares];
+    let names = ["pitch", "speed"];
+    let mut all = vec![];
+    for axis in 0..rows.len() {
+        let outputs = match stated[axis] {
+            Some(shares) => shares.outputs(pid, names[axis], actuators)?,
+            None => {
+                let column: Vec<f64> = least.column(axis).iter().copied().collect();
+                let largest = column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+                let kept =
+                    |(v, reach): (&f64, &f64)| if v.abs() > LEAST_SHARE * largest { v * reach } else { 0.0 };
+                column.iter().zip(&reach).map(kept).collect()
+            }
+        };
+        all.push(command(pid, names[axis], axis, actuators, outputs, rows[axis], stated[axis].as_ref())?);
+    }
+    Ok(all)
+}
+
+/// A command with outputs of its unit: one radian of the largest deflection, or one newton (metre) in all.
+fn command(
+    pid: &Pid,
+    name: &str,
+    axis: usize,
+    actuators: &[Actuator],
+    outputs: Vec<f64>,
+    effects: &[f64],
+    stated: Option<&Shares>,
+) -> Result<Allocation, FileError> {
+    let key = format!("controller.allocation.{name}");
+    let line = stated.map_or(pid.line, |shares| shares.line);
+    let refuse = |found: &str, allowed: &str| Err(not_allowed(&pid.file, line, &key, found, allowed));
+    let used = || actuators.iter().zip(&outputs).filter(|(_, output)| **output != 0.0).map(|(a, _)| a);
+    let effect: f64 = outputs.iter().zip(effects).map(|(output, effect)| output * effect).sum();
+    let does = ["turns the vehicle in pitch", "pushes the vehicle along its hull"][axis];
+    if effect == 0.0 || !effect.is_finite() {
+        return refuse("without effect", &format!("of actuators of which one {does}"));
+    }
+    let surfaces = used().filter(|a| is_surface(a)).count();
+    let (drive, unit) = match (axis, surfaces, used().count()) {
+        (1, 0, _) => (Drive::Force, effect.abs()),
+        (1, ..) => return refuse("of a control surface", "of thrusters, which alone push along the hull"),
+        (_, 0, _) => (Drive::Moment, effect.abs()),
+        (_, some, all) if some == all => {
+            (Drive::Deflection, outputs.iter().fold(0.0, |most: f64, output| most.max(output.abs())))
+        }
+        _ => {
+            let words = "either of control surfaces, for gains such as \"deg/deg\", or of thrusters, for \"N.m/rad\": \
+                         state it as { ACTUATOR = SHARE, ... }";
+            return refuse("of both control surfaces and thrusters", words);
+        }
+    };
+    let outputs = outputs.into_iter().map(|output| output / unit).collect();
+    Ok(Allocation { drive, outputs, sign: effect.signum(), stated: stated.is_some() })
+}
+
+impl Shares {
+    /// The share of each actuator of a vehicle.
+    fn outputs(&self, pid: &Pid, name: &str, actuators: &[Actuator]) -> Result<Vec<f64>, FileError> {
+        if let Some((unknown, _)) =
+            self.each.iter().find(|(name, _)| actuators.iter().all(|a| a.name != *name))
+        {
+            let names: Vec<&str> = actuators.iter().map(|a| a.name.as_str()).collect();
+            let key = format!("controller.allocation.{name}");
+            let allowed = format!("of the vehicle's actuators: {}", names.join(", "));
+            return Err(not_allowed(&pid.file, self.line, &key, format!("of '{unknown}'"), allowed));
+        }
+        let share = |a: &Actuator| {
+            self.each.iter().find(|(name, _)| *name == a.name).map_or(0.0, |(_, share)| *share)
+        };
+        Ok(actuators.iter().map(share).collect())
+    }
+}
+
+fn is_surface(actuator: &Actuator) -> bool {
+    actuator.unit() == "rad"
+}

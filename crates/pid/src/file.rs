@@ -1,0 +1,291 @@
+//! Reads the table `[controller]`.
+
+use crate::gain::{Given, HIGHEST, Law};
+use auv::toml_file::{Document, FileError, Table};
+use lpv::weights::ReferenceModel;
+
+/// A PID cascade as a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pid {
+    /// The file, for messages.
+    pub file: String,
+    /// The line of the table.
+    pub line: usize,
+    /// The pitch loop.
+    pub pitch: PitchLoop,
+    /// Depth over pitch.
+    pub depth: Option<DepthLoop>,
+    /// The speed loop.
+    pub speed: Option<SpeedLoop>,
+    /// The actuators of the pitch command, if given.
+    pub pitch_shares: Option<Shares>,
+    /// The actuators of the speed command, if given.
+    pub speed_shares: Option<Shares>,
+    /// The time in which an integral gives way to a command at its limit, s; `kp/ki` of its loop if not given.
+    pub tracking_time: Option<f64>,
+}
+
+/// PID of pitch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PitchLoop {
+    /// The line of the table.
+    pub line: usize,
+    /// On the error.
+    pub kp: Given,
+    /// On its integral.
+    pub ki: Option<Given>,
+    /// On the measured rate.
+    pub kd: Option<Given>,
+    /// The weight b of the reference in the proportional term.
+    pub reference_weight: f64,
+    /// The model that pitch follows instead of the reference itself.
+    pub model: Option<ReferenceModel>,
+    /// On the acceleration of the model.
+    pub feedforward: Option<Given>,
+    /// Time constant of a filter of the rate, s; 0 for none.
+    pub rolloff: f64,
+}
+
+/// P or PI of depth, whose output is the reference of pitch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthLoop {
+    /// The line of the table.
+    pub line: usize,
+    /// On the error.
+    pub kp: Given,
+    /// On its integral.
+    pub ki: Option<Given>,
+}
+
+/// P or PI of speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedLoop {
+    /// The line of the table.
+    pub line: usize,
+    /// On the error.
+    pub kp: Given,
+    /// On its integral.
+    pub ki: Option<Given>,
+    /// The weight b of what the reference is ahead of its filter in the proportional term.
+    pub reference_weight: f64,
+    /// Time constant of a filter of the measured speed in the proportional term, s; 0 for none.
+    pub rolloff: f64,
+}
+
+/// The shares of actuators in a command: their ratios and signs count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shares {
+    /// The line of the table.
+    pub line: usize,
+    /// Actuator and share.
+    pub each: Vec<(String, f64)>,
+}
+
+/// Time constants and times, s.
+const LONGEST: f64 = 1e3;
+
+/// The forms of the integrator.
+const FORMS: [&str; 2] = ["scheduled output", "scheduled input"];
+
+/// Reads a file that has `[controller]` alone.
+///
+/// # Errors
+/// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
+pub fn read_file(text: &str, file: &str) -> Result<Pid, FileError> {
+    let document = Document::parse(text, file)?;
+    let root = document.root();
+    root.allow_only(&["controller"]);
+    let table = root.required_table("controller", "the control law and its gains");
+    let found = table.and_then(|table| {
+        let found = read(&table, file)?;
+        if found.is_none() {
+            table.not_allowed("kind", "\"full\"", "\"pid\" here: the command proves given gains");
+        }
+        found
+    });
+    document.finish(found)
+}
+
+/// Reads the table; `Some(None)` for `kind = "full"`, the controller that the design computes.
+pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
+    let kind = table.one_of("kind", &["full", "pid"]);
+    if kind == Some(0) {
+        table.allow_only(&["kind"]);
+        return Some(None);
+    }
+    table.allow_only(&["kind", "pitch", "depth", "speed", "allocation", "integrator", "tracking_time"]);
+    let form = table.or("integrator", 0, |table, key| table.one_of(key, &FORMS));
+    if form == Some(1) {
+        table.not_allowed(
+            "integrator",
+            "\"scheduled input\"",
+            "\"scheduled output\", the default, with the same gains: ki ki(V) times the integral of the error. A gain \
+             before the integrator is refused, because a speed that moves in step with the error leaves a mean error \
+             there, which costs a factor of a hundred in the proved gain",
+        );
+    }
+    let pitch = table
+        .required_table("pitch", "kp, ki and kd of pitch, each { value = ..., unit = \"...\" }")
+        .and_then(|table| pitch(&table));
+    let depth = optional(table, "depth", depth);
+    let speed = optional(table, "speed", speed);
+    let shares = table.table("allocation");
+    if let Some(shares) = &shares {
+        shares.allow_only(&["pitch", "speed"]);
+    }
+    let of = |key: &str| match &shares {
+        Some(table) => optional(table, key, self::shares),
+        None => Some(None),
+    };
+    let (pitch_shares, speed_shares) = (of("pitch"), of("speed"));
+    let tracking_time = table.or("tracking_time", None, |table, key| {
+        table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s)").map(Some)
+    });
+    kind?;
+    Some(Some(Pid {
+        file: file.to_owned(),
+        line: table.line(),
+        pitch: pitch?,
+        depth: depth?,
+        speed: speed?,
+        pitch_shares: pitch_shares?,
+        speed_shares: speed_shares?,
+        tracking_time: tracking_time?,
+    }))
+}
+
+fn optional<T>(
+    table: &Table<'_>,
+    key: &str,
+    read: impl FnOnce(&Table<'_>) -> Option<T>,
+) -> Option<Option<T>> {
+    table.or(key, None, |table, key| read(&table.table(key)?).map(Some))
+}
+
+fn pitch(table: &Table<'_>) -> Option<PitchLoop> {
+    let mut keys = vec!["kp", "ki", "kd", "rolloff", "model", "reference_weight"];
+    let model = optional(table, "model", model);
+    let follows = table.has("model");
+    keys.extend(follows.then_some("feedforward"));
+    table.allow_only(&keys);
+    if follows && table.has("reference_weight") {
+        table.not_allowed("reference_weight", "given", "left out beside 'model', which shapes the reference");
+    }
+    let (kp, ki, kd) = (gain(table, "kp"), optional_gain(table, "ki"), optional_gain(table, "kd"));
+    let feedforward = if follows { optional_gain(table, "feedforward") } else { Some(None) };
+    let (weight, rolloff) = (reference_weight(table, 1.0), rolloff(table));
+    Some(PitchLoop {
+        line: table.line(),
+        kp: kp?,
+        ki: ki?,
+        kd: kd?,
+        reference_weight: weight?,
+        model: model?,
+        feedforward: feedforward?,
+        rolloff: rolloff?,
+    })
+}
+
+fn model(table: &Table<'_>) -> Option<ReferenceModel> {
+    table.allow_only(&["frequency", "damping"]);
+    let frequency = table.number("frequency", |v| (1e-4..=1e4).contains(&v), "from 1e-4 to 1e4 (rad/s)");
+    let damping = table.number("damping", |v| (0.3..=3.0).contains(&v), "from 0.3 to 3");
+    Some(ReferenceModel { frequency: frequency?, damping: Some(damping?) })
+}
+
+fn depth(table: &Table<'_>) -> Option<DepthLoop> {
+    table.allow_only(&["kp", "ki"]);
+    let (kp, ki) = (gain(table, "kp"), optional_gain(table, "ki"));
+    let constant = |gain: &Option<Given>, key: &str| {
+        let scheduled = gain.as_ref().is_some_and(|gain| match &gain.law {
+            Law::Polynomial(all) => all.len() > 1,
+            Law::Table { .. } => true,
+        });
+        if scheduled {
+            let words = "one number: it multiplies the gains of pitch, which may depend on speed";
+            table.not_allowed(key, "a function of speed", words);
+        }
+    };
+    constant(&kp, "kp");
+    constant(ki.as_ref().unwrap_or(&None), "ki");
+    Some(DepthLoop { line: table.line(), kp: kp?, ki: ki? })
+}
+
+fn speed(table: &Table<'_>) -> Option<SpeedLoop> {
+    table.allow_only(&["kp", "ki", "reference_weight", "rolloff"]);
+    let (kp, ki) = (gain(table, "kp"), optional_gain(table, "ki"));
+    let (weight, rolloff) = (reference_weight(table, 0.0), rolloff(table));
+    Some(SpeedLoop { line: table.line(), kp: kp?, ki: ki?, reference_weight: weight?, rolloff: rolloff? })
+}
+
+fn reference_weight(table: &Table<'_>, default: f64) -> Option<f64> {
+    table.or("reference_weight", default, |table, key| {
+        table.number(key, |v| (0.0..=10.0).contains(&v), "from 0 to 10; 1 for the error itself")
+    })
+}
+
+fn rolloff(table: &Table<'_>) -> Option<f64> {
+    table.or("rolloff", 0.0, |table, key| {
+        table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s), or left out")
+    })
+}
+
+fn shares(table: &Table<'_>) -> Option<Shares> {
+    let keys = table.keys();
+    let share = |(_, name): &(usize, &str)| {
+        let share = table.number(name, |v| v != 0.0, "a number other than 0, the share of the actuator")?;
+        Some(((*name).to_owned(), share))
+    };
+    let each: Vec<Option<(String, f64)>> = keys.iter().map(share).collect();
+    Some(Shares { line: table.line(), each: each.into_iter().collect::<Option<_>>()? })
+}
+
+fn optional_gain(table: &Table<'_>, key: &str) -> Option<Option<Given>> {
+    table.or(key, None, |table, key| gain(table, key).map(Some))
+}
+
+fn gain(table: &Table<'_>, key: &str) -> Option<Given> {
+    let what = "{ value = ..., unit = \"...\" }, or { table = [[speed, gain], ...], unit = \"...\" }";
+    let gain = table.required_table(key, what)?;
+    gain.allow_only(&["value", "table", "degree", "unit"]);
+    let law = match (gain.has("value"), gain.has("table")) {
+        (true, true) => {
+            gain.not_allowed("table", "given", "left out beside 'value'");
+            None
+        }
+        (false, true) => over_speed(&gain),
+        _ => polynomial(&gain),
+    };
+    let unit = gain.text("unit");
+    Some(Given { key: gain.name().to_owned(), line: gain.line(), unit: unit?, law: law? })
+}
+
+fn polynomial(gain: &Table<'_>) -> Option<Law> {
+    if gain.has("degree") {
+        gain.not_allowed("degree", "given", "left out beside 'value', whose length says it");
+    }
+    let words = "a number, or up to three: the coefficients of 1, rho and rho^2 with rho from -1 at the lowest to 1 \
+                 at the highest speed";
+    let all = gain.numbers("value", words)?;
+    if all.len() > HIGHEST + 1 || all.is_empty() {
+        gain.not_allowed("value", format!("a list of {}", all.len()), words);
+        return None;
+    }
+    Some(Law::Polynomial(all))
+}
+
+fn over_speed(gain: &Table<'_>) -> Option<Law> {
+    let points = gain.pairs("table", "a list of pairs [speed in m/s, gain], with increasing speeds")?;
+    if points.windows(2).any(|two| two[1][0] <= two[0][0]) {
+        gain.not_allowed("table", "not in order", "pairs [speed in m/s, gain] with increasing speeds");
+        return None;
+    }
+    let most = HIGHEST.min(points.len() - 1);
+    let degree = gain.or("degree", most, |gain, key| gain.whole(key, |v| v <= HIGHEST, "from 0 to 2"))?;
+    if degree >= points.len() {
+        let words = format!("{} points or more for a polynomial of degree {degree}", degree + 1);
+        gain.not_allowed("table", format!("{} points", points.len()), words);
+        return None;
+    }
+    Some(Law::Table { points, degree })
+}

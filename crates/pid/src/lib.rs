@@ -1,0 +1,31 @@
+//! A PID cascade of pitch and speed, with gains over speed, as a controller K(rho) whose matrices are affine in the
+//! gains.
+//!
+//! ```text
+//! [controller] of a file -> Pid -> Structure::new(pid, vehicle and signals) -> base + sum g_i K_i -> lpv Controller
+//! ```
+//!
+//! ```text
+//! pitch:  v = kp (b r - theta) + ki I - kd q,                                I' = r - theta
+//!         v = ka theta_m'' + kp (theta_m - theta) + ki I + kd (theta_m' - q),   I' = theta_m - theta
+//! depth:  r = -kz (z_r - z) - kzi I_z,                                       I_z' = z_r - z
+//! speed:  v = kp (b a - u) + ki I,                                           I' = -u
+//! commands = allocation v
+//! ```
+//!
+//! Signals are deviations from trim at the filtered speed reference, and a is the speed reference minus that. A gain is
+//! a polynomial in the scheduling parameter rho of degree 2 at most, and acts after the integrator. Source of setpoint
+//! weight, back-calculation and filter of the derivative: K. J. Astrom, T. Hagglund, Advanced PID Control, 2006,
+//! sections 3.3 to 3.5; of gains scheduled after the integrator: D. J. Leith, W. E. Leithead, Int. J. Control 73(11),
+//! 2000.
+
+mod allocation;
+mod file;
+mod gain;
+mod refusal;
+mod structure;
+
+pub use allocation::{Allocation, Drive};
+pub use file::{DepthLoop, Pid, PitchLoop, Shares, SpeedLoop, read, read_file};
+pub use gain::{Given, Law, Misfit};
+pub use structure::{Affine, Direction, Gain, Layout, Port, Structure, Vehicle};

@@ -1,0 +1,483 @@
+//! The cascade for a vehicle: states, signals, gains, and the controller whose matrices are affine in the gains.
+
+use crate::allocation::{Allocation, allocations};
+use crate::file::Pid;
+use crate::gain::{Given, Misfit, Role, Unit, of_pitch, value};
+use crate::refusal::not_allowed;
+use auv::Actuator;
+use auv::toml_file::FileError;
+use lpv::controller::Controller;
+use lpv::matrix::{Mat, pseudo_inverse};
+use lpv::weights::ReferenceModel;
+
+/// A signal of the controller's input y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Port {
+    /// Its name.
+    pub signal: &'static str,
+    /// Its unit in y, SI.
+    pub scale: f64,
+}
+
+/// The controller's input y: references, then measurements, as deviations from trim in units of their scales.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    /// The references.
+    pub references: Vec<Port>,
+    /// The measurements.
+    pub measurements: Vec<Port>,
+}
+
+/// What the cascade needs of a vehicle and of a design.
+#[derive(Debug, Clone, Copy)]
+pub struct Vehicle<'a> {
+    /// The actuators.
+    pub actuators: &'a [Actuator],
+    /// Whether the speed is given from outside.
+    pub speed_given: bool,
+    /// The input y.
+    pub layout: &'a Layout,
+    /// Centre and half range of rho = (V - centre)/half_range, m/s.
+    pub scheduling: (f64, f64),
+    /// The design file, for messages.
+    pub design: &'a str,
+}
+
+/// A gain: its polynomial times a signal is a part of a command.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gain {
+    /// Its name, for instance `pitch.kp`.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: String,
+    /// The command, a column of the allocation.
+    pub axis: usize,
+    /// The coefficients of 1, rho, rho^2.
+    pub coefficients: Vec<f64>,
+    /// The signal, a row over `[x; y]`, SI.
+    signal: Mat,
+}
+
+/// The cascade with its gains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Structure {
+    /// The states, by name.
+    pub states: Vec<String>,
+    /// The gains.
+    pub gains: Vec<Gain>,
+    /// The commands.
+    pub allocations: Vec<Allocation>,
+    /// What the polynomials leave of the tables.
+    pub misfits: Vec<Misfit>,
+    /// `x' = rates [x; y]`.
+    rates: Mat,
+    /// The commands in units of the actuators' reach per unit of each axis, m x axes.
+    shares: Mat,
+    /// The integrators with their gains.
+    integrators: Vec<Integrator>,
+    tracking_time: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Integrator {
+    state: usize,
+    axis: usize,
+    /// The unit of the state, SI.
+    scale: f64,
+    /// The gains of its loop, by index.
+    kp: usize,
+    ki: usize,
+}
+
+/// A controller that is affine in its gains, `base + sum_i value_i matrix_i`, each `[A By Bt; Cu Duy Dut; Ct Dty Dtt]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Affine {
+    /// The matrix at gains of 0.
+    pub base: Mat,
+    /// One direction per coefficient of each gain.
+    pub directions: Vec<Direction>,
+    /// The numbers of states, measurements and controls.
+    pub sizes: [usize; 3],
+    /// The repetitions of rho.
+    pub blocks: Vec<usize>,
+}
+
+/// The direction of one coefficient of a gain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Direction {
+    /// The gain, for instance `pitch.kp`.
+    pub name: String,
+    /// The SI unit.
+    pub unit: String,
+    /// The power of rho.
+    pub power: usize,
+    /// The coefficient.
+    pub value: f64,
+    /// The matrix per unit of the coefficient.
+    pub matrix: Mat,
+}
+
+impl Affine {
+    /// The matrix at values of the coefficients, in the order of the directions.
+    pub fn at(&self, values: &[f64]) -> Mat {
+        self.directions
+            .iter()
+            .zip(values)
+            .fold(self.base.clone(), |sum, (one, value)| sum + &one.matrix * *value)
+    }
+
+    /// The controller at values of the coefficients.
+    pub fn controller(&self, values: &[f64]) -> Controller {
+        let [states, y, u] = self.sizes;
+        Controller::from_matrix(&self.at(values), states, y, u, self.blocks.clone())
+    }
+}
+
+/// The number of speeds at which signs of gains are checked.
+const CHECKED: usize = 101;
+
+/// The signals over `[x; y]` while the cascade is built.
+struct Builder<'a> {
+    pid: &'a Pid,
+    vehicle: Vehicle<'a>,
+    states: Vec<String>,
+    /// Row of each state's rate.
+    rates: Vec<Mat>,
+    /// All states, and y.
+    width: [usize; 2],
+    gains: Vec<Gain>,
+    integrators: Vec<Integrator>,
+    misfits: Vec<Misfit>,
+}
+
+impl Structure {
+    /// The cascade of a file for a vehicle and the signals of a design.
+    ///
+    /// # Errors
+    /// [`FileError`] with the first value that does not fit: an unknown unit, a gain of the wrong sign, an integrator
+    /// without gain, a signal that the design does not have.
+    pub fn new(pid: &Pid, vehicle: Vehicle<'_>) -> Result<Self, FileError> {
+        let (centre, _) = vehicle.scheduling;
+        let allocations = allocations(pid, vehicle.actuators, centre, vehicle.speed_given)?;
+        let y = vehicle.layout.references.len() + vehicle.layout.measurements.len();
+        let mut builder = Builder {
+            pid,
+            vehicle,
+            states: vec![],
+            rates: vec![],
+            width: [count_states(pid), y],
+            gains: vec![],
+            integrators: vec![],
+            misfits: vec![],
+        };
+        builder.pitch(&allocations[0])?;
+        builder.speed(allocations.get(1))?;
+        let Builder { states, rates, width: [n, y], gains, integrators, misfits, .. } = builder;
+        let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
+        let shares =
+            Mat::from_fn(reach.len(), allocations.len(), |j, axis| allocations[axis].outputs[j] / reach[j]);
+        let rates = Mat::from_fn(n, n + y, |i, j| rates[i][j]);
+        let tracking_time = pid.tracking_time;
+        Ok(Self { states, gains, allocations, misfits, rates, shares, integrators, tracking_time })
+    }
+
+    /// The controller, affine in the coefficients of the gains.
+    ///
+    /// Horner's rule over rho for each command: `v = g0 s + w1`, `z1 = g1 s + w2`, `z2 = g2 s`, `w = rho z`, with as
+    /// many channels as the highest power of its gains. Channels are in units of the largest reach.
+    pub fn affine(&self) -> Affine {
+        let (n, width) = self.rates.shape();
+        let (y, (m, axes)) = (width - n, self.shares.shape());
+        let of_axis = |axis: usize| self.gains.iter().filter(move |gain| gain.axis == axis);
+        let powers: Vec<usize> = (0..axes)
+            .map(|axis| of_axis(axis).map(|gain| gain.coefficients.len() - 1).max().unwrap_or(0))
+            .collect();
+        let first = |axis: usize| powers[..axis].iter().sum::<usize>();
+        let r: usize = powers.iter().sum();
+        let unit = |axis: usize| self.shares.column(axis).amax();
+        let mut base = Mat::zeros(n + m + r, width + r);
+        base.view_mut((0, 0), (n, width)).copy_from(&self.rates);
+        for axis in (0..axes).filter(|axis| powers[*axis] > 0) {
+            let column = self.shares.column(axis) / unit(axis);
+            base.view_mut((n, width + first(axis)), (m, 1)).copy_from(&column);
+            for k in 1..powers[axis] {
+                base[(n + m + first(axis) + k - 1, width + first(axis) + k)] = 1.0;
+            }
+        }
+        let mut directions = vec![];
+        for gain in &self.gains {
+            for (power, value) in gain.coefficients.iter().enumerate() {
+                let mut matrix = Mat::zeros(n + m + r, width + r);
+                if power == 0 {
+                    let part = self.shares.column(gain.axis) * &gain.signal;
+                    matrix.view_mut((n, 0), (m, width)).copy_from(&part);
+                } else {
+                    let row = n + m + first(gain.axis) + power - 1;
+                    matrix.view_mut((row, 0), (1, width)).copy_from(&(&gain.signal * unit(gain.axis)));
+                }
+                let (name, unit) = (gain.name.clone(), gain.unit.clone());
+                directions.push(Direction { name, unit, power, value: *value, matrix });
+            }
+        }
+        Affine { base, directions, sizes: [n, y, m], blocks: vec![r] }
+    }
+
+    /// The controller with the gains of the file.
+    pub fn controller(&self) -> Controller {
+        let affine = self.affine();
+        let values: Vec<f64> = affine.directions.iter().map(|one| one.value).collect();
+        affine.controller(&values)
+    }
+
+    /// Back-calculation: E, states x actuators, with `x' = ... + E (u - sat u)`, u in units of reach, so that the
+    /// integral term of a command at its limit gives way in the tracking time Tt, or in `kp/ki` if none is given.
+    ///
+    /// `I' = ... - (v - sat v)/(Tt ki)`, with the command v that the commands of the actuators amount to, and gains in
+    /// the middle of the range of speed.
+    pub fn anti_windup(&self) -> Mat {
+        let commands = pseudo_inverse(&self.shares, 1e-9);
+        let mut all = Mat::zeros(self.rates.nrows(), self.shares.nrows());
+        for Integrator { state, axis, scale, kp, ki } in &self.integrators {
+            let [kp, ki] = [kp, ki].map(|gain| self.gains[*gain].coefficients[0]);
+            let fall = -1.0 / (self.tracking_time.map_or(kp, |time| time * ki) * scale);
+            all.row_mut(*state).copy_from(&(commands.row(*axis) * fall));
+        }
+        all
+    }
+}
+
+/// The number of states of a cascade.
+fn count_states(pid: &Pid) -> usize {
+    let pitch = usize::from(pid.pitch.ki.is_some())
+        + usize::from(pid.pitch.rolloff > 0.0)
+        + 2 * usize::from(pid.pitch.model.is_some());
+    let depth = pid.depth.as_ref().is_some_and(|depth| depth.ki.is_some());
+    let speed = pid.speed.as_ref().map_or(0, |s| usize::from(s.ki.is_some()) + usize::from(s.rolloff > 0.0));
+    pitch + usize::from(depth) + speed
+}
+
+impl Builder<'_> {
+    fn refuse<T>(&self, line: usize, key: &str, found: &str, allowed: &str) -> Result<T, FileError> {
+        Err(not_allowed(&self.pid.file, line, key, found, allowed))
+    }
+
+    fn unit_row(&self, at: usize) -> Mat {
+        let mut row = Mat::zeros(1, self.width[0] + self.width[1]);
+        row[at] = 1.0;
+        row
+    }
+
+    /// A new state with a rate, in its own unit.
+    fn state(&mut self, name: &str, rate: Mat) -> (usize, Mat) {
+        let at = self.states.len();
+        self.states.push(name.to_owned());
+        self.rates.push(rate);
+        (at, self.unit_row(at))
+    }
+
+    /// A reference in SI, and its scale.
+    fn reference(&self, signal: &str, line: usize, key: &str) -> Result<(Mat, f64), FileError> {
+        let all = &self.vehicle.layout.references;
+        match all.iter().position(|port| port.signal == signal) {
+            Some(at) => {
+                let scale = all[at].scale;
+                Ok((self.unit_row(self.width[0] + at) * scale, scale))
+            }
+            None => {
+                let tracked: Vec<&str> = all.iter().map(|port| port.signal).collect();
+                let words = format!(
+                    "a loop of what the design tracks, with references apart from measurements: {} tracks {} that way",
+                    self.vehicle.design,
+                    if tracked.is_empty() { "nothing".into() } else { tracked.join(" and ") }
+                );
+                self.refuse(line, key, &format!("a loop of {signal}"), &words)
+            }
+        }
+    }
+
+    /// A measurement in SI, and its scale.
+    fn measured(&self, signal: &str, line: usize, key: &str) -> Result<(Mat, f64), FileError> {
+        let Vehicle { layout, design, .. } = self.vehicle;
+        match layout.measurements.iter().position(|port| port.signal == signal) {
+            Some(at) => {
+                let scale = layout.measurements[at].scale;
+                Ok((self.unit_row(self.width[0] + layout.references.len() + at) * scale, scale))
+            }
+            None => {
+                let found = format!("a gain on {signal}, which {design} does not measure");
+                let words =
+                    format!("left out, or {design} must have a [[measure]] with signal = \"{signal}\"");
+                self.refuse(line, key, &found, &words)
+            }
+        }
+    }
+
+    /// Adds a gain on a signal. Its sign is checked with that of the allocation.
+    fn gain(
+        &mut self,
+        given: &Given,
+        units: &[Unit],
+        (axis, sign): (usize, f64),
+        signal: Mat,
+    ) -> Result<usize, FileError> {
+        let coefficients = self.coefficients(given, units, Some(sign))?;
+        let name = given.key.trim_start_matches("controller.").to_owned();
+        self.gains.push(Gain { name, unit: units[0].0.to_owned(), axis, coefficients, signal });
+        Ok(self.gains.len() - 1)
+    }
+
+    /// The coefficients in SI; with a sign, positive times that at every speed of the range.
+    fn coefficients(
+        &mut self,
+        given: &Given,
+        units: &[Unit],
+        sign: Option<f64>,
+    ) -> Result<Vec<f64>, FileError> {
+        let (centre, half_range) = self.vehicle.scheduling;
+        let (found, misfit) = given.coefficients(&self.pid.file, units, self.vehicle.scheduling)?;
+        self.misfits.extend(misfit);
+        let Some(sign) = sign else { return Ok(found) };
+        let rhos = (0..CHECKED).map(|i| 2.0 * i as f64 / (CHECKED - 1) as f64 - 1.0);
+        let wrong = rhos.map(|rho| (rho, value(&found, rho))).find(|(_, gain)| sign * gain <= 0.0);
+        let Some((rho, gain)) = wrong else { return Ok(found) };
+        let at = if found.len() > 1 {
+            format!(" at {} m/s", auv::rounded(centre + rho * half_range))
+        } else {
+            String::new()
+        };
+        let found = format!("{} {}{at}", auv::rounded(gain), units[0].0);
+        let integral = given.key.ends_with("ki");
+        let side = if sign > 0.0 { "above 0" } else { "below 0, with this [controller.allocation]," };
+        let words = match (gain == 0.0, integral) {
+            (true, true) => format!(
+                "{side} at every speed, or left out: an integrator without gain holds what it has, and no bound could \
+                 be proved"
+            ),
+            (true, false) => format!("{side} at every speed, or left out"),
+            (false, _) => format!(
+                "{side} at every speed: with the other sign it is positive feedback, which drives the vehicle away \
+                 from its reference"
+            ),
+        };
+        self.refuse(given.line, &given.key, &found, &words)
+    }
+
+    /// An integrator of `error` \[SI\] in units of `scale`, and the integral in SI.
+    fn integral(&mut self, name: &str, error: &Mat, scale: f64) -> (usize, Mat) {
+        let (at, row) = self.state(name, error / scale);
+        (at, row * scale)
+    }
+
+    /// The reference of pitch in SI, with its unit: its own, or the output of the depth loop.
+    fn pitch_reference(&mut self, scale: f64) -> Result<(Mat, f64), FileError> {
+        let pid = self.pid;
+        let Some(depth) = &pid.depth else {
+            if self.vehicle.layout.references.iter().any(|port| port.signal == "depth") {
+                let words = format!("there: {} tracks depth", self.vehicle.design);
+                return self.refuse(pid.line, "controller.depth", "left out", &words);
+            }
+            return self.reference("pitch", pid.pitch.line, "controller.pitch");
+        };
+        let (wanted, unit) = self.reference("depth", depth.line, "controller.depth")?;
+        let (found, _) = self.measured("depth", depth.line, "controller.depth")?;
+        let error = wanted - found;
+        // Ahead, the bow must rise for a smaller depth.
+        let ahead = self.vehicle.scheduling.0.signum();
+        let kp = self.coefficients(&depth.kp, &of_pitch(Role::Proportional), Some(ahead))?[0];
+        let mut reference = &error * -kp;
+        if let Some(given) = &depth.ki {
+            let ki = self.coefficients(given, &of_pitch(Role::Integral), Some(ahead))?[0];
+            let (_, integral) = self.integral("integral of the depth error", &error, unit);
+            reference -= integral * ki;
+        }
+        Ok((reference, scale))
+    }
+
+    fn pitch(&mut self, allocation: &Allocation) -> Result<(), FileError> {
+        let asked = &self.pid.pitch;
+        let axis = (0, allocation.sign);
+        let units = |role| allocation.drive.units(role);
+        let (pitch, scale) = self.measured("pitch", asked.line, "controller.pitch")?;
+        let (reference, scale) = self.pitch_reference(scale)?;
+        let rate = match asked.kd.as_ref() {
+            Some(kd) => Some(self.measured("pitch_rate", kd.line, &kd.key)?),
+            None => None,
+        };
+        let model = asked.model.map(|model| self.follow(model, &reference, scale));
+        let [target, target_rate, target_acceleration] =
+            model.unwrap_or_else(|| [reference.clone(), &reference * 0.0, &reference * 0.0]);
+        let weighted = if asked.model.is_some() { target.clone() } else { &target * asked.reference_weight };
+        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, weighted - &pitch)?;
+        if let Some(ki) = &asked.ki {
+            let (state, integral) = self.integral("integral of the pitch error", &(target - &pitch), scale);
+            let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
+            self.integrators.push(Integrator { state, axis: 0, scale, kp, ki });
+        }
+        if let Some((kd, (rate, unit))) = asked.kd.as_ref().zip(rate) {
+            let rate = self.filtered("filtered pitch rate", rate, unit, asked.rolloff);
+            self.gain(kd, &units(Role::Derivative), axis, target_rate - rate)?;
+        } else if asked.rolloff > 0.0 {
+            let words = "left out: without kd there is no rate to filter";
+            return self.refuse(asked.line, "controller.pitch.rolloff", "given", words);
+        }
+        if let Some(feedforward) = &asked.feedforward {
+            self.gain(feedforward, &units(Role::Feedforward), axis, target_acceleration)?;
+        }
+        Ok(())
+    }
+
+    /// The reference model: its output, rate and acceleration, SI.
+    fn follow(&mut self, model: ReferenceModel, reference: &Mat, scale: f64) -> [Mat; 3] {
+        let (w, damping) = (model.frequency, model.damping.unwrap_or(1.0));
+        let at = self.states.len();
+        let [output, rate] = [at, at + 1].map(|at| self.unit_row(at));
+        let acceleration = (reference / scale - &output) * (w * w) - &rate * (2.0 * damping * w);
+        self.state("reference model of pitch", rate.clone());
+        self.state("its rate", acceleration.clone());
+        [output * scale, rate * scale, acceleration * scale]
+    }
+
+    /// A measurement, filtered if the time constant is above 0.
+    fn filtered(&mut self, name: &str, signal: Mat, unit: f64, time: f64) -> Mat {
+        if time <= 0.0 {
+            return signal;
+        }
+        let own = self.unit_row(self.states.len());
+        let (_, state) = self.state(name, (&signal / unit - own) / time);
+        state * unit
+    }
+
+    fn speed(&mut self, allocation: Option<&Allocation>) -> Result<(), FileError> {
+        let key = "controller.speed";
+        let pid = self.pid;
+        let (asked, allocation) = match (&pid.speed, allocation) {
+            (None, None) => return Ok(()),
+            (None, Some(_)) => {
+                let words = format!("there: {} tracks speed", self.vehicle.design);
+                return if self.vehicle.layout.references.iter().any(|port| port.signal == "speed") {
+                    self.refuse(pid.line, key, "left out", &words)
+                } else {
+                    Ok(())
+                };
+            }
+            (Some(given), None) => {
+                let words = "left out: the speed of this vehicle is given from outside";
+                return self.refuse(given.line, key, "given", words);
+            }
+            (Some(given), Some(allocation)) => (given, allocation),
+        };
+        let axis = (1, allocation.sign);
+        let units = |role| allocation.drive.units(role);
+        let (ahead, _) = self.reference("speed", asked.line, key)?;
+        let (speed, scale) = self.measured("speed", asked.line, key)?;
+        let smooth = self.filtered("filtered speed", speed.clone(), scale, asked.rolloff);
+        let error = ahead * asked.reference_weight - smooth;
+        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, error)?;
+        if let Some(ki) = &asked.ki {
+            let (state, integral) = self.integral("integral of the speed error", &-speed, scale);
+            let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
+            self.integrators.push(Integrator { state, axis: 1, scale, kp, ki });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,6 @@
+//! PID cascades: what is read, what is refused, and the controller that follows.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod refused;
+mod structure;
+mod vehicles;

@@ -1,0 +1,40 @@
+//! Vehicles and signals of the tests.
+
+use auv::Vehicle;
+use pid::{Layout, Port, Structure};
+
+/// The range of speed, by its centre and half range.
+pub const SCHEDULING: (f64, f64) = (1.8, 0.4);
+
+pub fn vehicle(name: &str) -> Vehicle {
+    let path = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
+    Vehicle::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap()
+}
+
+/// References of an output and of speed; pitch, speed, pitch rate and depth are measured, each in a unit of its own.
+pub fn layout(tracked: &'static str) -> Layout {
+    let port = |signal, scale| Port { signal, scale };
+    Layout {
+        references: vec![port(tracked, 0.1), port("speed", 0.3)],
+        measurements: vec![
+            port("pitch", 0.2),
+            port("speed", 0.5),
+            port("pitch_rate", 0.25),
+            port("depth", 2.0),
+        ],
+    }
+}
+
+/// The cascade of a text for a vehicle, or the message of what is wrong with it.
+pub fn made(name: &str, layout: &Layout, text: &str) -> Result<Structure, String> {
+    let file = pid::read_file(text, "mine.toml").map_err(|error| error.to_string())?;
+    let vehicle = vehicle(name);
+    let of = pid::Vehicle {
+        actuators: &vehicle.actuators,
+        speed_given: false,
+        layout,
+        scheduling: SCHEDULING,
+        design: "design.toml",
+    };
+    Structure::new(&file, of).map_err(|error| error.to_string())
+}

@@ -1,0 +1,316 @@
+//! Gains of a PID for the weights of a design.
+//!
+//! The gains of [`pid::Affine`] are tuned by [`lpv::structured`]: for the smallest gain over frozen speeds, then for
+//! the smallest proved gain for any trajectory of the speed. The weights of the references in the proportional terms
+//! are gains too, as long as no gain depends on speed.
+
+use crate::error::Error;
+use base::progress::Progress;
+use lpv::controller::Controller;
+use lpv::matrix::Mat;
+use lpv::plant::GeneralisedPlant;
+use lpv::structured::{Structure, TunedDesign, tune};
+use pid::{Affine, Given, Law, Pid};
+use squid_design::augment::augment;
+use squid_design::error::{Error as DesignError, InputError};
+use squid_design::fit::Model;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::DesignFile;
+use squid_design::numbers::decimals;
+use squid_design::run::{Finished, run};
+use squid_design::synthesise::given::structure;
+use toml_edit::{Array, DocumentMut, InlineTable, Item, value};
+
+/// A tuned PID.
+#[derive(Debug)]
+pub struct TunedPid {
+    /// The text of the design file with its gains.
+    pub text: String,
+    /// The gains.
+    pub gains: Vec<TunedGain>,
+    /// The largest gain of the loop over frozen speeds.
+    pub frozen_gain: f64,
+    /// The time of the search, s.
+    pub seconds: f64,
+    /// The finished design of that text.
+    pub finished: Finished,
+}
+
+/// A gain, or the weight of a reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TunedGain {
+    /// Its key in `[controller]`, for instance `pitch.kp`.
+    pub name: String,
+    /// Its SI unit; 1 for a weight.
+    pub unit: String,
+    /// The coefficients of 1 and rho.
+    pub coefficients: Vec<f64>,
+}
+
+/// The number of starts of the search over gains.
+const STARTS: usize = 8;
+
+/// The first gains: a unit of y, of its integral or of its rate asks for this part of the reach of an actuator.
+const FIRST: f64 = 0.3;
+
+/// The allowed weights of references.
+const WEIGHTS: [f64; 2] = [0.0, 10.0];
+
+/// Tunes the gains of the PID of a design file, or of a first one, as polynomials in rho of a `degree` of 0 or 1.
+///
+/// # Errors
+/// Those of the stages; [`Error::NoPid`] if the file has none and a first one does not fit.
+pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress) -> Result<TunedPid, Error> {
+    let (pid, mut text) = begin(inputs, text)?;
+    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
+    let tuning = Tuning { inputs, pid: &pid, plant: &plant };
+    let what = "gains of the PID, frozen and then proved";
+    let (found, seconds) = progress.timed("tune", what, || tuning.run(degree));
+    let (gains, found) = found?;
+    let words = format!(
+        "gain {} at frozen speeds, {} for any trajectory of speed, {} s",
+        decimals(found.frozen_gain, 4),
+        decimals(found.design.certified.gamma, 4),
+        decimals(seconds, 0)
+    );
+    progress.done("tune", &words);
+    text = written(&text, &gains)
+        .ok_or_else(|| Error::NotATable { file: inputs.design.file.clone(), key: "controller".into() })?;
+    let design = DesignFile::parse(&text, &inputs.design.file, &inputs.design.name)?;
+    let changed = Inputs::new(inputs.vehicle.clone(), design)?;
+    let what = "judging in full, and proving";
+    let finished = progress.timed("prove", what, || run(&changed, &Progress::default())).0?;
+    Ok(TunedPid { text, gains, frozen_gain: found.frozen_gain, seconds, finished })
+}
+
+/// The PID to begin from, and the text of the design file with it.
+fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
+    if let Some(pid) = &inputs.design.controller {
+        return Ok((pid.clone(), text.to_owned()));
+    }
+    let refused = |reason: String| Error::NoPid { file: inputs.design.file.clone(), reason };
+    if inputs.design.has_depth() {
+        return Err(refused("a design that tracks depth needs a [controller.depth]".into()));
+    }
+    let mut reason = String::new();
+    for units in [["N.m/rad", "N.m/(rad.s)", "N.m.s/rad"], ["rad/rad", "rad/(rad.s)", "rad.s/rad"]] {
+        let table = first(inputs, units);
+        let pid = pid::read_file(&table, &inputs.design.file).map_err(|error| refused(error.to_string()))?;
+        match structure(&inputs.vehicle.actuators, &inputs.design, &pid) {
+            Ok(_) => return Ok((pid, format!("{}\n{table}", text.trim_end()))),
+            Err(error) => reason = error.to_string(),
+        }
+    }
+    Err(refused(reason))
+}
+
+/// A table of gains of 1.
+fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
+    let design = &inputs.design;
+    let gain = |key: &str, unit: &str| format!("{key} = {{ value = 1.0, unit = \"{unit}\" }}\n");
+    let mut out =
+        "\n# The gains were tuned by `squid tune --controller pid`.\n[controller]\nkind = \"pid\"\n"
+            .to_owned();
+    out += &format!("\n[controller.pitch]\n{}{}", gain("kp", kp), gain("ki", ki));
+    if design.measured.iter().any(|measure| measure.signal.name == "pitch_rate") {
+        out += &gain("kd", kd);
+    }
+    if design.tracked.iter().any(|track| track.signal.name == "speed") {
+        out += &format!("\n[controller.speed]\n{}{}", gain("kp", "N.s/m"), gain("ki", "N/m"));
+    }
+    out
+}
+
+/// The gains and their design.
+type Found = (Vec<TunedGain>, TunedDesign);
+
+/// The weights of the references of pitch and speed, where they are free.
+type Weights = [Option<f64>; 2];
+
+struct Tuning<'a> {
+    inputs: &'a Inputs,
+    pid: &'a Pid,
+    plant: &'a GeneralisedPlant,
+}
+
+impl Tuning<'_> {
+    fn run(&self, degree: usize) -> Result<Found, Error> {
+        let (mut weights, (mut gains, mut found)) = self.constant()?;
+        let inside = weights.map(|weight| weight.map(|w| w.clamp(WEIGHTS[0], WEIGHTS[1])));
+        if degree > 0 || inside != weights {
+            weights = inside;
+            (gains, found) = self.fixed(weights, degree, &gains)?;
+        }
+        let names = ["pitch.reference_weight", "speed.reference_weight"];
+        for (name, weight) in names.iter().zip(weights) {
+            let one = |w| TunedGain { name: (*name).into(), unit: "1".into(), coefficients: vec![w] };
+            gains.extend(weight.map(one));
+        }
+        Ok((gains, found))
+    }
+
+    /// The cascade with weights of the references and gains of a degree: its matrices, not its gains, matter.
+    fn affine(&self, weights: [f64; 2], degree: usize) -> Result<Affine, InputError> {
+        let mut pid = self.pid.clone();
+        if pid.pitch.model.is_none() {
+            pid.pitch.reference_weight = weights[0];
+        }
+        pid.speed.iter_mut().for_each(|speed| speed.reference_weight = weights[1]);
+        let signs = structure(&self.inputs.vehicle.actuators, &self.inputs.design, self.pid)?;
+        let sign = |axis: usize| signs.allocations.get(axis).map_or(1.0, |allocation| allocation.sign);
+        let (pitch, speed) = (&mut pid.pitch, &mut pid.speed);
+        let of_pitch =
+            [Some(&mut pitch.kp), pitch.ki.as_mut(), pitch.kd.as_mut(), pitch.feedforward.as_mut()];
+        of_pitch.into_iter().flatten().for_each(|gain| constant(gain, sign(0), degree));
+        if let Some(speed) = speed {
+            constant(&mut speed.kp, sign(1), degree);
+            speed.ki.iter_mut().for_each(|gain| constant(gain, sign(1), degree));
+        }
+        Ok(structure(&self.inputs.vehicle.actuators, &self.inputs.design, &pid)?.affine())
+    }
+
+    /// Constant gains and weights of the references, of pitch and of speed where they are free.
+    fn constant(&self) -> Result<(Weights, Found), Error> {
+        let (without, with) = (self.affine([0.0; 2], 0)?, self.affine([1.0; 2], 0)?);
+        let mut directions: Vec<Mat> = without.directions.iter().map(|one| one.matrix.clone()).collect();
+        let mut start = self.start(&without, &[]);
+        let mut weighted = vec![];
+        for (i, (one, other)) in without.directions.iter().zip(&with.directions).enumerate() {
+            let difference = &other.matrix - &one.matrix;
+            if difference.amax() > 0.0 {
+                weighted.push((i, directions.len()));
+                start.push(start[i] * FIRST);
+                directions.push(difference);
+            }
+        }
+        let (values, found) = self.tuned(&without, directions, &start)?;
+        let weight = |axis: &str| {
+            let of_axis = |(i, _): &&(usize, usize)| without.directions[*i].name.starts_with(axis);
+            weighted.iter().find(of_axis).map(|(i, j)| values[*j] / values[*i])
+        };
+        Ok(([weight("pitch"), weight("speed")], (gains(&without, &values), found)))
+    }
+
+    /// Gains of a degree with given weights of the references, from known gains.
+    fn fixed(&self, weights: Weights, degree: usize, known: &[TunedGain]) -> Result<Found, Error> {
+        let affine = self.affine(weights.map(|weight| weight.unwrap_or(0.0)), degree)?;
+        let directions = affine.directions.iter().map(|one| one.matrix.clone()).collect();
+        let (values, found) = self.tuned(&affine, directions, &self.start(&affine, known))?;
+        Ok((gains(&affine, &values), found))
+    }
+
+    fn tuned(
+        &self,
+        affine: &Affine,
+        directions: Vec<Mat>,
+        start: &[f64],
+    ) -> Result<(Vec<f64>, TunedDesign), Error> {
+        let [states, y, u] = affine.sizes;
+        let base = Controller::from_matrix(&affine.base, states, y, u, affine.blocks.clone());
+        let of_design = |error| Error::Design(DesignError::Synthesis(error));
+        let structure = Structure::new(base, directions).map_err(|error| of_design(error.into()))?;
+        let found = tune(self.plant, &structure, start, STARTS).map_err(of_design)?;
+        Ok((found.gains.clone(), found))
+    }
+
+    /// The values of the coefficients: known ones, those of the file, or first ones.
+    fn start(&self, affine: &Affine, known: &[TunedGain]) -> Vec<f64> {
+        let given = self.inputs.design.controller.as_ref();
+        let given = given.and_then(|pid| {
+            structure(&self.inputs.vehicle.actuators, &self.inputs.design, pid).ok().map(|found| found.gains)
+        });
+        let of_file = |name: &str, power: usize| {
+            let gain = given.as_ref()?.iter().find(|gain| gain.name == name)?;
+            Some(gain.coefficients.get(power).copied().unwrap_or(0.0))
+        };
+        let of_known = |name: &str, power: usize| {
+            let gain = known.iter().find(|gain| gain.name == name)?;
+            Some(gain.coefficients.get(power).copied().unwrap_or(0.0))
+        };
+        let first = |one: &pid::Direction| {
+            if one.power > 0 { 0.0 } else { one.value.signum() * FIRST / one.matrix.amax() }
+        };
+        let value = |one: &pid::Direction| {
+            of_known(&one.name, one.power)
+                .or_else(|| of_file(&one.name, one.power))
+                .unwrap_or_else(|| first(one))
+        };
+        affine.directions.iter().map(value).collect()
+    }
+}
+
+/// Replaces a gain by one of the right sign that depends on all powers of rho.
+fn constant(gain: &mut Given, sign: f64, degree: usize) {
+    gain.law = Law::Polynomial([1.0, 0.5][..=degree].iter().map(|one| sign * one).collect());
+}
+
+/// The gains with their coefficients, to six digits.
+fn gains(affine: &Affine, values: &[f64]) -> Vec<TunedGain> {
+    let mut all: Vec<TunedGain> = vec![];
+    for (one, value) in affine.directions.iter().zip(values) {
+        if one.power == 0 {
+            let (name, unit) = (one.name.clone(), one.unit.clone());
+            all.push(TunedGain { name, unit, coefficients: vec![] });
+        }
+        if let Some(gain) = all.iter_mut().find(|gain| gain.name == one.name) {
+            gain.coefficients.push(*value);
+        }
+    }
+    all
+}
+
+/// The text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
+fn written(text: &str, gains: &[TunedGain]) -> Option<String> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let controller = document.get_mut("controller")?;
+    for gain in gains {
+        let (axis, key) = gain.name.split_once('.')?;
+        let numbers: Vec<f64> =
+            gain.coefficients.iter().map(|v| auv::rounded(*v).parse().unwrap_or(*v)).collect();
+        let item = controller.get_mut(axis)?.as_table_like_mut()?;
+        item.insert(key, entry(&numbers, &gain.unit));
+    }
+    Some(document.to_string())
+}
+
+fn entry(numbers: &[f64], unit: &str) -> Item {
+    match numbers {
+        [one] if unit == "1" => value(*one),
+        _ => {
+            let mut table = InlineTable::new();
+            match numbers {
+                [one] => table.insert("value", (*one).into()),
+                all => table.insert("value", all.iter().copied().collect::<Array>().into()),
+            };
+            table.insert("unit", unit.into());
+            value(table)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_of_the_file_stays() {
+        let text = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = [1.0, 2.0], unit = \"N.m/deg\" }\n";
+        let gain = |name: &str, unit: &str, coefficients: &[f64]| TunedGain {
+            name: name.into(),
+            unit: unit.into(),
+            coefficients: coefficients.to_vec(),
+        };
+        let gains = [
+            gain("pitch.kp", "N.m/rad", &[464.48206]),
+            gain("pitch.kd", "N.m.s/rad", &[2.0, -0.25]),
+            gain("pitch.reference_weight", "1", &[0.5]),
+        ];
+        let expected = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = 464.482, unit = \"N.m/rad\" }\nkd = { value = [2.0, -0.25], unit = \"N.m.s/rad\" }\n\
+            reference_weight = 0.5\n";
+        assert_eq!(written(text, &gains).as_deref(), Some(expected));
+        assert_eq!(written("controller = 1\n", &gains), None);
+    }
+}

@@ -1,0 +1,55 @@
+"""`squid tune --controller pid`: gains of smallest proved gain, written as a design that the chain proves."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+from conftest import REMUS100, SQUID, Run
+
+pytestmark = pytest.mark.night
+
+
+@pytest.fixture
+def vehicles(tmp_path: Path) -> Path:
+    """Return copies of vehicles with their designs."""
+    for vehicle in (REMUS100, SQUID):
+        to = tmp_path / vehicle.name
+        to.mkdir()
+        for name in ("vehicle.toml", "design.toml"):
+            shutil.copy(vehicle / name, to)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("name", "degree", "most"), [("squid", 0, 0.60), ("remus100", 0, 0.80), ("remus100", 1, 0.70)])
+def test_the_gain_is_proved(run_squid: Run, vehicles: Path, name: str, degree: int, most: float) -> None:
+    vehicle = vehicles / name
+    done = run_squid("tune", vehicle, "--controller", "pid", "--degree", degree, "--json")
+    # The weights are those of a controller of full order, and so are the requirements.
+    assert done.returncode in (0, 5), done.stderr
+    found = json.loads(done.stdout)
+    assert found["frozen_gain"] < found["gain"] < most
+    table = tomllib.loads((vehicle / "tuned.toml").read_text(encoding="utf-8"))["controller"]
+    units = {gain["name"]: gain["unit"] for gain in found["gains"]}
+    assert units["pitch.kp"] == table["pitch"]["kp"]["unit"] == ("N.m/rad" if name == "squid" else "rad/rad")
+    for gain in found["gains"]:
+        assert len(gain["coefficients"]) == (1 if gain["unit"] == "1" else degree + 1)
+    # What is written is a design of its own, with the same proved gain.
+    proved = run_squid("prove", vehicle, "--design", "tuned", "--json")
+    assert proved.returncode == 0, proved.stderr
+    assert json.loads(proved.stdout)["gain"] == pytest.approx(found["gain"], rel=1e-9)
+
+
+@pytest.mark.change
+def test_what_does_not_go_together_is_refused(run_squid: Run, vehicles: Path) -> None:
+    vehicle = vehicles / "remus100"
+    for arguments in (["--controller", "pid", "--designs", "3"], ["--degree", "1"], ["--controller", "lead"]):
+        assert run_squid("tune", vehicle, *arguments).returncode == 64
+    shutil.copy(REMUS100 / "depth.toml", vehicle)
+    done = run_squid("tune", vehicle, "--design", "depth", "--controller", "pid")
+    assert done.returncode == 1
+    assert "[controller.depth]" in done.stderr
+    assert not (vehicle / "tuned.toml").exists()

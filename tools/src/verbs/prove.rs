@@ -1,0 +1,185 @@
+//! `squid prove`: proves a given controller, and prints what is known of its loop.
+
+use crate::cli::Prove;
+use crate::error::Error;
+use crate::output::answer;
+use crate::progress::show;
+use base::files::read;
+use base::progress::Progress;
+use proof::claim::Proof;
+use serde_json::{Value, json};
+use squid_design::certify::claims;
+use squid_design::error::InputError;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::DesignFile;
+use squid_design::numbers::{above, decimals};
+use squid_design::run::{Finished, run as run_stages};
+use squid_design::store::Stored;
+use squid_design::synthesise::{given, synthesise};
+use squid_design::verdict::frozen::AtSpeed;
+use squid_report::peers::law::Scheduled;
+use squid_report::peers::survival::{Survival, fleet, survival};
+use squid_report::subject::Subject;
+
+/// Random points of the declared uncertainty, in addition to its vertices.
+const POINTS: usize = 10;
+
+/// Proves the controller and prints the result; nothing is written.
+///
+/// # Errors
+/// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
+pub fn run(asked: &Prove) -> Result<(), Error> {
+    let mut inputs = Inputs::read(&asked.vehicle, &asked.design)?;
+    if let Some(path) = &asked.controller {
+        let (text, file) = (read(path)?, path.display().to_string());
+        inputs = inputs.with_controller(pid::read_file(&text, &file)?, &text);
+    }
+    let design = asked.design.clone();
+    let Some(pid) = inputs.design.controller.clone() else {
+        return Err(InputError::NoController { file: format!("{design}.toml") }.into());
+    };
+    let progress = Progress::new(&show);
+    let finished = run_stages(&inputs, &progress)?;
+    let (growth, at) = given::growth(&inputs.longitudinal(), &inputs.design, &finished.design.controller)?;
+    let boxed = progress
+        .timed("box", "flights of vehicles of the declared uncertainty", || survivals(&inputs, &finished));
+    let boxed = boxed.0?;
+    let own = DesignFile { controller: None, ..inputs.design.clone() };
+    let quiet = Progress::default();
+    let full = progress.timed("full order", "what the weights allow", || {
+        synthesise(&inputs.vehicle.actuators, &own, &finished.plant, &quiet)
+    });
+    let full = full.0.map(|full| full.certified.gamma);
+    let full = full.map_err(|reason| reason.to_string());
+    report(&inputs, &finished, (growth, at), &boxed, &full, &progress);
+    answer(&object(&pid.file, &finished, (growth, at), &boxed, &full))?;
+    if let Err(reason) = finished.proof {
+        return Err(Error::Unproved { reason });
+    }
+    let missed: Vec<String> = finished.verdict.missed().map(crate::verbs::design::missed).collect();
+    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+}
+
+/// The survival of the declared uncertainty at a speed (m/s), and the number of vehicles.
+type Survivals = Vec<(f64, usize, Survival)>;
+
+/// The survivals at both ends and in the middle of the range; empty without declared uncertainty or a pitch reference.
+fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
+    if inputs.design.has_depth() || !inputs.is_uncertain() {
+        return Ok(vec![]);
+    }
+    let stored = Stored {
+        controller: finished.frozen.controller.clone(),
+        plant: finished.frozen.plant.clone(),
+        manoeuvre: inputs.design.manoeuvre.clone(),
+        certificate: Err(String::new()),
+        robust: None,
+        rows: vec![],
+    };
+    let quiet = Progress::default();
+    let subject = Subject::new(inputs, &stored, &quiet)?;
+    let at = |speed: f64| {
+        let fleet = fleet(&subject, speed, POINTS)?;
+        Ok((speed, fleet.len(), survival(&subject, &Scheduled(&subject), speed, &fleet)))
+    };
+    inputs.design.spread(3).into_iter().map(at).collect()
+}
+
+/// Reports what the stages did not.
+fn report(
+    inputs: &Inputs,
+    finished: &Finished,
+    (growth, at): (f64, f64),
+    boxed: &Survivals,
+    full: &Result<f64, String>,
+    progress: &Progress,
+) {
+    let most = finished.verdict.found.frozen.iter().max_by(|a, b| a.gain.value.total_cmp(&b.gain.value));
+    let gain = most.map_or_else(String::new, |most| {
+        format!("\nlargest gain {} at {} m/s", decimals(most.gain.value, 3), decimals(most.speed, 2))
+    });
+    let growth = format!("slowest mode {} 1/s at {} m/s", decimals(growth, 3), decimals(at, 2));
+    progress.done("frozen", &format!("stable at every speed: {growth}{gain}"));
+    let proved = |proof: &Result<Proof, String>, how: &str| match proof {
+        Ok(proof) => format!("PROVED below {} for {how}", claims::bound(&proof.theorem)),
+        Err(_) => format!("NOT PROVED for {how}; the reason is above"),
+    };
+    progress.done("gain", &proved(&finished.proof, "any trajectory of speed in the range"));
+    let hint = if finished.sampled.is_err() { late(inputs, finished) } else { String::new() };
+    progress.done("sampled", &(proved(&finished.sampled, "a speed that is constant between ticks") + &hint));
+    let words = match (full, &finished.proof) {
+        (Ok(full), Ok(_)) if finished.design.certified.gamma > LARGE * full => format!(
+            "gain below {} on the same weights, by the controller of `squid design`\n\
+             a gain far above that is no danger in itself: slow errors count more than a hundred times\n\
+             (margins, mu and the box say more; docs/pid.md)",
+            above(*full)
+        ),
+        (Ok(full), _) => {
+            format!("gain below {} on the same weights, by the controller of `squid design`", above(*full))
+        }
+        (Err(reason), _) => format!("none: {reason}"),
+    };
+    progress.done("full order", &words);
+    let line = |(speed, vehicles, Survival { share, overshoot }): &(f64, usize, Survival)| {
+        format!(
+            "{} m/s: {} % of {vehicles} vehicles of [uncertainty] fly the step, overshoot at most {} %",
+            decimals(*speed, 2),
+            decimals((100.0 * share).floor(), 0),
+            decimals(100.0 * overshoot, 1)
+        )
+    };
+    let lines: Vec<String> = boxed.iter().map(line).collect();
+    if !lines.is_empty() {
+        progress.done("box", &lines.join("\n"));
+    }
+    progress.done("verdict", &finished.verdict.summary());
+}
+
+/// A likely reason why a sampled loop has no bound.
+fn late(inputs: &Inputs, finished: &Finished) -> String {
+    let (delay, tick) = (finished.verdict.found.frozen.iter().map(AtSpeed::delay), inputs.design.sample_time);
+    match delay.reduce(f64::min) {
+        Some(delay) if delay < 2.0 * tick => {
+            format!("\nthe delay margin, {} s, is below two sample times of {tick} s", decimals(delay, 3))
+        }
+        _ => String::new(),
+    }
+}
+
+/// A gain above this multiple of that of full order needs a word.
+const LARGE: f64 = 3.0;
+
+fn object(
+    file: &str,
+    finished: &Finished,
+    (growth, at): (f64, f64),
+    boxed: &Survivals,
+    full: &Result<f64, String>,
+) -> Value {
+    let sizes = finished.design.controller.parts.sizes();
+    let gamma = |proof: &Result<Proof, String>| proof.as_ref().ok().and_then(|p| p.theorem.gamma);
+    let boxed: Vec<Value> = boxed
+        .iter()
+        .map(|(speed, vehicles, found)| {
+            let Survival { share, overshoot } = found;
+            json!({ "speed": speed, "vehicles": vehicles, "survived": share, "overshoot": overshoot })
+        })
+        .collect();
+    json!({
+        "status": if finished.proof.is_ok() { "proved" } else { "not_proved" },
+        "reason": finished.proof.as_ref().err(),
+        "controller": file,
+        "states": sizes.x,
+        "channels": sizes.t,
+        "frozen_growth": growth,
+        "frozen_growth_speed": at,
+        "frozen_gain": finished.checks.gain_fit,
+        "gain": gamma(&finished.proof),
+        "gain_with_model_error": finished.proof.as_ref().ok().and_then(|p| p.theorem.gamma_with_model_error),
+        "sampled_gain": gamma(&finished.sampled),
+        "not_sampled_because": finished.sampled.as_ref().err(),
+        "full_order_gain": full.as_ref().ok(),
+        "box": boxed,
+        "verdict": finished.verdict,
+    })
+}
