@@ -121,9 +121,9 @@ fn what_is_measured_is_checked() {
     assert!(half[0].contains("missing key 'track.corner'"), "{half:?}");
     let (half, _) = refused(&[("follow = *", "")]);
     assert!(half[0].contains("missing key 'track.follow'"), "{half:?}");
-    let (missing, _) = refused(&[("frequency = 1.11\n", "")]);
+    let (missing, _) = refused(&[("frequency = 1.2\n", "")]);
     assert!(missing[0].contains("missing key 'track.frequency'"), "{missing:?}");
-    let (second_order, _) = refused(&[("frequency = 1.11\n", "frequency = 1.11\ndamping = 0.7\n")]);
+    let (second_order, _) = refused(&[("frequency = 1.2\n", "frequency = 1.2\ndamping = 0.7\n")]);
     assert!(second_order[0].contains("left out for the speed"), "{second_order:?}");
     // Without [[measure]] the controller measures the errors, and there are no reference models.
     let text = squid();

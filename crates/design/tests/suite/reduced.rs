@@ -16,9 +16,10 @@ fn sizes(finished: &Finished) -> (usize, usize) {
 #[test]
 fn a_smaller_controller_is_proved_and_meets_the_same_requirements() {
     let mut inputs = inputs("remus100");
-    let full = run(&inputs, &Progress::default()).unwrap();
-    inputs.design.reduce = Some(0.03);
+    assert_eq!(inputs.design.reduce, Some(0.03));
     let smaller = run(&inputs, &Progress::default()).unwrap();
+    inputs.design.reduce = None;
+    let full = run(&inputs, &Progress::default()).unwrap();
     let ((states, channels), before) = (sizes(&smaller), sizes(&full));
     assert!(
         states <= 6 && channels <= 2 && before.0 > 2 * states,

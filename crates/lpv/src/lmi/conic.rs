@@ -1,4 +1,4 @@
-//! The general conic solver. Only this file uses clarabel.
+//! The general conic solver. Clarabel is used here and in `structured::quadratic_program` alone.
 //!
 //! P. J. Goulart, Y. Chen, "Clarabel: an interior-point solver for conic programs with quadratic objectives",
 //! arXiv:2405.12762, 2024.
