@@ -52,6 +52,8 @@ pub(crate) struct Authority {
     pub turn: f64,
     /// The lag of the main pitch actuator, s.
     pub lag: f64,
+    /// The growth rate of the least stable mode, 1/s; 0 if all decay.
+    pub growth: f64,
     /// The rule for the pitch in level trim.
     rule: Pitch,
     linear: Linearisation,
@@ -186,7 +188,7 @@ impl Authority {
         }
         let pitch = (HELD_FRACTION * held).min(LARGEST_PITCH);
         let surge = (!vehicle.coefficients.surge.is_given()).then(|| row(SURGE).iter().sum());
-        Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, rule, linear: l, remaining })
+        Ok(Self { speed, pitch, surge, turn: turns.iter().sum(), lag, growth, rule, linear: l, remaining })
     }
 
     /// The pitch acceleration at a frequency for sinusoids of the remaining range of all actuators, including the

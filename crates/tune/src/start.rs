@@ -39,6 +39,10 @@ const DISTURBANCE: f64 = 0.45;
 const ROLL_OFF: f64 = 2.0;
 /// A longer lag (s) needs more damping: the assumed noise of the pitch rate is lower, that of the pitch higher.
 const SHORT_LAG: f64 = 0.2;
+/// The growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then asked: more would cost
+/// most of the speed.
+const UNSTABLE: f64 = 0.01;
+const DELAY_MARGIN_IF_UNSTABLE: f64 = 0.15;
 /// The two orders of the fit.
 const ORDERS: [usize; 2] = [2, 3];
 /// The error of the frequency response above which the higher order is considered.
@@ -124,6 +128,13 @@ fn text(vehicle: &Vehicle, range: &[Authority], order: usize) -> Result<String, 
         text.replace("SHARE", &format!("{:.0}", 100.0 * TRIM_FRACTION)).replace("ORDER", &order.to_string());
     for (name, value) in numbers {
         text = text.replace(name, &format!("{:?}", three_digits(value)));
+    }
+    let growth = range.iter().map(|r| r.growth).fold(0.0, f64::max);
+    if growth > UNSTABLE {
+        text += &format!(
+            "\n# Without a controller the pitch departs as exp({growth:.2} t): more delay margin costs speed.\n\
+             [require]\ndelay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
+        );
     }
     Ok(text)
 }
