@@ -104,8 +104,8 @@ pub fn anti_windup(
     Sought { loops, controller_states, largest_gain, aim }.gain(None)
 }
 
-/// As [`anti_windup`] for [`Aim::Recovery`]: for each of `slacks` the smallest gain whose gamma is above the least by at
-/// most that fraction.
+/// As [`anti_windup`] for [`Aim::Recovery`]: for each of `slacks` the smallest gain whose gamma is above the least by
+/// at most that fraction.
 ///
 /// # Errors
 /// As [`anti_windup`].

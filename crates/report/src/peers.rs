@@ -81,8 +81,8 @@ pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
     Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(scores.join(" "))])
 }
 
-/// The figures of the comparison for several designs of one vehicle, a column each, without an outcome. Speeds and steps
-/// are those of the first.
+/// The figures of the comparison for several designs of one vehicle, a column each, without an outcome. Speeds and
+/// steps are those of the first.
 ///
 /// # Errors
 /// As [`compare`].

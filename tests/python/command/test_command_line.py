@@ -179,7 +179,7 @@ def test_model_of_the_speed_without_its_frequency(
 ) -> None:
     """What is missing is reported at the table that lacks it."""
     path = copied_vehicle / "design.toml"
-    spoil(path, "\nfrequency = 1.11\n", "\n")
+    spoil(path, "\nfrequency = 1.2\n", "\n")
     line = line_of(path, 'output = "speed"') - 1
     message = refused(run_squid, copied_vehicle, tmp_path / "out")
     assert f"{path}:{line}: missing key 'track.frequency': from 1e-4 to 1e4 (rad/s)" in message

@@ -18,7 +18,7 @@ from fly.package import Packages
 
 pytestmark = pytest.mark.change
 
-GOLDEN = SQUID / "frozen" / "certificate.json"
+EVERY_STATE = ROOT / "tests" / "certificates" / "squid_every_state.json"
 
 
 def moving(c: dict) -> list[int]:
@@ -138,9 +138,10 @@ def why_not(c: dict) -> str | None:
 
 @pytest.fixture(scope="module", params=["everywhere", "region", "rate"])
 def certificate(request: pytest.FixtureRequest, remus100: Packages, rate_limited: Packages) -> dict:
-    """Return the committed certificate of Squid, about every state, and those of REMUS 100, about a region."""
-    folders = {"everywhere": GOLDEN.parent, "region": remus100.folder, "rate": rate_limited.folder}
-    found = json.loads((folders[request.param] / "certificate.json").read_text(encoding="utf-8"))
+    """Return a certificate of Squid about every state, and those of REMUS 100, about a region."""
+    of = {"region": remus100.folder, "rate": rate_limited.folder}
+    path = EVERY_STATE if request.param == "everywhere" else of[request.param] / "certificate.json"
+    found = json.loads(path.read_text(encoding="utf-8"))
     region = request.param != "everywhere"
     assert np.any(claim(found, "limits")["H"]) == np.any(claim(found, "limits")["x_held"]) == region
     assert len(claim(found, "limits").get("rates", [])) == (request.param == "rate")

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.change
 
 DEGREE = math.pi / 180.0
 STEP_TIME, STEP_END, END = 5.0, 44.0, 75.0
-BACK = 10.0
+BACK = 15.0
 """A vehicle is back within this time after its command (s)."""
 NEAR = 1.0 * DEGREE
 
@@ -126,7 +126,7 @@ def test_actuators_that_stick_unknown_to_the_controller(
     (whole, _), (weak, at_limits) = (stuck(packages, share, height) for share in (1.0, 0.6))
     assert at_limits > 0.02
     off = np.abs(weak["pitch"] - whole["pitch"])
-    assert off.max() < 0.5 * abs(height) * DEGREE
+    assert off.max() < 0.6 * abs(height) * DEGREE
     assert off[weak["time"] > STEP_END + BACK].max() < NEAR
     assert weak["path_speed"][-1] == pytest.approx(whole["path_speed"][-1], abs=0.01)
 

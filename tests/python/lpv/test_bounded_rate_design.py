@@ -32,7 +32,7 @@ def designed(
     design = vehicle / "design.toml"
     text = design.read_text(encoding="utf-8")
     assert text.count("[synthesis]\n") == 1
-    design.write_text(text.replace("[synthesis]\n", f"[synthesis]\nrate = {RATE}\n"), encoding="utf-8")
+    design.write_text(text.replace("reduce = 0\n", f"rate = {RATE}\n"), encoding="utf-8")
     packages = kept(run_squid, vehicle)
     printed = (packages.folder / "design.txt").read_text(encoding="utf-8")
     assert f"where the speed changes by at most {RATE:.3f} m/s^2: gain below" in printed

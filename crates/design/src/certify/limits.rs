@@ -31,7 +31,7 @@ const SAME_LIMIT: f64 = 1e-8;
 /// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
 /// depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried, of which that of a given
+/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried. That of a given
 /// controller stays. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or
 /// without a reference besides that of the speed. Actuator rates are saturated, too.
 ///
