@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from claims import claim
-from conftest import REMUS100, SQUID, Run, with_rate
+from conftest import REMUS100, ROOT, SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
 
