@@ -39,8 +39,8 @@ const DISTURBANCE: f64 = 0.45;
 const ROLL_OFF: f64 = 2.0;
 /// A longer lag (s) needs more damping: the assumed noise of the pitch rate is lower, that of the pitch higher.
 const SHORT_LAG: f64 = 0.2;
-/// The growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then asked: more would cost
-/// most of the speed.
+/// The growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then asked: more would
+/// cost most of the speed.
 const UNSTABLE: f64 = 0.01;
 const DELAY_MARGIN_IF_UNSTABLE: f64 = 0.15;
 /// The two orders of the fit.
