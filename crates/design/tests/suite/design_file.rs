@@ -155,9 +155,9 @@ fn all_mistakes_are_reported_at_once() {
 
 #[test]
 fn the_pitch_of_a_trim_is_a_word_or_an_angle() {
-    let with = |lines: &str| squid().replacen("[control]", &format!("[trim]\n{lines}\n[control]"), 1);
+    let with = |lines: &str| squid().replacen("\n[control]", &format!("\n[trim]\n{lines}\n[control]"), 1);
     let read = |lines: &str| DesignFile::parse(&with(lines), "design.toml", "design");
-    let line = squid().split_once("[control]").unwrap().0.matches('\n').count() + 2;
+    let line = squid().split_once("\n[control]").unwrap().0.matches('\n').count() + 3;
     for (lines, pitch) in [
         ("pitch = \"level\"", Pitch::Held(0.0)),
         ("pitch = \"free\"", Pitch::Free),
