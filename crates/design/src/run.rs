@@ -21,6 +21,7 @@ use crate::synthesise::given;
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
+use crate::verdict::flown::left_after_saturation;
 use crate::verdict::found::Effort;
 use auv::longitudinal::{DEPTH, PITCH};
 use auv::{Pitch, Status};
@@ -163,9 +164,12 @@ fn augmented(
     Ok(plant)
 }
 
+/// The error that may be left after saturation, relative to the step, if the full controller leaves no more.
+const RECOVERED: f64 = 0.02;
+
 /// The design with the fewest controller states and channels whose bound rises by at most the share that the design
 /// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated commands,
-/// and whose verdict meets every requirement that the full one meets.
+/// whose verdict meets every requirement that the full one meets, and which recovers from saturation as well.
 fn smaller(
     inputs: &Inputs,
     model: &Model,
@@ -181,12 +185,15 @@ fn smaller(
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, &Progress::default()).ok()?;
         let proof = axis.proof.ok().filter(|_| axis.sampled.is_ok())?;
         let verdict = Verdict::of(inputs, &axis.controller, Effort::FULL).ok()?;
-        Some((proof.certificate.limits().is_some(), verdict))
+        let left = left_after_saturation(inputs, &axis.controller).ok()?;
+        Some((proof.certificate.limits().is_some(), verdict, left))
     };
     let search = || {
         let found = reductions(plant, &full, share, Some(fastest_sampled(file.sample_time)));
-        let (with_limits, before) = judged(&full)?;
-        let keeps = |(limits, after): (bool, Verdict)| limits >= with_limits && after.meets_all_of(&before);
+        let (with_limits, before, least_left) = judged(&full)?;
+        let keeps = |(limits, after, left): (bool, Verdict, f64)| {
+            limits >= with_limits && left <= least_left.max(RECOVERED) && after.meets_all_of(&before)
+        };
         found.into_iter().rev().find(|one| judged(one).is_some_and(keeps))
     };
     let (found, seconds) = progress.timed("reduce", "states and channels without need", search);

@@ -273,7 +273,7 @@ def test_the_loop_as_it_flies_has_all_its_figures(page: ET.Element) -> None:
 
 
 def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element) -> None:
-    """Within 15 s from what the actuators do not hold; without anti-windup they are at their limits for longer."""
+    """Within 10 s from what the actuators do not hold; without anti-windup they are at their limits for longer."""
 
     def settled(row: list[str]) -> float:
         return math.inf if row[5] in {"never", "-"} else float(row[5])
@@ -281,10 +281,10 @@ def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element)
     _, *rows = rows_of(page, "limits")
     assert [row[2] for row in rows] == 3 * ["yes", "no"]
     for one, other in zip(rows[::2], rows[1::2], strict=True):
-        assert settled(one) <= 15.0
+        assert settled(one) <= 10.0
         assert 0.0 < float(one[4]) <= float(other[4])
     if written.name == "remus100":
-        assert settled(rows[1]) > 2.0 * settled(rows[0]), "its planes hold 18 deg of 30 at the lowest speed"
+        assert settled(rows[1]) > 3.0 * settled(rows[0]), "its planes hold 18 deg of 30 at the lowest speed"
 
 
 def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.change
 
 DEGREE = math.pi / 180.0
 STEP_TIME, STEP_END, END = 5.0, 44.0, 75.0
-BACK = 15.0
+BACK = 10.0
 """A vehicle is back within this time after its command (s)."""
 NEAR = 1.0 * DEGREE
 
