@@ -30,6 +30,7 @@ use crate::fit::Model;
 use crate::fit::frequency::{Errors, OUTPUTS, errors};
 use crate::inputs::Inputs;
 use crate::run::Finished;
+use crate::store::freeze::Frozen;
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::StoredRow;
@@ -75,6 +76,18 @@ pub struct Stored {
 }
 
 impl Stored {
+    /// A design that was just made, without its certificate: enough for flights and comparisons.
+    pub fn of(frozen: &Frozen, inputs: &Inputs) -> Self {
+        Self {
+            controller: frozen.controller.clone(),
+            plant: frozen.plant.clone(),
+            manoeuvre: inputs.design.manoeuvre.clone(),
+            certificate: Err("not asked for".into()),
+            robust: None,
+            rows: vec![],
+        }
+    }
+
     /// Proves the certificate again, for the stored controller and for the plant and weights of the inputs, and repeats
     /// the checks of a new controller.
     ///

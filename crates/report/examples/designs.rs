@@ -29,14 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
         };
-        let stored = Stored {
-            controller: finished.frozen.controller,
-            plant: finished.frozen.plant,
-            manoeuvre: inputs.design.manoeuvre.clone(),
-            certificate: Err("not needed".into()),
-            robust: None,
-            rows: vec![],
-        };
+        let stored = Stored::of(&finished.frozen, &inputs);
         let sizes = finished.design.controller.parts.sizes();
         let proofs =
             [finished.proof.is_ok(), finished.sampled.is_ok()].map(|held| if held { "yes" } else { "NO" });

@@ -15,14 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in std::env::args().skip(1) {
         let inputs = Inputs::read(name.as_ref(), "design")?;
         let finished = run(&inputs, &Progress::default())?;
-        let stored = Stored {
-            controller: finished.frozen.controller,
-            plant: finished.frozen.plant,
-            manoeuvre: inputs.design.manoeuvre.clone(),
-            certificate: Err("not needed".into()),
-            robust: None,
-            rows: vec![],
-        };
+        let stored = Stored::of(&finished.frozen, &inputs);
         let show = |event: Event| {
             if let Event::Done { figures, .. } = event {
                 eprintln!("{figures}");

@@ -68,14 +68,7 @@ fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
     if inputs.design.has_depth() || !inputs.is_uncertain() {
         return Ok(vec![]);
     }
-    let stored = Stored {
-        controller: finished.frozen.controller.clone(),
-        plant: finished.frozen.plant.clone(),
-        manoeuvre: inputs.design.manoeuvre.clone(),
-        certificate: Err(String::new()),
-        robust: None,
-        rows: vec![],
-    };
+    let stored = Stored::of(&finished.frozen, inputs);
     let quiet = Progress::default();
     let subject = Subject::new(inputs, &stored, &quiet)?;
     let at = |speed: f64| {

@@ -10,7 +10,7 @@
 //! Control 51(1), 2006; of the slope of an eigenvalue: T. Kato, Perturbation Theory for Linear Operators, 1966, ch. II.
 
 use crate::matrix::{ComplexSvd, ComplexVector, Mat, Modes, complex_svd, eigenvalues, eigenvectors};
-use crate::structured::minimax::{Function, Piece, Pieces, units_of};
+use crate::structured::minimax::{Function, Piece, Pieces};
 use crate::structured::structure::Loop;
 use crate::system::Group::{T, W, X, Z};
 use crate::system::partition::closing;
@@ -279,18 +279,6 @@ impl Function for LargestNorm<'_> {
             at[index].at_frequency(index, there.norm.1, &self.0.of.directions, 0.0)?.into_iter().next()
         });
         pieces.collect()
-    }
-
-    fn size(&self, value: f64) -> f64 {
-        value
-    }
-
-    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64> {
-        units_of(pieces, value)
-    }
-
-    fn suffices(&self, _: f64) -> bool {
-        false
     }
 }
 

@@ -37,11 +37,17 @@ pub(crate) trait Function {
     /// Pieces at a point that were found to be large at another.
     fn seen_from(&self, at: &Self::At, other: &Self::At) -> Vec<Piece>;
     /// The size of a change of the value that matters.
-    fn size(&self, value: f64) -> f64;
+    fn size(&self, value: f64) -> f64 {
+        value
+    }
     /// The change of each gain that matters.
-    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64>;
-    /// Whether a value is small enough.
-    fn suffices(&self, value: f64) -> bool;
+    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64> {
+        units_of(pieces, value)
+    }
+    /// Whether a value is small enough to end the search.
+    fn suffices(&self, _: f64) -> bool {
+        false
+    }
 }
 
 /// How long to search.
@@ -166,7 +172,7 @@ impl<F: Function> State<'_, F> {
 const RADIUS_AFTER_RESET: f64 = 0.1;
 
 /// The change of each gain that changes the function by `size` according to the steepest piece.
-pub(crate) fn units_of(pieces: &Pieces, size: f64) -> DVector<f64> {
+fn units_of(pieces: &Pieces, size: f64) -> DVector<f64> {
     let largest = |i: usize| pieces.objective.iter().map(|piece| piece.slope[i].abs()).fold(0.0, f64::max);
     let n = pieces.objective.first().map_or(0, |piece| piece.slope.len());
     let slopes = DVector::from_fn(n, |i, _| largest(i));

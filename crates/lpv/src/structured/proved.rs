@@ -18,7 +18,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::lmi::{SolverOptions, solver};
 use crate::matrix::{Mat, block};
 use crate::structured::frozen::{Frozen, FrozenLoop, LargestNorm};
-use crate::structured::minimax::{Effort, Function, Piece, Pieces, units_of};
+use crate::structured::minimax::{Effort, Function, Piece, Pieces};
 use crate::system::Group::{T, W, X};
 use crate::system::{ClosedLoop, LoopError, Partitioned};
 use nalgebra::DVector;
@@ -120,18 +120,6 @@ impl Function for ProvedGain<'_> {
 
     fn seen_from(&self, at: &Proved, other: &Proved) -> Vec<Piece> {
         vec![seen(&at.tangent, &other.tangent)]
-    }
-
-    fn size(&self, value: f64) -> f64 {
-        value
-    }
-
-    fn units(&self, value: f64, pieces: &Pieces) -> DVector<f64> {
-        units_of(pieces, value)
-    }
-
-    fn suffices(&self, _: f64) -> bool {
-        false
     }
 }
 
