@@ -81,13 +81,21 @@ pub fn attempt_until_missed(
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
     let (inputs, controller) = design_with(inputs, model, turned, ControllerKind::Quick)?;
+    judged_until_missed(&inputs, &controller)
+}
+
+/// The verdict of a controller at few speeds, without mu if another requirement is missed.
+///
+/// # Errors
+/// Those of the verdict.
+pub fn judged_until_missed(inputs: &Inputs, controller: &ControllerDesign) -> Result<Verdict, Error> {
     let effort = effort(&inputs.design);
-    let first = Verdict::of(&inputs, &controller, Effort { mu: 0, ..effort })?;
+    let first = Verdict::of(inputs, controller, Effort { mu: 0, ..effort })?;
     if first.missed().next().is_some() {
         return Ok(first);
     }
-    let found = first.found.with_mu(&inputs, &controller, effort.mu)?;
-    Ok(Verdict::judge(&inputs, controller.gamma.bound, found))
+    let found = first.found.with_mu(inputs, controller, effort.mu)?;
+    Ok(Verdict::judge(inputs, controller.gamma.bound, found))
 }
 
 /// The margin of a row to its limit, relative to the limit; negative if it is missed. Without a limit, or if it is 0,

@@ -23,6 +23,18 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// A failed design, with a number of keys.
+    pub(crate) fn failed(x: &[f64], keys: usize) -> Self {
+        Self {
+            x: x.to_vec(),
+            cost: FAILED_COST,
+            gamma: f64::INFINITY,
+            margins: vec![-1.0; keys],
+            rise: f64::NAN,
+            disk: f64::NAN,
+        }
+    }
+
     /// The smallest margin.
     fn worst(&self) -> f64 {
         self.margins.iter().copied().fold(f64::INFINITY, f64::min)

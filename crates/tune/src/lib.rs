@@ -8,19 +8,25 @@
 //! start      a first design file for a vehicle without one
 //! search     the fastest design that meets the requirements
 //! candidate  a design of a search, and the order of two
+//! descent    one descent of a search within the requirements
 //! direction  keys of a search that are changed together
 //! finals     the best of a search, fully evaluated and proved
+//! gain       gains of a PID, and a design file with them
 //! pid        gains of a PID for the weights of a design
+//! required   gains of a PID that meet the requirements
 //! ```
 
 pub mod advise;
 pub mod attempt;
 pub mod candidate;
+mod descent;
 mod direction;
 pub mod error;
 mod finals;
+pub mod gain;
 pub mod knob;
 pub mod pid;
 mod range;
+mod required;
 pub mod search;
 pub mod start;

@@ -5,6 +5,8 @@
 //! are gains too, as long as no gain depends on speed.
 
 use crate::error::Error;
+use crate::gain::{TunedGain, WEIGHTS, with_gains};
+use crate::required::meeting;
 use base::progress::Progress;
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
@@ -15,11 +17,9 @@ use squid_design::augment::augment;
 use squid_design::error::{Error as DesignError, InputError};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
 use squid_design::numbers::decimals;
 use squid_design::run::{Finished, run};
 use squid_design::synthesise::given::structure;
-use toml_edit::{Array, DocumentMut, InlineTable, Item, value};
 
 /// A tuned PID.
 #[derive(Debug)]
@@ -28,23 +28,15 @@ pub struct TunedPid {
     pub text: String,
     /// The gains.
     pub gains: Vec<TunedGain>,
-    /// The largest gain of the loop over frozen speeds.
+    /// The largest gain over frozen speeds of the gains of smallest proved gain, before those that meet the
+    /// requirements.
     pub frozen_gain: f64,
+    /// Their gain for any trajectory of speed.
+    pub least_gain: f64,
     /// The time of the search, s.
     pub seconds: f64,
     /// The finished design of that text.
     pub finished: Finished,
-}
-
-/// A gain, or the weight of a reference.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TunedGain {
-    /// Its key in `[controller]`, for instance `pitch.kp`.
-    pub name: String,
-    /// Its SI unit; 1 for a weight.
-    pub unit: String,
-    /// The coefficients of 1 and rho.
-    pub coefficients: Vec<f64>,
 }
 
 /// The number of starts of the search over gains.
@@ -53,15 +45,12 @@ const STARTS: usize = 8;
 /// The first gains: a unit of y, of its integral or of its rate asks for this part of the reach of an actuator.
 const FIRST: f64 = 0.3;
 
-/// The allowed weights of references.
-const WEIGHTS: [f64; 2] = [0.0, 10.0];
-
 /// Tunes the gains of the PID of a design file, or of a first one, as polynomials in rho of a `degree` of 0 or 1.
 ///
 /// # Errors
 /// Those of the stages; [`Error::NoPid`] if the file has none and a first one does not fit.
 pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress) -> Result<TunedPid, Error> {
-    let (pid, mut text) = begin(inputs, text)?;
+    let (pid, text) = begin(inputs, text)?;
     let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     let tuning = Tuning { inputs, pid: &pid, plant: &plant };
@@ -75,13 +64,15 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
         decimals(seconds, 0)
     );
     progress.done("tune", &words);
-    text = written(&text, &gains)
-        .ok_or_else(|| Error::NotATable { file: inputs.design.file.clone(), key: "controller".into() })?;
-    let design = DesignFile::parse(&text, &inputs.design.file, &inputs.design.name)?;
-    let changed = Inputs::new(inputs.vehicle.clone(), design)?;
+    let what = "gains that meet [require], by verdicts at few speeds";
+    let (met, more) = progress.timed("tune", what, || meeting(inputs, &text, &gains, progress));
+    let met = met?.unwrap_or(gains);
+    let (text, changed) = with_gains(inputs, &text, &met)?;
     let what = "judging in full, and proving";
     let finished = progress.timed("prove", what, || run(&changed, &Progress::default())).0?;
-    Ok(TunedPid { text, gains, frozen_gain: found.frozen_gain, seconds, finished })
+    let least_gain = found.design.certified.gamma;
+    let seconds = seconds + more;
+    Ok(TunedPid { text, gains: met, frozen_gain: found.frozen_gain, least_gain, seconds, finished })
 }
 
 /// The PID to begin from, and the text of the design file with it.
@@ -258,59 +249,4 @@ fn gains(affine: &Affine, values: &[f64]) -> Vec<TunedGain> {
         }
     }
     all
-}
-
-/// The text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
-fn written(text: &str, gains: &[TunedGain]) -> Option<String> {
-    let mut document: DocumentMut = text.parse().ok()?;
-    let controller = document.get_mut("controller")?;
-    for gain in gains {
-        let (axis, key) = gain.name.split_once('.')?;
-        let numbers: Vec<f64> =
-            gain.coefficients.iter().map(|v| auv::rounded(*v).parse().unwrap_or(*v)).collect();
-        let item = controller.get_mut(axis)?.as_table_like_mut()?;
-        item.insert(key, entry(&numbers, &gain.unit));
-    }
-    Some(document.to_string())
-}
-
-fn entry(numbers: &[f64], unit: &str) -> Item {
-    match numbers {
-        [one] if unit == "1" => value(*one),
-        _ => {
-            let mut table = InlineTable::new();
-            match numbers {
-                [one] => table.insert("value", (*one).into()),
-                all => table.insert("value", all.iter().copied().collect::<Array>().into()),
-            };
-            table.insert("unit", unit.into());
-            value(table)
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_rest_of_the_file_stays() {
-        let text = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
-            kp = { value = [1.0, 2.0], unit = \"N.m/deg\" }\n";
-        let gain = |name: &str, unit: &str, coefficients: &[f64]| TunedGain {
-            name: name.into(),
-            unit: unit.into(),
-            coefficients: coefficients.to_vec(),
-        };
-        let gains = [
-            gain("pitch.kp", "N.m/rad", &[464.48206]),
-            gain("pitch.kd", "N.m.s/rad", &[2.0, -0.25]),
-            gain("pitch.reference_weight", "1", &[0.5]),
-        ];
-        let expected = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
-            kp = { value = 464.482, unit = \"N.m/rad\" }\nkd = { value = [2.0, -0.25], unit = \"N.m.s/rad\" }\n\
-            reference_weight = 0.5\n";
-        assert_eq!(written(text, &gains).as_deref(), Some(expected));
-        assert_eq!(written("controller = 1\n", &gains), None);
-    }
 }

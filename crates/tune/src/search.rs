@@ -14,30 +14,24 @@
 //! designs. The best are fully evaluated and proved.
 //!
 //! The result depends on no clock and no number of processors: the same files give the same design.
-//!
-//! Source of COBYLA: M. J. D. Powell, A direct search optimization method that models the objective and constraint
-//! functions by linear interpolation, 1994.
 
-use crate::attempt::{attempt_until_missed, margin};
+use crate::attempt::attempt_until_missed;
 use crate::candidate::{Attempt, Candidate, FAILED_COST, REQUIRED_MARGIN, SearchRecord, front, merit};
+use crate::descent::{descend, margins, required};
 use crate::direction::Direction;
 use crate::error::Error;
 use crate::finals::{Finalist, finals};
 use crate::knob::Knob;
 use base::progress::Progress;
-use cobyla::{Func, RhoBeg, StopTols, minimize};
 use rayon::prelude::*;
 use squid_design::fit::Model;
 use squid_design::fit::authority::remarks;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS};
+use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
-use std::cell::{Cell, RefCell};
 use std::sync::{Mutex, PoisonError};
 
-/// The largest logarithm of a factor.
-const FARTHEST: f64 = 3.0;
 /// The first step of the logarithm of a factor.
 const FIRST_STEP: f64 = 0.3;
 /// The last step of the logarithm of a factor.
@@ -94,11 +88,7 @@ pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) 
         inputs,
         model: Model::new(&inputs.longitudinal(), &inputs.design)?,
         knobs: Knob::all(&inputs.design),
-        keys: REQUIREMENTS
-            .iter()
-            .map(|r| r.key)
-            .filter(|key| inputs.design.require.limit(key).is_some())
-            .collect(),
+        keys: required(&inputs.design),
         shown: Mutex::new((0, f64::INFINITY)),
         progress,
     };
@@ -190,82 +180,19 @@ impl Search<'_> {
         let order = if place == 0 { [&groups, &each] } else { [&each, &groups] };
         let (mut best, mut found) = (start.clone(), vec![]);
         for directions in order {
-            best = self.search_from(&best, directions, first, designs - found.len(), &mut found);
+            let attempt = |x: &[f64]| self.attempt(x);
+            best = descend(&best, directions, first, designs - found.len(), &attempt, &mut found);
         }
         found
-    }
-
-    /// The best of a search from a candidate in some directions, with at most `designs` designs; all attempts are added
-    /// to `found`.
-    fn search_from(
-        &self,
-        start: &Candidate,
-        directions: &[Direction],
-        first: f64,
-        designs: usize,
-        found: &mut Vec<Attempt>,
-    ) -> Candidate {
-        let best = RefCell::new(start.clone());
-        let last = RefCell::new((vec![0.0; directions.len()], start.clone()));
-        let (found, left) = (RefCell::new(found), Cell::new(designs));
-        let evaluate = |y: &[f64]| -> Candidate {
-            if last.borrow().0 == y {
-                return last.borrow().1.clone();
-            }
-            let mut x = start.x.clone();
-            for (direction, step) in directions.iter().zip(y) {
-                direction.0.iter().for_each(|i| x[*i] = (x[*i] + step).clamp(-FARTHEST, FARTHEST));
-            }
-            if left.get() == 0 {
-                return self.failed(&x);
-            }
-            left.set(left.get() - 1);
-            let attempted = self.attempt(&x);
-            let tried = attempted.tried.clone();
-            found.borrow_mut().push(attempted);
-            if merit(&tried) < merit(&best.borrow()) {
-                *best.borrow_mut() = tried.clone();
-            }
-            *last.borrow_mut() = (y.to_vec(), tried.clone());
-            tried
-        };
-        let objective = |y: &[f64], (): &mut ()| evaluate(y).cost;
-        let limits: Vec<_> = (0..self.keys.len())
-            .map(|k| {
-                let evaluate = &evaluate;
-                move |y: &[f64], (): &mut ()| evaluate(y).margins[k] - REQUIRED_MARGIN
-            })
-            .collect();
-        let constraints: Vec<&dyn Func<()>> = limits.iter().map(|limit| limit as &dyn Func<()>).collect();
-        let here = vec![0.0; directions.len()];
-        let bounds = vec![(-FARTHEST, FARTHEST); here.len()];
-        let close = StopTols { xtol_abs: vec![0.3 * first; here.len()], ..StopTols::default() };
-        if designs > 0 {
-            // The start is known and costs no design.
-            let most = designs + 1;
-            let _ =
-                minimize(objective, &here, &bounds, &constraints, (), most, RhoBeg::All(first), Some(close));
-        }
-        best.into_inner()
-    }
-
-    /// The candidate of a failed design.
-    fn failed(&self, x: &[f64]) -> Candidate {
-        Candidate {
-            x: x.to_vec(),
-            cost: FAILED_COST,
-            gamma: f64::INFINITY,
-            margins: vec![-1.0; self.keys.len()],
-            rise: f64::NAN,
-            disk: f64::NAN,
-        }
     }
 
     /// Tries one design.
     fn attempt(&self, x: &[f64]) -> Attempt {
         let turned: Vec<(Knob, f64)> = self.knobs.iter().copied().zip(x.iter().map(|x| x.exp())).collect();
         let found = attempt_until_missed(self.inputs, &self.model, &turned);
-        let tried = found.as_ref().map_or_else(|_| self.failed(x), |verdict| self.evaluated(x, verdict));
+        let tried = found
+            .as_ref()
+            .map_or_else(|_| Candidate::failed(x, self.keys.len()), |verdict| self.evaluated(x, verdict));
         self.show_progress(&tried);
         Attempt { tried, failed: found.err().map(|why| why.to_string()) }
     }
@@ -313,10 +240,6 @@ impl Search<'_> {
     /// The candidate of a design with a verdict.
     fn evaluated(&self, x: &[f64], verdict: &Verdict) -> Candidate {
         let rows = |key: &'static str| verdict.rows.iter().filter(move |row| row.key == key);
-        let least = |key: &&'static str| {
-            let margins = rows(key).map(|row| margin(row, 1.0)).map(|v| if v.is_nan() { -1.0 } else { v });
-            margins.fold(f64::INFINITY, f64::min).clamp(-FAILED_COST, 1.0)
-        };
         let rises: Vec<f64> = verdict
             .rows
             .iter()
@@ -331,7 +254,7 @@ impl Search<'_> {
             x: x.to_vec(),
             cost: if cost.is_finite() { cost.min(FAILED_COST) } else { FAILED_COST },
             gamma: rows("gamma").next().map_or(f64::NAN, |row| row.achieved.value),
-            margins: self.keys.iter().map(least).collect(),
+            margins: margins(&self.keys, verdict),
             rise: rises.first().copied().unwrap_or(f64::NAN),
             disk: rows("disk_margin").next().map_or(f64::NAN, |row| row.achieved.value),
         }

@@ -12,7 +12,8 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
 use squid_tune::candidate::Candidate;
-use squid_tune::pid::{TunedGain, tune_pid};
+use squid_tune::gain::TunedGain;
+use squid_tune::pid::tune_pid;
 use squid_tune::search::{CandidateStatus, Tuned, search};
 use squid_tune::start::start;
 use std::path::Path;
@@ -110,6 +111,7 @@ pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Res
         "file": to,
         "gains": tuned.gains.iter().map(gain).collect::<Vec<_>>(),
         "frozen_gain": tuned.frozen_gain,
+        "least_gain": tuned.least_gain,
         "gain": proof.ok().map(|proof| proof.theorem.gamma),
         "seconds": tuned.seconds,
         "verdict": tuned.finished.verdict,

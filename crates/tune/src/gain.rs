@@ -1,0 +1,95 @@
+//! Gains that were tuned, and a design file with them.
+
+use crate::error::Error;
+use squid_design::inputs::Inputs;
+use squid_design::inputs::design_file::DesignFile;
+use toml_edit::{Array, DocumentMut, InlineTable, Item, value};
+
+/// A gain, or the weight of a reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TunedGain {
+    /// Its key in `[controller]`, for instance `pitch.kp`.
+    pub name: String,
+    /// Its SI unit; 1 for a weight.
+    pub unit: String,
+    /// The coefficients of 1 and rho.
+    pub coefficients: Vec<f64>,
+}
+
+impl TunedGain {
+    /// Whether it is the weight of a reference, and not a gain.
+    pub(crate) fn is_weight(&self) -> bool {
+        self.unit == "1"
+    }
+}
+
+/// The allowed weights of references.
+pub(crate) const WEIGHTS: [f64; 2] = [0.0, 10.0];
+
+/// The text of a design file with gains in its `[controller]`, and its inputs.
+pub(crate) fn with_gains(
+    inputs: &Inputs,
+    text: &str,
+    gains: &[TunedGain],
+) -> Result<(String, Inputs), Error> {
+    let file = &inputs.design.file;
+    let written = written(text, gains)
+        .ok_or_else(|| Error::NotATable { file: file.clone(), key: "controller".into() })?;
+    let design = DesignFile::parse(&written, file, &inputs.design.name)?;
+    Ok((written, Inputs::new(inputs.vehicle.clone(), design)?))
+}
+
+/// The text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
+fn written(text: &str, gains: &[TunedGain]) -> Option<String> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let controller = document.get_mut("controller")?;
+    for gain in gains {
+        let (axis, key) = gain.name.split_once('.')?;
+        let numbers: Vec<f64> =
+            gain.coefficients.iter().map(|v| auv::rounded(*v).parse().unwrap_or(*v)).collect();
+        let item = controller.get_mut(axis)?.as_table_like_mut()?;
+        item.insert(key, entry(&numbers, &gain.unit));
+    }
+    Some(document.to_string())
+}
+
+fn entry(numbers: &[f64], unit: &str) -> Item {
+    match numbers {
+        [one] if unit == "1" => value(*one),
+        _ => {
+            let mut table = InlineTable::new();
+            match numbers {
+                [one] => table.insert("value", (*one).into()),
+                all => table.insert("value", all.iter().copied().collect::<Array>().into()),
+            };
+            table.insert("unit", unit.into());
+            value(table)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_of_the_file_stays() {
+        let text = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = [1.0, 2.0], unit = \"N.m/deg\" }\n";
+        let gain = |name: &str, unit: &str, coefficients: &[f64]| TunedGain {
+            name: name.into(),
+            unit: unit.into(),
+            coefficients: coefficients.to_vec(),
+        };
+        let gains = [
+            gain("pitch.kp", "N.m/rad", &[464.48206]),
+            gain("pitch.kd", "N.m.s/rad", &[2.0, -0.25]),
+            gain("pitch.reference_weight", "1", &[0.5]),
+        ];
+        let expected = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
+            kp = { value = 464.482, unit = \"N.m/rad\" }\nkd = { value = [2.0, -0.25], unit = \"N.m.s/rad\" }\n\
+            reference_weight = 0.5\n";
+        assert_eq!(written(text, &gains).as_deref(), Some(expected));
+        assert_eq!(written("controller = 1\n", &gains), None);
+    }
+}

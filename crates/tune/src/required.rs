@@ -1,0 +1,184 @@
+//! Gains of a PID that meet the requirements, from those of smallest gain.
+//!
+//! ```text
+//! min over x   ln(largest gain of the weighted loop over frozen speeds)
+//! subject to   margin_k(x) >= REQUIRED_MARGIN for every key of [require] with a limit
+//! ```
+//!
+//! x holds the logarithms of the factors on the constant coefficients, and what is added to the other coefficients,
+//! relative to the constant one, and to the weights of the references. Two descents ([`descend`]) run side by side, one
+//! from the given gains and one from slower ones, and again from the best with half the step, until a round gains too
+//! little. The result depends on no clock and no number of processors.
+
+use crate::attempt::judged_until_missed;
+use crate::candidate::{Attempt, Candidate, FAILED_COST, merit};
+use crate::descent::{descend, margins, required};
+use crate::direction::Direction;
+use crate::error::Error;
+use crate::gain::{TunedGain, WEIGHTS, with_gains};
+use base::progress::Progress;
+use rayon::prelude::*;
+use scheduled::Gamma;
+use squid_design::error::{Error as DesignError, InputError};
+use squid_design::inputs::Inputs;
+use squid_design::store::freeze::controller;
+use squid_design::synthesise::given::matrices;
+use squid_design::verdict::Verdict;
+use squid_design::verdict::found::Found;
+
+/// The first and the last step of x.
+const STEPS: [f64; 2] = [0.3, 0.05];
+/// The most attempts of a descent.
+const ATTEMPTS: usize = 80;
+/// A round that lowers the gain by less, relative to it, is the last.
+const LOWERED: f64 = 0.01;
+/// The factor on the gains of the second start.
+const SLOWER: f64 = 0.5;
+
+/// The text of a design file with gains that meet its requirements, or miss least, and these gains; `None` if the given
+/// ones already meet them.
+///
+/// # Errors
+/// The verdict of the given gains fails.
+pub(crate) fn meeting(
+    inputs: &Inputs,
+    text: &str,
+    gains: &[TunedGain],
+    progress: &Progress,
+) -> Result<Option<Vec<TunedGain>>, Error> {
+    let search = Search { inputs, text, gains, keys: required(&inputs.design) };
+    let places = search.places();
+    let first = search.candidate(&vec![0.0; places.len()])?;
+    if first.meets_all() {
+        return Ok(None);
+    }
+    let slower: Vec<f64> =
+        places.iter().map(|place| if search.is_factor(*place) { SLOWER.ln() } else { 0.0 }).collect();
+    let mut starts = vec![first.clone(), search.attempt(&slower).tried];
+    let (mut best, mut step, mut tried) = (first, STEPS[0], starts.len());
+    while step >= STEPS[1] {
+        let before = merit(&best);
+        let found: Vec<(Candidate, usize)> =
+            starts.par_iter().enumerate().map(|(order, start)| search.round(order, start, step)).collect();
+        tried += found.iter().map(|(_, tried)| tried).sum::<usize>();
+        for (found, _) in found {
+            best = if merit(&found) < merit(&best) { found } else { best };
+        }
+        let words = format!("{tried} sets of gains for the requirements: {}", search.words(&best));
+        progress.done("tune", &words);
+        if best.meets_all() && before - merit(&best) < LOWERED {
+            break;
+        }
+        starts = vec![best.clone(); starts.len()];
+        step *= 0.5;
+    }
+    Ok(Some(search.moved(&best.x)))
+}
+
+/// The place of a number: the index of its gain, and the power of rho.
+type Place = (usize, usize);
+
+struct Search<'a> {
+    inputs: &'a Inputs,
+    text: &'a str,
+    gains: &'a [TunedGain],
+    keys: Vec<&'static str>,
+}
+
+impl Search<'_> {
+    fn places(&self) -> Vec<Place> {
+        let of = |(i, gain): (usize, &TunedGain)| {
+            (0..gain.coefficients.len()).map(move |power| (i, power)).collect::<Vec<_>>()
+        };
+        self.gains.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Whether a number is multiplied.
+    fn is_factor(&self, (gain, power): Place) -> bool {
+        power == 0 && !self.gains[gain].is_weight()
+    }
+
+    /// The gains at a point.
+    fn moved(&self, x: &[f64]) -> Vec<TunedGain> {
+        let mut all = self.gains.to_vec();
+        for (place, x) in self.places().into_iter().zip(x) {
+            let (gain, power) = place;
+            let constant = self.gains[gain].coefficients[0];
+            let number = &mut all[gain].coefficients[power];
+            if self.gains[gain].is_weight() {
+                *number = (*number + x).clamp(WEIGHTS[0], WEIGHTS[1]);
+            } else if power == 0 {
+                *number *= x.exp();
+            } else {
+                // The slopes keep their ratio to a constant coefficient that is multiplied.
+                let factor = all[gain].coefficients[0] / constant;
+                all[gain].coefficients[power] =
+                    (self.gains[gain].coefficients[power] + x * constant) * factor;
+            }
+        }
+        all
+    }
+
+    /// One descent over the numbers one by one, the second in the reverse order.
+    fn round(&self, order: usize, start: &Candidate, step: f64) -> (Candidate, usize) {
+        let mut directions: Vec<Direction> = (0..start.x.len()).map(|i| Direction(vec![i])).collect();
+        if order > 0 {
+            directions.reverse();
+        }
+        let mut found = vec![];
+        let best = descend(start, &directions, step, ATTEMPTS, &|x| self.attempt(x), &mut found);
+        (best, found.len())
+    }
+
+    fn attempt(&self, x: &[f64]) -> Attempt {
+        match self.candidate(x) {
+            Ok(tried) => Attempt { tried, failed: None },
+            Err(why) => {
+                let tried = Candidate::failed(x, self.keys.len());
+                Attempt { tried, failed: Some(why.to_string()) }
+            }
+        }
+    }
+
+    fn candidate(&self, x: &[f64]) -> Result<Candidate, Error> {
+        let (_, inputs) = with_gains(self.inputs, self.text, &self.moved(x))?;
+        let verdict = verdict(&inputs)?;
+        let gamma = largest_gain(&verdict.found);
+        let cost = gamma.ln();
+        let of = |key: &str| verdict.rows.iter().find(|row| row.key == key).map(|row| row.achieved.value);
+        Ok(Candidate {
+            x: x.to_vec(),
+            cost: if cost.is_finite() { cost.min(FAILED_COST) } else { FAILED_COST },
+            gamma,
+            margins: margins(&self.keys, &verdict),
+            rise: of("pitch_rise").unwrap_or(f64::NAN),
+            disk: of("disk_margin").unwrap_or(f64::NAN),
+        })
+    }
+
+    fn words(&self, best: &Candidate) -> String {
+        let worst = self.keys.iter().zip(&best.margins).min_by(|a, b| a.1.total_cmp(b.1));
+        let met = match worst {
+            Some((key, margin)) if *margin < 0.0 => format!("misses {key} by {:.0} %", -100.0 * margin),
+            _ => "all met".into(),
+        };
+        format!("{met}, gain {:.3} at frozen speeds", best.gamma)
+    }
+}
+
+/// The verdict at few speeds of the given controller of a design, with its largest gain over frozen speeds as gamma:
+/// the gain for any trajectory of speed is larger.
+fn verdict(inputs: &Inputs) -> Result<Verdict, DesignError> {
+    let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
+    let missing = || InputError::NoController { file: design.file.clone() };
+    let lft = matrices(actuators, design)?.ok_or_else(missing)?;
+    let not_yet = Gamma { optimum: 1.0, bound: 1.0, back_off: 0.0, certified: false };
+    let frozen = controller(&inputs.longitudinal(), design, &inputs.hashes, lft, not_yet)?;
+    let found = judged_until_missed(inputs, &frozen)?.found;
+    Ok(Verdict::judge(inputs, largest_gain(&found), found))
+}
+
+/// The largest gain of the weighted loop over the frozen speeds.
+fn largest_gain(found: &Found) -> f64 {
+    found.frozen.iter().map(|at| at.gain.value).fold(f64::NAN, f64::max)
+}
