@@ -81,17 +81,21 @@ pub fn attempt_until_missed(
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
     let (inputs, controller) = design_with(inputs, model, turned, ControllerKind::Quick)?;
-    judged_until_missed(&inputs, &controller)
+    judged_until_missed(&inputs, &controller, true)
 }
 
-/// The verdict of a controller at few speeds, without mu if another requirement is missed.
+/// The verdict of a controller at few speeds, with `mu` unless another requirement is missed.
 ///
 /// # Errors
 /// Those of the verdict.
-pub fn judged_until_missed(inputs: &Inputs, controller: &ControllerDesign) -> Result<Verdict, Error> {
+pub fn judged_until_missed(
+    inputs: &Inputs,
+    controller: &ControllerDesign,
+    mu: bool,
+) -> Result<Verdict, Error> {
     let effort = effort(&inputs.design);
     let first = Verdict::of(inputs, controller, Effort { mu: 0, ..effort })?;
-    if first.missed().next().is_some() {
+    if !mu || first.missed().next().is_some() {
         return Ok(first);
     }
     let found = first.found.with_mu(inputs, controller, effort.mu)?;

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::gain::{TunedGain, WEIGHTS, with_gains};
 use crate::required::meeting;
 use base::progress::Progress;
+use lpv::analysis::given_loop;
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
 use lpv::plant::GeneralisedPlant;
@@ -65,7 +66,8 @@ pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress)
     );
     progress.done("tune", &words);
     let what = "gains that meet [require], by verdicts at few speeds";
-    let (met, more) = progress.timed("tune", what, || meeting(inputs, &text, &gains, progress));
+    let (met, more) =
+        progress.timed("tune", what, || meeting(inputs, &text, &gains, &|with| tuning.bound(with), progress));
     let met = met?.unwrap_or(gains);
     let (text, changed) = with_gains(inputs, &text, &met)?;
     let what = "judging in full, and proving";
@@ -189,6 +191,13 @@ impl Tuning<'_> {
         let directions = affine.directions.iter().map(|one| one.matrix.clone()).collect();
         let (values, found) = self.tuned(&affine, directions, &self.start(&affine, known))?;
         Ok((gains(&affine, &values), found))
+    }
+
+    /// The gain of the loop of a given PID for any trajectory of speed.
+    fn bound(&self, with: &Inputs) -> Option<f64> {
+        let pid = with.design.controller.as_ref()?;
+        let controller = structure(&with.vehicle.actuators, &with.design, pid).ok()?.controller();
+        Some(given_loop(&self.plant.close(&controller)).ok()?.gamma)
     }
 
     fn tuned(
