@@ -20,6 +20,7 @@
 //! 2000.
 
 mod allocation;
+pub mod autopilots;
 mod file;
 mod gain;
 mod refusal;
