@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from pathlib import Path
 
@@ -74,7 +73,7 @@ def test_gains_are_written_into_the_file_alone(run_squid: Run, ini: Path, tmp_pa
     mine, link = tmp_path / "mine.toml", tmp_path / "link.ini"
     ini.write_bytes(b"\xef\xbb\xbf" + DUNE.replace("\n", "\r\n").encode())
     before = ini.read_bytes()
-    os.symlink(ini, link)
+    link.symlink_to(ini)
     assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
     again = run_squid("gains", "export", mine, "--format", "dune", "--into", link)
     assert again.returncode == 0 and "nothing is changed" in again.stdout and ini.read_bytes() == before
@@ -87,7 +86,9 @@ def test_gains_are_written_into_the_file_alone(run_squid: Run, ini: Path, tmp_pa
     assert link.is_symlink() and ini.read_bytes() == before.replace(b"= 1.5", b"= 2.25")
 
 
-def test_what_cannot_be_written_leaves_everything_as_it_was(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_written_leaves_everything_as_it_was(
+    run_squid: Run, ini: Path, tmp_path: Path
+) -> None:
     mine = tmp_path / "mine.toml"
     assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
     text = mine.read_text(encoding="utf-8")

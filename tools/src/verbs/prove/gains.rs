@@ -1,9 +1,8 @@
 //! `squid gains`: gains in the file of an autopilot as `[controller]`, and back.
 
-use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, note, say, say_whole};
-use auv::Actuator;
+use auv::{Actuator, Vehicle};
 use base::files::{read, write};
 use clap::{Args, Subcommand, ValueEnum};
 use pid::Drive;
@@ -99,7 +98,7 @@ impl How {
             ("--unit", unit.is_some(), Format::Mvp),
             ("--mode", mode.is_some(), Format::Mvp),
         ];
-        for (name, _, _) in options.iter().filter(|(_, given, of)| *given && of != format) {
+        if let Some((name, ..)) = options.iter().find(|(_, given, of)| *given && of != format) {
             let allowed = "left out: the files of this format say it themselves".into();
             return Err(Error::Argument { name, found: "given".into(), allowed });
         }
@@ -200,7 +199,8 @@ fn write_into(autopilot: Autopilot, pid: &pid::Pid, into: &Path, missing: &Missi
 
 /// What the thrusters of a vehicle give in pitch, all at their limits.
 fn hint(vehicle: &Path) -> Result<Option<String>, Error> {
-    let vehicle = read_vehicle(&vehicle.join("vehicle.toml"))?;
+    let file = vehicle.join("vehicle.toml");
+    let vehicle = Vehicle::parse(&read(&file)?, &file.display().to_string())?;
     let moment = |actuator: &Actuator| (actuator.force(0.0, 1.0)[2] * actuator.reach()).abs();
     let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
     let all: f64 = thrusters.map(moment).sum();
