@@ -120,6 +120,25 @@ def test_the_full_output_of_ardusub_must_be_given(run_squid: Run, tmp_path: Path
     assert gains == pytest.approx(expected, rel=1e-12)
 
 
+def test_the_unit_of_mvp_is_given(run_squid: Run, tmp_path: Path) -> None:
+    modes = tmp_path / "modes.yaml"
+    limits = "i_max: 10, i_min: -10"
+    flight = f"flight: {{pitch: {{p: 5.0, i: 1.0, d: 2.0, {limits}}}, surge: {{p: 10.0, i: 3.0, {limits}}}}}"
+    modes.write_text(f"control_modes:\n  {flight}\n  hold: {{pitch: {{p: 6.0}}}}\n", encoding="utf-8")
+    for options, words in (([], "--mode: flight, hold"), (["--mode", "flight"], "--unit N.m for thrusters")):
+        done = run_squid("gains", "import", modes, "--format", "mvp", *options)
+        assert done.returncode == 1 and words in done.stderr, done.stderr
+    options = ["--format", "mvp", "--mode", "flight", "--unit", "N.m"]
+    gains = json.loads(run_squid("gains", "import", modes, *options, "--json").stdout)["gains"]
+    assert {gain["name"]: (gain["value"], gain["unit"]) for gain in gains} == {
+        "pitch.kp": (5.0, "N.m/rad"),
+        "pitch.ki": (1.0, "N.m/(rad.s)"),
+        "pitch.kd": (2.0, "N.m.s/rad"),
+        "speed.kp": (10.0, "N.s/m"),
+        "speed.ki": (3.0, "N/m"),
+    }
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -19,20 +19,23 @@ const EFFECT: &str = "[Control.AUV.Allocator] Fin effect M";
 /// Of the allocator's source, and of etc/auv/control.ini.
 const DEFAULT_EFFECT: f64 = 0.5;
 
-/// Flags that make another law, each with the value at which it does not.
-const FLAGS: [(&str, &str, &str); 4] = [
+/// A flag: its key, whether a value of it, in small letters, leaves the law as it is, and what is allowed.
+type Flag = (&'static str, fn(&str) -> bool, &'static str);
+
+/// Flags with which another law flies, or may.
+const FLAGS: [Flag; 4] = [
+    ("[Control.AUV.Attitude] Enabled", |v| v != "never", "not Never: the gains are otherwise not flown"),
     (
         "[Control.AUV.Attitude] Error Attitude Compensation",
-        "false",
-        "the attitude error itself is then the command",
+        |v| v == "false",
+        "false: the attitude error itself is otherwise the command",
     ),
     (
         "[Control.AUV.Allocator] Fin effect Velocity dependent",
-        "false",
-        "the gain to the fins then depends on the speed",
+        |v| v == "false",
+        "false: the gain to the fins otherwise depends on the speed",
     ),
-    ("[Control.AUV.LMI] Enabled", "Never", "that task then commands the fins"),
-    ("[Control.AUV.Attitude] Enabled", "Always", "the gains are otherwise not, or not always, flown"),
+    ("[Control.AUV.LMI] Enabled", |v| v == "never", "Never: that task may otherwise command the fins"),
 ];
 
 const LAW: [&str; 5] = [
@@ -136,11 +139,11 @@ fn read(source: &Source<'_>, others: bool) -> Result<Read, FileError> {
     let meaning = format!("kp, ki and kd of pitch, as in etc/auv/control.ini of DUNE{included}");
     let pitch = source.required(PITCH, 3, &meaning)?;
     source.above_zero(&pitch, 0)?;
-    for (key, good, why) in FLAGS {
+    for (key, is_good, allowed) in FLAGS {
         if let Some((line, value)) = source.value(key)?
-            && !value.eq_ignore_ascii_case(good)
+            && !is_good(&value.to_lowercase())
         {
-            return source.refuse(line, key, value, format!("{good}: {why}"));
+            return source.refuse(line, key, value, allowed);
         }
     }
     let given = source.optional(EFFECT, 1)?;

@@ -27,6 +27,7 @@ const LAW: [&str; 3] = [
 ];
 
 const LIMIT: &str = "a limit of the integral term";
+const NO_SPEED: &str = "without p the speed loop of squid does not exist";
 const NO_RATE: &str =
     "the speed loop of squid has no derivative: what these gains prove is the loop without it";
 
@@ -219,6 +220,9 @@ pub(crate) fn import(text: &str, file: &str, missing: &Missing) -> Result<Import
             let from = format!("line {line}, '{own}', not converted: N of all thrusters along the hull");
             found.gain(("speed", key), values[0], &of_force(role), from);
         }
+    }
+    if !is_there {
+        found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.i"), SET, NO_SPEED)?);
     }
     for freedom in [PITCH, SURGE] {
         for limit in LIMITS {

@@ -91,6 +91,10 @@ fn gains_of_dune_are_radians_of_the_fins() {
     // A fin of half the effect turns twice as far: 0.5/0.25.
     let found = read(Autopilot::Dune, &DUNE.replace("= 0.5\r", "= 0.25\r")).unwrap();
     assert_eq!(gains(&found)[0].1, 3.0);
+    // A task of the vehicle alone is flown, and a derivative of the error is said.
+    let text = DUNE.replace("= Always", "= Hardware\nAltitude Control -- Enabled = true");
+    let found = read(Autopilot::Dune, &text).unwrap();
+    assert!(found.remarks().iter().any(|words| words.contains("'Altitude Control -- Enabled' (line 6)")));
     // Without the allocator its default is taken, and said.
     let short = DUNE.split("[Control.AUV.Allocator]").next().unwrap();
     let found = read(Autopilot::Dune, short).unwrap();
@@ -122,6 +126,8 @@ fn gains_of_mvp_have_the_unit_that_is_given() {
     ];
     assert_eq!(gains(&found), expected);
     assert!(found.remarks().iter().any(|words| words.contains("surge.d = 5.0 (line 6)")));
+    let alone = read(Autopilot::Mvp, &MVP.replace("{p: 10.0,", "{p: 0.0,")).unwrap();
+    assert!(alone.remarks().iter().any(|words| words.contains("surge.i = 3.0 (line 6): without p")));
     let hold = Missing { drive: Some(Drive::Deflection), mode: Some("hold".into()), ..Missing::default() };
     let found = import(Autopilot::Mvp, MVP, "theirs", &hold).unwrap();
     assert_eq!(gains(&found), [("pitch.kp".into(), 6.0, "rad/rad"), ("pitch.kd".into(), 3.5, "rad.s/rad")]);
