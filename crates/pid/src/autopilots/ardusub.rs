@@ -185,7 +185,9 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         );
         return refuse("ki", pid.pitch.ki.as_ref().map_or(line, |ki| ki.line), found, allowed);
     }
-    let weights = [1.0, -1.0].map(|sign| 0.5 * (1.0 + sign * (1.0 - ratio).max(0.0).sqrt()));
+    // The smaller solution by the product of both: a difference would lose its digits.
+    let large = 0.5 * (1.0 + (1.0 - ratio).max(0.0).sqrt());
+    let weights = [large, 0.25 * ratio / large];
     let asked = pid.pitch.reference_weight;
     let possible = &weights[..if ki > 0.0 { 2 } else { 1 }];
     let Some(weight) = possible.iter().find(|weight| (*weight - asked).abs() <= WEIGHT) else {
@@ -193,11 +195,11 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         let allowed = format!("{}: with these kp, ki and kd that of ArduSub's cascade", allowed.join(" or "));
         return refuse("reference_weight", line, auv::number(asked), allowed);
     };
-    let ka = rounded(weight * k / kd);
+    let ka = weight * k / kd;
     let new = [
-        (&angle, vec![ka]),
+        (&angle, vec![rounded(ka)]),
         (&rate, vec![rounded(kd / full)]),
-        (&integral, vec![rounded((1.0 - weight) * k / full)]),
+        (&integral, vec![rounded(ki / ka / full)]),
     ];
     let mut notes = not_written(pid, false);
     notes.extend(stay(&unread(&source, &LEFT_OUT)?));

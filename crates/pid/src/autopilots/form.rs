@@ -77,6 +77,10 @@ pub struct Export {
 const NO_SPEED: &str = "The file has no gains from speed to thrust: a design that tracks the speed needs \
                         [controller.speed] beside these.";
 
+/// What the law of squid has besides.
+const TRIM: &str = "Squid adds the trim of the actuators at each speed. The autopilot does not: its integral must hold \
+                    that, and without one an error stays.";
+
 impl Import {
     /// What was read so far: the law.
     pub(crate) fn new(law: &[&str]) -> Self {
@@ -104,7 +108,8 @@ impl Import {
         };
         let speed = self.gains.iter().any(|gain| gain.table == "speed");
         let speed = (!speed).then(|| NO_SPEED.to_owned());
-        self.left_out.iter().map(left).chain(self.notes.iter().cloned()).chain(speed).collect()
+        let all = self.left_out.iter().map(left).chain(self.notes.iter().cloned());
+        all.chain(speed).chain([TRIM.to_owned()]).collect()
     }
 
     /// The gains as a file for `squid prove --controller`.

@@ -179,6 +179,13 @@ fn ardusub_has_the_weight_of_its_cascade_alone() {
     assert!(
         gains(&other).iter().zip([36.0, 21.6, 5.4, 0.1]).all(|(gain, value)| (gain.1 - value).abs() < 1e-9)
     );
+    // Weights near 1 and 0 keep their digits.
+    let weight = 0.5 * (1.0 + (1.0 - 4.0 * 5.4 * 2e-6 / 36f64.powi(2)).sqrt());
+    for weight in [weight, 1.0 - weight] {
+        let read = read(Autopilot::ArduSub, &with(&weight.to_string(), "0.000002").unwrap()).unwrap();
+        assert!((gains(&read)[1].1 / 2e-6 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
+        assert!((gains(&read)[0].1 / 36.0 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
+    }
     let words = with("1.0", "21.6").unwrap_err();
     assert!(words.starts_with("mine.toml:3:") && words.contains("0.900000 or 0.100000"), "{words}");
     let words = with("0.9", "61").unwrap_err();
