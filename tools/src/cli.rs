@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::verbs::lpv::LpvVerb;
 use crate::verbs::new::Like;
+use crate::verbs::prove::gains::GainsVerb;
 use auv::Vehicle;
 use base::files::{check_directory, read};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -72,6 +73,9 @@ pub enum Verb {
     /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, and an
     /// integrator without gain.
     Prove(Prove),
+    /// Gains in the file of an autopilot, DUNE, ArduSub, mvp or MSS, as `[controller]`, and back
+    #[command(subcommand)]
+    Gains(GainsVerb),
     /// Search the weights for a fast, quiet design that meets what `[require]` asks, and write it as a design file
     ///
     /// Short rise times count most, then little noise on the commands and a large delay margin. Changes frequencies and

@@ -76,6 +76,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
     match verb {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Prove(asked) => prove::run(&asked),
+        Verb::Gains(verb) => prove::gains::run(&verb),
         Verb::Tune { vehicle, design, to, controller: Some(TunedController::Pid), degree, .. } => {
             tune::pid(&vehicle, &design, to.as_deref(), degree.into())
         }

@@ -63,8 +63,21 @@ pub fn say_indented(text: &str, indent: usize) {
 
 /// Prints paths, which are never broken.
 pub fn say_path(path: &Path) {
+    say_whole(&path.display().to_string());
+}
+
+/// Prints a text whose lines are never broken, such as a file.
+pub fn say_whole(text: &str) {
     if !is_for_programs() {
-        print_line(&path.display().to_string());
+        print_line(text);
+    }
+}
+
+/// Prints words for people to standard error, beside a result that is a file on standard output.
+pub fn note(text: &str) {
+    if !is_for_programs() {
+        // Not `eprintln`, which panics where nothing can be written.
+        let _ = writeln!(io::stderr(), "{}", set(text, 0));
     }
 }
 

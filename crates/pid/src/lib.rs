@@ -18,8 +18,11 @@
 //! weight, back-calculation and filter of the derivative: K. J. Astrom, T. Hagglund, Advanced PID Control, 2006,
 //! sections 3.3 to 3.5; of gains scheduled after the integrator: D. J. Leith, W. E. Leithead, Int. J. Control 73(11),
 //! 2000.
+//!
+//! [`autopilots`] reads the gains of other autopilots' files as `[controller]`, and writes them back.
 
 mod allocation;
+pub mod autopilots;
 mod file;
 mod gain;
 mod refusal;

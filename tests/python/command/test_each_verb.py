@@ -120,6 +120,12 @@ def test_the_doctor_names_what_is_missing(squid_command: Path, run_squid: Run) -
     assert "rustup.rs" in done.stdout and "apt install" in done.stdout
 
 
+@pytest.mark.parametrize("shell", ["bash", "fish", "zsh"])
+def test_no_line_of_a_completion_script_is_broken(run_squid: Run, shell: str) -> None:
+    """In a script a line break ends a command."""
+    assert run_squid("completions", shell, columns="72").stdout == run_squid("completions", shell).stdout
+
+
 def test_completions_and_pages_know_every_verb(run_squid: Run, tmp_path: Path) -> None:
     script = run_squid("completions", "bash").stdout
     subprocess.run(["bash", "-n"], input=script, text=True, check=True)

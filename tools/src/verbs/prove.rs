@@ -1,5 +1,7 @@
 //! `squid prove`: proves a given controller, and prints what is known of its loop.
 
+pub mod gains;
+
 use crate::cli::Prove;
 use crate::error::Error;
 use crate::output::answer;

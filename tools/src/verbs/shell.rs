@@ -2,7 +2,7 @@
 
 use crate::cli::Cli;
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, say, say_whole};
 use base::files;
 use clap::CommandFactory;
 use clap_complete::{Shell, generate};
@@ -17,7 +17,7 @@ pub fn completions(shell: Shell) -> Result<(), Error> {
     let mut script = Vec::new();
     generate(shell, &mut Cli::command(), "squid", &mut script);
     let script = String::from_utf8_lossy(&script);
-    say(script.trim_end());
+    say_whole(script.trim_end());
     Ok(answer(&json!({ "script": script }))?)
 }
 

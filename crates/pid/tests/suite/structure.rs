@@ -4,11 +4,17 @@ use crate::vehicles::{SCHEDULING, layout, made, vehicle};
 use lpv::matrix::Mat;
 use nalgebra::Complex;
 
-const SPEED: &str =
+pub const SPEED: &str =
     "[controller.speed]\nkp = { value = 30.0, unit = \"N.s/m\" }\nki = { value = 10.0, unit = \"N/m\" }\n";
 
 /// The response of the controller frozen at rho, from y in SI to the outputs of the actuators in SI.
-fn response(name: &str, tracked: &'static str, text: &str, rho: f64, omega: f64) -> Vec<Vec<Complex<f64>>> {
+pub fn response(
+    name: &str,
+    tracked: &'static str,
+    text: &str,
+    rho: f64,
+    omega: f64,
+) -> Vec<Vec<Complex<f64>>> {
     let layout = layout(tracked);
     let controller = made(name, &layout, text).unwrap().controller();
     let g = controller.frozen(&[rho]).unwrap().response(Complex::new(0.0, omega)).unwrap();
@@ -17,7 +23,7 @@ fn response(name: &str, tracked: &'static str, text: &str, rho: f64, omega: f64)
     (0..reach.len()).map(|i| (0..scales.len()).map(|j| g[(i, j)] * reach[i] / scales[j]).collect()).collect()
 }
 
-fn close(found: Complex<f64>, expected: Complex<f64>) {
+pub fn close(found: Complex<f64>, expected: Complex<f64>) {
     assert!((found - expected).norm() < 1e-9 * (1.0 + expected.norm()), "{found} instead of {expected}");
 }
 

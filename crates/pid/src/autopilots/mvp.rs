@@ -1,0 +1,273 @@
+//! mvp_control of the University of Rhode Island: a YAML file with `control_modes`.
+//!
+//! `src/mvp_control/mimo_pid.cpp` has the law: `u = p e + clip(int i e dt) + d e'`, on the error alone.
+
+use crate::allocation::Drive;
+use crate::autopilots::form::{
+    Export, Import, Missing, Plain, left_out, no_depth, no_weight, not_written, stay,
+};
+use crate::autopilots::source::{Entry, Numbers, Source};
+use crate::file::Pid;
+use crate::gain::{Role, of_force};
+use crate::refusal::{not_allowed, refused};
+use auv::toml_file::{FileError, FileProblem};
+use saphyr_parser::{Event, Parser};
+
+/// The gains of a degree of freedom: its key, that of `[controller]`, and what it multiplies.
+const KEYS: [(&str, &str, Role); 3] =
+    [("p", "kp", Role::Proportional), ("i", "ki", Role::Integral), ("d", "kd", Role::Derivative)];
+const LIMITS: [&str; 2] = ["i_max", "i_min"];
+const PITCH: &str = "pitch";
+const SURGE: &str = "surge";
+
+const LAW: [&str; 3] = [
+    "Loop order: pitch error -> pitch command; speed error -> force along the hull; angles in rad.",
+    "u = p e + int i e dt + d e', e = r - theta",
+    "In squid kd acts on the rate of pitch: the loop is the same, a step of the reference is not.",
+];
+
+const LIMIT: &str = "a limit of the integral term";
+const NO_SPEED: &str = "without p the speed loop of squid does not exist";
+const NO_RATE: &str =
+    "the speed loop of squid has no derivative: what these gains prove is the loop without it";
+
+/// Where a mapping or sequence of YAML is open.
+enum Open {
+    /// A mapping, with the key whose value comes next.
+    Mapping(Option<String>),
+    /// A sequence: nothing in it is read.
+    Sequence,
+}
+
+/// Reads every value of a mapping; its key has those of the mappings around it, apart by points.
+fn source<'a>(text: &'a str, file: &'a str) -> Result<Source<'a>, FileError> {
+    let mut source = Source::new(text, file);
+    let starts: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
+    let mut open: Vec<Open> = vec![];
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(|error| {
+            let found = format!("no YAML: {}", error.info());
+            not_allowed(file, error.marker().line(), "control_modes", found, "a mapping of YAML")
+        })?;
+        let (is_key, path) = match open.last() {
+            Some(Open::Mapping(None)) => (true, None),
+            Some(Open::Mapping(Some(_))) => (false, path(&open)),
+            _ => (false, None),
+        };
+        match event {
+            Event::Scalar(value, ..) if is_key => {
+                if let Some(Open::Mapping(key)) = open.last_mut() {
+                    *key = Some(value.into_owned());
+                }
+                continue;
+            }
+            Event::Scalar(value, ..) => {
+                let begin = starts.get(span.start.index()).copied().unwrap_or(text.len());
+                // A quoted text, or one over several lines, is no number, and stands in messages alone.
+                let size = if text[begin..].starts_with(&*value) { value.len() } else { 0 };
+                if let Some(key) = path {
+                    let rest = &text[begin..];
+                    source.push(key, span.start.line(), begin, rest, &rest[..size]);
+                }
+            }
+            Event::MappingStart(..) => {
+                open.push(Open::Mapping(None));
+                continue;
+            }
+            Event::SequenceStart(..) => {
+                open.push(Open::Sequence);
+                continue;
+            }
+            Event::MappingEnd | Event::SequenceEnd => {
+                open.pop();
+            }
+            Event::Alias(_) => {}
+            _ => continue,
+        }
+        // A value has ended.
+        if let Some(Open::Mapping(key)) = open.last_mut() {
+            *key = None;
+        }
+    }
+    Ok(source)
+}
+
+/// The keys of the open mappings; none inside a sequence.
+fn path(open: &[Open]) -> Option<String> {
+    let keys = open.iter().map(|one| match one {
+        Open::Mapping(key) => key.clone(),
+        Open::Sequence => None,
+    });
+    Some(keys.collect::<Option<Vec<_>>>()?.join("."))
+}
+
+/// The numbers of a mode.
+struct Read {
+    /// The key of the mode.
+    mode: String,
+    pitch: [Option<Numbers>; 3],
+    surge: [Option<Numbers>; 3],
+    drive: Drive,
+}
+
+/// The modes that have gains of pitch: the whole key, and the name.
+fn modes(source: &Source<'_>) -> Vec<(String, String)> {
+    let mut all: Vec<(String, String)> = vec![];
+    for Entry { key, .. } in &source.entries {
+        let Some((before, rest)) = key.split_once("control_modes.") else { continue };
+        if let [mode, PITCH, _] = rest.split('.').collect::<Vec<_>>()[..] {
+            let one = (format!("{before}control_modes.{mode}"), mode.to_owned());
+            if !all.contains(&one) {
+                all.push(one);
+            }
+        }
+    }
+    all
+}
+
+/// Reads what import and export need.
+fn read(source: &Source<'_>, missing: &Missing) -> Result<Read, FileError> {
+    let all = modes(source);
+    let wanted = |(_, name): &&(String, String)| missing.mode.as_ref().is_none_or(|mode| mode == name);
+    let chosen: Vec<&(String, String)> = all.iter().filter(wanted).collect();
+    let names: Vec<&str> = all.iter().map(|(_, name)| name.as_str()).collect();
+    let mode = match (&chosen[..], &missing.mode) {
+        ([(key, _)], _) => key.clone(),
+        ([], Some(mode)) if !all.is_empty() => {
+            let found = format!("without pitch in the mode '{mode}'");
+            return source.refuse(1, "control_modes", found, format!("--mode of {}", names.join(", ")));
+        }
+        ([], _) => {
+            let (key, meaning) =
+                ("control_modes.MODE.pitch".into(), "p, i and d of pitch in a mode of mvp".into());
+            return Err(refused(source.file, 1, FileProblem::MissingKey { key, meaning }));
+        }
+        _ => {
+            let found = format!("of {} modes with pitch", chosen.len());
+            return source.refuse(
+                1,
+                "control_modes",
+                found,
+                format!("chosen by --mode: {}", names.join(", ")),
+            );
+        }
+    };
+    let kp = format!("{mode}.{PITCH}.{}", KEYS[0].0);
+    source.above_zero(&source.required(&kp, 1, "the gain on the pitch error")?, 0)?;
+    let gains = |freedom: &str| {
+        let mut found = [None, None, None];
+        for (one, (key, ..)) in found.iter_mut().zip(KEYS) {
+            *one = source.optional(&format!("{mode}.{freedom}.{key}"), 1)?;
+        }
+        Ok::<_, FileError>(found)
+    };
+    let (pitch, surge) = (gains(PITCH)?, gains(SURGE)?);
+    let Some(drive) = missing.drive else {
+        let found = "in the unit of the pitch command, which is not in the file";
+        let line = pitch[0].as_ref().map_or(1, |kp| kp.line);
+        let allowed = "given with --unit N.m for thrusters, or --unit rad for planes";
+        return source.refuse(line, &kp, found, allowed);
+    };
+    Ok(Read { mode, pitch, surge, drive })
+}
+
+/// Refuses an integral whose limits hold it at 0: left out they are 0.
+fn acts(source: &Source<'_>, mode: &str, freedom: &str, ki: f64) -> Result<(), FileError> {
+    let key = format!("{mode}.{freedom}.{}", KEYS[1].0);
+    let mut limits = [0.0; 2];
+    for (limit, name) in limits.iter_mut().zip(LIMITS) {
+        let given = source.value(&format!("{mode}.{freedom}.{name}"))?;
+        *limit = given.and_then(|(_, value)| value.parse().ok()).unwrap_or(0.0);
+    }
+    let [high, low] = limits;
+    if ki == 0.0 || (high > 0.0 && low < 0.0) {
+        return Ok(());
+    }
+    let line = source.value(&key)?.map_or(1, |(line, _)| line);
+    let found = format!("{} with i_max {high} and i_min {low}", auv::number(ki));
+    source.refuse(
+        line,
+        &key,
+        found,
+        "0, or i_max above and i_min below 0, where mvp holds the integral; 0 if left out",
+    )
+}
+
+/// Whether a value is worth a word.
+const SET: fn(f64) -> bool = |value| value != 0.0;
+
+/// Reads the gains.
+pub(crate) fn import(text: &str, file: &str, missing: &Missing) -> Result<Import, FileError> {
+    let source = source(text, file)?;
+    let Read { mode, pitch, surge, drive } = read(&source, missing)?;
+    for (freedom, gains) in [(PITCH, &pitch), (SURGE, &surge)] {
+        acts(&source, &mode, freedom, gains[1].as_ref().map_or(0.0, |ki| ki.values[0]))?;
+    }
+    let mut found = Import::new(&LAW);
+    for (numbers, (_, key, role)) in pitch.iter().zip(KEYS) {
+        if let Some(Numbers { key: own, line, values, .. }) = numbers {
+            found.gain(
+                ("pitch", key),
+                values[0],
+                &drive.units(role),
+                format!("line {line}, '{own}', not converted"),
+            );
+        }
+    }
+    let is_there = surge[0].as_ref().is_some_and(|kp| kp.values[0] > 0.0);
+    for (numbers, (_, key, role)) in surge.iter().zip(KEYS).take(2).filter(|_| is_there) {
+        if let Some(Numbers { key: own, line, values, .. }) = numbers {
+            let from = format!("line {line}, '{own}', not converted: N of all thrusters along the hull");
+            found.gain(("speed", key), values[0], &of_force(role), from);
+        }
+    }
+    if !is_there {
+        found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.i"), SET, NO_SPEED)?);
+    }
+    for freedom in [PITCH, SURGE] {
+        for limit in LIMITS {
+            found.left_out.extend(left_out(&source, &format!("{mode}.{freedom}.{limit}"), SET, LIMIT)?);
+        }
+    }
+    found.left_out.extend(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?);
+    Ok(found)
+}
+
+/// Writes the gains.
+pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Result<Export, FileError> {
+    let plain = Plain::of(pid)?;
+    no_weight(pid)?;
+    no_depth(pid, "the depth of mvp is a loop of its own, from depth to a force")?;
+    let source = source(text, file)?;
+    let Read { mode, pitch, surge, drive } = read(&source, missing)?;
+    plain.require(pid, drive, "that is the --unit given for the file")?;
+    let mut new = vec![];
+    let mut write = |numbers: &'_ [Option<Numbers>; 3], freedom: &str, gains: &[f64]| {
+        acts(&source, &mode, freedom, gains[1])?;
+        for ((numbers, (key, ..)), gain) in numbers.iter().zip(KEYS).zip(gains) {
+            match numbers {
+                Some(numbers) => new.push((numbers.clone(), vec![*gain])),
+                None if *gain > 0.0 => {
+                    source.required(&format!("{mode}.{freedom}.{key}"), 1, "a gain must be written to it")?;
+                }
+                None => {}
+            }
+        }
+        Ok::<_, FileError>(())
+    };
+    write(&pitch, PITCH, &plain.pitch)?;
+    let writes_speed = plain.speed.is_some() && surge[0].is_some();
+    if let (Some(gains), Some(speed), true) = (plain.speed, &pid.speed, writes_speed) {
+        if speed.reference_weight != 0.0 || speed.rolloff > 0.0 {
+            let allowed = "without reference_weight and rolloff: mvp has nothing to write them to";
+            return Err(not_allowed(&pid.file, speed.line, "controller.speed", "given", allowed));
+        }
+        write(&surge, SURGE, &gains)?;
+    }
+    let mut notes = not_written(pid, writes_speed);
+    notes.extend(stay(left_out(&source, &format!("{mode}.{SURGE}.d"), SET, NO_RATE)?.as_slice()));
+    let new: Vec<(&Numbers, Vec<f64>)> =
+        new.iter().map(|(numbers, gains)| (numbers, gains.clone())).collect();
+    let (text, changes) = source.replaced(&new);
+    Ok(Export { text, changes, notes })
+}

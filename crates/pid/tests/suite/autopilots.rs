@@ -1,0 +1,427 @@
+//! Gains in files of autopilots: read, converted, refused, and written back.
+
+use crate::structure::{SPEED, close, response};
+use nalgebra::Complex;
+use pid::Drive;
+use pid::autopilots::{Autopilot, Import, Missing, export, import};
+use proptest::prelude::*;
+
+/// The gains for LAUV, as in etc/auv/control.ini of DUNE.
+const DUNE: &str = "[Control.AUV.Speed]\nMPS PID Gains                           = 0.0, 25.0, 0.0\n\n\
+    [Control.AUV.Attitude]\nEnabled = Always\nDepth PID Gains        = 0.6, 0.0, 0.7\n\
+    Pitch PID Gains                         = 1.5, 0.0, 1.1 ; of LAUV\n; Pitch PID Gains = 9, 9, 9\n\
+    Error Attitude Compensation             = false\n\n\
+    [Control.AUV.Allocator]\r\nFin effect M                            = 0.5\r\n";
+
+/// The defaults of ArduSub, in the three forms of a line.
+const ARDUSUB: &str = "# Vehicle 1\nATC_ANG_PIT_P,6.000000\nATC_RAT_PIT_P   0.135 # per rad/s\n\
+    1\t1\tATC_RAT_PIT_I\t0.09\t9\nATC_RAT_PIT_D,0.0036\nATC_RAT_PIT_FF,0\nATC_RAT_RLL_P,0.2\nATC_RAT_PIT_IMAX,0.444\n";
+
+/// The gains of flight in config/modes.yaml of mvp, and a block mapping.
+const MVP: &str = "\
+enabled: true
+control_modes: # α
+  flight:
+    pitch:    {p: 5.0,    i: 1.0,   d: 2.0,   i_max: 10, i_min: -10}
+    # pitch:    {p: 7.0,    i: 1.0,   d: 2.0}
+    surge:    {p: 10.0,   i: 3.0,   d: 5.0,   i_max: 10, i_min: -10}
+  hold:
+    pitch:
+      p: 6.0
+      i: 0
+      d: 3.5   # damping
+    x: {p: 2.0}
+  kill: false
+";
+
+/// Names of SIMremus100.m, with the gains that its expressions have; one line of the Python Vehicle Simulator.
+const MSS: &str = "%{\nKp_theta = 1.0;\n%}\nKp_z = 0.1;  % depth\nKp_theta = 5.33; Ki_theta = 0.43; % pitch\n\
+    self.Kd_theta = 10.7  # rate\ndelta_s = -Kp_theta * ssa(theta - theta_d) - Kd_theta * q;\n";
+
+/// An option of each file.
+fn missing(autopilot: Autopilot) -> Missing {
+    match autopilot {
+        Autopilot::ArduSub => Missing { full_output: Some(40.0), ..Missing::default() },
+        Autopilot::Mvp => {
+            Missing { drive: Some(Drive::Moment), mode: Some("flight".into()), ..Missing::default() }
+        }
+        _ => Missing::default(),
+    }
+}
+
+const ALL: [(Autopilot, &str); 4] =
+    [(Autopilot::Dune, DUNE), (Autopilot::ArduSub, ARDUSUB), (Autopilot::Mvp, MVP), (Autopilot::Mss, MSS)];
+
+fn read(autopilot: Autopilot, text: &str) -> Result<Import, String> {
+    import(autopilot, text, "theirs", &missing(autopilot)).map_err(|error| error.to_string())
+}
+
+/// The gains as `pitch.kp`, value, unit.
+fn gains(found: &Import) -> Vec<(String, f64, &'static str)> {
+    let gain = |gain: &pid::autopilots::Imported| {
+        (format!("{}.{}", gain.table, gain.key), gain.value, gain.unit.unwrap_or_default())
+    };
+    found.gains.iter().map(gain).collect()
+}
+
+fn written(autopilot: Autopilot, controller: &str, text: &str) -> Result<String, String> {
+    let pid = pid::read_file(controller, "mine.toml").unwrap();
+    let done = export(autopilot, &pid, text, "theirs", &missing(autopilot));
+    done.map(|done| done.text).map_err(|error| error.to_string())
+}
+
+fn controller(pitch: &str, more: &str) -> String {
+    format!("[controller]\nkind = \"pid\"\n[controller.pitch]\n{pitch}\n{more}")
+}
+
+#[test]
+fn gains_of_dune_are_radians_of_the_fins() {
+    let found = read(Autopilot::Dune, DUNE).unwrap();
+    let expected = [("pitch.kp".into(), 1.5, "rad/rad"), ("pitch.kd".into(), 1.1, "rad.s/rad")];
+    assert_eq!(gains(&found), expected);
+    let toml = found.toml("control.ini");
+    for words in [
+        "# line 7, 'Pitch PID Gains'",
+        "Depth PID Gains = 0.6, 0.0, 0.7 (line 6)",
+        "MPS PID Gains",
+        "Loop order",
+    ] {
+        assert!(toml.contains(words), "{words}\n{toml}");
+    }
+    // A fin of half the effect turns twice as far: 0.5/0.25.
+    let found = read(Autopilot::Dune, &DUNE.replace("= 0.5\r", "= 0.25\r")).unwrap();
+    assert_eq!(gains(&found)[0].1, 3.0);
+    // A task of the vehicle alone is flown, and a derivative of the error is said.
+    let text = DUNE.replace("= Always", "= Hardware\nAltitude Control -- Enabled = true");
+    let found = read(Autopilot::Dune, &text).unwrap();
+    assert!(found.remarks().iter().any(|words| words.contains("'Altitude Control -- Enabled' (line 6)")));
+    // Without the allocator its default is taken, and said.
+    let short = DUNE.split("[Control.AUV.Allocator]").next().unwrap();
+    let found = read(Autopilot::Dune, short).unwrap();
+    assert!(found.toml("a").contains("the default of DUNE"));
+}
+
+#[test]
+fn a_depth_loop_of_dune_is_read_if_it_has_no_derivative() {
+    let text = DUNE.replace("0.6, 0.0, 0.7", "0.6,\n       0.02, 0.0");
+    let found = read(Autopilot::Dune, &text).unwrap();
+    let depth: Vec<_> = gains(&found).into_iter().skip(2).collect();
+    assert_eq!(depth, [("depth.kp".into(), 0.6, "rad/m"), ("depth.ki".into(), 0.02, "rad/(m.s)")]);
+    let back = written(Autopilot::Dune, &found.toml("a").replace("0.02", "0.03"), &text).unwrap();
+    assert_eq!(back, text.replace("0.02", "0.03"));
+    // With one it is neither read nor written.
+    let words = written(Autopilot::Dune, &found.toml("a"), DUNE).unwrap_err();
+    assert!(words.starts_with("theirs:6:") && words.contains("kd = 0.7"), "{words}");
+}
+
+#[test]
+fn gains_of_mvp_have_the_unit_that_is_given() {
+    let found = read(Autopilot::Mvp, MVP).unwrap();
+    let expected = [
+        ("pitch.kp".into(), 5.0, "N.m/rad"),
+        ("pitch.ki".into(), 1.0, "N.m/(rad.s)"),
+        ("pitch.kd".into(), 2.0, "N.m.s/rad"),
+        ("speed.kp".into(), 10.0, "N.s/m"),
+        ("speed.ki".into(), 3.0, "N/m"),
+    ];
+    assert_eq!(gains(&found), expected);
+    assert!(found.remarks().iter().any(|words| words.contains("surge.d = 5.0 (line 6)")));
+    let alone = read(Autopilot::Mvp, &MVP.replace("{p: 10.0,", "{p: 0.0,")).unwrap();
+    assert!(alone.remarks().iter().any(|words| words.contains("surge.i = 3.0 (line 6): without p")));
+    let hold = Missing { drive: Some(Drive::Deflection), mode: Some("hold".into()), ..Missing::default() };
+    let found = import(Autopilot::Mvp, MVP, "theirs", &hold).unwrap();
+    assert_eq!(gains(&found), [("pitch.kp".into(), 6.0, "rad/rad"), ("pitch.kd".into(), 3.5, "rad.s/rad")]);
+}
+
+#[test]
+fn gains_of_a_script_are_its_numbers() {
+    let found = read(Autopilot::Mss, MSS).unwrap();
+    let values: Vec<f64> = found.gains.iter().map(|gain| gain.value).collect();
+    assert_eq!(values, [5.33, 0.43, 10.7]);
+    let heave = read(Autopilot::Mss, &format!("{MSS}self.K_w = 5.0\n")).unwrap();
+    assert!(heave.remarks().iter().any(|words| words.contains("K_w = 5.0") && words.contains("heave")));
+}
+
+/// The cascade of ArduSub and the cascade of squid have the same response, from the reference and from pitch, whose
+/// rate is s times pitch.
+#[test]
+fn the_cascade_of_ardusub_is_that_of_squid() {
+    let found = read(Autopilot::ArduSub, ARDUSUB).unwrap();
+    let (ka, kp, ki, full) = (6.0, 0.135, 0.09, 40.0);
+    for omega in [0.03, 0.7, 2.0, 15.0] {
+        let s = Complex::new(0.0, omega);
+        let g = response("squid", "pitch", &(found.toml("a") + SPEED), 0.2, omega);
+        // z of the thrusters: 0.2, -0.1 and -0.1 m.
+        let moment = |column: usize| g[0][column] * 0.2 - (g[1][column] + g[2][column]) * 0.1;
+        // out = (kp + ki/s) (q_t - q), q_t = ka (r - theta)
+        let of_rate = (s.inv() * ki + kp) * full;
+        close(moment(0), of_rate * ka);
+        close(moment(2) + s * moment(4), -(of_rate * (s + ka)));
+    }
+    assert_eq!(gains(&found)[3].1, 0.9);
+    let without = read(Autopilot::ArduSub, &ARDUSUB.replace("0.09", "0")).unwrap();
+    let names: Vec<String> = gains(&without).into_iter().map(|gain| gain.0).collect();
+    assert_eq!(names, ["pitch.kp", "pitch.kd"]);
+}
+
+/// Of the two cascades with the same feedback the weight of the reference says which.
+#[test]
+fn ardusub_has_the_weight_of_its_cascade_alone() {
+    let with = |weight: &str, ki: &str| {
+        let pitch = format!(
+            "kp = {{ value = 36, unit = \"N.m/rad\" }}\nki = {{ value = {ki}, unit = \"N.m/(rad.s)\" }}\n\
+             kd = {{ value = 5.4, unit = \"N.m.s/rad\" }}\nreference_weight = {weight}"
+        );
+        written(Autopilot::ArduSub, &controller(&pitch, SPEED), ARDUSUB)
+    };
+    assert_eq!(with("0.9", "21.6").unwrap(), ARDUSUB);
+    let other = read(Autopilot::ArduSub, &with("0.1", "21.6").unwrap()).unwrap();
+    assert!(
+        gains(&other).iter().zip([36.0, 21.6, 5.4, 0.1]).all(|(gain, value)| (gain.1 - value).abs() < 1e-9)
+    );
+    // Weights near 1 and 0 keep their digits.
+    let weight = 0.5 * (1.0 + (1.0 - 4.0 * 5.4 * 2e-6 / 36f64.powi(2)).sqrt());
+    for weight in [weight, 1.0 - weight] {
+        let read = read(Autopilot::ArduSub, &with(&weight.to_string(), "0.000002").unwrap()).unwrap();
+        assert!((gains(&read)[1].1 / 2e-6 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
+        assert!((gains(&read)[0].1 / 36.0 - 1.0).abs() < 1e-9, "{:?}", gains(&read));
+    }
+    let words = with("1.0", "21.6").unwrap_err();
+    assert!(words.starts_with("mine.toml:3:") && words.contains("0.900000 or 0.100000"), "{words}");
+    let words = with("0.9", "61").unwrap_err();
+    assert!(
+        words.starts_with("mine.toml:5: 'controller.pitch.ki'") && words.contains("60 N.m/(rad.s)"),
+        "{words}"
+    );
+}
+
+/// Every file with the gains that it has is the same to the last byte, and so is what was read of it.
+#[test]
+fn what_was_read_is_written_as_it_was() {
+    for (autopilot, text) in ALL {
+        let found = read(autopilot, text).unwrap();
+        let toml = found.toml("theirs");
+        assert_eq!(written(autopilot, &toml, text).unwrap(), text);
+        assert!(toml.lines().all(|line| line.chars().count() <= 100), "{toml}");
+    }
+}
+
+/// The text without the numbers of the gains.
+fn frame(
+    text: &str,
+    changes: &[pid::autopilots::Change],
+    of: fn(&pid::autopilots::Change) -> &str,
+) -> String {
+    let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
+    for change in changes.iter().rev() {
+        let line = &mut lines[change.line - 1];
+        let after = line.rfind(of(change)).unwrap();
+        line.replace_range(after..after + of(change).len(), "#");
+    }
+    lines.join("\n")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Gains that are written and read again are the same, and nothing else in the file changes.
+    #[test]
+    fn gains_survive_the_way_there_and_back(
+        kp in 0.01..50.0_f64, ki in 0.001..1.0_f64, kd in 0.01..50.0_f64,
+        surge in 0.1..90.0_f64, effect in 0.1..2.0_f64,
+    ) {
+        for (autopilot, text) in ALL {
+            let text = text.replace("= 0.5\r", &format!("= {effect}\r"));
+            // A cascade of ArduSub has at most so much of an integral, and one weight of the reference.
+            let ki = if autopilot == Autopilot::ArduSub { ki * kp * kp / (4.0 * kd) } else { ki };
+            let weight = 0.5 * (1.0 + (1.0 - 4.0 * kd * ki / (kp * kp)).max(0.0).sqrt());
+            let moment = matches!(autopilot, Autopilot::ArduSub | Autopilot::Mvp);
+            let units = if moment { ["N.m/rad", "N.m/(rad.s)", "N.m.s/rad"] } else { ["rad/rad", "1/s", "s"] };
+            let mut pitch: String = ["kp", "ki", "kd"].iter().zip([kp, ki, kd]).zip(units)
+                .map(|((key, value), unit)| format!("{key} = {{ value = {value}, unit = \"{unit}\" }}\n")).collect();
+            if autopilot == Autopilot::ArduSub {
+                pitch += &format!("reference_weight = {weight}\n");
+            }
+            let speed = SPEED.replace("30.0", &surge.to_string());
+            let pid = pid::read_file(&controller(&pitch, &speed), "mine.toml").unwrap();
+            let done = export(autopilot, &pid, &text, "theirs", &missing(autopilot)).unwrap();
+            let found = gains(&read(autopilot, &done.text).unwrap());
+            let mut expected = vec![kp, ki, kd];
+            expected.extend((autopilot == Autopilot::ArduSub).then_some(weight));
+            expected.extend((autopilot == Autopilot::Mvp).then_some([surge, 10.0]).into_iter().flatten());
+            prop_assert_eq!(found.len(), expected.len());
+            for ((name, value, _), expected) in found.iter().zip(&expected) {
+                prop_assert!((value - expected).abs() <= 1e-9 * expected, "{} {} {}", name, value, expected);
+            }
+            prop_assert!(!done.changes.is_empty());
+            let (before, after) = (
+                frame(&text, &done.changes, |change| &change.from),
+                frame(&done.text, &done.changes, |change| &change.to),
+            );
+            prop_assert_eq!(before, after);
+        }
+    }
+}
+
+/// What is ambiguous, missing or no number: file, line, key.
+#[test]
+fn what_a_file_cannot_mean_is_refused() {
+    use Autopilot::{ArduSub, Dune, Mss, Mvp};
+    let cases = [
+        (
+            Dune,
+            "1.5, 0.0, 1.1 ;",
+            "1.5, 0.0 ;",
+            "theirs:7: '[Control.AUV.Attitude] Pitch PID Gains' is \"1.5, 0.0\"; it must be 3",
+        ),
+        (Dune, "1.5, 0.0, 1.1 ;", "nan, 0.0, 1.1 ;", "is nan; it must be a number, 0 or above"),
+        (Dune, "1.5, 0.0, 1.1 ;", "-1.5, 0.0, 1.1 ;", "is -1.5; it must be a number, 0 or above"),
+        (Dune, "1.5, 0.0, 1.1 ;", "0.0, 0.0, 1.1 ;", "is 0 as its number 1; it must be above 0"),
+        (Dune, "1.5, 0.0, 1.1 ;", "$(General, Gains), 0, 1 ;", "theirs:7:"),
+        (
+            Dune,
+            "; Pitch PID Gains",
+            "Pitch PID Gains",
+            "theirs:8: '[Control.AUV.Attitude] Pitch PID Gains' is 9, 9, 9, and 1.5, 0.0, 1.1 on line 7",
+        ),
+        (Dune, "; Pitch PID Gains", "Pitch PID Gains+", "changed by 'Pitch PID Gains+'"),
+        (Dune, "= false", "= true", "theirs:9: '[Control.AUV.Attitude] Error Attitude Compensation' is true"),
+        (Dune, "= Always", "= Never", "theirs:5:"),
+        (
+            Dune,
+            "\r\nFin effect M",
+            "\r\nFin effect Velocity dependent = true\r\nFin effect M",
+            "depends on the speed",
+        ),
+        (
+            Dune,
+            "[Control.AUV.Attitude]",
+            "[Control.AUV.Other]",
+            "theirs:1: missing key '[Control.AUV.Attitude] Pitch PID Gains'",
+        ),
+        (
+            Dune,
+            "\r\nFin effect M",
+            "\r\n[Require auv/basic.ini]\r\nFin ",
+            "not in this file, which includes others",
+        ),
+        (ArduSub, "FF,0", "FF,0.1", "theirs:6: 'ATC_RAT_PIT_FF' is 0.1; it must be 0"),
+        (ArduSub, "IMAX,0.444", "IMAX,0", "theirs:8: 'ATC_RAT_PIT_IMAX' is 0"),
+        (ArduSub, "ATC_ANG_PIT_P", "ATC_ANG_RLL_P", "theirs:1: missing key 'ATC_ANG_PIT_P'"),
+        (ArduSub, "RLL_P,0.2", "PIT_P,0.2", "theirs:7: 'ATC_RAT_PIT_P' is 0.2, and 0.135 on line 3"),
+        (ArduSub, "0.135", "inf", "theirs:3: 'ATC_RAT_PIT_P' is inf"),
+        (
+            Mvp,
+            "{p: 5.0, ",
+            "{p: five, ",
+            "theirs:4: 'control_modes.flight.pitch.p' is \"five\"; it must be a number",
+        ),
+        (
+            Mvp,
+            "i_max: 10, i_min: -10}\n    #",
+            "i_max: 10}\n    #",
+            "theirs:4: 'control_modes.flight.pitch.i' is 1 with i_max 10 and i_min 0",
+        ),
+        (
+            Mvp,
+            "flight:",
+            "surface:",
+            "without pitch in the mode 'flight'; it must be --mode of surface, hold",
+        ),
+        (Mvp, "control_modes:", "modes:", "missing key 'control_modes.MODE.pitch'"),
+        (Mvp, "{p: 5.0, ", "{p: 5.0: ", "no YAML"),
+        (
+            Mss,
+            "= 5.33",
+            "= Mauv(5,5) * w_theta^2",
+            "theirs:5: 'Kp_theta' is \"Mauv(5,5) * w_theta^2\"; it must be a number: squid computes nothing here; \
+             write the number that it has",
+        ),
+        (Mss, "Kp_z = 0.1", "Kp_theta = 0.1", "theirs:5: 'Kp_theta' is 5.33, and 0.1 on line 4"),
+        (Mss, "Kp_theta = 5.33", "Kp = 5.33", "theirs:1: missing key 'Kp_theta'"),
+    ];
+    for (autopilot, from, to, words) in cases {
+        let text = ALL.iter().find(|(one, _)| *one == autopilot).unwrap().1;
+        assert!(text.contains(from), "{from}");
+        let found = read(autopilot, &text.replacen(from, to, 1)).unwrap_err();
+        assert!(found.contains(words), "{found}\n instead of {words}");
+    }
+}
+
+#[test]
+fn what_the_file_does_not_say_must_be_given() {
+    let without = |autopilot, text, missing: &Missing| {
+        import(autopilot, text, "theirs", missing).unwrap_err().to_string()
+    };
+    let hint = Missing { hint: Some("so much".into()), ..Missing::default() };
+    let words = without(Autopilot::ArduSub, ARDUSUB, &hint);
+    assert!(words.starts_with("theirs:3: 'ATC_RAT_PIT_P'") && words.contains("--full-output"), "{words}");
+    assert!(words.ends_with("(so much)"), "{words}");
+    let words = without(Autopilot::Mvp, MVP, &Missing::default());
+    assert!(words.contains("2 modes with pitch; it must be chosen by --mode: flight, hold"), "{words}");
+    let words = without(Autopilot::Mvp, MVP, &Missing { mode: Some("hold".into()), ..Missing::default() });
+    assert!(
+        words.starts_with("theirs:9: 'control_modes.hold.pitch.p'") && words.contains("--unit"),
+        "{words}"
+    );
+}
+
+/// Gains that an autopilot cannot have.
+#[test]
+fn what_cannot_be_written_is_refused() {
+    use Autopilot::{ArduSub, Dune, Mss, Mvp};
+    let radians = "kp = { value = 3.0, unit = \"rad/rad\" }\nkd = { value = 2.0, unit = \"s\" }\n";
+    let moments = "kp = { value = 3.0, unit = \"N.m/rad\" }\nkd = { value = 2.0, unit = \"N.m.s/rad\" }\n";
+    let depth = "[controller.depth]\nkp = { value = 10.0, unit = \"deg/m\" }\n";
+    let cases = [
+        (
+            Dune,
+            radians.replace("3.0", "[3.0, 1.0]"),
+            "",
+            "mine.toml:4: 'controller.pitch.kp' is a function of speed",
+        ),
+        (Mvp, moments.replace("value = 3.0", "table = [[1.0, 3.0], [2.0, 2.0]]"), "", "a function of speed"),
+        (Dune, radians.replace("3.0", "-3.0"), "", "gains of this autopilot are positive"),
+        (Dune, format!("{radians}rolloff = 0.1\n"), "", "'controller.pitch.rolloff' is given"),
+        (
+            Mss,
+            format!("{radians}model = {{ frequency = 1.0, damping = 1.0 }}\n"),
+            "",
+            "'controller.pitch.model' is given",
+        ),
+        (Mss, format!("{radians}reference_weight = 0.8\n"), "", "'controller.pitch.reference_weight' is 0.8"),
+        (Mss, radians.into(), depth, "mine.toml:7: 'controller.depth' is given"),
+        (Mvp, moments.into(), depth, "'controller.depth' is given"),
+        (ArduSub, moments.into(), depth, "'controller.depth' is given"),
+        (ArduSub, moments.lines().next().unwrap().into(), "", "'controller.pitch.kd' is left out"),
+        (ArduSub, radians.into(), "", "is in \"rad/rad\"; it must be in N.m/rad"),
+        (Mvp, radians.into(), "", "is in \"rad/rad\"; it must be in N.m/rad"),
+        (Mss, moments.into(), "", "is in \"N.m/rad\"; it must be in rad/rad"),
+        (
+            Mvp,
+            moments.into(),
+            "[controller.speed]\nrolloff = 1.0\nkp = { value = 1.0, unit = \"N.s/m\" }\n",
+            "rolloff",
+        ),
+        (Mvp, moments.replace("N.m/rad", "N.m"), "", "\"N.m\""),
+    ];
+    for (autopilot, pitch, more, words) in cases {
+        let text = ALL.iter().find(|(one, _)| *one == autopilot).unwrap().1;
+        let found = written(autopilot, &controller(&pitch, more), text).unwrap_err();
+        assert!(found.contains(words) && found.starts_with("mine.toml:"), "{found}\n instead of {words}");
+    }
+    // An integral that the limits of the file hold at 0.
+    let integral = format!("{moments}ki = {{ value = 0.5, unit = \"N.m/(rad.s)\" }}\n");
+    let hold = Missing { mode: Some("hold".into()), ..missing(Mvp) };
+    let pid = pid::read_file(&controller(&integral, ""), "mine.toml").unwrap();
+    let found = export(Mvp, &pid, MVP, "theirs", &hold).unwrap_err().to_string();
+    assert!(found.starts_with("theirs:10: 'control_modes.hold.pitch.i' is 0.5 with i_max 0"), "{found}");
+    let found = written(ArduSub, &controller(&integral, ""), &ARDUSUB.replace("0.444", "0")).unwrap_err();
+    assert!(found.starts_with("theirs:8: 'ATC_RAT_PIT_IMAX' is 0"), "{found}");
+    // A gain that the file has no key for.
+    let found = written(Mss, &controller(radians, ""), "Kp_theta = 5.0\n").unwrap_err();
+    assert!(found.contains("theirs:1: missing key 'Kd_theta'"), "{found}");
+    // A gain that is left out is 0 in the file, and degrees per degree are radians per radian.
+    let found = written(Mss, &controller(&radians.replace("rad/rad", "deg/deg"), SPEED), MSS).unwrap();
+    assert_eq!(found, MSS.replace("5.33", "3.0").replace("0.43", "0.0").replace("10.7", "2.0"));
+}

@@ -1,0 +1,155 @@
+"""`squid gains`: gains of an autopilot's file are read as `[controller]`, proved, and written back into the file."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from conftest import REMUS100, Run
+from fly.stages import ROOT
+
+pytestmark = pytest.mark.change
+
+WEIGHTS = ROOT / "tests" / "designs" / "remus100_for_pid.toml"
+BLUEROV2 = ROOT / "vehicles" / "bluerov2_heavy"
+SPEED = '\n[controller.speed]\nkp = { value = 30.0, unit = "N.s/m" }\nki = { value = 10.0, unit = "N/m" }\n'
+DUNE = """\
+[Control.AUV.Attitude]
+Depth PID Gains      = 0.6, 0.0, 0.7
+Pitch PID Gains      = 1.5, 0.0, 1.1    ; LAUV, etc/auv/control.ini of DUNE
+Roll PID Gains       = 2.1, 0.0, 0.4
+
+[Control.AUV.Allocator]
+Fin effect M         = 0.5
+"""
+ARDUSUB = "ATC_ANG_PIT_P,6.0\nATC_RAT_PIT_P,0.135\nATC_RAT_PIT_I,0.09\nATC_RAT_PIT_D,0.0036\n"
+
+
+@pytest.fixture
+def ini(tmp_path: Path) -> Path:
+    path = tmp_path / "control.ini"
+    path.write_text(DUNE, encoding="utf-8")
+    return path
+
+
+def test_gains_of_dune_are_proved(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+    """The gains that the file gives have the proved gain that docs/pid.md lists for them."""
+    vehicle, mine = tmp_path / "remus100", tmp_path / "mine.toml"
+    vehicle.mkdir()
+    shutil.copy(REMUS100 / "vehicle.toml", vehicle)
+    shutil.copy(WEIGHTS, vehicle / "design.toml")
+    done = run_squid("gains", "import", ini, "--format", "dune", "--out", mine)
+    assert done.returncode == 0, done.stderr
+    assert "[controller.speed]" in done.stderr and "Depth PID Gains = 0.6, 0.0, 0.7" in done.stderr
+    # Without gains of speed the proof says what is missing.
+    done = run_squid("prove", vehicle, "--controller", mine)
+    assert done.returncode == 1 and "'controller.speed' is left out; it must be there" in done.stderr
+    with mine.open("a", encoding="utf-8") as file:
+        file.write(SPEED)
+    done = run_squid("prove", vehicle, "--controller", mine, "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["status"] == "proved" and found["gain"] == pytest.approx(350, rel=0.02)
+
+
+def test_a_file_without_out_is_printed_whole(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+    """What is printed is what is written, also on a narrow terminal."""
+    mine = tmp_path / "mine.toml"
+    printed = run_squid("gains", "import", ini, "--format", "dune", columns="40").stdout
+    assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
+    assert mine.read_text(encoding="utf-8") == printed
+    answer = json.loads(run_squid("gains", "import", ini, "--format", "dune", "--json").stdout)
+    assert answer["controller"] == printed
+    assert [(gain["name"], gain["value"], gain["unit"]) for gain in answer["gains"]] == [
+        ("pitch.kp", 1.5, "rad/rad"),
+        ("pitch.kd", 1.1, "rad.s/rad"),
+    ]
+
+
+def test_gains_are_written_into_the_file_alone(run_squid: Run, ini: Path, tmp_path: Path) -> None:
+    """A byte order mark, line ends, and a link to the file stay; what is not written is said."""
+    mine, link = tmp_path / "mine.toml", tmp_path / "link.ini"
+    ini.write_bytes(b"\xef\xbb\xbf" + DUNE.replace("\n", "\r\n").encode())
+    before = ini.read_bytes()
+    link.symlink_to(ini)
+    assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
+    again = run_squid("gains", "export", mine, "--format", "dune", "--into", link)
+    assert again.returncode == 0 and "nothing is changed" in again.stdout and ini.read_bytes() == before
+    text = mine.read_text(encoding="utf-8").replace("value = 1.5", "value = 2.25") + SPEED
+    mine.write_text(text, encoding="utf-8")
+    done = run_squid("gains", "export", mine, "--format", "dune", "--into", link)
+    assert done.returncode == 0, done.stderr
+    assert "link.ini:3: [Control.AUV.Attitude] Pitch PID Gains: 1.5 -> 2.25" in " ".join(done.stdout.split())
+    assert "Not written: [controller.speed]" in done.stderr
+    assert link.is_symlink() and ini.read_bytes() == before.replace(b"= 1.5", b"= 2.25")
+
+
+def test_what_cannot_be_written_leaves_everything_as_it_was(
+    run_squid: Run, ini: Path, tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine.toml"
+    assert run_squid("gains", "import", ini, "--format", "dune", "--out", mine).returncode == 0
+    text = mine.read_text(encoding="utf-8")
+    mine.write_text(text.replace("value = 1.5", "value = [1.5, 0.2]"), encoding="utf-8")
+    done = run_squid("gains", "export", mine, "--format", "dune", "--into", ini)
+    assert done.returncode == 1 and "is a function of speed" in done.stderr and "mine.toml:" in done.stderr
+    assert ini.read_text(encoding="utf-8") == DUNE
+    refused = run_squid("gains", "import", ini, "--format", "dune", "--out", ini)
+    assert refused.returncode == 64 and "another file than the one that is read" in refused.stderr
+    assert ini.read_text(encoding="utf-8") == DUNE
+    # Gains that are refused leave no file behind.
+    none = tmp_path / "none.toml"
+    ini.write_text(DUNE.replace("1.5", "x"), encoding="utf-8")
+    done = run_squid("gains", "import", ini, "--format", "dune", "--out", none)
+    assert done.returncode == 1 and "control.ini:3:" in done.stderr and not none.exists()
+
+
+def test_the_full_output_of_ardusub_must_be_given(run_squid: Run, tmp_path: Path) -> None:
+    param = tmp_path / "sub.param"
+    param.write_text(ARDUSUB, encoding="utf-8")
+    done = run_squid("gains", "import", param, "--format", "ardusub", "--vehicle", BLUEROV2)
+    words = " ".join(done.stderr.split())
+    assert done.returncode == 1 and "sub.param:2: 'ATC_RAT_PIT_P'" in words
+    assert "--full-output MOMENT" in words and "all thrusters of bluerov2_heavy at their limits give" in words
+    done = run_squid("gains", "import", param, "--format", "ardusub", "--full-output", "30", "--json")
+    gains = {gain["name"]: gain["value"] for gain in json.loads(done.stdout)["gains"]}
+    # 30 (0.135 6 + 0.09), 30 0.09 6, 30 0.135, 0.135 6/(0.135 6 + 0.09)
+    expected = {"pitch.kp": 27.0, "pitch.ki": 16.2, "pitch.kd": 4.05, "pitch.reference_weight": 0.9}
+    assert gains == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_unit_of_mvp_is_given(run_squid: Run, tmp_path: Path) -> None:
+    modes = tmp_path / "modes.yaml"
+    limits = "i_max: 10, i_min: -10"
+    flight = f"flight: {{pitch: {{p: 5.0, i: 1.0, d: 2.0, {limits}}}, surge: {{p: 10.0, i: 3.0, {limits}}}}}"
+    modes.write_text(f"control_modes:\n  {flight}\n  hold: {{pitch: {{p: 6.0}}}}\n", encoding="utf-8")
+    for options, words in (([], "--mode: flight, hold"), (["--mode", "flight"], "--unit N.m for thrusters")):
+        done = run_squid("gains", "import", modes, "--format", "mvp", *options)
+        assert done.returncode == 1 and words in done.stderr, done.stderr
+    options = ["--format", "mvp", "--mode", "flight", "--unit", "N.m"]
+    gains = json.loads(run_squid("gains", "import", modes, *options, "--json").stdout)["gains"]
+    assert {gain["name"]: (gain["value"], gain["unit"]) for gain in gains} == {
+        "pitch.kp": (5.0, "N.m/rad"),
+        "pitch.ki": (1.0, "N.m/(rad.s)"),
+        "pitch.kd": (2.0, "N.m.s/rad"),
+        "speed.kp": (10.0, "N.s/m"),
+        "speed.ki": (3.0, "N/m"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--full-output", "-3"], "--full-output is -3; it must be above 0 (N.m)"),
+        (["--full-output", "nan"], "--full-output is NaN"),
+        (["--full-output", "3", "--unit", "rad"], "--unit is given; it must be left out"),
+        (["--full-output", "3", "--mode", "flight"], "--mode is given; it must be left out"),
+    ],
+)
+def test_options_are_checked(run_squid: Run, tmp_path: Path, options: list[str], words: str) -> None:
+    param = tmp_path / "sub.param"
+    param.write_text(ARDUSUB, encoding="utf-8")
+    done = run_squid("gains", "import", param, "--format", "ardusub", *options)
+    assert done.returncode == 64 and words in " ".join(done.stderr.split()), done.stderr

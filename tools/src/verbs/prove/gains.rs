@@ -1,0 +1,209 @@
+//! `squid gains`: gains in the file of an autopilot as `[controller]`, and back.
+
+use crate::error::Error;
+use crate::output::{answer, note, say, say_whole};
+use auv::{Actuator, Vehicle};
+use base::files::{read, write};
+use clap::{Args, Subcommand, ValueEnum};
+use pid::Drive;
+use pid::autopilots::{Autopilot, Import, Missing, export, import};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+#[allow(missing_docs)] // Doc comments here are the help.
+#[derive(Debug, Subcommand)]
+pub enum GainsVerb {
+    /// Read the gains of an autopilot's file, and print them as `[controller]` for `squid prove --controller`
+    ///
+    /// Each gain has its unit, and where it comes from as a comment: key, line and conversion. What the file has
+    /// without counterpart is named with its value. Gains that could mean two things are refused with the option that
+    /// says which. docs/pid.md has the laws and conversions.
+    Import {
+        /// The file, for instance control.ini
+        file: PathBuf,
+        #[command(flatten)]
+        how: How,
+        /// The file to write instead
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        /// The vehicle's directory: a refusal for want of --full-output then says what its thrusters can give
+        #[arg(long, value_name = "DIR")]
+        vehicle: Option<PathBuf>,
+    },
+    /// Write the gains of a `[controller]` into an autopilot's file
+    ///
+    /// Only the numbers of the gains change; every other byte of the file stays. Refused are gains that the autopilot
+    /// cannot have: over speed, with a model, a filter, or a weight of the reference; the file is then as it was.
+    Export {
+        /// A file with `[controller]` alone, as for `squid prove --controller`
+        controller: PathBuf,
+        #[command(flatten)]
+        how: How,
+        /// The autopilot's file, which has gains already
+        #[arg(long, value_name = "FILE")]
+        into: PathBuf,
+    },
+}
+
+/// The format of a file, and what the file does not say.
+#[derive(Debug, Args)]
+pub struct How {
+    /// The autopilot
+    #[arg(long, value_enum)]
+    pub format: Format,
+    /// ArduSub: the pitching moment at output 1, N.m
+    #[arg(long, value_name = "N.M", allow_negative_numbers = true)]
+    pub full_output: Option<f64>,
+    /// mvp: the unit of the pitch command
+    #[arg(long, value_enum)]
+    pub unit: Option<Command>,
+    /// mvp: the control mode, if several have pitch
+    #[arg(long, value_name = "NAME")]
+    pub mode: Option<String>,
+}
+
+/// An autopilot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// control.ini of DUNE
+    Dune,
+    /// A parameter file of ArduSub
+    Ardusub,
+    /// YAML of mvp_control
+    Mvp,
+    /// A script of MSS or of the Python Vehicle Simulator
+    Mss,
+}
+
+/// The unit of a pitch command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Command {
+    /// Deflection of control surfaces
+    #[value(name = "rad")]
+    Deflection,
+    /// Moment of thrusters
+    #[value(name = "N.m")]
+    Moment,
+}
+
+impl How {
+    /// The autopilot, and what its file does not say.
+    ///
+    /// # Errors
+    /// [`Error::Argument`]: an option of another format, a moment that is none.
+    fn checked(&self) -> Result<(Autopilot, Missing), Error> {
+        let Self { format, full_output, unit, mode } = self;
+        let options = [
+            ("--full-output", full_output.is_some(), Format::Ardusub),
+            ("--unit", unit.is_some(), Format::Mvp),
+            ("--mode", mode.is_some(), Format::Mvp),
+        ];
+        if let Some((name, ..)) = options.iter().find(|(_, given, of)| *given && of != format) {
+            let allowed = "left out: the files of this format say it themselves".into();
+            return Err(Error::Argument { name, found: "given".into(), allowed });
+        }
+        if let Some(moment) = full_output.filter(|moment| !(*moment > 0.0 && moment.is_finite())) {
+            let (found, allowed) = (auv::number(moment), "above 0 (N.m)".into());
+            return Err(Error::Argument { name: "--full-output", found, allowed });
+        }
+        let autopilot = match format {
+            Format::Dune => Autopilot::Dune,
+            Format::Ardusub => Autopilot::ArduSub,
+            Format::Mvp => Autopilot::Mvp,
+            Format::Mss => Autopilot::Mss,
+        };
+        let drive = unit.map(|unit| match unit {
+            Command::Deflection => Drive::Deflection,
+            Command::Moment => Drive::Moment,
+        });
+        Ok((autopilot, Missing { full_output: *full_output, hint: None, drive, mode: mode.clone() }))
+    }
+}
+
+/// Reads or writes gains.
+///
+/// # Errors
+/// Those of the files; [`Error::Argument`].
+pub fn run(verb: &GainsVerb) -> Result<(), Error> {
+    match verb {
+        GainsVerb::Import { file, how, out, vehicle } => {
+            let (autopilot, mut missing) = how.checked()?;
+            missing.hint = vehicle.as_ref().map(|vehicle| hint(vehicle)).transpose()?.flatten();
+            let (text, name) = (read(file)?, file.display().to_string());
+            if let Some(out) = out.as_ref().filter(|out| out.canonicalize().ok() == file.canonicalize().ok())
+            {
+                let (found, allowed) =
+                    (out.display().to_string(), "another file than the one that is read".into());
+                return Err(Error::Argument { name: "--out", found, allowed });
+            }
+            let found = import(autopilot, &text, &name, &missing)?;
+            imported(&found, &name, out.as_deref())
+        }
+        GainsVerb::Export { controller, how, into } => {
+            let (autopilot, missing) = how.checked()?;
+            let pid = pid::read_file(&read(controller)?, &controller.display().to_string())?;
+            write_into(autopilot, &pid, into, &missing)
+        }
+    }
+}
+
+/// Prints or writes what was read.
+fn imported(found: &Import, file: &str, out: Option<&Path>) -> Result<(), Error> {
+    let (toml, remarks) = (found.toml(file), found.remarks());
+    match out {
+        Some(out) => {
+            write(out, toml.as_bytes())?;
+            say(&format!(
+                "{}: {} gains; next: squid prove VEHICLE --controller {0}",
+                out.display(),
+                found.gains.len()
+            ));
+        }
+        None => say_whole(toml.trim_end()),
+    }
+    remarks.iter().for_each(|remark| note(remark));
+    let gains = found.gains.iter().map(|gain| {
+        let (name, source) = (format!("{}.{}", gain.table, gain.key), &gain.source);
+        json!({ "name": name, "value": gain.value, "unit": gain.unit, "source": source })
+    });
+    let gains: Vec<_> = gains.collect();
+    Ok(answer(&json!({ "controller": toml, "file": out, "gains": gains, "remarks": remarks }))?)
+}
+
+/// Replaces the gains in a file.
+fn write_into(autopilot: Autopilot, pid: &pid::Pid, into: &Path, missing: &Missing) -> Result<(), Error> {
+    let (text, name) = (read(into)?, into.display().to_string());
+    let found = export(autopilot, pid, &text, &name, missing)?;
+    let unreadable = |reason| base::files::Error::Unreadable { path: name.clone(), reason };
+    // A byte order mark stays, and so does a link to the file.
+    let target = into.canonicalize().map_err(unreadable)?;
+    let mut bytes = std::fs::read(&target).map_err(unreadable)?;
+    bytes.truncate(bytes.len() - text.len());
+    bytes.extend(found.text.as_bytes());
+    if !found.changes.is_empty() {
+        write(&target, &bytes)?;
+    }
+    for change in &found.changes {
+        say(&format!("{name}:{}: {}: {} -> {}", change.line, change.key, change.from, change.to));
+    }
+    if found.changes.is_empty() {
+        say(&format!("{name}: it has these gains already; nothing is changed"));
+    }
+    found.notes.iter().for_each(|words| note(words));
+    let changes = found.changes.iter().map(
+        |change| json!({ "line": change.line, "key": change.key, "from": change.from, "to": change.to }),
+    );
+    let changes: Vec<_> = changes.collect();
+    Ok(answer(&json!({ "file": into, "changes": changes, "remarks": found.notes }))?)
+}
+
+/// What the thrusters of a vehicle give in pitch, all at their limits.
+fn hint(vehicle: &Path) -> Result<Option<String>, Error> {
+    let file = vehicle.join("vehicle.toml");
+    let vehicle = Vehicle::parse(&read(&file)?, &file.display().to_string())?;
+    let moment = |actuator: &Actuator| (actuator.force(0.0, 1.0)[2] * actuator.reach()).abs();
+    let thrusters = vehicle.actuators.iter().filter(|actuator| actuator.unit() == "N");
+    let all: f64 = thrusters.map(moment).sum();
+    let words = format!("all thrusters of {} at their limits give {} N.m", vehicle.name, auv::rounded(all));
+    Ok((all > 0.0).then_some(words))
+}
