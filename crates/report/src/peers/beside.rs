@@ -14,8 +14,8 @@ use squid_design::inputs::Inputs;
 use squid_design::verdict::row::{Outcome, Row};
 use std::iter::once;
 
-/// The column of the PID.
-const PID: &str = "PID tuned in flight";
+/// The column of the PID, and the PID in words.
+const PID: [&str; 2] = ["PID tuned in flight", "the PID"];
 /// A cell of what a design does not have.
 const NOTHING: &str = "-";
 /// The key of the rows that depend on the declared uncertainty.
@@ -71,10 +71,11 @@ pub fn beside(subject: &Subject) -> Result<Vec<Part>, Error> {
     let designs: Vec<&Subject> = once(subject).chain(&subject.beside).collect();
     let (lines, unfit) = flown(subject)?;
     let mut names: Vec<&str> = designs.iter().map(|of| of.inputs.design.name.as_str()).collect();
-    names.extend(unfit.is_none().then_some(PID));
     let mut table = Table::new(["", "m/s; required"]);
-    table.head.extend(names.iter().map(|name| (*name).to_owned()));
+    let pid = unfit.is_none().then_some(PID);
+    table.head.extend(names.iter().copied().chain(pid.map(|[column, _]| column)).map(str::to_owned));
     table.head.extend(["best", "outcome"].map(str::to_owned));
+    names.extend(pid.map(|[_, words]| words));
     table.rows = proofs(&designs);
     table.rows.extend(lines.iter().map(|line| row(line, &names)));
     table.rows.extend(verdicts(&designs)?);
@@ -86,7 +87,7 @@ pub fn beside(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     let own = format!("the design '{}'", names[0]);
     let scores = (1..names.len()).map(|i| {
-        let other = if i < designs.len() { format!("'{}'", names[i]) } else { "the PID".into() };
+        let other = if i < designs.len() { format!("'{}'", names[i]) } else { names[i].into() };
         score(&lines, i, &other, &own)
     });
     let scores = scores.collect::<Vec<_>>().join(" ");
