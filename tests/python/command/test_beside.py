@@ -117,11 +117,26 @@ def test_what_a_design_misses_is_marked(beside: Beside) -> None:
     assert words(missed[1]) == "> 45 deg" and missed[3].attrib["class"] == "missed"
 
 
+def copied(folder: Path, to: Path) -> Path:
+    """Return a copy of a folder of designs, without the mark of the vehicle that they are of."""
+    return shutil.copytree(folder, to, ignore=shutil.ignore_patterns(".squid-vehicle"))
+
+
+def test_what_is_not_proved_is_said(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
+    """Certificates of another controller prove nothing of this one; they are proved again for the page."""
+    folder = copied(beside.folder, tmp_path / "out")
+    for name in ("certificate.json", "sampled_certificate.json"):
+        shutil.copy(folder / name, folder / "beside" / "soft")
+    assert KEPT not in report(run_squid, beside.vehicle, folder, "--beside", "soft")
+    before, after = cells(beside.folder), cells(folder)
+    differ = [(row[0], row[3]) for row, other in zip(after, before, strict=True) if row != other]
+    assert differ == [("gain proved", "NO"), ("gain proved of the sampled loop", "NO")]
+
+
 def test_a_changed_design_is_computed_again(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
     """And what did not change is shown as it was; without --beside there is no such section."""
     vehicle = shutil.copytree(beside.vehicle, tmp_path / "vehicle")
-    # Without the mark of the vehicle that was copied.
-    folder = shutil.copytree(beside.folder, tmp_path / "out", ignore=shutil.ignore_patterns(".squid-vehicle"))
+    folder = copied(beside.folder, tmp_path / "out")
     before = cells(folder)
     assert KEPT in report(run_squid, vehicle, folder, "--beside", "soft")
     soft = vehicle / "soft.toml"
