@@ -179,6 +179,10 @@ pub enum Verb {
         /// Add simulations in the waves, the current and with the sensor errors of this file; see vehicles/sea.toml
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
+        /// Add a table with another design of the vehicle beside this one, NAME.toml in its directory: sizes, what is
+        /// proved, flights, verdict. Several with one --beside each. Designs it first if it is not designed yet
+        #[arg(long, value_name = "NAME", value_parser = design_name)]
+        beside: Vec<String>,
     },
     /// Show the trim, A, B and eigenvalues at a speed; the fit and its residuals; the controller's poles
     ///

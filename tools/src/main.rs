@@ -88,7 +88,7 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
-        Verb::Report { which, paper, sea } => report::run(&which, paper, sea.as_deref()),
+        Verb::Report { which, paper, sea, beside } => report::run(&which, paper, sea.as_deref(), &beside),
         Verb::Show { which, asked } => show::run(&which, &asked),
         Verb::Verify(asked) => verify::run(&asked),
         Verb::Plot { record, vehicle, out } => plot::run(&record, vehicle.as_deref(), out),

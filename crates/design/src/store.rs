@@ -69,6 +69,8 @@ pub struct Stored {
     pub manoeuvre: Manoeuvre,
     /// The text of the certificate, or why there is none.
     pub certificate: Result<String, String>,
+    /// The text of the certificate of the sampled loop, if there is one.
+    pub sampled: Option<String>,
     /// Figures and certificate of a robust design, if there is one.
     pub robust: Option<StoredRobust>,
     /// The rows of the verdict that could be read.
@@ -83,6 +85,7 @@ impl Stored {
             plant: frozen.plant.clone(),
             manoeuvre: inputs.design.manoeuvre.clone(),
             certificate: Err("not asked for".into()),
+            sampled: None,
             robust: None,
             rows: vec![],
         }
@@ -101,6 +104,24 @@ impl Stored {
         self.check_unproved_parts(inputs, &certificate).map_err(|e| e.to_string())?;
         check_autopilot(&self.controller, &certificate).map_err(|e| e.to_string())?;
         Ok(theorem)
+    }
+
+    /// Proves the certificate of the sampled loop again, for the stored controller and for the plant and weights of the
+    /// inputs.
+    ///
+    /// # Errors
+    /// The reason why nothing is proved of the sampled loop.
+    pub fn prove_sampled(&self, inputs: &Inputs) -> Result<Theorem, String> {
+        let text = self.sampled.as_ref().ok_or_else(|| format!("there is no {}", sampled::CERTIFICATE))?;
+        let certificate = parse(text, sampled::CERTIFICATE).map_err(|e| e.to_string())?;
+        let (vehicle, design) = (inputs.longitudinal(), &inputs.design);
+        sampled::check_controller(&self.controller, design.delay_ticks(), &certificate)
+            .map_err(|e| e.to_string())?;
+        let model = Model::new(&vehicle, design).map_err(|e| e.to_string())?;
+        let of_plant =
+            sampled::check_inputs(&certificate, &vehicle, design, &model).map_err(|e| e.to_string())?;
+        of_plant.ok_or("its plant is not sampled")?;
+        certificate.prove().map_err(|e| e.to_string())
     }
 
     /// The warning for a design whose proof fails.
@@ -275,9 +296,11 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     } else {
         Err(format!("there is no certificate.json{}", why_not_certified(directory)))
     };
+    let sampled_path = directory.join(sampled::CERTIFICATE);
+    let sampled = sampled_path.is_file().then(|| read(&sampled_path)).transpose()?;
     let robust = stored::stored(directory)?;
     let (manoeuvre, rows) = (inputs.design.manoeuvre.clone(), rows(directory));
-    Ok(Stored { controller, plant, manoeuvre, certificate, robust, rows })
+    Ok(Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows })
 }
 
 /// The figures of a stored design; `None` if they cannot be read.

@@ -291,6 +291,7 @@ fn made_of(
     };
     let manoeuvre = inputs.design.manoeuvre.clone();
     let certificate = Ok(certificate);
-    let stored = Stored { controller, plant, manoeuvre, certificate, robust: None, rows: vec![] };
+    let (sampled, robust, rows) = Default::default();
+    let stored = Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows };
     stored.prove(inputs).map(|_| ())
 }

@@ -17,6 +17,12 @@ pub enum Error {
     /// A plot could not be drawn.
     #[error("{path}: the plot cannot be drawn: {reason}")]
     Plot { path: String, reason: String },
+    /// Another design cannot fly the course of that of the report.
+    #[error("{file}: {what}; designs side by side (--beside) fly the same course")]
+    NotBeside { file: String, what: String },
+    /// The flights of a comparison failed.
+    #[error("{reason}")]
+    Flights { reason: String },
     /// There is no verdict.
     #[error("there is no verdict: {reason}")]
     Verdict { reason: String },

@@ -1,8 +1,10 @@
 //! Comparison of the controller with what a practitioner would use: a gain-scheduled PID, and blended H-infinity
 //! controllers.
 
+pub mod beside;
 pub mod course;
 pub mod law;
+pub mod line;
 pub mod pid;
 pub mod survival;
 pub mod tune;
@@ -11,7 +13,8 @@ use crate::error::Error;
 use crate::page::{Part, Table};
 use crate::peers::course::{CourseFigures, fly_at, fly_ramp};
 use crate::peers::law::{Blended, Law, Scheduled};
-use crate::peers::survival::{fleet, survival};
+use crate::peers::line::{DRAW, Flights, Line, score};
+use crate::peers::survival::{Fleet, fleet, survival};
 use crate::peers::tune::{sharpness, tuned};
 use crate::subject::Subject;
 use crate::threads::in_parallel;
@@ -31,79 +34,61 @@ pub struct Effort {
 /// The effort for the report.
 pub(crate) const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
 
-/// Figures with a smaller difference, relative to the larger, are a draw.
-const DRAW: f64 = 0.02;
-
-/// A row: a figure at a speed for each law; smaller is better unless `largest`.
-struct Line {
-    name: &'static str,
-    at: String,
-    decimals: usize,
-    /// The largest insignificant difference.
-    slight: f64,
-    largest: bool,
-    /// Reported but not compared.
-    reported: bool,
-    values: Vec<f64>,
-}
-
-/// The section on other control laws: the comparison at three speeds and on the speed ramp of the manoeuvre.
+/// The comparison with other control laws at three speeds and on the speed ramp of the manoeuvre.
 ///
 /// # Errors
 /// The errors of trim, linearisation and the uncertain model.
 pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
-    let speeds = speeds(subject);
-    let pid = match tuned(subject, &speeds, effort.evaluations)? {
-        Ok(pid) => pid,
-        Err(reason) => return Ok(vec![Part::Words(format!("No PID was tuned: {reason}."))]),
-    };
-    let (ours, blended) = (Scheduled(subject), Blended::new(subject));
-    let mut laws: Vec<(&str, &dyn Law)> = vec![("scheduled", &ours), ("PID", &pid)];
-    laws.extend(blended.as_ref().map(|blended| ("blended H-infinity", blended as &dyn Law)));
-    let mut lines = vec![];
-    for speed in speeds {
-        lines.extend(at_speed(subject, &laws, speed, effort.points)?);
-        subject.progress.done("report", &format!("  compared at {speed:.2} m/s"));
-    }
-    lines.extend(on_ramp(subject, &laws));
-    let mut table = Table::new(["", "m/s"]);
-    table.head.extend(laws.iter().map(|(name, _)| (*name).to_owned()));
-    let others = laws.len() - 1;
-    table.head.extend(laws[1..].iter().map(|(name, _)| format!("against {name}")));
-    table.rows = lines.iter().map(Line::row).collect();
-    let score = |(i, (name, _)): (usize, &(&str, &dyn Law))| {
-        let column = table.head.len() - others + i;
-        let count = |word: &str| table.rows.iter().filter(|row| row[column] == word).count();
-        let [won, drawn, lost] = [WON, DRAWN, LOST].map(count);
-        format!("Against {name} the scheduled controller wins {won} rows, draws {drawn} and loses {lost}.")
-    };
-    let scores: Vec<String> = laws[1..].iter().enumerate().map(score).collect();
-    Ok(vec![Part::Words(words(subject)), Part::Table(table), Part::Words(scores.join(" "))])
+    Ok(parts(subject, &flights(subject, effort)?))
 }
 
-/// The figures of the comparison for several designs of one vehicle, a column each, without an outcome. Speeds and
-/// steps are those of the first.
+/// The section on other control laws: [`compare`] with the effort for the report.
 ///
 /// # Errors
 /// As [`compare`].
-pub fn side_by_side(subjects: &[(&str, &Subject)], points: usize) -> Result<Table, Error> {
-    let mut table = Table::new(["", "m/s"]);
-    table.head.extend(subjects.iter().map(|(name, _)| (*name).to_owned()));
-    for (_, subject) in subjects {
-        let law = Scheduled(subject);
-        let laws: [(&str, &dyn Law); 1] = [("", &law)];
-        let mut lines = vec![];
-        for speed in speeds(subject) {
-            lines.extend(at_speed(subject, &laws, speed, points)?);
-        }
-        lines.extend(on_ramp(subject, &laws));
-        if table.rows.is_empty() {
-            table.rows = lines.iter().map(Line::row).collect();
-        } else {
-            table.rows.iter_mut().zip(&lines).for_each(|(row, line)| row.extend(line.row().pop()));
-        }
+pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
+    Ok(parts(subject, on_the_page(subject)?))
+}
+
+/// The flights of the report under the controller of the design, PID and blended controllers; simulated once.
+///
+/// # Errors
+/// [`Error::Flights`].
+fn on_the_page<'a>(subject: &'a Subject) -> Result<&'a Flights, Error> {
+    let fly = || flights(subject, ON_THE_PAGE).map_err(|reason| reason.to_string());
+    subject.flights.get_or_init(fly).as_ref().map_err(|reason| Error::Flights { reason: reason.clone() })
+}
+
+fn flights(subject: &Subject, effort: Effort) -> Result<Flights, Error> {
+    let speeds = speeds(subject);
+    let pid = match tuned(subject, &speeds, effort.evaluations)? {
+        Ok(pid) => pid,
+        Err(reason) => return Ok(Err(format!("No PID was tuned: {reason}."))),
+    };
+    let (ours, blended) = (Scheduled(subject), Blended::new(subject));
+    let mut laws: Vec<(&'static str, &dyn Law)> = vec![("scheduled", &ours), ("PID", &pid)];
+    laws.extend(blended.as_ref().map(|blended| ("blended H-infinity", blended as &dyn Law)));
+    let mut lines = vec![];
+    for speed in speeds {
+        lines.extend(at_speed(subject, &laws, speed, &fleet(subject, speed, effort.points)?)?);
+        subject.progress.done("report", &format!("  compared at {speed:.2} m/s"));
     }
-    Ok(table)
+    lines.extend(on_ramp(subject, &laws));
+    Ok(Ok((laws.iter().map(|(name, _)| *name).collect(), lines)))
+}
+
+fn parts(subject: &Subject, flights: &Flights) -> Vec<Part> {
+    let (laws, lines) = match flights {
+        Ok(found) => found,
+        Err(reason) => return vec![Part::Words(reason.clone())],
+    };
+    let mut table = Table::new(["", "m/s"]);
+    table.head.extend(laws.iter().map(|name| (*name).to_owned()));
+    table.head.extend(laws[1..].iter().map(|name| format!("against {name}")));
+    table.rows = lines.iter().map(Line::row).collect();
+    let scores: Vec<String> =
+        (1..laws.len()).map(|i| score(lines, i, laws[i], "the scheduled controller")).collect();
+    vec![Part::Words(words(subject)), Part::Table(table), Part::Words(scores.join(" "))]
 }
 
 /// Both ends of the speed ramp of the manoeuvre and the middle.
@@ -139,17 +124,16 @@ fn words(subject: &Subject) -> String {
     )
 }
 
-/// The rows at one speed.
+/// The rows at one speed; the vehicles of the box are those of `fleet`.
 fn at_speed(
     subject: &Subject,
     laws: &[(&str, &dyn Law)],
     speed: f64,
-    points: usize,
+    fleet: &Fleet,
 ) -> Result<Vec<Line>, Error> {
     let l = subject.inputs.longitudinal().linearise(speed)?;
-    let fleet = fleet(subject, speed, points)?;
     let judged = |(_, law): &(&str, &dyn Law)| -> Result<_, Error> {
-        let lives = survival(subject, *law, speed, &fleet);
+        let lives = survival(subject, *law, speed, fleet);
         let sharp = sharpness(subject, *law, &l);
         Ok((fly_at(subject, *law, speed)?, sharp, delay(subject, *law, &l), lives))
     };
@@ -181,7 +165,7 @@ fn at_speed(
         },
     ];
     if subject.speed_is_given() {
-        lines.retain(|line| !line.name.starts_with("speed step"));
+        lines.retain(|line| !line.is_of_speed());
     }
     if !fleet.is_empty() {
         let share = found.iter().map(|f| 100.0 * f.3.share).collect();
@@ -214,39 +198,6 @@ fn on_ramp(subject: &Subject, laws: &[(&str, &dyn Law)]) -> Vec<Line> {
     }
     lines
 }
-
-impl Line {
-    /// A compared figure; the smallest is best.
-    fn new(name: &'static str, at: &str, decimals: usize, slight: f64, values: Vec<f64>) -> Self {
-        Self { name, at: at.into(), decimals, slight, largest: false, reported: false, values }
-    }
-
-    fn row(&self) -> Vec<String> {
-        let value = |v: &f64| if v.is_finite() { format!("{v:.*}", self.decimals) } else { "none".into() };
-        let mut row = vec![self.name.to_owned(), self.at.clone()];
-        row.extend(self.values.iter().map(value));
-        let outcome = |other: &f64| if self.reported { "" } else { self.against(*other) };
-        row.extend(self.values[1..].iter().map(|other| outcome(other).to_owned()));
-        row
-    }
-
-    /// The outcome against another law's figure.
-    fn against(&self, other: f64) -> &'static str {
-        let ours = self.values[0];
-        let gain = if self.largest { ours - other } else { other - ours };
-        let tolerance = self.slight.max(DRAW * ours.abs().max(other.abs()));
-        match gain {
-            _ if other == ours || (tolerance.is_finite() && gain.abs() <= tolerance) => DRAWN,
-            gain if gain < 0.0 => LOST,
-            _ => WON,
-        }
-    }
-}
-
-/// The outcomes of a row.
-const WON: &str = "won";
-const DRAWN: &str = "drawn";
-const LOST: &str = "lost";
 
 #[cfg(test)]
 pub(crate) mod tests {
@@ -376,22 +327,5 @@ pub(crate) mod tests {
         let limits = sharpness(&subject, &ours, &subject.truth[3]).unwrap();
         assert!(found.peak <= 1.0002 * limits.peak && found.roughness <= 1.0002 * limits.roughness);
         assert!(fly_at(&subject, &pid, speed).unwrap().pitch.settling_time < 10.0);
-    }
-
-    #[test]
-    fn outcomes_of_rows() {
-        for (ours, other, largest, expected) in [
-            (10.0, 12.0, false, "won"),
-            (12.0, 10.0, false, "lost"),
-            (12.0, 10.0, true, "won"),
-            (100.0, 98.5, false, "drawn"),
-            (0.1, 0.5, false, "drawn"),
-            (f64::INFINITY, 1.0, false, "lost"),
-            (1.0, f64::INFINITY, false, "won"),
-            (f64::INFINITY, f64::INFINITY, false, "drawn"),
-        ] {
-            let line = Line { largest, ..Line::new("", "", 1, 0.5, vec![ours, other]) };
-            assert_eq!(line.against(other), expected, "{ours} {other}");
-        }
     }
 }

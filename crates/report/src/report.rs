@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::page::{Figure, Part, Section};
-use crate::peers::{ON_THE_PAGE, compare};
+use crate::peers::{beside::beside, peers};
 use crate::sections::{
     disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,
     verdict,
@@ -20,7 +20,7 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in reading order.
-const SECTIONS: [Maker; 18] = [
+const SECTIONS: [Maker; 19] = [
     ("verdict", "Requirements and results", verdict::verdict),
     ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
@@ -36,13 +36,14 @@ const SECTIONS: [Maker; 18] = [
     ("robust", "Robust and nominal controller", robust::robust),
     ("gammas", "Gamma under each assumption about the speed", gammas::gammas),
     ("theorem", "The theorem of the certificate", theorem::theorem),
-    ("peers", "Comparison with a PID and blended controllers", |subject| compare(subject, ON_THE_PAGE)),
+    ("peers", "Comparison with a PID and blended controllers", peers),
+    ("beside", "Side by side", beside),
     ("entries", "The model: entries of A over speed", fit::entries),
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
 /// The slowest sections, the slowest first.
-const LONGEST: [&str; 3] = ["gammas", "peers", "mu"];
+const LONGEST: [&str; 4] = ["gammas", "peers", "mu", "beside"];
 
 /// The sections of the page in the FMUs: results of `squid design`, and steps that are quickly simulated.
 const BRIEF: [&str; 4] = ["verdict", "steps", "flown", "theorem"];
@@ -74,6 +75,14 @@ pub fn report(subject: &Subject) -> Report {
     let mut report = with_sections(subject, &SECTIONS.iter().collect::<Vec<_>>());
     if let Some((_, text)) = &subject.sea {
         report.origin += &format!("; the file of the sea with {}", sha256(text));
+    }
+    for other in &subject.beside {
+        let Inputs { design, hashes, .. } = other.inputs;
+        report.origin += &format!("; beside it {} with {}", design.source(), hashes.design_sha256);
+    }
+    let beside = report.sections.iter().find(|section| section.id == "beside");
+    if let Some(Part::Words(scores)) = beside.and_then(|section| section.parts.last()) {
+        report.words += &format!("\nSide by side, in flight: {scores}\n");
     }
     report
 }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::page::Key;
+use crate::peers::line::Flights;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS};
 use auv::{Actuator, Status, Vehicle};
 use base::progress::Progress;
@@ -79,10 +80,14 @@ pub struct Subject<'a> {
     pub progress: &'a Progress<'a>,
     /// A sea for simulations, and the text of its file.
     pub sea: Option<(Sea, String)>,
+    /// Other designs of the vehicle, to be shown beside this one.
+    pub beside: Vec<Subject<'a>>,
     /// Whether the verdict uses stored results of long computations, if there are any.
     pub brief: bool,
     /// The bounds of the section on mu, once computed, if there are bounds at every speed.
     pub mu: OnceLock<Vec<MuBounds>>,
+    /// The flights under this and other control laws, once simulated, or why they failed.
+    pub(crate) flights: OnceLock<Result<Flights, String>>,
     alone: OnceLock<Vec<Result<Design, SynthesisError>>>,
     proof: OnceLock<Result<Theorem, String>>,
     verdict: OnceLock<Result<Verdict, String>>,
@@ -154,7 +159,7 @@ impl<'a> Subject<'a> {
         let speeds = inputs.design.spread(SPEEDS);
         let truth =
             speeds.iter().map(|v| inputs.longitudinal().linearise(*v)).collect::<Result<_, ModelError>>()?;
-        let (mu, alone, proof, verdict) = Default::default();
+        let (mu, flights, alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,
             stored,
@@ -165,8 +170,10 @@ impl<'a> Subject<'a> {
             truth,
             progress,
             sea: None,
+            beside: vec![],
             brief: false,
             mu,
+            flights,
             alone,
             proof,
             verdict,

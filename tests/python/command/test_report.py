@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from conftest import REMUS100, SQUID, Run, designed, once, reported
+from conftest import REMUS100, SQUID, Run, design, designed, once, reported
 from conftest import written as write
 from fly import build
 from fly.package import Packages
@@ -46,6 +46,7 @@ FIGURES = {
 OF_THE_DESIGN = {"pitch-steps", "speed-steps", "margins-over-speed", "noise-over-speed"}
 OF_THE_PAPER = {"fig5-pitch-responses", "fig6-open-loop", "scheduled-and-switched"}
 ACTUATORS = {"squid": 3, "remus100": 2}
+ALL = ("--paper", "--beside", "proved")
 CLAIMS = (
     "M_s = 2",
     "epsilon = 0.01",
@@ -82,15 +83,16 @@ def written(request: pytest.FixtureRequest, run_squid: Run) -> Written:
 
 
 def with_the_paper(run_squid: Run) -> Path:
-    """Return the folder of the report on Squid with the paper's claims, made once."""
+    """Return the folder of the report on Squid with the paper's claims and a design beside it, made once."""
 
     def make(folder: Path) -> None:
         shutil.copytree(
             designed(run_squid, SQUID), folder, ignore=shutil.ignore_patterns("report*", "figures")
         )
-        write(run_squid, folder, "report", SQUID, "--paper")
+        design(run_squid, SQUID, folder / "beside" / "proved", "--design", "proved")
+        write(run_squid, folder, "report", SQUID, *ALL)
 
-    return once([build.squid(), *sorted(SQUID.glob("*.toml"))], ["report", "--paper"], make)
+    return once([build.squid(), *sorted(SQUID.glob("*.toml"))], ["report", *ALL], make)
 
 
 @pytest.fixture
@@ -104,7 +106,7 @@ def test_is_not_computed_again(written: Written, run_squid: Run, tmp_path: Path)
     name, first, paper = written
     folder = shutil.copytree(first, tmp_path / name)
     before = (folder / "report.html").read_bytes()
-    again = run_squid("report", ROOT / "vehicles" / name, "--out", folder, *(["--paper"] if paper else []))
+    again = run_squid("report", ROOT / "vehicles" / name, "--out", folder, *(ALL if paper else []))
     assert again.returncode == 0, again.stderr
     assert "as it was computed for these files before" in again.stdout
     assert "Robust stability" not in again.stdout
@@ -298,6 +300,26 @@ def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:
     assert {row[-1].split()[0] for row in rows if row[-1]} <= {"won", "drawn", "lost"}
     won, drawn, lost = (sum(row[-1].startswith(w) for row in rows) for w in ("won", "drawn", "lost"))
     assert f"wins {won} rows, draws {drawn} and loses {lost}." in words(page)
+
+
+def test_a_design_beside_flies_with_the_pid(run_squid: Run) -> None:
+    """The figures of the report's design and of its PID are those of their comparison; all others are beside."""
+    page = page_with_the_paper(run_squid)
+    _, *flights = rows_of(page, "peers")
+    head, *rows = rows_of(page, "beside")
+    assert head[2:] == ["design", "proved", "PID tuned in flight", "best", "outcome"]
+    beside = {(row[0], row[1]): row[2:] for row in rows}
+    assert len(beside) == len(rows)
+    for what, at, own, pid, *_, against_pid, _ in flights:
+        found, _, flown, best, outcome = beside[what, at]
+        assert (found, flown) == (own, pid)
+        assert outcome == "lost" or against_pid != "lost"
+        assert outcome != "won" or best == "design"
+        assert outcome != "lost" or "design" not in best.split(", ")
+    assert all(row[4] == "-" for row in rows if row[0].startswith("gain proved"))
+    assert "Against the PID the design 'design' wins " in words(page)
+    sections = [section.attrib["id"] for section in page.iter(f"{XHTML}section")]
+    assert sections.index("beside") == sections.index("peers") + 1
 
 
 def test_the_report_follows_the_vehicle(run_squid: Run, squid_by_errors: Path, tmp_path: Path) -> None:

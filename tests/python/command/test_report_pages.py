@@ -74,6 +74,24 @@ def test_a_page_is_whole_in_a_narrow_and_in_a_wide_window(
         assert brightness(found["paper"]) > 200 > 100 > brightness(found["ink"])
 
 
+def test_a_wide_table_scrolls_within_itself(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
+    """Of four designs side by side, with names that are no shorter than people's."""
+    vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "vehicle"))
+    names = [f"a-design-of-{person}" for person in ("mine", "theirs", "yours")]
+    for name in names:
+        shutil.copy(vehicle / "design.toml", vehicle / f"{name}.toml")
+    asked = [word for name in names for word in ("--beside", name)]
+    done = run_squid("report", vehicle, "--out", tmp_path / "out", *asked)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert all(f">{name}<" in page for name in names)
+    for width in (NARROW, WIDE):
+        found = look(page, tmp_path, width)
+        assert found["problems"] == []
+        assert found["width"] == width
+        assert found["scrollWidth"] <= width and found["over"] == []
+
+
 def test_a_page_is_dark_where_the_system_is(run_squid: Run, tmp_path: Path) -> None:
     dark = look(reported(run_squid, SQUID), tmp_path, WIDE, "--force-dark-mode")
     assert dark["problems"] == []

@@ -90,6 +90,7 @@ def test_a_vehicle_alone_is_tuned(run_squid: Run, tmp_path: Path) -> None:
     assert "the search would go on: it used all 2 designs that --designs allows" in printed
     assert re.search(r"squid tune \S+ --design design --to design$", printed, re.MULTILINE)
     assert re.search(r"^ +[\d.]+ +[\d.]+   written$", printed, re.MULTILINE)
+    assert re.search(r"^ +next: squid report \S+$", printed, re.MULTILINE)
     table = [line for line in printed.splitlines() if "phase margin" in line]
     assert table[0] in again
 

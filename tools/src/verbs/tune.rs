@@ -1,6 +1,6 @@
 //! `squid tune`: searches the weights of a design, and writes them as a design file.
 
-use crate::cli::read_vehicle;
+use crate::cli::{DEFAULT_DESIGN, read_vehicle};
 use crate::error::Error;
 use crate::output::answer;
 use crate::progress::show;
@@ -11,6 +11,7 @@ use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
+use squid_report::peers::beside::check;
 use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
@@ -59,7 +60,8 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         not_found(&tuned)
     };
     let end = end(&tuned, vehicle, name);
-    progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}", to.display()));
+    let next = next(&inputs, vehicle, name, begun);
+    progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}\n{next}", to.display()));
     let point = |(p, standing): &(Candidate, CandidateStatus)| {
         let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
         json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
@@ -80,13 +82,25 @@ fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
     to.unwrap_or(if begun { design } else { "tuned" })
 }
 
+/// The report to look at next: on the design that was searched from, with the new one beside it; on the new one alone
+/// if it took the place of that, if there was none, or if the two cannot stand side by side.
+fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
+    let design = from.design.name.as_str();
+    let alone = begun || name == design || check(from, from).is_err();
+    let own = if alone { name } else { design };
+    let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
+    let beside = if alone { String::new() } else { format!(" --beside {name}") };
+    format!("next: squid report {}{design}{beside}", vehicle.display())
+}
+
 /// Tunes the gains of a PID, writes `TO.toml` beside the vehicle, and prints gains, proof and verdict.
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
 pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Result<(), Error> {
     let (inputs, text, begun) = read(vehicle, design)?;
-    let to = vehicle.join(format!("{}.toml", target(to, design, begun)));
+    let name = target(to, design, begun);
+    let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
     let tuned = tune_pid(&inputs, &text, degree, &progress)?;
@@ -104,7 +118,8 @@ pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Res
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
-    progress.done("tuned", &format!("{words}\n{}", to.display()));
+    let next = next(&inputs, vehicle, name, begun);
+    progress.done("tuned", &format!("{words}\n{}\n{next}", to.display()));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
     answer(&json!({
@@ -213,5 +228,27 @@ fn end(tuned: &Tuned, vehicle: &Path, name: &str) -> String {
              with {on}",
             tuned.tried
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A depth design has no other beside it, and neither has one that was begun or replaced.
+    #[test]
+    fn the_next_report_is_one_that_can_be_made() {
+        let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
+        for (vehicle, from, name, begun, expected) in [
+            ("remus100", "design", "tuned", false, " --beside tuned"),
+            ("squid", "proved", "pid", false, " --design proved --beside pid"),
+            ("remus100", "design", "design", false, ""),
+            ("remus100", "design", "mine", true, " --design mine"),
+            ("remus100", "depth", "tuned", false, " --design tuned"),
+        ] {
+            let from = Inputs::read(&vehicles.join(vehicle), from).unwrap();
+            let found = next(&from, Path::new("v"), name, begun);
+            assert_eq!(found, format!("next: squid report v{expected}"));
+        }
     }
 }

@@ -92,7 +92,7 @@ fn table(table: &Table) -> String {
     let cells = |row: &[String], tag: &str| -> String {
         let class = |i: usize, cell: &str| match cell {
             "met" => " class=\"met\"",
-            "MISSED" => " class=\"missed\"",
+            _ if cell.ends_with("MISSED") => " class=\"missed\"",
             _ if of_words(i) => " class=\"words\"",
             _ => "",
         };

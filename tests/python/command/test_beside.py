@@ -1,0 +1,186 @@
+"""`squid report --beside`: designs of one vehicle in one table; which is best, what is lost, and what is missed."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from conftest import REMUS100, Run, design
+
+pytestmark = pytest.mark.change
+
+XHTML = "{http://www.w3.org/1999/xhtml}"
+KEPT = "as it was computed for these files before"
+OPPOSITE = {"won": "lost", "drawn": "drawn", "lost": "won", "": ""}
+
+
+class Beside(NamedTuple):
+    """A vehicle with two designs, the folder of the report on both, and what the command said."""
+
+    vehicle: Path
+    folder: Path
+    said: str
+
+
+@pytest.fixture(scope="module")
+def beside(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempPathFactory) -> Beside:
+    """Return the report on the quick vehicle with a softer design beside, which misses what it requires."""
+    vehicle = shutil.copytree(quick_vehicle, tmp_path_factory.mktemp("beside") / "vehicle")
+    text = (vehicle / "design.toml").read_text(encoding="utf-8")
+    assert "bandwidth = 0.46" in text and "[require]" not in text
+    softer = text.replace("bandwidth = 0.46", "bandwidth = 0.3") + "\n[require]\nphase_margin = 80.0  # deg\n"
+    (vehicle / "soft.toml").write_text(softer, encoding="utf-8")
+    folder = vehicle.parent / "out"
+    design(run_squid, vehicle, folder / "beside" / "soft", "--design", "soft")
+    before = (folder / "beside" / "soft" / "controller.json").stat().st_mtime_ns
+    said = report(run_squid, vehicle, folder, "--beside", "soft")
+    assert (folder / "beside" / "soft" / "controller.json").stat().st_mtime_ns == before, "designed again"
+    return Beside(vehicle, folder, said)
+
+
+def report(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> str:
+    """Return what the command says that writes a report."""
+    done = run_squid("report", vehicle, "--out", folder, *options)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def words(element: ET.Element) -> str:
+    return " ".join(" ".join(element.itertext()).split())
+
+
+def table(folder: Path) -> list[list[ET.Element]]:
+    """Return the cells of the table of the section; none if there is no such section."""
+    page = ET.fromstring((folder / "report.html").read_text(encoding="utf-8"))
+    found = [s for s in page.iter(f"{XHTML}section") if s.attrib["id"] == "beside"]
+    return [list(row) for section in found for row in section.iter(f"{XHTML}tr")]
+
+
+def cells(folder: Path) -> list[list[str]]:
+    """Return the text of the cells."""
+    return [[words(cell) for cell in row] for row in table(folder)]
+
+
+def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
+    """With its own sizes, proofs and figures, whichever of the two the report is on; one wins what the other loses."""
+    head, *rows = cells(beside.folder)
+    assert head == ["", "m/s; required", "design", "soft", "best", "outcome"]
+    folders = {"design": beside.folder, "soft": beside.folder / "beside" / "soft"}
+    for column, name in enumerate(("design", "soft"), start=2):
+        figures = json.loads((folders[name] / "design.json").read_text(encoding="utf-8"))
+        lft = json.loads((folders[name] / "controller.json").read_text(encoding="utf-8"))["lft"]
+        found = {row[0]: row[column] for row in rows}
+        assert found["states, channels of rho"] == f"{len(lft['A'])}, {len(lft['Dtt'])}"
+        assert float(found["gain proved"]) == pytest.approx(figures["gamma_bound"], abs=1e-4)
+        sampled = figures["gamma_bound_sampled"]
+        assert float(found["gain proved of the sampled loop"]) == pytest.approx(sampled, abs=1e-4)
+        for row in figures["verdict"]["rows"]:
+            assert float(found[row["what"]].split()[0]) == pytest.approx(
+                row["achieved"]["value"], rel=2e-2, abs=1e-3
+            )
+    # The other way round, with the design beside not designed before.
+    swapped = tmp_path / "out"
+    design(run_squid, beside.vehicle, swapped, "--design", "soft")
+    said = report(run_squid, beside.vehicle, swapped, "--design", "soft", "--beside", "design")
+    head, *others = cells(swapped)
+    assert head[2:4] == ["soft", "design"]
+    assert (swapped / "beside" / "design" / "certificate.json").is_file()
+    for row, other in zip(rows, others, strict=True):
+        assert other[0] == row[0]
+        assert [re.sub(r" \(.*\)", "", cell) for cell in other[3:1:-1]] == [
+            re.sub(r" \(.*\)", "", cell) for cell in row[2:4]
+        ]
+        assert other[5] == OPPOSITE[row[5]]
+        assert row[4] == {"won": "design", "lost": "soft", "drawn": "all", "": ""}[row[5]]
+    assert {"won", "lost"} <= {row[5] for row in rows}
+    for text, of in ((beside.said, rows), (said, others)):
+        won, drawn, lost = (sum(row[5] == outcome for row in of) for outcome in ("won", "drawn", "lost"))
+        assert f"wins {won} rows, draws {drawn} and loses {lost}." in text
+
+
+def test_what_a_design_misses_is_marked(beside: Beside) -> None:
+    """By the requirement of its own file, not by that of the report's design."""
+    marked = [
+        (words(row[0]), place, words(cell))
+        for row in table(beside.folder)
+        for place, cell in enumerate(row)
+        if cell.attrib.get("class") == "missed" or "MISSED" in words(cell)
+    ]
+    assert [(what, place) for what, place, _ in marked] == [("phase margin", 3)]
+    assert re.fullmatch(r"\d+\.\d deg \(> 80 deg\) MISSED", marked[0][2])
+    missed = next(row for row in table(beside.folder) if words(row[0]) == "phase margin")
+    assert words(missed[1]) == "> 45 deg" and missed[3].attrib["class"] == "missed"
+
+
+def copied(folder: Path, to: Path) -> Path:
+    """Return a copy of a folder of designs, without the mark of the vehicle that they are of."""
+    return shutil.copytree(folder, to, ignore=shutil.ignore_patterns(".squid-vehicle"))
+
+
+def test_what_is_not_proved_is_said(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
+    """Certificates of another controller prove nothing of this one; they are proved again for the page."""
+    folder = copied(beside.folder, tmp_path / "out")
+    for name in ("certificate.json", "sampled_certificate.json"):
+        shutil.copy(folder / name, folder / "beside" / "soft")
+    assert KEPT not in report(run_squid, beside.vehicle, folder, "--beside", "soft")
+    before, after = cells(beside.folder), cells(folder)
+    differ = [(row[0], row[3]) for row, other in zip(after, before, strict=True) if row != other]
+    assert differ == [("gain proved", "NO"), ("gain proved of the sampled loop", "NO")]
+
+
+def test_a_changed_design_is_computed_again(beside: Beside, run_squid: Run, tmp_path: Path) -> None:
+    """And what did not change is shown as it was; without --beside there is no such section."""
+    vehicle = shutil.copytree(beside.vehicle, tmp_path / "vehicle")
+    folder = copied(beside.folder, tmp_path / "out")
+    before = cells(folder)
+    assert KEPT in report(run_squid, vehicle, folder, "--beside", "soft")
+    soft = vehicle / "soft.toml"
+    text = soft.read_text(encoding="utf-8").partition("\n[require]\n")[0]
+    soft.write_text(text.replace("bandwidth = 0.3", "bandwidth = 0.35") + "\n", encoding="utf-8")
+    said = report(run_squid, vehicle, folder, "--beside", "soft")
+    assert KEPT not in said
+    assert "soft.toml" in said and "changed since this was designed" in said
+    after = cells(folder)
+    assert [row[2] for row in after] == [row[2] for row in before]
+    differ = [row[0] for row, other in zip(after, before, strict=True) if row[3] != other[3]]
+    assert {"gain proved", "phase margin", "pitch step: ITAE (s^2)"} <= set(differ)
+    assert not any("MISSED" in cell for row in after for cell in row)
+    assert KEPT in report(run_squid, vehicle, folder, "--beside", "soft")
+    assert KEPT not in report(run_squid, vehicle, folder)
+    assert cells(folder) == []
+
+
+@pytest.mark.parametrize(
+    ("names", "code", "said"),
+    [
+        (["nosuch"], 1, "nosuch.toml: there is no such file"),
+        (["soft", "soft"], 64, "--beside is 'soft'; it must be the name of another design of the vehicle"),
+        (["design"], 64, "--beside is 'design'; it must be the name of another design of the vehicle"),
+        (["soft", "vehicle"], 64, "vehicle.toml is the vehicle itself"),
+        (["deep"], 1, "deep.toml: 'depth' is 40 m, and 50 m in design.toml; designs side by side"),
+    ],
+)
+def test_what_cannot_stand_beside_is_refused(
+    beside: Beside, run_squid: Run, tmp_path: Path, names: list[str], code: int, said: str
+) -> None:
+    """With one message, and nothing is designed or written."""
+    vehicle = shutil.copytree(beside.vehicle, tmp_path / "vehicle")
+    text = (vehicle / "design.toml").read_text(encoding="utf-8")
+    (vehicle / "deep.toml").write_text(text.replace("depth = 50.0", "depth = 40.0"), encoding="utf-8")
+    done = run_squid(
+        "report", vehicle, "--out", tmp_path / "out", *(word for name in names for word in ("--beside", name))
+    )
+    assert done.returncode == code and said in done.stderr, done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_design_on_depth_flies_another_course(run_squid: Run, tmp_path: Path) -> None:
+    for one, other in (("design", "depth"), ("depth", "design")):
+        done = run_squid("report", REMUS100, "--design", one, "--beside", other, "--out", tmp_path / "out")
+        assert done.returncode == 1 and "depth.toml: it must track pitch, and no depth" in done.stderr
+    assert not (tmp_path / "out").exists()
