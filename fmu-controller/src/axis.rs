@@ -111,12 +111,14 @@ impl Axis {
         let mut snapshot = self.autopilot.snapshot();
         state.reals(&mut snapshot.state)?;
         state.real(&mut snapshot.filtered_speed)?;
+        state.reals(&mut snapshot.references)?;
         state.reals(&mut snapshot.origins)?;
         let outputs = &mut snapshot.outputs;
         state.reals(&mut outputs.commands)?;
         state.real(&mut outputs.scheduling_parameter)?;
         state.reals(&mut outputs.trim)?;
         state.boolean(&mut outputs.out_of_range)?;
+        state.boolean(&mut outputs.reference_limited)?;
         state.reals(&mut snapshot.delayed)?;
         state.real(&mut snapshot.start)?;
         state.integer(&mut snapshot.ticks)?;

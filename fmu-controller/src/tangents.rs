@@ -13,6 +13,8 @@ pub(crate) enum Quantity {
     /// The reference of a signal.
     Reference(usize),
     SchedulingParameter,
+    /// A reference as it is used.
+    Used(usize),
     /// A trim that is put out.
     Trim(usize),
     Command(usize),
@@ -31,8 +33,9 @@ impl Quantity {
             Self::Measured(signal) => signal,
             Self::Reference(signal) => measured + signal,
             Self::SchedulingParameter => references,
-            Self::Trim(index) => references + 1 + index,
-            Self::Command(index) => references + 1 + design.trimmed().count() + index,
+            Self::Used(signal) => references + 1 + signal,
+            Self::Trim(index) => Self::Used(design.references().count()).number(design) + index,
+            Self::Command(index) => Self::Trim(design.trimmed().count()).number(design) + index,
         }
     }
 }
@@ -70,7 +73,8 @@ impl Axis {
         let (measured, references) = knowns.split_at(number(Quantity::Reference(0)));
         let direction = Inputs { measured: measured.to_vec(), references: references.to_vec() };
         let moved = self.tangents(moment.initial, &direction)?;
-        let all = std::iter::once(moved.scheduling_parameter).chain(moved.trim).chain(moved.commands);
+        let first = std::iter::once(moved.scheduling_parameter).chain(moved.references);
+        let all = first.chain(moved.trim).chain(moved.commands);
         outputs.iter_mut().zip(all).for_each(|(tangent, value)| *tangent = value);
         Ok(())
     }

@@ -115,6 +115,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         Some(reference) => (reference, "wanted"),
         None => (measured, "given"),
     };
+    // A limit may depend on the speed, and a reference begin at what is measured.
+    let wanted: Vec<&str> = inputs(design).map(|(name, ..)| name).collect();
     let scheduling = vec![
         Variable::real(
             format!("{prefix}scheduling_parameter"),
@@ -137,7 +139,26 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         )
         .depends_on(&[])
         .initially_depends_on(&[measured]),
+        Variable::boolean(
+            format!("{prefix}reference_limited"),
+            "a reference asks more than the vehicle can hold, and is limited",
+            |m| m.autopilot.outputs().reference_limited,
+            Role::output(),
+        )
+        .depends_on(&[])
+        .initially_depends_on(&wanted),
     ];
+    let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
+    let used = used.map(|(place, (signal, reference))| {
+        let one = Variable::real(
+            format!("{}_used", reference.name),
+            format!("{} as the controller uses it, within what the vehicle can hold", reference.wanted),
+            move |m| m.autopilot.references()[place],
+            Role::output(),
+        );
+        let one = one.quantity(Quantity::Used(place).number(design));
+        within_range(one, signal, design, false).discrete().depends_on(&[]).initially_depends_on(&wanted)
+    });
     let trims = design.trimmed().enumerate().map(|(index, place)| {
         let signal = &design.signals[place];
         let one = Variable::real(
@@ -154,7 +175,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         };
         one.discrete().depends_on(&[]).initially_depends_on(&[speed])
     });
-    scheduling.into_iter().chain(trims).collect()
+    scheduling.into_iter().chain(used).chain(trims).collect()
 }
 
 fn constants(prefix: &str) -> Vec<Variable> {

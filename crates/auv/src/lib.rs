@@ -47,7 +47,7 @@ pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_for
 pub use motion::level::{Branch, Pitch, Speed};
 pub use motion::linearise::{Linearisation, linearise, linearise_with};
 pub use motion::parameter::{Parameter, UnknownParameter};
-pub use motion::trim::{Trim, trim, trim_with};
+pub use motion::trim::{Trim, climb, trim, trim_with};
 pub use motion::trim_error::TrimError;
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;

@@ -4,7 +4,9 @@ use crate::error::ModelError;
 use auv::{Actuator, Status};
 use lpv::matrix::Mat;
 use nalgebra::Complex;
+use scheduled::ReferenceLimits;
 use signals::{Interface, States};
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 /// A vehicle as one axis of its autopilot has it: states x, inputs u, outputs y, trims and linear models over the
@@ -45,6 +47,15 @@ pub trait VehicleModel: Debug + Sync {
     /// # Errors
     /// As [`trims`](Self::trims).
     fn trim_slopes(&self, speeds: &[f64]) -> Result<Vec<Mat>, ModelError>;
+
+    /// What the references are limited to at these speeds, by the name of their signal; nothing, unless the model
+    /// knows what it can hold.
+    ///
+    /// # Errors
+    /// As [`trims`](Self::trims).
+    fn envelope(&self, _speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
+        Ok(BTreeMap::new())
+    }
 
     /// The linear model about the trim at a speed \[m/s\].
     ///

@@ -1,13 +1,17 @@
 //! Trims over the range of speed, and the linear model at each.
 
+mod envelope;
+
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
 use auv::longitudinal::{INTERFACE, measured};
 use auv::{Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
+use scheduled::ReferenceLimits;
 use serde_json::{Map, Value, json};
 use signals::{Interface, States};
+use std::collections::BTreeMap;
 
 /// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
@@ -56,6 +60,10 @@ impl VehicleModel for Longitudinal<'_> {
             Ok(column(&l.trim_slope(&self.vehicle.actuators)))
         };
         self.level(speeds)?.iter().map(slope).collect()
+    }
+
+    fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
+        envelope::envelope(self.vehicle, self.file, &self.level(speeds)?)
     }
 
     fn linearise(&self, speed: f64) -> Result<Linearisation, ModelError> {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::design::Port;
+use crate::envelope::Envelope;
 use crate::ports::{Inputs, Outputs};
 use crate::trim::AtSpeed;
 use crate::{
@@ -29,6 +30,7 @@ pub(crate) struct Plan {
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
+    pub(crate) envelope: Envelope,
     pub(crate) parameters: usize,
     /// Sampled anti-windup gain from phi to the controller's states, n x m.
     anti_windup: Option<Matrix>,
@@ -36,6 +38,8 @@ pub(crate) struct Plan {
     pub(crate) trimmed: Vec<usize>,
     /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
     origins: Vec<Option<f64>>,
+    /// Whether each reference is followed.
+    followed: Vec<bool>,
 }
 
 /// A controller that runs at multiples of its sample time.
@@ -45,6 +49,7 @@ pub(crate) struct Plan {
 /// neither skip nor repeat a tick.
 ///
 /// ```text
+/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
 /// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](signals::Level): V_r itself, a column of
 ///             the trim table, the value measured at initialisation, or 0
@@ -74,6 +79,8 @@ pub struct Autopilot {
     y: Vec<f64>,
     /// V_r in m/s.
     filtered_speed: f64,
+    /// The references as they are used.
+    references: Vec<f64>,
     /// The value of each signal at initialisation, see [`Plan::origin`].
     origins: Vec<f64>,
     /// Excess phi of u over the limits.
@@ -114,6 +121,7 @@ impl Autopilot {
                 .enumerate()
                 .map(|(place, signal)| measured(place, signal))
                 .collect(),
+            followed: (0..design.references().count()).map(|place| design.follows(place)).collect(),
             sample_time: design.sample_time,
             centre: design.scheduling.centre,
             half_range: design.scheduling.half_range,
@@ -130,6 +138,7 @@ impl Autopilot {
                 .map(|actuator| [actuator.scale, actuator.minimum, actuator.maximum])
                 .collect(),
             trim: Trim::new(design.trim.clone(), &design.signals),
+            envelope: Envelope::new(design),
             parameters: design.lft.blocks.len(),
             anti_windup: design
                 .anti_windup_gain()?
@@ -140,12 +149,14 @@ impl Autopilot {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
+            references: vec![0.0; design.references().count()],
             origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
                 out_of_range: false,
+                reference_limited: false,
                 trim: vec![0.0; plan.trimmed.len()],
             },
             plan: Arc::new(plan),
@@ -201,6 +212,11 @@ impl Autopilot {
         self.filtered_speed
     }
 
+    /// The references as the last tick or the initialisation used them, within their limits.
+    pub fn references(&self) -> &[f64] {
+        &self.references
+    }
+
     /// The value of each signal at initialisation, for those whose level it is.
     pub fn origins(&self) -> &[f64] {
         &self.origins
@@ -221,6 +237,7 @@ impl Autopilot {
         Snapshot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
+            references: self.references.clone(),
             origins: self.origins.clone(),
             outputs: self.outputs.clone(),
             delayed: self.delayed.clone(),
@@ -235,7 +252,7 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let Self { controller, outputs, delayed, origins, .. } = &*self;
+        let Self { controller, outputs, delayed, origins, references, .. } = &*self;
         let Outputs { commands, trim, .. } = outputs;
         snapshot.check([
             controller.state().len(),
@@ -243,9 +260,11 @@ impl Autopilot {
             trim.len(),
             delayed.len(),
             origins.len(),
+            references.len(),
         ])?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
+        self.references.copy_from_slice(&snapshot.references);
         self.origins.copy_from_slice(&snapshot.origins);
         self.outputs.clone_from(&snapshot.outputs);
         self.delayed.copy_from_slice(&snapshot.delayed);
@@ -265,11 +284,10 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
-        self.filtered_speed = self.plan.speed_reference(inputs);
         for (signal, origin) in self.origins.iter_mut().enumerate() {
             *origin = self.plan.origin(signal, inputs);
         }
-        self.compute_outputs(inputs)?;
+        self.compute_outputs(inputs, true)?;
         let Self { delayed, outputs, .. } = self;
         delayed
             .chunks_exact_mut(outputs.commands.len())
@@ -295,14 +313,14 @@ impl Autopilot {
     /// # Errors
     /// [`TickError`].
     pub fn tick(&mut self, inputs: &Inputs) -> Result<bool, TickError> {
-        self.compute_outputs(inputs)?;
+        self.compute_outputs(inputs, false)?;
         self.controller.update();
         if let Some(gain) = &self.plan.anti_windup {
             self.controller.add_to_state(gain, &self.excess);
         }
         self.delay_commands();
         if let Some(gain) = self.plan.filter {
-            self.filtered_speed += gain * (inputs.references[self.plan.speed] - self.filtered_speed);
+            self.filtered_speed += gain * (self.references[self.plan.speed] - self.filtered_speed);
         }
         let left_range = self.outputs.out_of_range && !self.outside;
         self.outside = self.outputs.out_of_range;
@@ -347,14 +365,31 @@ impl Autopilot {
         }
     }
 
-    fn compute_outputs(&mut self, inputs: &Inputs) -> Result<(), TickError> {
+    fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
         let plan = &*self.plan;
         inputs.check(&plan.signals)?;
-        if plan.filter.is_none() {
-            self.filtered_speed = plan.speed_reference(inputs);
+        // The speed first: the limits of the others depend on V_r.
+        if !plan.speed_given {
+            let last = (!initial).then_some(self.references[plan.speed]);
+            let trim = plan.trim.at(self.filtered_speed);
+            self.references[plan.speed] =
+                plan.envelope.used(plan.speed, inputs.references[plan.speed], last, trim);
+        }
+        if initial || plan.filter.is_none() {
+            self.filtered_speed =
+                if plan.speed_given { inputs.measured[plan.speed] } else { self.references[plan.speed] };
         }
         let (trim, origins) = (plan.trim.at(self.filtered_speed), &self.origins);
-        plan.y(inputs, |signal| trim.signal(signal, origins[signal]))
+        for (signal, used) in self.references.iter_mut().enumerate() {
+            if signal != plan.speed || plan.speed_given {
+                let last = (!initial).then_some(*used);
+                *used = plan.envelope.used(signal, plan.asked(signal, inputs, initial), last, trim);
+            }
+        }
+        let used = self.references.iter().zip(&inputs.references).zip(&plan.followed);
+        self.outputs.reference_limited =
+            used.into_iter().any(|((used, asked), followed)| *followed && used != asked);
+        plan.y(&inputs.measured, &self.references, |signal| trim.signal(signal, origins[signal]))
             .zip(&mut self.y)
             .for_each(|(value, y)| *y = value);
         let rho = plan.rho(inputs.measured[plan.speed]);
@@ -371,9 +406,15 @@ impl Autopilot {
 }
 
 impl Plan {
-    /// The unfiltered V_r: the speed reference, or the measured speed if the speed is imposed.
-    pub(crate) fn speed_reference(&self, inputs: &Inputs) -> f64 {
-        if self.speed_given { inputs.measured[self.speed] } else { inputs.references[self.speed] }
+    /// What is asked of a signal. A reference whose rate is limited begins where the vehicle is.
+    pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, initial: bool) -> f64 {
+        let begins = initial && self.begins_as_measured(signal);
+        if begins { inputs.measured[signal] } else { inputs.references[signal] }
+    }
+
+    /// Whether a reference begins at the measured value.
+    pub(crate) fn begins_as_measured(&self, signal: usize) -> bool {
+        self.envelope.has_rate(signal) && self.starts_as_measured(signal)
     }
 
     /// The origin of a signal in a flight that starts with these inputs.
@@ -389,10 +430,10 @@ impl Plan {
     /// The controller input y; `y0` gives a signal in level flight at V_r.
     pub(crate) fn y<'a>(
         &'a self,
-        inputs: &'a Inputs,
+        measured: &'a [f64],
+        references: &'a [f64],
         y0: impl Fn(usize) -> f64 + 'a,
     ) -> impl Iterator<Item = f64> {
-        let Inputs { measured, references } = inputs;
         self.inputs.iter().map(move |&(signal, kind, scale)| {
             let difference = match kind {
                 Kind::Error => references[signal] - measured[signal],

@@ -54,6 +54,9 @@ pub struct ControllerDesign {
     pub anti_windup: Option<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
+    /// What references are limited to before they reach the controller, by the name of their signal.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub envelope: BTreeMap<String, ReferenceLimits>,
     /// The achieved performance level.
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.
@@ -311,6 +314,18 @@ pub struct TrimTable {
     pub signals: BTreeMap<String, Vec<f64>>,
     /// Commands, one row per speed, in the order of the actuators.
     pub actuators: Rows,
+}
+
+/// What a reference is limited to, a number for each row of the trim table.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceLimits {
+    /// The least and the largest reference, SI.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[Vec<f64>; 2]>,
+    /// The least and the largest rate of the reference, SI per second: not above and not below 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<[Vec<f64>; 2]>,
 }
 
 /// A gain of a controller that was given: a polynomial in rho.

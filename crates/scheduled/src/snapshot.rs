@@ -9,6 +9,8 @@ pub struct Snapshot {
     pub state: Vec<f64>,
     /// The filtered speed reference V_r in m/s.
     pub filtered_speed: f64,
+    /// The references as they were used.
+    pub references: Vec<f64>,
     /// The value at initialisation of each signal, for those whose level it is.
     pub origins: Vec<f64>,
     /// Outputs of the last tick.
@@ -36,11 +38,12 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands and signals, and that all values are finite.
-    pub(crate) fn check(&self, lengths: [usize; 5]) -> Result<(), SnapshotError> {
+    /// Checks the numbers of states, commands, trims, delayed commands, signals and references, and that all values are finite.
+    pub(crate) fn check(&self, lengths: [usize; 6]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
-        let lists = [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins];
-        let names = ["states", "commands", "trims", "delayed commands", "signals"];
+        let lists =
+            [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins, &self.references];
+        let names = ["states", "commands", "trims", "delayed commands", "signals", "references"];
         for ((what, list), expected) in names.into_iter().zip(lists).zip(lengths) {
             if list.len() != expected {
                 return Err(SnapshotError::Length { what, found: list.len(), expected });

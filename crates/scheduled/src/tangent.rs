@@ -11,6 +11,8 @@ pub struct OutputTangents {
     pub computed: Vec<f64>,
     /// Derivative of the scheduling parameter.
     pub scheduling_parameter: f64,
+    /// Derivatives of the references as they are used.
+    pub references: Vec<f64>,
     /// Derivatives of the trims.
     pub trim: Vec<f64>,
 }
@@ -33,22 +35,43 @@ impl Autopilot {
         direction: &Inputs,
     ) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
-        let (speed, dspeed) = if plan.filter.is_some() && !initial {
-            (self.filtered_speed(), 0.0)
-        } else {
-            (plan.speed_reference(inputs), plan.speed_reference(direction))
+        let last = |signal: usize| (!initial).then_some(self.references()[signal]);
+        let used = |signal: usize, speed: f64| {
+            let asked = plan.asked(signal, inputs, initial);
+            plan.envelope.tangent(signal, asked, last(signal), (&plan.trim, speed))
         };
+        let moves = |signal: usize| {
+            let begins = initial && plan.begins_as_measured(signal);
+            if begins { direction.measured[signal] } else { direction.references[signal] }
+        };
+        let filtered = self.filtered_speed();
+        // Its limits are constant where V_r is.
+        let wanted = (!plan.speed_given).then(|| used(plan.speed, filtered));
+        let (speed, dspeed) = match &wanted {
+            _ if plan.filter.is_some() && !initial => (filtered, 0.0),
+            Some(wanted) => (wanted.value, wanted.by_asked * moves(plan.speed)),
+            None => (inputs.measured[plan.speed], direction.measured[plan.speed]),
+        };
+        let each = |signal: usize| match &wanted {
+            Some(wanted) if signal == plan.speed => (wanted.value, wanted.by_asked * moves(signal)),
+            _ => {
+                let used = used(signal, speed);
+                (used.value, used.by_asked * moves(signal) + used.by_speed * dspeed)
+            }
+        };
+        let (references, dreferences): (Vec<f64>, Vec<f64>) = (0..inputs.references.len()).map(each).unzip();
         let trim = plan.trim.at(speed);
         let origin =
             |signal: usize| if initial { plan.origin(signal, inputs) } else { self.origins()[signal] };
-        let y: Vec<f64> = plan.y(inputs, |signal| trim.signal(signal, origin(signal))).collect();
+        let y: Vec<f64> =
+            plan.y(&inputs.measured, &references, |signal| trim.signal(signal, origin(signal))).collect();
         // At initialisation a level that is the measured value moves with it.
         let moved = |signal: usize| {
             let moves = initial && plan.starts_as_measured(signal);
             let dorigin = if moves { direction.measured[signal] } else { 0.0 };
             plan.trim.signal_slope(speed, signal) * dspeed + dorigin
         };
-        let dy: Vec<f64> = plan.y(direction, moved).collect();
+        let dy: Vec<f64> = plan.y(&direction.measured, &dreferences, moved).collect();
         let rho = plan.rho(inputs.measured[plan.speed]);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.measured[plan.speed]) / plan.half_range;
@@ -70,6 +93,12 @@ impl Autopilot {
         }
         let trims =
             plan.trimmed.iter().map(|&signal| plan.trim.signal_slope(speed, signal) * dspeed).collect();
-        Ok(OutputTangents { commands, computed, scheduling_parameter: drho, trim: trims })
+        Ok(OutputTangents {
+            commands,
+            computed,
+            scheduling_parameter: drho,
+            references: dreferences,
+            trim: trims,
+        })
     }
 }

@@ -102,6 +102,12 @@ impl Trim {
         (column(high) - column(low)) / (grid[high] - grid[low])
     }
 
+    /// Slope of a column over forward speed u in m/s, zero beyond the table.
+    #[inline]
+    pub(crate) fn column_slope(&self, forward_speed: f64, column: &[f64]) -> f64 {
+        self.slope_within(forward_speed, |row| column[row])
+    }
+
     fn slope_within(&self, forward_speed: f64, column: impl Fn(usize) -> f64) -> f64 {
         let place = find(&self.table.forward_speed, forward_speed);
         let inside = (0.0..=1.0).contains(&place.fraction);
@@ -126,6 +132,11 @@ impl AtSpeed<'_> {
             (Level::Start, _) => start,
             (Level::Zero, _) => 0.0,
         }
+    }
+
+    /// A column over the rows of the table.
+    pub(crate) fn of(&self, column: &[f64]) -> f64 {
+        self.place.interpolate(|row| column[row])
     }
 
     /// Command of one actuator.

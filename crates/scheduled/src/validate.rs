@@ -40,6 +40,7 @@ impl ControllerDesign {
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
         self.validate_trim()?;
+        self.validate_envelope()?;
         for (key, value) in [("gamma.optimum", self.gamma.optimum), ("gamma.bound", self.gamma.bound)] {
             positive(format_args!("{key}"), value)?;
         }
@@ -220,6 +221,39 @@ impl ControllerDesign {
             }
         }
         self.validate_coverage(trim.speed[0], trim.speed[rows - 1])
+    }
+
+    #[inline]
+    fn validate_envelope(&self) -> Result<(), DesignError> {
+        let rows = self.trim.speed.len();
+        for (signal, limits) in &self.envelope {
+            if !self.references().any(|(port, _)| port.name == *signal) {
+                let allowed = one_of(self.references().map(|(port, _)| port.name.as_str()));
+                let (key, found) = ("envelope".to_owned(), signal.clone());
+                return Err(DesignError::BadText { key, found, allowed });
+            }
+            for (name, columns) in [("range", &limits.range), ("rate", &limits.rate)] {
+                let Some([least, most]) = columns else { continue };
+                for column in [least, most] {
+                    length(format_args!("envelope.{signal}.{name}"), column.len(), rows)?;
+                }
+                for (row, (&least, &most)) in least.iter().zip(most).enumerate() {
+                    finite(format_args!("envelope.{signal}.{name}[0][{row}]"), least)?;
+                    finite(format_args!("envelope.{signal}.{name}[1][{row}]"), most)?;
+                    let key = |end: usize| format!("envelope.{signal}.{name}[{end}][{row}]");
+                    if least > most {
+                        let allowed = "no larger than the other end";
+                        return Err(DesignError::BadNumber { key: key(0), value: least, allowed });
+                    }
+                    if name == "rate" && !(least..=most).contains(&0.0) {
+                        let (end, value) = if least > 0.0 { (0, least) } else { (1, most) };
+                        let allowed = "such that 0 is between the ends";
+                        return Err(DesignError::BadNumber { key: key(end), value, allowed });
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     #[inline]

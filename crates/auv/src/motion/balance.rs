@@ -48,11 +48,16 @@ pub(crate) struct Balance<'a> {
     pub(crate) speed: Speed,
     pub(crate) depth: f64,
     pub(crate) pitch: &'a Pitch,
+    /// The pitch \[rad\] of a climb or a dive; in level flight it is the incidence.
+    pub(crate) climb: Option<f64>,
 }
 
 impl Balance<'_> {
     fn acceleration<D: Scalar>(&self, incidence: D, outputs: impl Iterator<Item = D>) -> [D; 3] {
-        let motion = self.speed.level_motion(incidence);
+        let mut motion = self.speed.level_motion(incidence);
+        if let Some(pitch) = self.climb {
+            motion.theta = D::from(pitch);
+        }
         let force = actuator_force(&self.vehicle.actuators, motion.u, outputs);
         self.dynamics.lifted().acceleration(&motion, D::from(self.depth), force)
     }

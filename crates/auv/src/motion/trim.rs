@@ -12,7 +12,7 @@ use crate::motion::trim_error::TrimError;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 
-/// A level, steady motion and the actuator outputs that balance it.
+/// A steady motion and the actuator outputs that balance it: level, but for a [`climb`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trim {
     /// Speed along the path through the water, V \[m/s\]; negative astern.
@@ -23,7 +23,7 @@ pub struct Trim {
     pub heave: f64,
     /// Incidence atan(w / u) \[rad\].
     pub incidence: f64,
-    /// Pitch \[rad\], equal to the incidence.
+    /// Pitch \[rad\], in level flight equal to the incidence.
     pub pitch: f64,
     /// What became of the pitch.
     pub rule: Pitch,
@@ -61,26 +61,46 @@ pub fn trim_with(vehicle: &Vehicle, speed: Speed, depth: f64, pitch: &Pitch) -> 
     if !depth.is_finite() {
         return Err(TrimError::DepthNotFinite { depth });
     }
-    let balance = Balance { dynamics: Dynamics::new(&vehicle.coefficients)?, vehicle, speed, depth, pitch };
+    let dynamics = Dynamics::new(&vehicle.coefficients)?;
+    let trim = solved(&Balance { dynamics, vehicle, speed, depth, pitch, climb: None })?;
+    check_limits(vehicle, &trim)?;
+    Ok(trim)
+}
+
+/// Solves `[u' w' q'] = 0` for the steady climb or dive that is nearest to another trim, at its forward speed and
+/// depth, with the hull at a pitch \[rad\]. Outputs may be beyond the limits of the actuators. The unknowns are the
+/// incidence and the outputs, of least norm if there are several; the path rises at pitch minus incidence.
+///
+/// # Errors
+/// [`TrimError`]: coefficients or a pitch that are not allowed, no solution.
+pub fn climb(vehicle: &Vehicle, near: &Trim, pitch: f64) -> Result<Trim, TrimError> {
+    if !pitch.is_finite() {
+        return Err(TrimError::PitchNotFinite { pitch });
+    }
+    let dynamics = Dynamics::new(&vehicle.coefficients)?;
+    let (speed, depth) = (Speed::Forward(near.forward_speed), near.depth);
+    let start = Pitch::Followed([(near.forward_speed, near.incidence)].into_iter().collect());
+    solved(&Balance { dynamics, vehicle, speed, depth, pitch: &start, climb: Some(pitch) })
+}
+
+fn solved(balance: &Balance<'_>) -> Result<Trim, TrimError> {
     let Attempt { incidence, outputs: actuators, residual, .. } = balance.solve()?;
-    let motion = speed.level_motion(incidence);
-    let path_speed = match speed {
+    let motion = balance.speed.level_motion(incidence);
+    let speed = match balance.speed {
         Speed::Path(speed) => speed,
         Speed::Forward(speed) => motion.u.hypot(motion.w).copysign(speed),
     };
-    let trim = Trim {
-        speed: path_speed,
+    Ok(Trim {
+        speed,
         forward_speed: motion.u,
         heave: motion.w,
         incidence,
-        pitch: incidence,
-        rule: pitch.clone(),
-        depth,
+        pitch: balance.climb.unwrap_or(incidence),
+        rule: balance.pitch.clone(),
+        depth: balance.depth,
         actuators,
         residual,
-    };
-    check_limits(vehicle, &trim)?;
-    Ok(trim)
+    })
 }
 
 /// Refuses a trim beyond the limits of an actuator; the error names the actuator that exceeds them most.

@@ -18,6 +18,9 @@ pub enum TrimError {
     /// The depth is not a number.
     #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
     DepthNotFinite { depth: f64 },
+    /// The pitch is not a number.
+    #[error("the pitch of a climb is {} rad, and must be a finite number", Rounded(*pitch))]
+    PitchNotFinite { pitch: f64 },
     /// No incidence and outputs balance the forces.
     #[error(
         "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \

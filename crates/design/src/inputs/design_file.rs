@@ -7,6 +7,7 @@
 //! ranges below. A value that would make them improper or infinite (peak = 0, bandwidth = inf) is refused with file,
 //! line and key.
 
+mod envelope;
 mod manoeuvre;
 mod require;
 mod sea;
@@ -17,6 +18,7 @@ mod values;
 
 use auv::Pitch;
 use auv::longitudinal::DEPTH;
+pub use envelope::Envelope;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 use pid::Pid;
@@ -212,6 +214,8 @@ pub struct DesignFile {
     pub delay: f64,
     /// Whether the controller has anti-windup.
     pub anti_windup: bool,
+    /// What the references may ask.
+    pub envelope: Envelope,
     /// The default manoeuvre of the FMU of the complete loop.
     pub manoeuvre: Manoeuvre,
     /// The uncertain numbers of the vehicle; `None` without the section.

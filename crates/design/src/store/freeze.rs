@@ -10,9 +10,10 @@ use auv::{LpvModel, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    Port, Scheduling, TrimTable, VehicleName,
+    Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
 };
 use signals::{Level, Signal};
+use std::collections::BTreeMap;
 
 /// The two frozen files.
 #[derive(Debug, Clone)]
@@ -79,6 +80,12 @@ pub fn controller(
     let scheduled = vehicle.interface().scheduled().map(|place| (place, &signals[place]));
     let (centre, half_range) = file.scheduling();
     let column = |place: usize| trims.iter().map(|trim| trim.signals[place]).collect::<Vec<f64>>();
+    let mut envelope = envelope(vehicle, file)?;
+    if let Some((place, signal)) = scheduled.filter(|_| !vehicle.speed_given()) {
+        let speeds = column(place);
+        let range = [0, speeds.len() - 1].map(|end| vec![speeds[end]; speeds.len()]);
+        envelope.entry(signal.name.to_owned()).or_default().range = Some(range);
+    }
     let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
     let ports = signals.iter().enumerate().map(|(place, signal)| {
         let starts = signal.level == Level::Start && file.uses(place);
@@ -124,10 +131,38 @@ pub fn controller(
             signals: trimmed.map(|(place, signal)| (signal.name.to_owned(), column(place))).collect(),
             actuators: trims.iter().map(|trim| trim.actuators.clone()).collect(),
         },
+        envelope,
         gamma,
         inputs: hashes.clone(),
     })
 }
+
+/// The limits of the references over the trim table, between those at a few speeds.
+fn envelope(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+) -> Result<BTreeMap<String, ReferenceLimits>, Error> {
+    let few = file.spread(ENVELOPE_SPEEDS);
+    let between = |column: &Vec<f64>| -> Vec<f64> {
+        let at = |row: usize| {
+            let (whole, part) =
+                (row * (few.len() - 1) / (TRIM_ROWS - 1), row * (few.len() - 1) % (TRIM_ROWS - 1));
+            let part = part as f64 / (TRIM_ROWS - 1) as f64;
+            let next = column[(whole + 1).min(few.len() - 1)];
+            column[whole] + part * (next - column[whole])
+        };
+        (0..TRIM_ROWS).map(at).collect()
+    };
+    let rows = |columns: &[Vec<f64>; 2]| [between(&columns[0]), between(&columns[1])];
+    let all = vehicle.envelope(&few)?.into_iter().map(|(signal, limits)| {
+        let [range, rate] = [&limits.range, &limits.rate].map(|columns| columns.as_ref().map(rows));
+        (signal, ReferenceLimits { range, rate })
+    });
+    Ok(all.collect())
+}
+
+/// The number of speeds at which limits of references are computed.
+const ENVELOPE_SPEEDS: usize = 11;
 
 /// The inputs of the controller, in the order of y: the errors, or the references and then the measurements.
 fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {

@@ -103,6 +103,7 @@ pub fn design() -> ControllerDesign {
             .into(),
             actuators: vec![vec![1.5, 1.0, 1.0], vec![9.0, 8.0, 8.0], vec![24.0, 23.0, 23.0]],
         },
+        envelope: Default::default(),
         gamma: Gamma { optimum: 0.79, bound: 0.85, back_off: 1.1, certified: false },
         inputs: InputHashes { vehicle_sha256: "00".repeat(32), design_sha256: "11".repeat(32) },
     }

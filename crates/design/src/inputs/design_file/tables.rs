@@ -4,8 +4,8 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, RATE, REDUCE, Require, SAMPLE_TIME, WAVE_WEIGHT,
-    WorkingSea, uncertainty,
+    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, RATE, REDUCE, Require, SAMPLE_TIME,
+    WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
 use auv::longitudinal::INTERFACE;
@@ -25,7 +25,7 @@ const FREE: &str = "free";
 /// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
-const SECTIONS: [&str; 13] = [
+const SECTIONS: [&str; 14] = [
     "description",
     "model",
     "trim",
@@ -36,6 +36,7 @@ const SECTIONS: [&str; 13] = [
     "sea",
     "synthesis",
     "autopilot",
+    "envelope",
     "manoeuvre",
     "uncertainty",
     "require",
@@ -108,6 +109,7 @@ fn design(
     let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
+    let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), |t| Envelope::of(&t));
     let limits = Limits {
         speeds,
         interface,
@@ -147,6 +149,7 @@ fn design(
         sample_time: sample_time?,
         delay: autopilot.as_ref()?.delay?,
         anti_windup: autopilot?.anti_windup?,
+        envelope: envelope?,
         manoeuvre: manoeuvre?,
         uncertainty,
         require: require?,

@@ -1,0 +1,57 @@
+//! The section `[envelope]`: what the references may ask.
+
+use crate::inputs::design_file::Range;
+use crate::inputs::design_file::values::{angle, within};
+use auv::toml_file::Table;
+
+/// What the references may ask.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Envelope {
+    /// The share of each actuator's limits that holding a pitch may take.
+    pub authority: f64,
+    /// The least and the largest pitch, rad, where the actuators hold more.
+    pub pitch: [f64; 2],
+    /// The steepest path, up or down, of a reference of depth, rad.
+    pub path_angle: f64,
+}
+
+/// The share of an actuator.
+const AUTHORITY: Range =
+    Range { least: 0.1, most: 1.0, words: "from 0.1 to 1, a share of each actuator's limits" };
+
+/// The largest pitch reference, deg: the pitch of Euler angles and the plane of the model end before 90.
+const STEEPEST: f64 = 60.0;
+
+impl Default for Envelope {
+    fn default() -> Self {
+        let steepest = STEEPEST.to_radians();
+        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle: 30f64.to_radians() }
+    }
+}
+
+impl Envelope {
+    pub(super) fn of(table: &Table<'_>) -> Option<Self> {
+        table.allow_only(&["authority", "pitch", "path_angle", "unit"]);
+        let default = Self::default();
+        let authority = table.or("authority", default.authority, |table, key| within(table, key, AUTHORITY));
+        let factor = if table.has("pitch") || table.has("path_angle") { angle(table) } else { Some(1.0) };
+        let steep = move |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
+        let pitch = table.or("pitch", Some(default.pitch), |table, key| {
+            let words = "[least, largest], the pitch references allowed, each at most 60 deg in size";
+            match table.numbers(key, words)?.as_slice() {
+                [least, most] if least <= most && steep(*least) && steep(*most) => {
+                    Some(factor.map(|factor| [least * factor, most * factor]))
+                }
+                _ => {
+                    table.not_allowed(key, "not such a pair", words);
+                    None
+                }
+            }
+        });
+        let path_angle = table.or("path_angle", Some(default.path_angle), |table, key| {
+            let path_angle = table.number(key, |v| v > 0.0 && steep(v), "above 0, at most 60 deg")?;
+            Some(factor.map(|factor| factor * path_angle))
+        });
+        Some(Self { authority: authority?, pitch: pitch??, path_angle: path_angle?? })
+    }
+}

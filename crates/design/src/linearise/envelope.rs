@@ -1,0 +1,133 @@
+//! The envelope: what the vehicle can hold, over the speeds of the trim table.
+//!
+//! ```text
+//! pitch:  the largest theta up and down for which a steady climb or dive at the forward speed of the trim exists,
+//!         with every actuator within authority times its limits, between there and level flight
+//! depth:  z' = w cos(theta) - u sin(theta) at the largest such theta whose path is no steeper than path_angle
+//! speed:  V' by outputs of least effort that push along the hull and do not pitch, to the limits
+//! ```
+//!
+//! The boundary of pitch is found by steps and bisection along the branch of climbs that begins in level flight.
+
+use crate::error::ModelError;
+use crate::inputs::design_file::{DesignFile, Envelope};
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, pitching};
+use auv::{Actuator, Trim, Vehicle, climb, linearise};
+use lpv::matrix::{Mat, pseudo_inverse};
+use rayon::prelude::*;
+use scheduled::ReferenceLimits;
+use std::collections::BTreeMap;
+
+/// The first step in pitch, and the last, rad.
+const STEPS: [f64; 2] = [0.03, 1e-4];
+
+/// A larger change of the incidence, relative to that of pitch, is a jump to another branch.
+const JUMP: f64 = 4.0;
+
+/// Singular values below this part of the largest count as zero.
+const RANK: f64 = 1e-9;
+
+/// The limits of the references, at the speeds of these level trims.
+///
+/// # Errors
+/// [`ModelError::Trim`].
+pub fn envelope(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    trims: &[Trim],
+) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
+    let asked = &file.envelope;
+    let each = |trim: &Trim| Limits::at(vehicle, asked, trim);
+    let rows: Vec<Limits> = trims.par_iter().map(each).collect::<Result<_, _>>()?;
+    let columns = |of: fn(&Limits) -> [f64; 2]| {
+        let column = |end: usize| rows.iter().map(|row| of(row)[end]).collect::<Vec<f64>>();
+        Some([column(0), column(1)])
+    };
+    let tracked = |place: usize| file.tracked.iter().any(|t| t.place == place);
+    let mut all = BTreeMap::new();
+    let mut add = |place: usize, limits: ReferenceLimits| {
+        all.insert(SIGNALS[place].name.to_owned(), limits);
+    };
+    if tracked(PITCH) {
+        add(PITCH, ReferenceLimits { range: columns(|row| row.pitch), rate: None });
+    }
+    if tracked(DEPTH) {
+        add(DEPTH, ReferenceLimits { range: None, rate: columns(|row| row.sinking) });
+    }
+    if !vehicle.coefficients.surge.is_given() {
+        add(SPEED, ReferenceLimits { range: None, rate: columns(|row| row.acceleration) });
+    }
+    Ok(all)
+}
+
+/// The least and the largest of what can be held at a speed.
+struct Limits {
+    /// Pitch, rad.
+    pitch: [f64; 2],
+    /// z', m/s.
+    sinking: [f64; 2],
+    /// V', m/s^2.
+    acceleration: [f64; 2],
+}
+
+impl Limits {
+    fn at(vehicle: &Vehicle, asked: &Envelope, trim: &Trim) -> Result<Self, ModelError> {
+        let held = |trim: &Trim| {
+            let share = |(a, output): (&Actuator, &f64)| {
+                (asked.authority * a.min..=asked.authority * a.max).contains(output)
+            };
+            vehicle.actuators.iter().zip(&trim.actuators).all(share)
+        };
+        let steep = asked.path_angle.sin() * trim.forward_speed.abs();
+        let flat = |trim: &Trim| held(trim) && sinking(trim).abs() <= steep;
+        let ends = |allowed: &dyn Fn(&Trim) -> bool| {
+            [asked.pitch[0], asked.pitch[1]].map(|end| farthest(vehicle, trim, end, allowed))
+        };
+        let pitch = ends(&held).map(|trim| trim.pitch);
+        let [one, other] = ends(&flat).map(|trim| sinking(&trim));
+        let sinking = [one.min(other).min(0.0), one.max(other).max(0.0)];
+        Ok(Self { pitch, sinking, acceleration: acceleration(vehicle, trim)? })
+    }
+}
+
+/// z' of a steady motion, m/s.
+fn sinking(trim: &Trim) -> f64 {
+    trim.heave * trim.pitch.cos() - trim.forward_speed * trim.pitch.sin()
+}
+
+/// The climb or dive that is farthest from level flight on the way to a pitch, of those that are allowed; level flight
+/// itself if that is not, or beyond the pitch.
+fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -> bool) -> Trim {
+    let mut at = level.clone();
+    let mut step = STEPS[0];
+    let up = end > level.pitch;
+    while allowed(&at) && step > STEPS[1] && at.pitch != end {
+        let next = if up { (at.pitch + step).min(end) } else { (at.pitch - step).max(end) };
+        let jumps = |trim: &Trim| (trim.incidence - at.incidence).abs() > JUMP * (next - at.pitch).abs();
+        match climb(vehicle, &at, next) {
+            Ok(trim) if allowed(&trim) && !jumps(&trim) => at = trim,
+            _ => step *= 0.5,
+        }
+    }
+    at
+}
+
+/// The least and the largest V' that actuators give without pitching, in outputs of least effort, m/s^2.
+fn acceleration(vehicle: &Vehicle, trim: &Trim) -> Result<[f64; 2], ModelError> {
+    let l = linearise(vehicle, trim)?;
+    let rate = pitching(l.states)[1];
+    let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
+    let effect = Mat::from_fn(2, reach.len(), |i, j| l.b[([0, rate][i], j)] * reach[j]);
+    let push = pseudo_inverse(&effect, RANK).column(0).into_owned();
+    let pushed = (effect * &push)[0];
+    let most = |sign: f64| {
+        let each = vehicle.actuators.iter().zip(&trim.actuators).zip(push.iter().zip(&reach));
+        let room = each.map(|((a, now), (push, reach))| {
+            let per = sign * push * reach;
+            let end = if per > 0.0 { a.max } else { a.min };
+            if per == 0.0 { f64::INFINITY } else { ((end - now) / per).max(0.0) }
+        });
+        room.fold(f64::INFINITY, f64::min) * pushed
+    };
+    Ok([-most(-1.0), most(1.0)])
+}
