@@ -1,6 +1,6 @@
 //! Trims over the range of speed, and the linear model at each.
 
-mod envelope;
+pub mod envelope;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;

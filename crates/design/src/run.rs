@@ -14,6 +14,7 @@ use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
+use crate::linearise::envelope;
 use crate::numbers::{above, decimals};
 use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
@@ -21,7 +22,6 @@ use crate::synthesise::given;
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
-use crate::verdict::flown::left_after_saturation;
 use crate::verdict::found::Effort;
 use auv::longitudinal::{DEPTH, PITCH};
 use auv::{Pitch, Status};
@@ -97,6 +97,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         None => smaller(inputs, &model, &plant, nominal, progress),
     };
     let axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
+    progress.done("envelope", &envelope::words(&axis.controller));
     let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
     let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
     progress.done("verdict", &verdict.to_string());
@@ -164,12 +165,9 @@ fn augmented(
     Ok(plant)
 }
 
-/// The error that may be left after saturation, relative to the step, if the full controller leaves no more.
-const RECOVERED: f64 = 0.02;
-
 /// The design with the fewest controller states and channels whose bound rises by at most the share that the design
 /// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated commands,
-/// whose verdict meets every requirement that the full one meets, and which recovers from saturation as well.
+/// and whose verdict meets every requirement that the full one meets.
 fn smaller(
     inputs: &Inputs,
     model: &Model,
@@ -185,15 +183,12 @@ fn smaller(
         let axis = proved(vehicle, file, &inputs.hashes, synthesised, &Progress::default()).ok()?;
         let proof = axis.proof.ok().filter(|_| axis.sampled.is_ok())?;
         let verdict = Verdict::of(inputs, &axis.controller, Effort::FULL).ok()?;
-        let left = left_after_saturation(inputs, &axis.controller).ok()?;
-        Some((proof.certificate.limits().is_some(), verdict, left))
+        Some((proof.certificate.limits().is_some(), verdict))
     };
     let search = || {
         let found = reductions(plant, &full, share, Some(fastest_sampled(file.sample_time)));
-        let (with_limits, before, least_left) = judged(&full)?;
-        let keeps = |(limits, after, left): (bool, Verdict, f64)| {
-            limits >= with_limits && left <= least_left.max(RECOVERED) && after.meets_all_of(&before)
-        };
+        let (with_limits, before) = judged(&full)?;
+        let keeps = |(limits, after): (bool, Verdict)| limits >= with_limits && after.meets_all_of(&before);
         found.into_iter().rev().find(|one| judged(one).is_some_and(keeps))
     };
     let (found, seconds) = progress.timed("reduce", "states and channels without need", search);

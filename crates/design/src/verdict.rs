@@ -8,6 +8,7 @@
 //! mu       a bound over all frequencies at some speeds, for the declared uncertainty
 //! ```
 
+pub mod beyond;
 pub mod flown;
 pub mod found;
 pub mod frozen;

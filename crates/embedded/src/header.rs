@@ -55,6 +55,7 @@ pub(crate) fn header(
         ("inputs", inputs.iter().map(Input::member).collect()),
         ("outputs", design.actuators.iter().map(output).collect()),
         ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
+        ("used", references(design).map(|(_, one)| used(one)).collect::<Vec<_>>().join("\n")),
         ("stuck_bits", stuck_bits(design)),
         ("state", state(design, tables)),
     ];
@@ -130,6 +131,28 @@ fn trim(signal: &Port) -> String {
     format!("    @prefix@_real trim_{name}; /* {unit}: {measured} of level trim at the speed V_r */")
 }
 
+/// The signals whose references the design follows, with their indices.
+pub(crate) fn references(design: &ControllerDesign) -> impl Iterator<Item = (usize, &Port)> {
+    let followed = design.references().enumerate().filter(|(place, _)| design.follows(*place));
+    followed.map(|(place, (signal, _))| (place, signal))
+}
+
+/// The name of the reference of a signal.
+pub(crate) fn reference(signal: &Port) -> &str {
+    signal.reference.as_ref().map_or("", |reference| &reference.name)
+}
+
+/// The output of a reference as it is used.
+fn used(signal: &Port) -> String {
+    let (name, unit) = (reference(signal), &signal.unit);
+    format!("    @prefix@_real {name}_used; /* {unit}: {name} within what the vehicle can hold */")
+}
+
+/// Whether the rate of the reference of a signal is limited.
+pub(crate) fn has_rate(design: &ControllerDesign, signal: &Port) -> bool {
+    design.envelope.get(&signal.name).is_some_and(|limits| limits.rate.is_some())
+}
+
 /// The signals that are deviations from the value measured at the reset, which the state keeps.
 pub(crate) fn origins(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
     let measured = |signal: &Port| {
@@ -146,7 +169,7 @@ pub(crate) fn stuck_bit(input: &Input) -> String {
 
 fn stuck_bits(design: &ControllerDesign) -> String {
     let measured = inputs(design).into_iter().filter(|input| input.measured).enumerate();
-    measured.map(|(index, input)| format!("#define {} {:#x}u\n", stuck_bit(&input), 4 << index)).collect()
+    measured.map(|(index, input)| format!("#define {} {:#x}u\n", stuck_bit(&input), 8 << index)).collect()
 }
 
 fn state(design: &ControllerDesign, tables: &Tables) -> String {
@@ -157,6 +180,10 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     }
     for Port { name, unit, .. } in origins(design) {
         members += &format!("    @prefix@_real origin_{name}; /* {unit}: {name} at the reset */\n");
+    }
+    for (_, signal) in references(design).filter(|(_, signal)| has_rate(design, signal)) {
+        let (name, unit) = (reference(signal), &signal.unit);
+        members += &format!("    @prefix@_real last_{name}; /* {unit}: {name} as it was used last */\n");
     }
     if design.delay_ticks > 0 {
         let (late, m) = (design.delay_ticks, design.actuators.len());

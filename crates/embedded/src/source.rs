@@ -1,6 +1,6 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::header::{Input, inputs, origins, stuck_bit};
+use crate::header::{Input, has_rate, inputs, origins, reference, references, stuck_bit};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
@@ -44,6 +44,14 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         // The last row that begins a piece of the table is ROWS - 2.
         ("stride", (rows - 2).checked_ilog2().map_or(0, |power| 1usize << power).to_string()),
         ("tables", numbers(design, tables)),
+        (
+            "limit",
+            if references(design).any(|(_, one)| design.envelope.contains_key(&one.name)) {
+                include_str!("template/limit.c").to_owned()
+            } else {
+                String::new()
+            },
+        ),
         ("solvers", solvers(tables)),
         ("curves", curves(design)),
         (
@@ -74,14 +82,36 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             })),
         ),
         ("speed", scheduled(design).name.clone()),
-        ("wanted", wanted_speed(design).to_owned()),
         ("reset", reset(design)),
         (
             "filtered_speed",
             match design.reference_filter {
-                Some(_) => "state->filtered_speed".to_owned(),
-                None => format!("in->{}", wanted_speed(design)),
+                Some(_) => format!("is_reset ? {} : state->filtered_speed", wanted_speed(design)),
+                None => wanted_speed(design),
             },
+        ),
+        (
+            "wanted_speed",
+            references(design)
+                .filter(|one| is_speed(design, *one))
+                .map(|(_, one)| limited(design, one))
+                .collect(),
+        ),
+        (
+            "references",
+            references(design)
+                .filter(|one| !is_speed(design, *one))
+                .map(|(_, one)| limited(design, one))
+                .collect(),
+        ),
+        ("used_members", lines(references(design).map(|(_, one)| format!("    real {};", reference(one))))),
+        (
+            "put_out_references",
+            lines(references(design).map(|(_, one)| format!("    out->{0}_used = t->{0};", reference(one)))),
+        ),
+        (
+            "keep_references",
+            lines(kept(design).map(|one| format!("    state->last_{0} = t.{0};", reference(one)))),
         ),
         ("anti_windup", anti_windup(tables)),
         ("delay", if design.delay_ticks == 0 { String::new() } else { DELAY.to_owned() }),
@@ -90,8 +120,8 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             match tables.autopilot.filter() {
                 None => String::new(),
                 Some(_) => {
-                    let wanted = wanted_speed(design);
-                    format!("    state->filtered_speed += FILTER * (in->{wanted} - state->filtered_speed);")
+                    let wanted = wanted_speed(design).replacen("t->", "t.", 1);
+                    format!("    state->filtered_speed += FILTER * ({wanted} - state->filtered_speed);")
                 }
             },
         ),
@@ -109,11 +139,63 @@ fn scheduled(design: &ControllerDesign) -> &Port {
     &design.signals[design.scheduled().unwrap_or_default()]
 }
 
-/// The input whose filtered value is V_r: the reference of the speed, or the measured one if the speed is imposed.
-fn wanted_speed(design: &ControllerDesign) -> &str {
+/// What is filtered to V_r: the reference of the speed as it is used, or the measured speed if that is imposed.
+fn wanted_speed(design: &ControllerDesign) -> String {
     let signal = scheduled(design);
-    let reference = signal.reference.as_ref().filter(|_| !design.speed_given);
-    reference.map_or(&signal.name, |reference| &reference.name)
+    if design.speed_given { format!("in->{}", signal.name) } else { format!("t->{}", reference(signal)) }
+}
+
+/// Whether a signal is the one that is scheduled on, whose reference gives V_r.
+fn is_speed(design: &ControllerDesign, (place, _): (usize, &Port)) -> bool {
+    Some(place) == design.scheduled()
+}
+
+/// The signals whose references the state keeps.
+fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
+    references(design).map(|(_, signal)| signal).filter(|signal| has_rate(design, signal))
+}
+
+/// The name of a column of limits.
+fn limits(end: &str, signal: &Port) -> String {
+    format!("{end}_{}", reference(signal).to_ascii_uppercase())
+}
+
+/// The lines that limit a reference.
+fn limited(design: &ControllerDesign, signal: &Port) -> String {
+    let name = reference(signal);
+    let Some(limits_of) = design.envelope.get(&signal.name) else {
+        return format!("    t->{name} = in->{name};\n");
+    };
+    let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
+    let begins = signal.level == Level::Start && measured && limits_of.rate.is_some();
+    let asked =
+        if begins { format!("is_reset ? in->{} : in->{name}", signal.name) } else { format!("in->{name}") };
+    let mut text = format!("    t->{name} = {asked};\n");
+    let speed = Some(&signal.name) == design.scheduled().map(|place| &design.signals[place].name);
+    if speed && (limits_of.range.is_some() || limits_of.rate.is_some()) {
+        let known = match design.reference_filter {
+            Some(_) => format!("is_reset ? in->{name} : state->filtered_speed"),
+            None => format!("in->{name}"),
+        };
+        text += &format!(
+            "    const real known_speed = {known};\n    const int row_of_speed = row_at(known_speed);\n    const real \
+             part_of_speed = clamp(way(row_of_speed, known_speed), 0.0@f@, 1.0@f@);\n"
+        );
+    }
+    let (row, part) = if speed { ("row_of_speed", "part_of_speed") } else { ("row", "part") };
+    let end = |end: &str| format!("limit({}, {row}, {part})", limits(end, signal));
+    if limits_of.range.is_some() {
+        text += &format!("    t->{name} = clamp(t->{name}, {}, {});\n", end("LEAST"), end("MOST"));
+    }
+    if limits_of.rate.is_some() {
+        text += &format!(
+            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {},\n            \
+             state->last_{name} + TICK * {});\n",
+            end("SLOWEST"),
+            end("FASTEST")
+        );
+    }
+    text + &format!("    if (t->{name} != in->{name}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")
 }
 
 /// The signals whose trim is needed: those that are put out, and those from whose trim an input is a deviation.
@@ -146,6 +228,17 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     for name in trims(design) {
         text += &tables.column(&column(name), &trim.signals[name]);
     }
+    for (_, signal) in references(design) {
+        let of = design.envelope.get(&signal.name);
+        let range = of.and_then(|limits| limits.range.as_ref()).map(|columns| (["LEAST", "MOST"], columns));
+        let rate =
+            of.and_then(|limits| limits.rate.as_ref()).map(|columns| (["SLOWEST", "FASTEST"], columns));
+        for (ends, columns) in range.into_iter().chain(rate) {
+            for (end, column) in ends.iter().zip(columns) {
+                text += &tables.column(&limits(end, signal), column);
+            }
+        }
+    }
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
@@ -164,6 +257,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("FARTHEST", Some(if double { FARTHEST } else { FARTHEST_FLOAT })),
         ("ROUNDING_OF_RHO", Some(if double { ROUNDING_OF_RHO } else { ROUNDING_OF_RHO_FLOAT })),
         ("PRECISION", precision(tables)),
+        ("TICK", kept(design).next().map(|_| design.sample_time)),
     ];
     for (name, value) in scalars {
         let line = |value| format!("static const real {name} = {};\n", tables.real.literal(value));
@@ -208,9 +302,9 @@ fn y(design: &ControllerDesign, real: Real) -> String {
         let taken = match input.kind {
             Kind::Error => {
                 let scale = real.literal(input.scale);
-                return format!("    y[{index}] = (in->{reference} - in->{name}) / {scale};\n");
+                return format!("    y[{index}] = (t->{reference} - in->{name}) / {scale};\n");
             }
-            Kind::Reference => format!("in->{reference}"),
+            Kind::Reference => format!("t->{reference}"),
             Kind::Measurement => format!("in->{name}"),
         };
         let level = match signal.map(|signal| (signal.level, signal.start)) {
@@ -272,7 +366,10 @@ fn measured(design: &ControllerDesign) -> Vec<Input> {
 fn reset(design: &ControllerDesign) -> String {
     let mut text = String::new();
     if design.reference_filter.is_some() {
-        text += &format!("    fresh.filtered_speed = in->{};\n", wanted_speed(design));
+        text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
+    }
+    for signal in kept(design) {
+        text += &format!("    fresh.last_{0} = t.{0};\n", reference(signal));
     }
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\

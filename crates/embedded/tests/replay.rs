@@ -13,6 +13,7 @@ use std::process::{Command, Stdio};
 
 const TICKS: usize = 2000;
 const STATUS_OUT_OF_RANGE: u64 = 1;
+const STATUS_REFERENCE_LIMITED: u64 = 4;
 
 /// Whether a row resets, and its inputs.
 type Row = (bool, Inputs);
@@ -56,7 +57,7 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
     assert!(output.status.success());
     let numbers: Vec<f64> =
         output.stdout.chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap())).collect();
-    numbers.chunks_exact(design.actuators.len() + 4).map(<[f64]>::to_vec).collect()
+    numbers.chunks_exact(design.actuators.len() + 4 + followed(design).count()).map(<[f64]>::to_vec).collect()
 }
 
 /// Inputs that rise and fall, leave the range, are far too large, infinite or not numbers; and now and then a reset.
@@ -86,6 +87,11 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
         (random.one_of(60), now)
     };
     (0..TICKS).map(row).collect()
+}
+
+/// The places of the references that the design follows.
+fn followed(design: &ControllerDesign) -> impl Iterator<Item = usize> {
+    (0..TRACKED).filter(|place| design.follows(*place))
 }
 
 fn at_rest(design: &ControllerDesign) -> Inputs {
@@ -125,12 +131,16 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usiz
             let outputs = autopilot.outputs();
             let taken = |(actuator, command): (&scheduled::Actuator, &f64)| actuator.taken(*command).0;
             let commands = design.actuators.iter().zip(&outputs.commands).map(taken);
-            let expected: Vec<u64> =
-                commands.chain([outputs.scheduling_parameter, outputs.trim[0]]).map(f64::to_bits).collect();
-            let numbers: Vec<u64> = rest[..m + 2].iter().copied().map(f64::to_bits).collect();
+            let used = followed(design).map(|place| autopilot.references()[place]);
+            let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
+            let expected: Vec<u64> = commands.chain(monitors).chain(used).map(f64::to_bits).collect();
+            let (status, numbers) = rest.split_last().unwrap();
+            assert_eq!(numbers.len(), m + 2 + followed(design).count());
+            let numbers: Vec<u64> = numbers.iter().copied().map(f64::to_bits).collect();
             assert_eq!(numbers, expected, "tick {index}: {rest:?} is not {outputs:?}");
-            let outside = rest[m + 2] as u64 & STATUS_OUT_OF_RANGE != 0;
-            assert_eq!(outside, outputs.out_of_range, "tick {index}");
+            let has = |bit: u64| *status as u64 & bit != 0;
+            assert_eq!(has(STATUS_OUT_OF_RANGE), outputs.out_of_range, "tick {index}");
+            assert_eq!(has(STATUS_REFERENCE_LIMITED), outputs.reference_limited, "tick {index}");
             last = Some(rest.to_vec());
         }
         assert_eq!(last.as_deref(), Some(rest), "tick {index}: an error changes no output");
@@ -191,7 +201,7 @@ fn a_sensor_that_is_stuck_sets_its_bit() {
     let rows: Vec<Row> = (0..100).map(moving).collect();
     let bit = |row: &Vec<f64>| {
         let place = (0..SPEED).filter(|i| design.measures(*i)).count();
-        row[row.len() - 1] as u64 & (4 << place) != 0
+        row[row.len() - 1] as u64 & (8 << place) != 0
     };
     let set: Vec<bool> = replayed(&design, Real::Double, &rows)[1..].iter().map(bit).collect();
     // It comes to rest at row 10, and has not moved for one tick at the next.

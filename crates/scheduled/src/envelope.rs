@@ -45,11 +45,11 @@ impl Envelope {
         let ReferenceLimits { range, rate } = &self.limits[signal];
         let mut value = asked;
         if let Some([least, most]) = range {
-            value = value.clamp(trim.of(least), trim.of(most));
+            value = within(value, trim.of(least), trim.of(most));
         }
         if let Some(([least, most], last)) = rate.as_ref().zip(last) {
             let [slowest, fastest] = [least, most].map(|column| last + self.sample_time * trim.of(column));
-            value = value.clamp(slowest, fastest);
+            value = within(value, slowest, fastest);
         }
         value
     }
@@ -76,5 +76,16 @@ impl Envelope {
         let at_end =
             reached.filter(|(end, _)| value != asked && *end == value).map(|(_, slope)| slope).next();
         Used { value, by_asked: if at_end.is_some() { 0.0 } else { 1.0 }, by_speed: at_end.unwrap_or(0.0) }
+    }
+}
+
+/// As [`f64::clamp`], but rounding may bring the ends past one another.
+fn within(value: f64, least: f64, most: f64) -> f64 {
+    if value < least {
+        least
+    } else if value > most {
+        most
+    } else {
+        value
     }
 }

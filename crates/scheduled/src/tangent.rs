@@ -45,15 +45,20 @@ impl Autopilot {
             if begins { direction.measured[signal] } else { direction.references[signal] }
         };
         let filtered = self.filtered_speed();
-        // Its limits are constant where V_r is.
-        let wanted = (!plan.speed_given).then(|| used(plan.speed, filtered));
-        let (speed, dspeed) = match &wanted {
+        let wanted = (!plan.speed_given).then(|| {
+            let (asked, dasked) = (inputs.references[plan.speed], direction.references[plan.speed]);
+            let known = plan.known_speed(initial, asked, filtered);
+            let used = used(plan.speed, known);
+            let by_known = if initial || plan.filter.is_none() { used.by_speed } else { 0.0 };
+            (used.value, (used.by_asked + by_known) * dasked)
+        });
+        let (speed, dspeed) = match wanted {
             _ if plan.filter.is_some() && !initial => (filtered, 0.0),
-            Some(wanted) => (wanted.value, wanted.by_asked * moves(plan.speed)),
+            Some(wanted) => wanted,
             None => (inputs.measured[plan.speed], direction.measured[plan.speed]),
         };
-        let each = |signal: usize| match &wanted {
-            Some(wanted) if signal == plan.speed => (wanted.value, wanted.by_asked * moves(signal)),
+        let each = |signal: usize| match wanted {
+            Some(wanted) if signal == plan.speed => wanted,
             _ => {
                 let used = used(signal, speed);
                 (used.value, used.by_asked * moves(signal) + used.by_speed * dspeed)

@@ -65,6 +65,11 @@ impl Trim {
         self.at(forward_speed).command(actuator)
     }
 
+    /// A column over the rows of the table at forward speed u in m/s; constant beyond the table.
+    pub fn column(&self, forward_speed: f64, column: &[f64]) -> f64 {
+        self.at(forward_speed).of(column)
+    }
+
     /// The trim at forward speed u in m/s, looked up once; constant beyond the table.
     pub(crate) fn at(&self, forward_speed: f64) -> AtSpeed<'_> {
         let mut place = find(&self.table.forward_speed, forward_speed);
@@ -134,9 +139,10 @@ impl AtSpeed<'_> {
         }
     }
 
-    /// A column over the rows of the table.
+    /// A column over the rows of the table; exact where its numbers are the same.
     pub(crate) fn of(&self, column: &[f64]) -> f64 {
-        self.place.interpolate(|row| column[row])
+        let (low, high) = (column[self.place.index], column[self.place.index + 1]);
+        low + self.place.fraction * (high - low)
     }
 
     /// Command of one actuator.

@@ -11,11 +11,12 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Envelope};
+use crate::numbers::decimals;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, pitching};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
 use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
-use scheduled::ReferenceLimits;
+use scheduled::{ControllerDesign, ReferenceLimits};
 use std::collections::BTreeMap;
 
 /// The first step in pitch, and the last, rad.
@@ -58,6 +59,38 @@ pub fn envelope(
         add(SPEED, ReferenceLimits { range: None, rate: columns(|row| row.acceleration) });
     }
     Ok(all)
+}
+
+/// The limits of the references of a frozen controller, in words: at its slowest, middle and fastest speed.
+pub fn words(controller: &ControllerDesign) -> String {
+    let speeds = &controller.trim.speed;
+    let rows = [0, speeds.len() / 2, speeds.len() - 1];
+    let of = |signal: &String, what: &str, unit: &str, [least, most]: &[Vec<f64>; 2]| {
+        let (factor, unit) = if unit.starts_with("rad") {
+            (1f64.to_degrees(), unit.replacen("rad", "deg", 1))
+        } else {
+            (1.0, unit.to_owned())
+        };
+        let shown = |v: f64| decimals(factor * v, 2);
+        let each = rows.map(|row| format!("{} to {}", shown(least[row]), shown(most[row])));
+        format!("{signal}{what}: {} {unit}", each.join(", "))
+    };
+    let mut lines = vec![format!(
+        "what references are limited to, at {} m/s:",
+        rows.map(|row| decimals(speeds[row], 2)).join(", ")
+    )];
+    for (name, limits) in &controller.envelope {
+        let unit =
+            controller.signals.iter().find(|signal| signal.name == *name).map_or("", |signal| &signal.unit);
+        lines.extend(limits.range.iter().map(|range| of(name, "", unit, range)));
+        lines.extend(limits.rate.iter().map(|rate| of(name, ", its rate", &per_second(unit), rate)));
+    }
+    lines.join("\n")
+}
+
+/// The unit of a rate.
+fn per_second(unit: &str) -> String {
+    unit.strip_suffix("/s").map_or_else(|| format!("{unit}/s"), |unit| format!("{unit}/s^2"))
 }
 
 /// The least and the largest of what can be held at a speed.

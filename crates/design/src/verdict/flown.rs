@@ -7,21 +7,15 @@ use auv::Actuator;
 use auv::longitudinal::{SIGNALS, SPEED};
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
-use signals::LargestStep;
-use squid_flight::flight::{Flight, Row, fly, unless_lost};
+use squid_flight::flight::{Flight, fly, unless_lost};
 use squid_flight::metrics::{StepFigures, used_fraction};
 
 /// The time of the step, and the time flown after it (s), as in the report.
-const STEP_TIME: f64 = 1.0;
+pub(super) const STEP_TIME: f64 = 1.0;
 const DURATION: f64 = 60.0;
 
-/// How long a step beyond the limits is held, when its end is judged, and for how long (s).
-const HELD: f64 = 39.0;
-const TAKEN_BACK: f64 = 10.0;
-const WATCHED: f64 = 10.0;
-
 /// The duration of a step of the speed reference (s), less than any sample time.
-const AT_ONCE: f64 = 1e-6;
+pub(super) const AT_ONCE: f64 = 1e-6;
 
 /// The largest step of the speed, relative to half the range of speed; it is towards the middle, so it stays in the
 /// range.
@@ -101,50 +95,24 @@ impl StepAtSpeed {
     }
 }
 
-/// The largest error of the pitch after a step of 30 deg, up or down, was held for long and taken back, relative to the
-/// step: at both ends of the flown range of speed. It is the windup that is left where the actuators cannot hold the
-/// step. 0 for a design that does not track the pitch; infinite for a lost flight.
-///
-/// # Errors
-/// The errors of the flights.
-pub(crate) fn left_after_saturation(inputs: &Inputs, controller: &ControllerDesign) -> Result<f64, Error> {
-    let tracked = inputs.design.tracked.iter().find_map(|tracked| match tracked.signal.largest_step {
-        LargestStep::Of(size) => Some((tracked, size)),
-        LargestStep::Depth | LargestStep::Range => None,
-    });
-    let Some((tracked, size)) = tracked else { return Ok(0.0) };
-    let mut most: f64 = 0.0;
-    for (speed, step) in
-        [inputs.design.speed_min, inputs.design.speed_max].iter().flat_map(|v| [(*v, size), (*v, -size)])
-    {
-        let level = Manoeuvre {
-            speed_from: speed,
-            speed_to: speed,
-            step_time: STEP_TIME,
-            step_end: STEP_TIME + HELD,
-            duration: STEP_TIME + HELD + TAKEN_BACK + WATCHED,
-            ..inputs.design.manoeuvre.without_steps()
-        };
-        let manoeuvre = level.with_step(tracked.signal.name, step);
-        let late = |row: &&Row| row.time > STEP_TIME + HELD + TAKEN_BACK;
-        let left = match flight(inputs, controller, &manoeuvre)? {
-            Some(flight) => {
-                flight.rows.iter().filter(late).map(|row| row.error(tracked.place).abs()).fold(0.0, f64::max)
-            }
-            None => f64::INFINITY,
-        };
-        most = most.max(left / size);
-    }
-    Ok(most)
-}
-
 /// A simulated flight; `None` if it was lost.
 fn flight(
     inputs: &Inputs,
     controller: &ControllerDesign,
     manoeuvre: &Manoeuvre,
 ) -> Result<Option<Flight>, Error> {
-    Ok(unless_lost(fly(&inputs.vehicle, controller, inputs.design.level(), manoeuvre))?)
+    flight_from(inputs, controller, inputs.design.depth, manoeuvre)
+}
+
+/// A simulated flight that begins at a depth, m; `None` if it was lost.
+pub(super) fn flight_from(
+    inputs: &Inputs,
+    controller: &ControllerDesign,
+    depth: f64,
+    manoeuvre: &Manoeuvre,
+) -> Result<Option<Flight>, Error> {
+    let level = (depth, &inputs.design.pitch);
+    Ok(unless_lost(fly(&inputs.vehicle, controller, level, manoeuvre))?)
 }
 
 /// The use of each actuator in the default flight, relative to its limits, where 1 is at a limit.

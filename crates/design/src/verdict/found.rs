@@ -3,6 +3,7 @@
 use crate::certify::controller_of;
 use crate::error::Error;
 use crate::inputs::Inputs;
+use crate::verdict::beyond::Beyond;
 use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
 use crate::verdict::mu::MuAtSpeed;
@@ -37,6 +38,8 @@ pub struct Found {
     pub frozen: Vec<AtSpeed>,
     /// The figures of the simulated steps.
     pub steps: Vec<StepAtSpeed>,
+    /// The flights beyond the envelope.
+    pub beyond: Vec<Beyond>,
     /// The default flight.
     pub flight: DefaultFlight,
     /// The bounds on mu.
@@ -58,8 +61,9 @@ impl Found {
         let mu = || mu(inputs, &k, effort.mu);
         let (mu, (frozen, steps)) = rayon::join(mu, || rayon::join(frozen, flown));
         let (frozen, steps): (Result<Vec<_>, Error>, Result<Vec<Vec<_>>, Error>) = (frozen, steps);
+        let beyond = Beyond::of(inputs, controller, effort.flown)?;
         let flight = DefaultFlight::of(inputs, controller)?;
-        Ok(Self { frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
+        Ok(Self { beyond, frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
     }
 
     /// The figures with mu at `count` speeds.

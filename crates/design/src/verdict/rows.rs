@@ -5,6 +5,7 @@ use crate::check::margins::Margins;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
 use crate::numbers::readable;
+use crate::verdict::beyond::Beyond;
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
@@ -68,6 +69,8 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "delay_margin" => one("delay margin", delays(inputs, found)),
         "mu" => one("mu of the declared uncertainty", mu(found)),
         "gust" => gust(inputs, found),
+        "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
+        "beyond_recovery" => beyond(found, "error of pitch 8 s after", |b| b.left),
         "noise" => noise(inputs, found),
         "controller_mode" => {
             one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
@@ -206,6 +209,19 @@ fn gust(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
     }
     let what = format!("pitch after a gust of {} m/s", GUST);
     vec![(what, frozen(found, |f| f.gust_pitch.to_degrees()))]
+}
+
+/// A figure of the flights with a pitch reference beyond the envelope.
+fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String, Vec<Figure>)> {
+    let figure = |flown: &Beyond| {
+        let remark = format!(
+            "asked {:.0} deg, limited to {:.1} deg",
+            flown.asked.to_degrees(),
+            flown.end.to_degrees()
+        );
+        Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)
+    };
+    vec![(format!("beyond the envelope: {what}"), found.beyond.iter().map(figure).collect())]
 }
 
 fn noise(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {

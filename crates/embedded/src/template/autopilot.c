@@ -41,6 +41,7 @@ typedef struct {
     real excess[COMMANDS]; /* what the limits cut off of u */
     real scheduling_parameter;
 @trim_members@
+@used_members@
     unsigned status;
 } tick;
 
@@ -85,20 +86,27 @@ static real way(int row, real forward_speed)
     return (forward_speed - FORWARD_SPEED[row]) / (FORWARD_SPEED[row + 1] - FORWARD_SPEED[row]);
 }
 
+@limit@
 static real between(real low, real high, real part) { return (1.0@f@ - part) * low + part * high; }
 
 @solvers@
 @curves@
 
-/* The outputs of a tick at the filtered speed V_r; the state stays. */
-static int compute(const @prefix@_state *state, const @prefix@_inputs *in, real filtered_speed, tick *t)
+/* The outputs of a tick, or of a reset; the state stays. */
+static int compute(const @prefix@_state *state, const @prefix@_inputs *in, int is_reset, tick *t)
 {
+    (void)state, (void)is_reset; /* not every design needs both */
     if (!(@all_finite@)) return @PREFIX@_BAD_INPUT;
+
+    t->status = 0u;
+@wanted_speed@
+    const real filtered_speed = @filtered_speed@;
 
     /* Level flight at V_r; the trim is held beyond its table. */
     const int row = row_at(filtered_speed);
     const real part = clamp(way(row, filtered_speed), 0.0@f@, 1.0@f@);
 @trims@
+@references@
 
     real *const y = t->signals + STATES;
     for (int i = 0; i < STATES; i++) t->signals[i] = state->x[i];
@@ -109,7 +117,7 @@ static int compute(const @prefix@_state *state, const @prefix@_inputs *in, real 
     const real rho = (between(SPEED[here], SPEED[here + 1], along) - CENTRE) / HALF_RANGE;
     const real theta = clamp(rho, -1.0@f@, 1.0@f@);
     t->scheduling_parameter = theta;
-    t->status = magnitude(rho - theta) > ROUNDING_OF_RHO ? @PREFIX@_OUT_OF_RANGE : 0u;
+    if (magnitude(rho - theta) > ROUNDING_OF_RHO) t->status |= @PREFIX@_OUT_OF_RANGE;
 
 @close_loop@
     multiply(OUTPUT, COMMAND_PANELS, SIGNALS, t->signals, t->commands);
@@ -128,6 +136,7 @@ static void put_out(const tick *t, @prefix@_outputs *out)
 @put_out@
     out->scheduling_parameter = t->scheduling_parameter;
 @put_out_trims@
+@put_out_references@
     out->status = t->status;
 }
 
@@ -151,7 +160,7 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
     tick t;
     for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;
 @origins@
-    const int code = compute(&fresh, in, in->@wanted@, &t);
+    const int code = compute(&fresh, in, 1, &t);
     if (code != @PREFIX@_OK) return code;
 @reset@
     *state = fresh;
@@ -163,12 +172,13 @@ int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_out
 {
     tick t;
     real next[HEIGHT * STATE_PANELS];
-    const int code = compute(state, in, @filtered_speed@, &t);
+    const int code = compute(state, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
     multiply(UPDATE, STATE_PANELS, SIGNALS, t.signals, next);
     for (int i = 0; i < STATES; i++) state->x[i] = next[i];
 @anti_windup@
 @delay@
+@keep_references@
 @filter@
 @watch@
     put_out(&t, out);

@@ -31,12 +31,14 @@ typedef struct {
 @outputs@
     @prefix@_real scheduling_parameter; /* 1, -1 to 1: rho, -1 at the slowest and 1 at the fastest scheduled speed */
 @trims@
+@used@
     unsigned status; /* the sum of the bits below */
 } @prefix@_outputs;
 
 /* Bits of the status: all is computed as always, but the caller may want to know. */
 #define @PREFIX@_OUT_OF_RANGE 0x1u /* the measured speed is outside the scheduled range, and rho is held at its end */
 #define @PREFIX@_LIMITED 0x2u /* a command that this tick computed was cut off at its limit */
+#define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference asks more than the vehicle can hold, and is limited */
 @stuck_bits@
 
 /* What a function returns. With any other than OK neither the state nor the outputs were touched: the last commands hold. */

@@ -4,8 +4,11 @@
 pub mod example;
 
 use example::input;
-use scheduled::{Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, Rows, TrimTable};
+use scheduled::{
+    Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, ReferenceLimits, Rows, TrimTable,
+};
 use signals::Curve;
+use std::collections::BTreeMap;
 
 /// Numbers that look random, the same ones for a seed (G. Marsaglia, Xorshift RNGs, 2003).
 pub struct Random(u64);
@@ -113,6 +116,22 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
     }
 }
 
+/// Limits of some references.
+fn envelope(random: &mut Random, rows: usize, speed_given: bool) -> BTreeMap<String, ReferenceLimits> {
+    let mut columns = |least: [f64; 2], most: [f64; 2]| {
+        [least, most].map(|[low, high]| (0..rows).map(|_| random.between(low, high)).collect::<Vec<_>>())
+    };
+    let pitch = ReferenceLimits { range: Some(columns([-0.3, -0.1], [-0.1, 0.2])), rate: None };
+    let depth = ReferenceLimits { range: None, rate: Some(columns([-1.0, 0.0], [0.0, 1.0])) };
+    let speed = ReferenceLimits {
+        range: Some([vec![0.6; rows], vec![2.9; rows]]),
+        rate: Some(columns([-2.0, -0.5], [0.5, 2.0])),
+    };
+    let all = [("pitch", pitch), ("depth", depth), ("speed", speed)];
+    let kept = all.into_iter().filter(|(name, _)| !speed_given || *name != "speed");
+    kept.map(|(name, limits)| (name.to_owned(), limits)).collect()
+}
+
 pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let speed_given = seed % 5 == 4;
     let controller_inputs = inputs(random, seed.is_multiple_of(3), speed_given);
@@ -126,6 +145,7 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let reference_filter = (!speed_given && seed % 2 == 1).then_some(1.7);
     let mut signals = example::ports();
     signals[example::DEPTH].start = 12.5;
+    let trim = trim(random, m);
     ControllerDesign {
         signals,
         // What would end a comment, or be read as something else.
@@ -147,7 +167,12 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
             dtt: random.rows(r, r, 0.6 / (r as f64).sqrt().max(1.0)),
         },
         anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
-        trim: trim(random, m),
+        envelope: if seed % 4 == 0 {
+            BTreeMap::new()
+        } else {
+            envelope(random, trim.speed.len(), speed_given)
+        },
+        trim,
         actuators,
         ..example::design()
     }

@@ -4,6 +4,7 @@
 mod autopilot;
 mod design;
 mod discretisation;
+mod envelope;
 #[path = "../example/mod.rs"]
 mod example;
 mod law;

@@ -24,8 +24,8 @@ const STEEPEST: f64 = 60.0;
 
 impl Default for Envelope {
     fn default() -> Self {
-        let steepest = STEEPEST.to_radians();
-        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle: 30f64.to_radians() }
+        let [steepest, path_angle] = [30.0f64; 2].map(f64::to_radians);
+        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle }
     }
 }
 

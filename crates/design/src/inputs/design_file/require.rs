@@ -36,7 +36,7 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 19] = [
+pub const REQUIREMENTS: [Requirement; 21] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
@@ -54,6 +54,8 @@ pub const REQUIREMENTS: [Requirement; 19] = [
     above("delay_margin", "s", Some(0.2)),
     below("mu", "", Some(1.0)),
     below("gust", "deg", None),
+    below("beyond_speed", "%", Some(10.0)),
+    below("beyond_recovery", "%", Some(5.0)),
     below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
 ];
