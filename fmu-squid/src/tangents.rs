@@ -55,7 +55,7 @@ impl ClosedLoop {
             let direction = Inputs { measured: vec![0.0; SIGNALS.len()], references: references.to_vec() };
             let autopilot = self.controller.autopilot();
             let moved = self.controller.tangents(moment.initial, &direction)?;
-            tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&references);
+            tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&moved.references);
             tangents[own(Own::TrimPitch)] = moved.trim[PITCH];
             for (index, command) in moved.commands.into_iter().enumerate() {
                 tangents[own(Own::Command(index))] = command;

@@ -197,12 +197,15 @@ fn knowns_of_start(model: &ClosedLoop) -> Vec<&'static str> {
     SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
 }
 
-/// Commands, scheduling, and constants of the design.
+/// Commands, scheduling, and constants of the design, but its references: the loop has more of them.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let constants = ["sample_time", "gamma", "gamma_certified"];
     let names: Vec<String> =
         model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
-    fmu_controller::outputs(model.controller.design(), "").into_iter().map(move |one| {
+    let of_loop: Vec<String> =
+        followed(model).map(|(_, _, reference)| format!("{}_used", reference.name)).collect();
+    let own = move |one: &fmi2::Variable<_>| !of_loop.iter().any(|name| name == one.name());
+    fmu_controller::outputs(model.controller.design(), "").into_iter().filter(own).map(move |one| {
         let constant = constants.contains(&one.name());
         let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
         let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };
@@ -243,7 +246,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let error = Variable::real(
         "tracking_error",
         format!("{name}_reference_used less {name}"),
-        move |m| m.controller.inputs.references[stepped] - measured(m, stepped),
+        move |m| m.controller.autopilot().references()[stepped] - measured(m, stepped),
         Role::output(),
     )
     .unit(unit)
@@ -254,8 +257,11 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let used = followed(model).map(move |(place, signal, reference)| {
         Variable::real(
             format!("{}_used", reference.name),
-            format!("{}, at the last tick, of the manoeuvre or the input", reference.wanted),
-            move |m: &ClosedLoop| m.controller.inputs.references[place],
+            format!(
+                "{}, at the last tick, of the manoeuvre or the input, within what the vehicle can hold",
+                reference.wanted
+            ),
+            move |m: &ClosedLoop| m.controller.autopilot().references()[place],
             Role::output(),
         )
         .unit(signal.unit)

@@ -16,10 +16,13 @@ const FACTOR: f64 = 3.0;
 /// The steepest pitch that is asked, rad.
 const STEEPEST: f64 = 1.5;
 
-/// How long a step is held, and how long after its end the rest is judged and watched (s).
+/// How long a step is held, how long after its end the rest is judged, at least, and how long it is watched (s).
 const HELD: f64 = 40.0;
 const AFTER: f64 = 8.0;
 const WATCHED: f64 = 6.0;
+
+/// The rest is not judged before the reference model of pitch has settled: this number over its frequency (s).
+const SETTLED: f64 = 10.0;
 
 /// An envelope that is narrower, rad, leaves nothing to fly.
 const NARROW: f64 = 0.01;
@@ -36,12 +39,19 @@ pub struct Beyond {
     /// How far pitch is from the end of the envelope when the step has been held, relative to the way there from level
     /// flight.
     pub off: f64,
-    /// The error of the speed then, relative to the speed that is asked.
+    /// The error of the speed then, relative to the speed that is asked, or half the range of speed if that is more.
     pub speed_error: f64,
-    /// The largest loss of speed at any time, relative to the speed that is asked.
+    /// The largest loss of speed at any time, relative to the same.
     pub lost_speed: f64,
     /// The largest error of pitch some seconds after the end of the step and later, relative to the same way.
     pub left: f64,
+}
+
+/// How long after the end of a step the rest is judged, s.
+pub(super) fn after(inputs: &Inputs) -> f64 {
+    let pitch = inputs.design.tracked.iter().find(|t| t.place == PITCH);
+    let settled = pitch.and_then(|t| t.model).map_or(0.0, |model| SETTLED / model.frequency);
+    AFTER.max(settled)
 }
 
 impl Beyond {
@@ -80,6 +90,8 @@ impl Beyond {
         (speed, forward): (f64, f64),
         (level, end, asked): (f64, f64, f64),
     ) -> Result<Self, Error> {
+        let (_, half_range) = inputs.design.scheduling();
+        let after = after(inputs);
         let still = Manoeuvre {
             speed_from: speed,
             speed_to: speed,
@@ -87,7 +99,7 @@ impl Beyond {
             step_end: STEP_TIME + HELD,
             ramp_start: STEP_TIME,
             ramp_duration: AT_ONCE,
-            duration: STEP_TIME + HELD + AFTER + WATCHED,
+            duration: STEP_TIME + HELD + after + WATCHED,
             ..inputs.design.manoeuvre.without_steps()
         };
         let manoeuvre = still.with_step(SIGNALS[PITCH].name, asked - level);
@@ -106,11 +118,13 @@ impl Beyond {
         let Some(flight) = flight_from(inputs, controller, depth, &manoeuvre)? else { return Ok(lost) };
         let rows = &flight.rows;
         let held = rows.iter().rfind(|row| row.time < STEP_TIME + HELD);
-        let slower = |row: &Row| 1.0 - row.measured(SPEED) / forward;
+        // Near rest the range of speed is the measure.
+        let size = forward.abs().max(half_range);
+        let slower = |row: &Row| (forward - row.measured(SPEED)) * forward.signum() / size;
         let off = held.map_or(f64::INFINITY, |row| (row.measured(PITCH) - end).abs() / way);
         let speed_error = held.map_or(f64::INFINITY, |row| slower(row).abs());
         let lost_speed = rows.iter().map(slower).fold(0.0, f64::max);
-        let late = rows.iter().filter(|row| row.time >= STEP_TIME + HELD + AFTER);
+        let late = rows.iter().filter(|row| row.time >= STEP_TIME + HELD + after);
         let left = late.map(|row| row.error(PITCH).abs() / way);
         Ok(Self { off, speed_error, lost_speed, left: left.fold(0.0, f64::max), ..lost })
     }

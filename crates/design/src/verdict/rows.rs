@@ -5,7 +5,7 @@ use crate::check::margins::Margins;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
 use crate::numbers::readable;
-use crate::verdict::beyond::Beyond;
+use crate::verdict::beyond::{Beyond, after};
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
@@ -70,7 +70,10 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "mu" => one("mu of the declared uncertainty", mu(found)),
         "gust" => gust(inputs, found),
         "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
-        "beyond_recovery" => beyond(found, "error of pitch 8 s after", |b| b.left),
+        "beyond_recovery" => {
+            let what = format!("error of pitch {:.0} s after", after(inputs));
+            beyond(found, &what, |b| b.left)
+        }
         "noise" => noise(inputs, found),
         "controller_mode" => {
             one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
