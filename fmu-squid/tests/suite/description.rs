@@ -55,6 +55,7 @@ fn describes_itself_from_the_files() {
         "upper_starboard",
         "scheduling_parameter",
         "speed_out_of_range",
+        "reference_limited",
         "trim_pitch",
         "pitch_reference_used",
         "speed_reference_used",

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 /// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
 /// record.
-const RESERVED: [&str; 40] = [
+const RESERVED: [&str; 41] = [
     "current_horizontal",
     "current_vertical",
     "depth",
@@ -28,6 +28,7 @@ const RESERVED: [&str; 40] = [
     "pitch_step",
     "ramp_duration",
     "ramp_start",
+    "reference_limited",
     "sample_time",
     "scheduling_parameter",
     "speed",
