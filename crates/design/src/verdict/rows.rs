@@ -69,6 +69,8 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "delay_margin" => one("delay margin", delays(inputs, found)),
         "mu" => one("mu of the declared uncertainty", mu(found)),
         "gust" => gust(inputs, found),
+        // A design that does not follow the speed does not promise to hold it.
+        "beyond_speed" if inputs.design.tracked_speed().is_none() => vec![],
         "beyond_speed" => beyond(found, "largest loss of speed", |b| b.lost_speed),
         "beyond_recovery" => {
             let what = format!("error of pitch {:.0} s after", after(inputs));
