@@ -39,7 +39,7 @@ pub(crate) const ON_THE_PAGE: Effort = Effort { evaluations: 120, points: 10 };
 /// # Errors
 /// The errors of trim, linearisation and the uncertain model.
 pub fn compare(subject: &Subject, effort: Effort) -> Result<Vec<Part>, Error> {
-    Ok(parts(subject, &flights(subject, effort)?))
+    Ok(parts(subject, &flights(subject, effort, true)?))
 }
 
 /// The section on other control laws: [`compare`] with the effort for the report.
@@ -55,17 +55,29 @@ pub(crate) fn peers(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// # Errors
 /// [`Error::Flights`].
 fn on_the_page<'a>(subject: &'a Subject) -> Result<&'a Flights, Error> {
-    let fly = || flights(subject, ON_THE_PAGE).map_err(|reason| reason.to_string());
+    let fly = || flights(subject, ON_THE_PAGE, true).map_err(|reason| reason.to_string());
     subject.flights.get_or_init(fly).as_ref().map_err(|reason| Error::Flights { reason: reason.clone() })
 }
 
-fn flights(subject: &Subject, effort: Effort) -> Result<Flights, Error> {
+/// How many rows of the comparison the design wins, draws and loses against the PID that is tuned in flight, in words;
+/// or why there is no such PID.
+///
+/// # Errors
+/// As [`compare`].
+pub fn against_pid(subject: &Subject) -> Result<String, Error> {
+    Ok(match flights(subject, ON_THE_PAGE, false)? {
+        Ok((_, lines)) => score(&lines, 1, "a PID that is tuned in flight", "the design"),
+        Err(reason) => reason,
+    })
+}
+
+fn flights(subject: &Subject, effort: Effort, with_blended: bool) -> Result<Flights, Error> {
     let speeds = speeds(subject);
     let pid = match tuned(subject, &speeds, effort.evaluations)? {
         Ok(pid) => pid,
         Err(reason) => return Ok(Err(format!("No PID was tuned: {reason}."))),
     };
-    let (ours, blended) = (Scheduled(subject), Blended::new(subject));
+    let (ours, blended) = (Scheduled(subject), with_blended.then(|| Blended::new(subject)).flatten());
     let mut laws: Vec<(&'static str, &dyn Law)> = vec![("scheduled", &ours), ("PID", &pid)];
     laws.extend(blended.as_ref().map(|blended| ("blended H-infinity", blended as &dyn Law)));
     let mut lines = vec![];

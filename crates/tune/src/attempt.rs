@@ -81,21 +81,20 @@ pub fn attempt_until_missed(
     turned: &[(Knob, f64)],
 ) -> Result<Verdict, Error> {
     let (inputs, controller) = design_with(inputs, model, turned, ControllerKind::Quick)?;
-    judged_until_missed(&inputs, &controller, true)
+    judged_until_missed(&inputs, &controller, effort(&inputs.design))
 }
 
-/// The verdict of a controller at few speeds, with `mu` unless another requirement is missed.
+/// The verdict of a controller with some effort, without mu if another requirement is missed.
 ///
 /// # Errors
 /// Those of the verdict.
 pub fn judged_until_missed(
     inputs: &Inputs,
     controller: &ControllerDesign,
-    mu: bool,
+    effort: Effort,
 ) -> Result<Verdict, Error> {
-    let effort = effort(&inputs.design);
     let first = Verdict::of(inputs, controller, Effort { mu: 0, ..effort })?;
-    if !mu || first.missed().next().is_some() {
+    if effort.mu == 0 || first.missed().next().is_some() {
         return Ok(first);
     }
     let found = first.found.with_mu(inputs, controller, effort.mu)?;

@@ -24,7 +24,7 @@ use squid_design::inputs::Inputs;
 use squid_design::store::freeze::controller;
 use squid_design::synthesise::given::matrices;
 use squid_design::verdict::Verdict;
-use squid_design::verdict::found::Found;
+use squid_design::verdict::found::{Effort, Found};
 
 /// The first and the last step of x.
 const STEPS: [f64; 2] = [0.3, 0.05];
@@ -32,11 +32,14 @@ const STEPS: [f64; 2] = [0.3, 0.05];
 const ATTEMPTS: usize = 80;
 /// A round that lowers the gain by less, relative to it, is the last.
 const LOWERED: f64 = 0.01;
+/// The speeds of the frozen loops, and of flights and mu.
+const FROZEN: usize = 9;
+const FLOWN: usize = 3;
 /// The factor on the gains of the second start.
 const SLOWER: f64 = 0.5;
 
-/// Gains that meet the requirements of a design file, or miss least; `None` if the given ones already meet them.
-/// `bound` proves a gain for any trajectory of speed.
+/// Sets of gains that meet the requirements of a design file at a few speeds, the best first, or one that misses least;
+/// none if the given ones already meet them. `bound` proves a gain for any trajectory of speed.
 ///
 /// # Errors
 /// The verdict of the given gains fails.
@@ -46,12 +49,12 @@ pub(crate) fn meeting(
     gains: &[TunedGain],
     bound: &(dyn Fn(&Inputs) -> Option<f64> + Sync),
     progress: &Progress,
-) -> Result<Option<Vec<TunedGain>>, Error> {
+) -> Result<Vec<Vec<TunedGain>>, Error> {
     let mut search = Search { inputs, text, gains, keys: required(&inputs.design), mu: true };
     let places = search.places();
     let first = search.candidate(&vec![0.0; places.len()])?;
     if first.meets_all() {
-        return Ok(None);
+        return Ok(vec![]);
     }
     let slower: Vec<f64> =
         places.iter().map(|place| if search.is_factor(*place) { SLOWER.ln() } else { 0.0 }).collect();
@@ -76,7 +79,8 @@ pub(crate) fn meeting(
         starts = vec![best.clone(); starts.len()];
         step *= 0.5;
     }
-    Ok(Some(search.moved(&search.provable(&best, &tried, bound).x)))
+    let best = search.provable(&best, &tried, bound);
+    Ok(best.iter().map(|tried| search.moved(&tried.x)).collect())
 }
 
 /// The candidate of least value, the first of several.
@@ -152,16 +156,17 @@ impl Search<'_> {
         Self { inputs, text, gains, keys: keys.clone(), mu: true }.attempt(&of.x).tried
     }
 
-    /// Of the candidates that are about as good as the best, that of the smallest gain for any trajectory of speed:
-    /// gains that are alike at frozen speeds may differ there by a factor of two.
+    /// Of the candidates that are about as good as the best, those that are proved, in the order of the gain for any
+    /// trajectory of speed: gains that are alike at frozen speeds may differ there by a factor of two. The best itself
+    /// if there are none.
     fn provable(
         &self,
         best: &Candidate,
         tried: &[Candidate],
         bound: &(dyn Fn(&Inputs) -> Option<f64> + Sync),
-    ) -> Candidate {
+    ) -> Vec<Candidate> {
         let mut near: Vec<&Candidate> =
-            tried.iter().filter(|t| merit(t) < merit(best) + NEAR && t.meets_all()).collect();
+            tried.iter().filter(|t| merit(t) < merit(best) + NEAR && merit(t) < FAILED_COST).collect();
         near.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
         near.dedup_by(|a, b| a.x == b.x);
         let every = near.len().div_ceil(PROVED).max(1);
@@ -172,8 +177,9 @@ impl Search<'_> {
         let some: Vec<&Candidate> = near.into_iter().step_by(every).collect();
         let mut all: Vec<(Candidate, f64)> = some.par_iter().filter_map(proved).collect();
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let met = all.into_iter().map(|(tried, _)| tried).find(|tried| self.with_mu(tried).meets_all());
-        met.unwrap_or_else(|| best.clone())
+        let with_mu = all.into_par_iter().map(|(tried, _)| self.with_mu(&tried));
+        let met: Vec<Candidate> = with_mu.filter(|tried| merit(tried) < FAILED_COST).collect();
+        if met.is_empty() { vec![best.clone()] } else { met }
     }
 
     fn attempt(&self, x: &[f64]) -> Attempt {
@@ -220,7 +226,9 @@ fn verdict(inputs: &Inputs, mu: bool) -> Result<Verdict, DesignError> {
     let lft = matrices(actuators, design)?.ok_or_else(missing)?;
     let not_yet = Gamma { optimum: 1.0, bound: 1.0, back_off: 0.0, certified: false };
     let frozen = controller(&inputs.longitudinal(), design, &inputs.hashes, lft, not_yet)?;
-    let found = judged_until_missed(inputs, &frozen, mu)?.found;
+    let sampled = design.require.limit("sampled_gain").is_some();
+    let effort = Effort { frozen: FROZEN, sampled, flown: FLOWN, mu: if mu { FLOWN } else { 0 } };
+    let found = judged_until_missed(inputs, &frozen, effort)?.found;
     Ok(Verdict::judge(inputs, largest_gain(&found), found))
 }
 

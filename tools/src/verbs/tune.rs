@@ -11,7 +11,10 @@ use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
+use squid_design::store::Stored;
+use squid_report::peers::against_pid;
 use squid_report::peers::beside::check;
+use squid_report::subject::Subject;
 use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
@@ -59,9 +62,10 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
     } else {
         not_found(&tuned)
     };
+    let against = against(&inputs, &tuned.text, &tuned.finished, &progress)?;
     let end = end(&tuned, vehicle, name);
     let next = next(&inputs, vehicle, name, begun);
-    progress.done("tuned", &format!("{best}; {proved}\n{end}\n{}\n{next}", to.display()));
+    progress.done("tuned", &format!("{best}; {proved}\n{against}\n{end}\n{}\n{next}", to.display()));
     let point = |(p, standing): &(Candidate, CandidateStatus)| {
         let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
         json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
@@ -72,6 +76,7 @@ pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Re
         "ended": tuned.ended,
         "proved": tuned.finished.proof.is_ok(),
         "verdict": tuned.finished.verdict,
+        "against_pid": against,
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
     }))?;
     missed(&tuned.finished)
@@ -118,8 +123,9 @@ pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Res
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
+    let against = against(&inputs, &tuned.text, &tuned.finished, &progress)?;
     let next = next(&inputs, vehicle, name, begun);
-    progress.done("tuned", &format!("{words}\n{}\n{next}", to.display()));
+    progress.done("tuned", &format!("{words}\n{against}\n{}\n{next}", to.display()));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
     answer(&json!({
@@ -129,12 +135,23 @@ pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Res
         "least_gain": tuned.least_gain,
         "gain": proof.ok().map(|proof| proof.theorem.gamma),
         "seconds": tuned.seconds,
+        "against_pid": against,
         "verdict": tuned.finished.verdict,
     }))?;
     if let Err(reason) = &tuned.finished.proof {
         return Err(Error::Unproved { reason: reason.clone() });
     }
     missed(&tuned.finished)
+}
+
+/// How the design flies against what a practitioner would use instead.
+fn against(inputs: &Inputs, text: &str, finished: &Finished, progress: &Progress) -> Result<String, Error> {
+    let design = DesignFile::parse(text, &inputs.design.file, &inputs.design.name)?;
+    let inputs = Inputs::new(inputs.vehicle.clone(), design)?;
+    let (stored, quiet) = (Stored::of(&finished.frozen, &inputs), Progress::default());
+    let subject = Subject::new(&inputs, &stored, &quiet)?;
+    let what = "the flights of the report, against a PID that is tuned in flight";
+    Ok(progress.timed("compare", what, || against_pid(&subject)).0?)
 }
 
 /// An error with the requirements that a design misses, if it misses some.
