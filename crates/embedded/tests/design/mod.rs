@@ -167,7 +167,7 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
             dtt: random.rows(r, r, 0.6 / (r as f64).sqrt().max(1.0)),
         },
         anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
-        envelope: if seed % 4 == 0 {
+        envelope: if seed.is_multiple_of(4) {
             BTreeMap::new()
         } else {
             envelope(random, trim.speed.len(), speed_given)
