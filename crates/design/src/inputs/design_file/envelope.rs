@@ -2,6 +2,7 @@
 
 use crate::inputs::design_file::Range;
 use crate::inputs::design_file::values::{angle, within};
+use auv::number;
 use auv::toml_file::Table;
 
 /// What the references may ask.
@@ -38,12 +39,14 @@ impl Envelope {
         let steep = move |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
         let pitch = table.or("pitch", Some(default.pitch), |table, key| {
             let words = "[least, largest], the pitch references allowed, each at most 60 deg in size";
-            match table.numbers(key, words)?.as_slice() {
+            let numbers = table.numbers(key, words)?;
+            match numbers.as_slice() {
                 [least, most] if least <= most && steep(*least) && steep(*most) => {
                     Some(factor.map(|factor| [least * factor, most * factor]))
                 }
                 _ => {
-                    table.not_allowed(key, "not such a pair", words);
+                    let found: Vec<String> = numbers.into_iter().map(number).collect();
+                    table.not_allowed(key, format!("[{}]", found.join(", ")), words);
                     None
                 }
             }
