@@ -218,11 +218,27 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
         (["authority = 0"], 1, "'envelope.authority' is 0; it must be from 0.1 to 1"),
         (["authority = 2"], 1, "'envelope.authority' is 2; it must be from 0.1 to 1"),
         (['unit = "deg"', "pitch = 20.0"], 2, "'envelope.pitch' is [20]; it must be [least, largest]"),
-        (['unit = "deg"', 'pitch = "up"'], 2, "'envelope.pitch' is the text \"up\"; it must be [least, largest]"),
-        (['unit = "deg"', "pitch = [5, -10]"], 2, "'envelope.pitch' is [5, -10]; it must be [least, largest]"),
-        (['unit = "deg"', "pitch = [-10, 80]"], 2, "'envelope.pitch' is [-10, 80]; it must be [least, largest]"),
-        (['unit = "deg"', "path_angle = 80"], 2, "'envelope.path_angle' is 80; it must be above 0, at most 60 deg"),
-        (["pitch = [-10, 5]"], 0, "missing key 'envelope.unit': \"deg\" or \"rad\""),
+        (
+            ['unit = "deg"', 'pitch = "up"'],
+            2,
+            "'envelope.pitch' is the text \"up\"; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "pitch = [5, -10]"],
+            2,
+            "'envelope.pitch' is [5, -10]; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "pitch = [-10, 80]"],
+            2,
+            "'envelope.pitch' is [-10, 80]; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "path_angle = 80"],
+            2,
+            "'envelope.path_angle' is 80; it must be above 0, at most 60 deg",
+        ),
+        (["pitch = [-10, 5]"], 0, 'missing key \'envelope.unit\': "deg" or "rad"'),
     ],
 )
 def test_an_envelope_that_cannot_be(

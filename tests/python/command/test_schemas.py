@@ -210,11 +210,15 @@ def test_an_envelope_is_one_that_is_read(
 
 def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, quick_vehicle: Path) -> None:
     """That of a design without `[require]`, which has a row for each of them but mu."""
-    done = run_squid("design", quick_vehicle, "--no-advise", "--json", "--out", quick_vehicle.parent / "limits")
+    done = run_squid(
+        "design", quick_vehicle, "--no-advise", "--json", "--out", quick_vehicle.parent / "limits"
+    )
     rows = json.loads(done.stdout)["design"]["verdict"]["rows"]
     limits = {row["key"]: row["limit"] for row in rows if row.get("limit") is not None}
     keys = SCHEMAS["design"]["properties"]["require"]["properties"]
-    said = {key: re.search(r"; ([\d.]+) where it is left out", one["description"]) for key, one in keys.items()}
+    said = {
+        key: re.search(r"; ([\d.]+) where it is left out", one["description"]) for key, one in keys.items()
+    }
     defaults = {key: float(found[1]) for key, found in said.items() if found}
     assert {"beyond_speed", "beyond_recovery", "delay_margin"} <= limits.keys()
     assert limits == {key: limit for key, limit in defaults.items() if key != "mu"}

@@ -38,7 +38,9 @@ def pitch_at(controller: dict, forward_speed: float) -> tuple[float, float, floa
     return level, least, largest
 
 
-def held(packages: Packages, path_speed: float, asked: float | None) -> tuple[Signals, list[tuple[float, bool]]]:
+def held(
+    packages: Packages, path_speed: float, asked: float | None
+) -> tuple[Signals, list[tuple[float, bool]]]:
     """Ask for a pitch for 40 s, from level flight and back; return the flight, and when a reference was limited."""
     said: list[tuple[float, bool]] = []
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
@@ -148,7 +150,12 @@ def test_a_depth_step_of_any_height_arrives(deep: Packages, step: float, speed: 
         start = {"speed": loop.get("speed")}
         loop.ready()
     flown = fly_alone(deep.loop, end, sample_time(deep), values, inputs)
-    print(step, speed, np.degrees([flown["pitch"].min(), flown["pitch"].max()]), flown["depth"][-1] - begin - step)
+    print(
+        step,
+        speed,
+        np.degrees([flown["pitch"].min(), flown["pitch"].max()]),
+        flown["depth"][-1] - begin - step,
+    )
     assert np.abs(flown["pitch"]).max() < 40.0 * DEGREE
     assert flown["depth"].min() > 15.0
     assert flown["depth"][-1] == pytest.approx(begin + step, abs=0.05)
@@ -162,7 +169,11 @@ def test_a_depth_step_of_any_height_arrives(deep: Packages, step: float, speed: 
 
 @pytest.mark.parametrize(
     ("lines", "narrower"),
-    [('pitch = [-10.0, 5.0]\nunit = "deg"\n', True), ("authority = 0.3\n", True), ("authority = 0.85\n", False)],
+    [
+        ('pitch = [-10.0, 5.0]\nunit = "deg"\n', True),
+        ("authority = 0.3\n", True),
+        ("authority = 0.85\n", False),
+    ],
 )
 def test_the_design_file_narrows_what_is_frozen(
     run_squid: Run, quick_vehicle: Path, tmp_path: Path, lines: str, narrower: bool
@@ -178,7 +189,9 @@ def test_the_design_file_narrows_what_is_frozen(
         assert one == other
     elif "pitch" in lines:
         level = np.array(frozen(tmp_path / "with")["trim"]["signals"]["pitch"])
-        assert np.all(new_least == pytest.approx(-10.0 * DEGREE)) and np.all(new_largest == pytest.approx(5.0 * DEGREE))
+        assert np.all(new_least == pytest.approx(-10.0 * DEGREE)) and np.all(
+            new_largest == pytest.approx(5.0 * DEGREE)
+        )
         assert np.all((new_least < level) & (level < new_largest))
     assert np.all(new_least >= least - 1e-12) and np.all(new_largest <= largest + 1e-12)
     assert narrower == bool(np.any(new_largest < largest - 0.5 * DEGREE))
