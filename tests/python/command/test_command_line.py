@@ -238,7 +238,7 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
             2,
             "'envelope.path_angle' is 80; it must be above 0, at most 60 deg",
         ),
-        (["pitch = [-10, 5]"], 0, 'missing key \'envelope.unit\': "deg" or "rad"'),
+        (["pitch = [-10, 5]"], 0, 'missing key \'envelope.unit\': it must be "deg" or "rad"'),
     ],
 )
 def test_an_envelope_that_cannot_be(
