@@ -1,20 +1,9 @@
 //! The section `[envelope]`: what the references may ask.
 
-use crate::inputs::design_file::Range;
 use crate::inputs::design_file::values::{angle, within};
+use crate::inputs::design_file::{Envelope, Range};
 use auv::number;
 use auv::toml_file::Table;
-
-/// What the references may ask.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Envelope {
-    /// The share of each actuator's limits that holding a pitch may take.
-    pub authority: f64,
-    /// The least and the largest pitch, rad, where the actuators hold more.
-    pub pitch: [f64; 2],
-    /// The steepest path, up or down, of a reference of depth, rad.
-    pub path_angle: f64,
-}
 
 /// The share of an actuator.
 const AUTHORITY: Range =
@@ -22,13 +11,6 @@ const AUTHORITY: Range =
 
 /// The largest pitch reference, deg: the pitch of Euler angles and the plane of the model end before 90.
 const STEEPEST: f64 = 60.0;
-
-impl Default for Envelope {
-    fn default() -> Self {
-        let [steepest, path_angle] = [30.0f64; 2].map(f64::to_radians);
-        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle }
-    }
-}
 
 impl Envelope {
     pub(super) fn of(table: &Table<'_>) -> Option<Self> {
