@@ -22,7 +22,7 @@ pytestmark = pytest.mark.change
 DEGREE = math.pi / 180.0
 BEGIN, BACK, END = 5.0, 45.0, 75.0
 DEEP = 2000.0
-"""So deep (m) that no climb reaches the surface."""
+"""So deep (m) that no climb reaches the surface; there the buoyancy is to be the one that is given."""
 FACTORS = (1.5, 3.0, 10.0)
 
 
@@ -44,7 +44,7 @@ def held(
     """Ask for a pitch for 40 s, from level flight and back; return the flight, and when a reference was limited."""
     said: list[tuple[float, bool]] = []
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
-        plant.begin({"initial_speed": path_speed, "initial_depth": DEEP})
+        plant.begin({"initial_speed": path_speed, "initial_depth": DEEP, "reference_depth": DEEP})
         controller.begin()
         start = {"pitch_reference": plant.get("trim_pitch"), "speed_reference": plant.get("speed")}
 
@@ -107,7 +107,7 @@ def test_a_speed_outside_the_range_is_its_end(squid: Packages, wanted: float) ->
     tick = sample_time(squid)
     limited: list[float] = []
     with Slave(squid.loop, "loop") as loop:
-        loop.begin({"speed_from": 1.5, "speed_to": 1.5, "pitch_step": 0.0, "initial_depth": DEEP})
+        loop.begin({"speed_from": 1.5, "speed_to": 1.5, "pitch_step": 0.0})
         loop.ready()
         used = [loop.get("speed_reference_used")]
         loop.set("manual", True)
