@@ -1,7 +1,7 @@
 """Flights to the limits: of the actuators, by the FMU of the whole loop, and of the scheduled range of speed.
 
-What is asked beyond the envelope is limited before it reaches the controller (test_envelope.py): actuators stay at their
-limits where they are weaker than the controller knows, and on the way where references jump.
+What is asked beyond the envelope is limited before it reaches the controller (test_envelope.py): actuators stay at
+their limits where they are weaker than the controller knows, and on the way where references jump.
 """
 
 from __future__ import annotations
