@@ -45,7 +45,7 @@ def test_the_gain_is_proved_and_is_that_of_the_table(shipped: Packages) -> None:
 
 def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
     """At every speed, up and down: the limits are those of the vehicle, not narrower than what the design flies."""
-    controller, step = load(shipped, "controller.json"), load(shipped, "manoeuvre.json")["pitch_step"]
+    controller, step = load(shipped, "controller.json"), load(shipped, "manoeuvre.json")["steps"]["pitch"]
     level = np.array(controller["trim"]["signals"]["pitch"])
     least, largest = np.array(controller["envelope"]["pitch"]["range"])
     assert np.all(least < level - 2.0 * abs(step)) and np.all(largest > level + 2.0 * abs(step))
