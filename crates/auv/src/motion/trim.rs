@@ -69,8 +69,8 @@ pub fn trim_with(vehicle: &Vehicle, speed: Speed, depth: f64, pitch: &Pitch) -> 
 
 /// Solves `[u' w' q'] = 0` for the steady climb or dive that is nearest to another trim, at its forward speed and
 /// depth, with the hull at a pitch \[rad\]. Outputs may be beyond the limits of the actuators. The unknowns are the
-/// outputs, of least norm if there are several, and the incidence, unless the trim holds it and outputs can hold it in the
-/// climb, too; the path rises at pitch minus incidence.
+/// outputs, of least norm if there are several, and the incidence, unless the trim holds it and outputs can hold it in
+/// the climb, too; the path rises at pitch minus incidence.
 ///
 /// # Errors
 /// [`TrimError`]: coefficients or a pitch that are not allowed, no solution.
