@@ -25,6 +25,8 @@ namespace Control
         squid_outputs m_out;
         //! Whether the autopilot was started at the present inputs.
         bool m_running;
+        //! Whether a reference was limited at the last tick, so that it is said once, when it begins.
+        bool m_limited;
         //! When the last tick was run, and after what gap the autopilot starts anew (s).
         double m_last;
         static constexpr double c_longest_gap = 5 * SQUID_SAMPLE_TIME;
@@ -32,6 +34,7 @@ namespace Control
         Task(const std::string& name, Tasks::Context& ctx):
           DUNE::Tasks::Periodic(name, ctx),
           m_running(false),
+          m_limited(false),
           m_last(0.0)
         {
           const squid_real none = std::numeric_limits<squid_real>::quiet_NaN();
@@ -89,6 +92,10 @@ namespace Control
             err("the autopilot starts anew");
           if ((m_out.status & SQUID_OUT_OF_RANGE) != 0u)
             war("the speed is out of range");
+          const bool limited = (m_out.status & SQUID_REFERENCE_LIMITED) != 0u;
+          if (limited && !m_limited)
+            war("a reference asks more than the vehicle can hold");
+          m_limited = limited;
           if ((m_out.status & SQUID_STUCK_SPEED) != 0u)
             war("the measured speed does not move");
           m_running = code == SQUID_OK || (code == SQUID_BAD_INPUT && m_running);

@@ -66,6 +66,9 @@ private:
     if (code == SQUID_BAD_INPUT) RCLCPP_WARN(get_logger(), "an input is missing or no number: the last commands hold");
     if (code == SQUID_SINGULAR || code == SQUID_DIVERGED) RCLCPP_ERROR(get_logger(), "the autopilot starts anew");
     if ((out_.status & SQUID_OUT_OF_RANGE) != 0u) RCLCPP_WARN(get_logger(), "the speed is out of range");
+    const bool is_limited = (out_.status & SQUID_REFERENCE_LIMITED) != 0u;
+    if (is_limited && !was_limited_) RCLCPP_WARN(get_logger(), "a reference asks more than the vehicle can hold");
+    was_limited_ = is_limited;
     if ((out_.status & SQUID_STUCK_SPEED) != 0u) RCLCPP_WARN(get_logger(), "the measured speed does not move");
     return code == SQUID_OK || (code == SQUID_BAD_INPUT && is_running_);
   }
@@ -81,6 +84,7 @@ private:
   const Clock::time_point started_;
   long ticks_ = 0;
   bool is_running_ = false;
+  bool was_limited_ = false;  // so that it is said once, when it begins
   squid_state state_;
   squid_inputs in_;
   squid_outputs out_;

@@ -151,7 +151,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
     let used = used.map(|(place, (signal, reference))| {
         let one = Variable::real(
-            format!("{}_used", reference.name),
+            format!("{prefix}{}_used", reference.name),
             format!("{} as the controller uses it, within what the vehicle can hold", reference.wanted),
             move |m| m.autopilot.references()[place],
             Role::output(),

@@ -1,9 +1,10 @@
 /* Runs the same random ticks in the source and in the controller's FMU, and stops at the first bit that differs:
  *
- *     against_fmu LIBRARY GUID RESOURCE_URI COUNT OUT_OF_RANGE REFERENCE...
+ *     against_fmu LIBRARY GUID RESOURCE_URI COUNT OUT_OF_RANGE REFERENCE_LIMITED REFERENCE...
  *
- * REFERENCE are the value references of the inputs, then of the outputs, in the order of the structs; OUT_OF_RANGE is that of
- * the boolean. Prints the hash, and how often each code came, resets, limited commands and speeds out of range. */
+ * REFERENCE are the value references of the inputs, then of the outputs, in the order of the structs; OUT_OF_RANGE and
+ * REFERENCE_LIMITED are those of the booleans. Prints the hash, and how often each code came, resets, limited commands, speeds
+ * out of range and limited references. */
 
 #define _POSIX_C_SOURCE 200809L
 #include "ticks.h"
@@ -70,21 +71,22 @@ static void load(const char *path)
     symbol(library, "fmi2DoStep", &do_step);
 }
 
-/* The outputs, to the bit, and whether the speed is out of range. */
-static void compare(Component c, const Ticks *t, const Reference *outputs, Reference outside, long tick)
+/* The outputs, to the bit, and whether the speed is out of range and a reference limited. */
+static void compare(Component c, const Ticks *t, const Reference *outputs, const Reference *flags, long tick)
 {
     double expected[OUTPUTS];
     OF(real) found[OUTPUTS];
-    int is_outside = -1;
+    int is_set[2] = {-1, -1};
     require(get_real(c, outputs, OUTPUTS, expected) <= WARNING, "fmi2GetReal", tick);
-    require(get_boolean(c, &outside, 1, &is_outside) <= WARNING, "fmi2GetBoolean", tick);
+    require(get_boolean(c, flags, 2, is_set) <= WARNING, "fmi2GetBoolean", tick);
     memcpy(found, &t->out, sizeof found);
     for (int i = 0; i < OUTPUTS; i++) {
         if (memcmp(&expected[i], &found[i], sizeof *expected) == 0) continue;
         fprintf(stderr, "output %d is %.17g, and of the FMU %.17g\n", i, (double)found[i], expected[i]);
         refuse("the source is not the FMU", tick);
     }
-    require((t->out.status & 1u) == (unsigned)is_outside, "the status does not say that the speed is out of range", tick);
+    require((t->out.status & 1u) == (unsigned)is_set[0], "the status does not say that the speed is out of range", tick);
+    require((t->out.status >> 2 & 1u) == (unsigned)is_set[1], "the status does not say that a reference is limited", tick);
 }
 
 int main(int argc, char **argv)
@@ -92,10 +94,10 @@ int main(int argc, char **argv)
     static const Callbacks callbacks = {logger, calloc, free, NULL, NULL};
     static Ticks t;
     Reference in[INPUTS], out[OUTPUTS];
-    require(argc == 6 + INPUTS + OUTPUTS, "wrong number of arguments", 0);
-    for (int i = 0; i < INPUTS; i++) in[i] = (Reference)strtoul(argv[6 + i], NULL, 10);
-    for (int i = 0; i < OUTPUTS; i++) out[i] = (Reference)strtoul(argv[6 + INPUTS + i], NULL, 10);
-    const Reference outside = (Reference)strtoul(argv[5], NULL, 10);
+    require(argc == 7 + INPUTS + OUTPUTS, "wrong number of arguments", 0);
+    for (int i = 0; i < INPUTS; i++) in[i] = (Reference)strtoul(argv[7 + i], NULL, 10);
+    for (int i = 0; i < OUTPUTS; i++) out[i] = (Reference)strtoul(argv[7 + INPUTS + i], NULL, 10);
+    const Reference flags[] = {(Reference)strtoul(argv[5], NULL, 10), (Reference)strtoul(argv[6], NULL, 10)};
     const long count = strtol(argv[4], NULL, 10);
     load(argv[1]);
     const Component c = instantiate("c", 1, argv[2], argv[3], &callbacks, 0, 0);
@@ -120,11 +122,11 @@ int main(int argc, char **argv)
         int status = was_reset ? leave(c) : do_step(c, since * SAMPLE_TIME, SAMPLE_TIME, 1);
         require((status > WARNING) == (code != OK), "the two do not fail at the same ticks", tick);
         since += was_reset ? 0.0 : 1.0;
-        if (code == OK) compare(c, &t, out, outside, tick);
+        if (code == OK) compare(c, &t, out, flags, tick);
     }
     printf("%016llx", (unsigned long long)t.hash);
     for (int code = 0; code < 4; code++) printf(" %ld", t.codes[code]);
-    printf(" %ld %ld %ld\n", t.resets, t.limited, t.outside);
+    printf(" %ld %ld %ld %ld\n", t.resets, t.limited, t.outside, t.beyond);
     fflush(stdout);
     _Exit(0);
 }

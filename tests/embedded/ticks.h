@@ -28,7 +28,7 @@ typedef struct {
     OF(state) state;
     OF(inputs) in;
     OF(outputs) out;
-    long codes[4], resets, limited, outside;
+    long codes[4], resets, limited, outside, beyond;
 } Ticks;
 
 /* G. L. Steele and others, Fast splittable pseudorandom number generators, 2014. */
@@ -98,6 +98,7 @@ static int run(Ticks *t, int *was_reset)
     t->resets += *was_reset;
     t->limited += (t->out.status & 2u) != 0;
     t->outside += (t->out.status & 1u) != 0;
+    t->beyond += (t->out.status & 4u) != 0;
     OF(real) numbers[OUTPUTS];
     memcpy(numbers, &t->out, sizeof numbers);
     add(t, (uint64_t)code);

@@ -351,6 +351,10 @@ fn two_axes_share_an_fmu() {
     for name in ["pitch", "speed", "offset", "side_thruster", "upper_port", "gamma", "sway_gamma"] {
         assert_eq!(count(name), 1, "{name}");
     }
+    for name in ["pitch_reference_used", "reference_limited", "sway_reference_limited"] {
+        assert_eq!(count(name), 1, "{name}");
+    }
+    assert_eq!(count("sway_offset_reference_used"), 1, "two axes may follow one reference");
     let longitudinal =
         [("pitch", 0.02), ("pitch_rate", 0.0), ("pitch_reference", 0.05), ("speed_reference", 1.5)];
     let (both, one) = (flown(&together(), &longitudinal), flown(&alone(), &[]));

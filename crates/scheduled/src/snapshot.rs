@@ -38,7 +38,8 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals and references, and that all values are finite.
+    /// Checks the numbers of states, commands, trims, delayed commands, signals and references, and that all values are
+    /// finite.
     pub(crate) fn check(&self, lengths: [usize; 6]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
         let lists =

@@ -1,7 +1,8 @@
 //! One descent of a search: a cost is lowered while every requirement keeps its margin.
 //!
 //! ```text
-//! min over y   cost(x + D y)   subject to   margin_k(x + D y) >= REQUIRED_MARGIN for every key of [require] with a limit
+//! min over y   cost(x + D y)
+//! subject to   margin_k(x + D y) >= REQUIRED_MARGIN for every key of [require] with a limit
 //! ```
 //!
 //! Source of COBYLA: M. J. D. Powell, A direct search optimization method that models the objective and constraint

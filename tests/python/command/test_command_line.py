@@ -212,6 +212,49 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
 
 
 @pytest.mark.parametrize(
+    ("lines", "at", "words"),
+    [
+        (["autority = 0.9"], 1, "unknown key 'envelope.autority' (did you mean 'authority'?)"),
+        (["authority = 0"], 1, "'envelope.authority' is 0; it must be from 0.1 to 1"),
+        (["authority = 2"], 1, "'envelope.authority' is 2; it must be from 0.1 to 1"),
+        (['unit = "deg"', "pitch = 20.0"], 2, "'envelope.pitch' is [20]; it must be [least, largest]"),
+        (
+            ['unit = "deg"', 'pitch = "up"'],
+            2,
+            "'envelope.pitch' is the text \"up\"; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "pitch = [5, -10]"],
+            2,
+            "'envelope.pitch' is [5, -10]; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "pitch = [-10, 80]"],
+            2,
+            "'envelope.pitch' is [-10, 80]; it must be [least, largest]",
+        ),
+        (
+            ['unit = "deg"', "path_angle = 80"],
+            2,
+            "'envelope.path_angle' is 80; it must be above 0, at most 60 deg",
+        ),
+        (["pitch = [-10, 5]"], 0, 'missing key \'envelope.unit\': it must be "deg" or "rad"'),
+    ],
+)
+def test_an_envelope_that_cannot_be(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path, lines: list[str], at: int, words: str
+) -> None:
+    """One message, at the line of the key, or of the table that lacks it."""
+    path = copied_vehicle / "design.toml"
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\n[envelope]\n" + "".join(f"{line}\n" for line in lines))
+    line = line_of(path, "[envelope]") + at
+    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+    assert message.startswith(f"squid: {path}:{line}: {words}"), message
+    assert len(message.splitlines()) == 1, message
+
+
+@pytest.mark.parametrize(
     ("old", "new"),
     [
         ("weight = { value = 654.8", "weight = { value = 66.7"),

@@ -286,7 +286,9 @@ def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element)
         assert settled(one) <= 10.0
         assert 0.0 < float(one[4]) <= float(other[4])
     if written.name == "remus100":
-        assert settled(rows[1]) > 3.0 * settled(rows[0]), "its planes hold 18 deg of 30 at the lowest speed"
+        # The reference is limited to what its planes hold; on the way there they are at their limit all the same.
+        assert settled(rows[0]) < 10.0 < settled(rows[1]), "the lowest speed"
+        assert float(rows[0][6]) < 2.0 and float(rows[1][6]) > 10.0, "overshoot after the step"
 
 
 def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:

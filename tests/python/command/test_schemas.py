@@ -106,7 +106,7 @@ def limits(schema: dict) -> Iterator[tuple[float, bool]]:
 SEA = {"depth": 2.0, "spectrum": "jonswap", "height": 1e-3, "period": 5.0, "gamma": 3.3, "heading": 180.0}
 """A table [sea] of waves that no period makes too steep."""
 PID = {"kind": "pid", "pitch": {"kp": {"value": 100.0, "unit": "N.m/rad"}}}
-OWN = {"sea": SEA, "controller": PID}
+OWN = {"sea": SEA, "controller": PID, "envelope": {"unit": "deg"}}
 """What a section that Squid's design does not have must hold."""
 NUMBERS = [
     (section, key, value, allowed)
@@ -180,6 +180,48 @@ def test_steps_are_of_what_is_tracked(
     design["manoeuvre"] = others | steps
     assert bool(complaints(run_squid, tmp_path, "design", design)) != allowed
     assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
+@pytest.mark.parametrize(
+    ("envelope", "allowed"),
+    [
+        ({}, True),
+        ({"authority": 0.5}, True),
+        ({"pitch": [-10, 5.0], "unit": "deg"}, True),
+        ({"pitch": [-10.0, 5.0]}, False),
+        ({"path_angle": 20.0}, False),
+        ({"pitch": [-60.0, 60.0], "unit": "deg"}, True),
+        ({"pitch": [-61.0, 5.0], "unit": "deg"}, False),
+        ({"pitch": [-1.0, 1.0], "path_angle": 0.5, "unit": "rad"}, True),
+        ({"pitch": [-1.0, 1.1], "unit": "rad"}, False),
+        ({"path_angle": 20.0, "unit": "rad"}, False),
+        ({"pitch": 5.0, "unit": "deg"}, False),
+        ({"pitch": [-10.0, 0.0, 5.0], "unit": "deg"}, False),
+        ({"pitch": [-10.0, 5.0], "unit": "m"}, False),
+    ],
+)
+def test_an_envelope_is_one_that_is_read(
+    run_squid: Run, tmp_path: Path, envelope: dict, allowed: bool
+) -> None:
+    design = example("design") | {"envelope": envelope}
+    assert ("'envelope." in complaints(run_squid, tmp_path, "design", design)) != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
+def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, quick_vehicle: Path) -> None:
+    """That of a design without `[require]`, which has a row for each of them but mu."""
+    done = run_squid(
+        "design", quick_vehicle, "--no-advise", "--json", "--out", quick_vehicle.parent / "limits"
+    )
+    rows = json.loads(done.stdout)["design"]["verdict"]["rows"]
+    limits = {row["key"]: row["limit"] for row in rows if row.get("limit") is not None}
+    keys = SCHEMAS["design"]["properties"]["require"]["properties"]
+    said = {
+        key: re.search(r"; ([\d.]+) where it is left out", one["description"]) for key, one in keys.items()
+    }
+    defaults = {key: float(found[1]) for key, found in said.items() if found}
+    assert {"beyond_speed", "beyond_recovery", "delay_margin"} <= limits.keys()
+    assert limits == {key: limit for key, limit in defaults.items() if key != "mu"}
 
 
 CURVE = {"unit": "%", "source": "a test", "value": [[-100.0, -80.0], [100.0, 120.0]]}

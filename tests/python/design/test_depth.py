@@ -84,11 +84,18 @@ def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
 def test_the_depth_is_held_and_followed(
     deep: Packages, flown: Signals, run_squid: Run, tmp_path: Path
 ) -> None:
-    """A step while the speed ramps through the range, read off by `squid plot`; the master flies the same."""
+    """A step while the speed ramps through the range; the master flies the same."""
     figures = figures_of(run_squid, flown, tmp_path)
     assert "pitch_steps" not in figures
-    (step,) = figures["depth_steps"]
-    assert step["height"] == pytest.approx(1.0) and step["overshoot"] < 0.02 and step["steady_error"] < 1e-3
+    # The step of 1 m is used as a ramp, so that the record has none.
+    assert figures["depth_steps"] == []
+    begin = np.searchsorted(
+        flown["time"], json.loads((deep.folder / "manoeuvre.json").read_text())["step_time"]
+    )
+    used = flown["depth_reference_used"]
+    assert used[begin] == 20.0 and used[-1] == 21.0
+    assert 1.0 < sample_time(deep) * np.count_nonzero((used > 20.0) & (used < 21.0)) < 2.0
+    assert np.max(flown["depth"]) < 21.02 and flown["depth"][-1] == pytest.approx(21.0, abs=1e-3)
     assert figures["speed_error"] < 0.1
     with Slave(deep.plant, "plant") as plant, Slave(deep.controller, "controller") as controller:
         plant.begin({"initial_speed": 1.5})
@@ -115,10 +122,11 @@ def test_the_worker_of_a_campaign_flies_the_same(deep: Packages, flown: Signals)
     )
     for name in ("time", "pitch", "speed", "depth", "distance"):
         assert record[name] == pytest.approx(flown[name], abs=AGREEMENT), name
-    # What was wanted at a tick is in the row after it.
-    assert record["depth_reference_used"][:-1] == pytest.approx(
-        flown["depth_reference_used"][1:], abs=AGREEMENT
-    )
+    # What is asked at a tick is in the row after it, on the way there within what the vehicle can hold.
+    asked, used = record["depth_reference_used"][:-1], flown["depth_reference_used"][1:]
+    on_the_way = np.abs(asked - used) > AGREEMENT
+    assert set(asked) == {20.0, 21.0} and 0 < np.count_nonzero(on_the_way) < 2.0 / sample_time(deep)
+    assert np.all((used >= 20.0) & (used <= 21.0)) and np.all(asked[on_the_way] == 21.0)
 
 
 def test_a_flight_does_not_depend_on_the_depth_where_it_begins(deep: Packages, flown: Signals) -> None:

@@ -43,6 +43,14 @@ def test_the_gain_is_proved_and_is_that_of_the_table(shipped: Packages) -> None:
     assert design["gamma_bound"] == pytest.approx(float(row[4]), rel=SPREAD)
 
 
+def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
+    """At every speed, up and down: the limits are those of the vehicle, not narrower than what the design flies."""
+    controller, step = load(shipped, "controller.json"), load(shipped, "manoeuvre.json")["steps"]["pitch"]
+    level = np.array(controller["trim"]["signals"]["pitch"])
+    least, largest = np.array(controller["envelope"]["pitch"]["range"])
+    assert np.all(least < level - 2.0 * abs(step)) and np.all(largest > level + 2.0 * abs(step))
+
+
 @pytest.mark.parametrize("vehicle", [SQUID, REMUS100], ids=["squid", "remus100"])
 def test_actuator_use_is_that_of_the_table(vehicle: Path, run_squid: Run, tmp_path: Path) -> None:
     """The worst of the steps at constant speeds, within 1 of 100."""

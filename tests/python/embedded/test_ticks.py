@@ -45,27 +45,27 @@ def against_fmu(exported: Exported, packages: Packages, folder: Path) -> subproc
     """Run the random ticks in the source and in the controller's FMU."""
     fmu = Unpacked.of(packages.controller, folder / "fmu")
     references = fmu.references("input") | fmu.references("output")
-    (outside,) = fmu.references("output", "Boolean").values()
+    flags = fmu.references("output", "Boolean")
     words = [
         exported.program(folder, gcc(), "against_fmu", "-ldl"),
         fmu.binary(platforms.HERE[(sys.platform, machine())]),
         fmu.guid,
         f"file://{(fmu.folder / 'resources').as_posix()}",
-        *(TICKS, outside),
+        *(TICKS, flags["speed_out_of_range"], flags["reference_limited"]),
         *(references[name] for name in exported.members("inputs") + exported.members("outputs")),
     ]
     return subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
 
 
 def test_every_bit_is_that_of_the_fmu(packages: Packages, run_squid: Run, tmp_path: Path) -> None:
-    """Through resets, speeds out of range, commands at their limits, and inputs that are no numbers."""
+    """Through resets, speeds out of range, commands and references at their limits, and inputs that are no numbers."""
     exported = Exported.of(run_squid, packages, tmp_path / "c")
     done = against_fmu(exported, packages, tmp_path)
     assert done.returncode == 0, done.stderr
-    ok, refused, singular, diverged, resets, limited, outside = map(int, done.stdout.split()[1:])
+    ok, refused, singular, diverged, resets, limited, outside, beyond = map(int, done.stdout.split()[1:])
     assert ok + refused + singular + diverged == TICKS
     assert refused > 100 and diverged > 10 and resets > 100
-    assert all(0.1 * TICKS < count < 0.9 * TICKS for count in (limited, outside))
+    assert all(0.1 * TICKS < count < 0.9 * TICKS for count in (limited, outside, beyond))
 
 
 def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_path: Path) -> None:

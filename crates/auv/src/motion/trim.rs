@@ -69,8 +69,8 @@ pub fn trim_with(vehicle: &Vehicle, speed: Speed, depth: f64, pitch: &Pitch) -> 
 
 /// Solves `[u' w' q'] = 0` for the steady climb or dive that is nearest to another trim, at its forward speed and
 /// depth, with the hull at a pitch \[rad\]. Outputs may be beyond the limits of the actuators. The unknowns are the
-/// outputs, of least norm if there are several, and the incidence, unless the trim holds it; the path rises at pitch
-/// minus incidence.
+/// outputs, of least norm if there are several, and the incidence, unless the trim holds it and outputs can hold it in
+/// the climb, too; the path rises at pitch minus incidence.
 ///
 /// # Errors
 /// [`TrimError`]: coefficients or a pitch that are not allowed, no solution.
@@ -80,11 +80,22 @@ pub fn climb(vehicle: &Vehicle, near: &Trim, pitch: f64) -> Result<Trim, TrimErr
     }
     let dynamics = Dynamics::new(&vehicle.coefficients)?;
     let (speed, depth) = (Speed::Forward(near.forward_speed), near.depth);
-    let rule = match near.rule {
-        Pitch::Held(_) => Pitch::Held(near.incidence),
-        _ => Pitch::Followed([(near.forward_speed, near.incidence)].into_iter().collect()),
+    let with = |rule: &Pitch| {
+        solved(&Balance {
+            dynamics: dynamics.clone(),
+            vehicle,
+            speed,
+            depth,
+            pitch: rule,
+            climb: Some(pitch),
+        })
     };
-    solved(&Balance { dynamics, vehicle, speed, depth, pitch: &rule, climb: Some(pitch) })
+    let free = Pitch::Followed([(near.forward_speed, near.incidence)].into_iter().collect());
+    match near.rule {
+        // What balances level flight at an incidence may not balance a climb at it.
+        Pitch::Held(_) => with(&Pitch::Held(near.incidence)).or_else(|_| with(&free)),
+        _ => with(&free),
+    }
 }
 
 fn solved(balance: &Balance<'_>) -> Result<Trim, TrimError> {

@@ -3,7 +3,7 @@
 use crate::common::{bluerov2_heavy, remus100, squid};
 use auv::{
     COEFFICIENTS, CoefficientError, Dynamics, Effect, Pitch, Speed, Trim, TrimError, Vehicle, actuator_force,
-    linearise, trim, trim_with, trims,
+    climb, linearise, trim, trim_with, trims,
 };
 use nalgebra::DVector;
 
@@ -24,6 +24,26 @@ fn a_trim_is_level_and_steady() {
             assert!(left.iter().all(|a| a.abs() < 1e-12), "{left:?}");
             assert!(trim.residual < 1e-12);
         }
+    }
+}
+
+/// Where outputs hold the incidence in level flight alone, as where that needs none, it is free in a climb.
+#[test]
+fn a_climb_from_a_held_trim_is_steady() {
+    for (vehicle, speed, keeps) in [(remus100(), 1.8, false), (bluerov2_heavy(), 0.4, true)] {
+        let free = trim(&vehicle, Speed::Path(speed), 20.0).unwrap();
+        let pitch = if keeps { 0.0 } else { free.pitch };
+        let mut at = trim_with(&vehicle, Speed::Path(speed), 20.0, &Pitch::Held(pitch)).unwrap();
+        let held = at.incidence;
+        let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
+        for step in 1..=10 {
+            at = climb(&vehicle, &at, pitch + 0.02 * f64::from(step)).unwrap();
+            let motion = at.motion();
+            let force = actuator_force(&vehicle.actuators, motion.u, at.actuators.iter().copied());
+            let left = dynamics.acceleration(&motion, 20.0, force);
+            assert!(left.iter().all(|a| a.abs() < 1e-10), "{left:?}");
+        }
+        assert_eq!(at.incidence == held, keeps, "{}", vehicle.name);
     }
 }
 

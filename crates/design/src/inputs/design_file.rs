@@ -18,7 +18,6 @@ mod values;
 
 use auv::Pitch;
 use auv::longitudinal::DEPTH;
-pub use envelope::Envelope;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 use pid::Pid;
@@ -155,6 +154,24 @@ impl Tracked {
 pub fn scaled_outputs<'a>(signals: impl IntoIterator<Item = (&'a Signal, f64)>, states: States) -> Mat {
     let rows: Vec<(&Signal, f64)> = signals.into_iter().collect();
     Mat::from_fn(rows.len(), states.len(), |i, j| rows[i].0.output(&states[j]) / rows[i].1)
+}
+
+/// What the references may ask.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Envelope {
+    /// The share of each actuator's limits that holding a pitch may take.
+    pub authority: f64,
+    /// The least and the largest pitch, rad, where the actuators hold more.
+    pub pitch: [f64; 2],
+    /// The steepest path, up or down, of a reference of depth, rad.
+    pub path_angle: f64,
+}
+
+impl Default for Envelope {
+    fn default() -> Self {
+        let [steepest, path_angle] = [30.0f64; 2].map(f64::to_radians);
+        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle }
+    }
 }
 
 /// A design file, checked.

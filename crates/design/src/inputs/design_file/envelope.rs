@@ -1,19 +1,9 @@
 //! The section `[envelope]`: what the references may ask.
 
-use crate::inputs::design_file::Range;
 use crate::inputs::design_file::values::{angle, within};
+use crate::inputs::design_file::{Envelope, Range};
+use auv::number;
 use auv::toml_file::Table;
-
-/// What the references may ask.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Envelope {
-    /// The share of each actuator's limits that holding a pitch may take.
-    pub authority: f64,
-    /// The least and the largest pitch, rad, where the actuators hold more.
-    pub pitch: [f64; 2],
-    /// The steepest path, up or down, of a reference of depth, rad.
-    pub path_angle: f64,
-}
 
 /// The share of an actuator.
 const AUTHORITY: Range =
@@ -21,13 +11,6 @@ const AUTHORITY: Range =
 
 /// The largest pitch reference, deg: the pitch of Euler angles and the plane of the model end before 90.
 const STEEPEST: f64 = 60.0;
-
-impl Default for Envelope {
-    fn default() -> Self {
-        let [steepest, path_angle] = [30.0f64; 2].map(f64::to_radians);
-        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle }
-    }
-}
 
 impl Envelope {
     pub(super) fn of(table: &Table<'_>) -> Option<Self> {
@@ -38,12 +21,14 @@ impl Envelope {
         let steep = move |v: f64| factor.is_none_or(|factor| (v * factor).abs() <= STEEPEST.to_radians());
         let pitch = table.or("pitch", Some(default.pitch), |table, key| {
             let words = "[least, largest], the pitch references allowed, each at most 60 deg in size";
-            match table.numbers(key, words)?.as_slice() {
+            let numbers = table.numbers(key, words)?;
+            match numbers.as_slice() {
                 [least, most] if least <= most && steep(*least) && steep(*most) => {
                     Some(factor.map(|factor| [least * factor, most * factor]))
                 }
                 _ => {
-                    table.not_allowed(key, "not such a pair", words);
+                    let found: Vec<String> = numbers.into_iter().map(number).collect();
+                    table.not_allowed(key, format!("[{}]", found.join(", ")), words);
                     None
                 }
             }
