@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 from fly import environment  # noqa: E402
 
 
-def in_environment(script: str, name: str = "", requirements: Path = environment.REQUIREMENTS) -> None:
+def in_environment(script: str, name: str = "tests", requirements: Path = environment.TESTS) -> None:
     """Start a script again in an environment in build/; create that if it is missing."""
     if os.environ.get("SQUID_BENCH") == "1":
         return

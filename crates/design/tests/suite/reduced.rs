@@ -21,8 +21,7 @@ fn a_smaller_controller_is_proved_and_meets_the_same_requirements() {
     inputs.design.reduce = None;
     let full = run(&inputs, &Progress::default()).unwrap();
     let ((states, channels), before) = (sizes(&smaller), sizes(&full));
-    // With 5 or 6 states it would come back later from a step that the planes cannot hold.
-    assert!(states <= 10 && channels <= 2 && before == (16, 7), "{states}, {channels} instead of {before:?}");
+    assert!(states <= 6 && channels <= 2 && before == (16, 7), "{states}, {channels} instead of {before:?}");
     let gamma = |finished: &Finished| finished.proof.as_ref().unwrap().theorem.gamma.unwrap();
     assert!(gamma(&smaller) <= 1.03 * gamma(&full), "{} {}", gamma(&smaller), gamma(&full));
     assert!(smaller.sampled.is_ok() && smaller.frozen.controller.gamma.certified);
