@@ -98,6 +98,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     };
     let axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
     progress.done("envelope", &envelope::words(&axis.controller));
+    envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
     let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
     let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
     progress.done("verdict", &verdict.to_string());

@@ -195,3 +195,20 @@ def test_the_design_file_narrows_what_is_frozen(
         assert np.all((new_least < level) & (level < new_largest))
     assert np.all(new_least >= least - 1e-12) and np.all(new_largest <= largest + 1e-12)
     assert narrower == bool(np.any(new_largest < largest - 0.5 * DEGREE))
+
+
+def test_an_envelope_without_room_for_the_default_flight_is_said(
+    run_squid: Run, quick_vehicle: Path, tmp_path: Path
+) -> None:
+    vehicle = Path(shutil.copytree(quick_vehicle, tmp_path / "squid"))
+    with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[envelope]\npitch = [-1.0, 1.0]\nunit = "deg"\n')
+    done = run_squid("design", vehicle, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    said = " ".join((done.stdout + done.stderr).split())
+    assert "which is less than the step of the default flight" in said
+    # Level flight, at -6 deg at the slowest speed, stays within what may be asked.
+    controller = frozen(tmp_path / "out")
+    (least, largest), level = controller["envelope"]["pitch"]["range"], controller["trim"]["signals"]["pitch"]
+    assert min(level) < -1.0 * DEGREE
+    assert all(a <= b <= c for a, b, c in zip(least, level, largest, strict=True))

@@ -16,7 +16,7 @@ use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, pitching};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
 use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
-use scheduled::{ControllerDesign, ReferenceLimits};
+use scheduled::{ControllerDesign, Manoeuvre, ReferenceLimits};
 use std::collections::BTreeMap;
 
 /// The first step in pitch, and the last, rad.
@@ -88,6 +88,24 @@ pub fn words(controller: &ControllerDesign) -> String {
     lines.join("\n")
 }
 
+/// That the envelope is narrower than the pitch step of the default flight, if it is somewhere.
+pub fn doubt(controller: &ControllerDesign, manoeuvre: &Manoeuvre) -> Option<String> {
+    let name = SIGNALS[PITCH].name;
+    let [least, most] = controller.envelope.get(name)?.range.as_ref()?;
+    let (step, level) = (manoeuvre.step(name), controller.trim.signals.get(name)?);
+    let way = |row: usize| if step < 0.0 { level[row] - least[row] } else { most[row] - level[row] };
+    let row = (0..level.len()).min_by(|a, b| way(*a).total_cmp(&way(*b)))?;
+    (way(row) < step.abs()).then(|| {
+        format!(
+            "WARNING: at {} m/s pitch can be held {} deg from level flight, which is less than the step of the \
+             default flight, {} deg: the step is limited",
+            decimals(controller.trim.speed[row], 2),
+            decimals(way(row).to_degrees(), 2),
+            decimals(step.to_degrees(), 2)
+        )
+    })
+}
+
 /// The unit of a rate.
 fn per_second(unit: &str) -> String {
     unit.strip_suffix("/s").map_or_else(|| format!("{unit}/s"), |unit| format!("{unit}/s^2"))
@@ -114,7 +132,8 @@ impl Limits {
         let steep = asked.path_angle.sin() * trim.forward_speed.abs();
         let flat = |trim: &Trim| held(trim) && sinking(trim).abs() <= steep;
         let ends = |allowed: &dyn Fn(&Trim) -> bool| {
-            [asked.pitch[0], asked.pitch[1]].map(|end| farthest(vehicle, trim, end, allowed))
+            let [least, most] = asked.pitch;
+            [least.min(trim.pitch), most.max(trim.pitch)].map(|end| farthest(vehicle, trim, end, allowed))
         };
         let pitch = ends(&held).map(|trim| trim.pitch);
         let [one, other] = ends(&flat).map(|trim| sinking(&trim));
@@ -129,7 +148,7 @@ fn sinking(trim: &Trim) -> f64 {
 }
 
 /// The climb or dive that is farthest from level flight on the way to a pitch, of those that are allowed; level flight
-/// itself if that is not, or beyond the pitch.
+/// itself if that is not.
 fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -> bool) -> Trim {
     let mut at = level.clone();
     let mut step = STEPS[0];
