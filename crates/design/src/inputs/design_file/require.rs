@@ -55,7 +55,7 @@ pub const REQUIREMENTS: [Requirement; 21] = [
     below("mu", "", Some(1.0)),
     below("gust", "deg", None),
     below("beyond_speed", "%", Some(10.0)),
-    below("beyond_recovery", "%", Some(10.0)),
+    below("beyond_recovery", "%", Some(15.0)),
     below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
 ];
