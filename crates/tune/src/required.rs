@@ -8,7 +8,8 @@
 //! x holds the logarithms of the factors on the constant coefficients, and what is added to the other coefficients,
 //! relative to the constant one, and to the weights of the references. Two descents ([`descend`]) run side by side, one
 //! from the given gains and one from slower ones, and again from the best with half the step, until a round gains too
-//! little. The result depends on no clock and no number of processors.
+//! little. Mu, which takes longest, is judged once the rest is met. Of the sets near the best some are proved, and put
+//! in the order of that gain. The result depends on no clock and no number of processors.
 
 use crate::attempt::judged_until_missed;
 use crate::candidate::{Attempt, Candidate, FAILED_COST, merit};
@@ -219,7 +220,7 @@ impl Search<'_> {
 }
 
 /// The verdict at few speeds of the given controller of a design, with its largest gain over frozen speeds as gamma:
-/// the gain for any trajectory of speed is larger.
+/// the gain for any trajectory of speed is no smaller.
 fn verdict(inputs: &Inputs, mu: bool) -> Result<Verdict, DesignError> {
     let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
     let missing = || InputError::NoController { file: design.file.clone() };
