@@ -5,7 +5,7 @@ use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::fill;
-use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, Port, ROUNDING_OF_RHO};
+use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO};
 use signals::Law;
 
 /// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
@@ -46,10 +46,9 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("tables", numbers(design, tables)),
         (
             "limit",
-            if references(design).any(|(_, one)| design.envelope.contains_key(&one.name)) {
-                include_str!("template/limit.c").to_owned()
-            } else {
-                String::new()
+            match ends(design).iter().any(|(_, end)| matches!(end, OverSpeed::Table(_))) {
+                true => include_str!("template/limit.c").to_owned(),
+                false => String::new(),
             },
         ),
         ("solvers", solvers(tables)),
@@ -155,44 +154,55 @@ fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
     references(design).map(|(_, signal)| signal).filter(|signal| has_rate(design, signal))
 }
 
-/// The name of a column of limits.
-fn limits(end: &str, signal: &Port) -> String {
+/// The limits of the references that are followed, by their names in the source.
+fn ends(design: &ControllerDesign) -> Vec<(String, &OverSpeed)> {
+    let mut all = vec![];
+    for (_, signal) in references(design) {
+        let of = design.envelope.get(&signal.name);
+        let range = of.and_then(|limits| limits.range.as_ref()).map(|ends| (["LEAST", "MOST"], ends));
+        let rate = of.and_then(|limits| limits.rate.as_ref()).map(|ends| (["SLOWEST", "FASTEST"], ends));
+        for (names, ends) in range.into_iter().chain(rate) {
+            let named = names.iter().zip(ends);
+            all.extend(named.map(|(name, end)| (limit_name(name, signal), end)));
+        }
+    }
+    all
+}
+
+/// The name of a limit of a reference.
+fn limit_name(end: &str, signal: &Port) -> String {
     format!("{end}_{}", reference(signal).to_ascii_uppercase())
+}
+
+/// A limit of a reference at V_r.
+fn limit(name: &str, signal: &Port, end: &OverSpeed) -> String {
+    let name = limit_name(name, signal);
+    match end {
+        OverSpeed::Constant(_) => name,
+        OverSpeed::Table(_) => format!("limit({name}, row, part)"),
+    }
 }
 
 /// The lines that limit a reference.
 fn limited(design: &ControllerDesign, signal: &Port) -> String {
     let name = reference(signal);
-    let Some(limits_of) = design.envelope.get(&signal.name) else {
+    let Some(limits) = design.envelope.get(&signal.name) else {
         return format!("    t->{name} = in->{name};\n");
     };
     let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
-    let begins = signal.level == Level::Start && measured && limits_of.rate.is_some();
+    let begins = signal.level == Level::Start && measured && limits.rate.is_some();
     let asked =
         if begins { format!("is_reset ? in->{} : in->{name}", signal.name) } else { format!("in->{name}") };
     let mut text = format!("    t->{name} = {asked};\n");
-    let speed = Some(&signal.name) == design.scheduled().map(|place| &design.signals[place].name);
-    if speed && (limits_of.range.is_some() || limits_of.rate.is_some()) {
-        let known = match design.reference_filter {
-            Some(_) => format!("is_reset ? in->{name} : state->filtered_speed"),
-            None => format!("in->{name}"),
-        };
-        text += &format!(
-            "    const real known_speed = {known};\n    const int row_of_speed = row_at(known_speed);\n    const real \
-             part_of_speed = clamp(way(row_of_speed, known_speed), 0.0@f@, 1.0@f@);\n"
-        );
+    if let Some([least, most]) = &limits.range {
+        let [least, most] = [limit("LEAST", signal, least), limit("MOST", signal, most)];
+        text += &format!("    t->{name} = clamp(t->{name}, {least}, {most});\n");
     }
-    let (row, part) = if speed { ("row_of_speed", "part_of_speed") } else { ("row", "part") };
-    let end = |end: &str| format!("limit({}, {row}, {part})", limits(end, signal));
-    if limits_of.range.is_some() {
-        text += &format!("    t->{name} = clamp(t->{name}, {}, {});\n", end("LEAST"), end("MOST"));
-    }
-    if limits_of.rate.is_some() {
+    if let Some([least, most]) = &limits.rate {
+        let [slowest, fastest] = [limit("SLOWEST", signal, least), limit("FASTEST", signal, most)];
         text += &format!(
-            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {},\n            \
-             state->last_{name} + TICK * {});\n",
-            end("SLOWEST"),
-            end("FASTEST")
+            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {slowest},\n            \
+             state->last_{name} + TICK * {fastest});\n"
         );
     }
     text + &format!("    if (t->{name} != in->{name}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")
@@ -228,16 +238,13 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     for name in trims(design) {
         text += &tables.column(&column(name), &trim.signals[name]);
     }
-    for (_, signal) in references(design) {
-        let of = design.envelope.get(&signal.name);
-        let range = of.and_then(|limits| limits.range.as_ref()).map(|columns| (["LEAST", "MOST"], columns));
-        let rate =
-            of.and_then(|limits| limits.rate.as_ref()).map(|columns| (["SLOWEST", "FASTEST"], columns));
-        for (ends, columns) in range.into_iter().chain(rate) {
-            for (end, column) in ends.iter().zip(columns) {
-                text += &tables.column(&limits(end, signal), column);
+    for (name, end) in ends(design) {
+        text += &match end {
+            OverSpeed::Constant(value) => {
+                format!("static const real {name} = {};\n", tables.real.literal(*value))
             }
-        }
+            OverSpeed::Table(column) => tables.column(&name, column),
+        };
     }
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));

@@ -368,10 +368,10 @@ impl Autopilot {
     fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
         let plan = &*self.plan;
         inputs.check(&plan.signals)?;
-        // The speed first: the limits of the others depend on V_r.
+        // The speed first: the limits of the others depend on V_r, its own do not.
         if !plan.speed_given {
             let (asked, last) = (inputs.references[plan.speed], self.references[plan.speed]);
-            let trim = plan.trim.at(plan.known_speed(initial, asked, self.filtered_speed));
+            let trim = plan.trim.at(self.filtered_speed);
             self.references[plan.speed] =
                 plan.envelope.used(plan.speed, asked, (!initial).then_some(last), trim);
         }
@@ -410,12 +410,6 @@ impl Plan {
     pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, initial: bool) -> f64 {
         let begins = initial && self.begins_as_measured(signal);
         if begins { inputs.measured[signal] } else { inputs.references[signal] }
-    }
-
-    /// The speed at which the limits of the speed reference are looked up: V_r, or what is asked where V_r follows from
-    /// it.
-    pub(crate) fn known_speed(&self, initial: bool, asked: f64, filtered_speed: f64) -> f64 {
-        if initial || self.filter.is_none() { asked } else { filtered_speed }
     }
 
     /// Whether a reference begins at the measured value.

@@ -316,16 +316,47 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// What a reference is limited to, a number for each row of the trim table.
+/// A number, or one for each row of the trim table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum OverSpeed {
+    /// The same at each speed.
+    Constant(f64),
+    /// A column beside those of the trim table.
+    Table(Vec<f64>),
+}
+
+impl OverSpeed {
+    /// A constant if the numbers of a column are the same.
+    pub fn of(column: Vec<f64>) -> Self {
+        match column.first() {
+            Some(&first) if column.iter().all(|one| *one == first) => Self::Constant(first),
+            _ => Self::Table(column),
+        }
+    }
+
+    /// The number in a row of the trim table.
+    ///
+    /// # Panics
+    /// If a table has no such row.
+    pub fn at(&self, row: usize) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Table(column) => column[row],
+        }
+    }
+}
+
+/// What a reference is limited to; that of the speed is constant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceLimits {
     /// The least and the largest reference, SI.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<[Vec<f64>; 2]>,
+    pub range: Option<[OverSpeed; 2]>,
     /// The least and the largest rate of the reference, SI per second: not above and not below 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate: Option<[Vec<f64>; 2]>,
+    pub rate: Option<[OverSpeed; 2]>,
 }
 
 /// A gain of a controller that was given: a polynomial in rho.

@@ -39,7 +39,7 @@ mod validate;
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gain, Gamma, InputHashes, Kind,
-    LftMatrices, MAX_DELAY_TICKS, Port, Reference, ReferenceLimits, Rows, Scheduling, TrimTable, VehicleName,
+    LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows, Scheduling, TrimTable, VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

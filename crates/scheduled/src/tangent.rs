@@ -46,11 +46,8 @@ impl Autopilot {
         };
         let filtered = self.filtered_speed();
         let wanted = (!plan.speed_given).then(|| {
-            let (asked, dasked) = (inputs.references[plan.speed], direction.references[plan.speed]);
-            let known = plan.known_speed(initial, asked, filtered);
-            let used = used(plan.speed, known);
-            let by_known = if initial || plan.filter.is_none() { used.by_speed } else { 0.0 };
-            (used.value, (used.by_asked + by_known) * dasked)
+            let used = used(plan.speed, filtered);
+            (used.value, used.by_asked * direction.references[plan.speed])
         });
         let (speed, dspeed) = match wanted {
             _ if plan.filter.is_some() && !initial => (filtered, 0.0),
