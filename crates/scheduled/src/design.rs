@@ -52,6 +52,10 @@ pub struct ControllerDesign {
     /// derivatives, where phi is the excess of u over the limits. Without it the states evolve as if unsaturated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
+    /// Gains F of [`Autopilot::follow`](crate::Autopilot::follow) at values of rho from -1 to 1, evenly spaced: each one
+    /// row per state of the controller in discrete time, one column per actuator.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub follow: Vec<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
     /// What references are limited to before they reach the controller, by the name of their signal.
@@ -272,6 +276,11 @@ impl Actuator {
     /// Unit of the actuator's input.
     pub fn taken_unit(&self) -> &str {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)
+    }
+
+    /// The command for an actuator's input, by its curve.
+    pub fn given(&self, taken: f64) -> f64 {
+        self.curve.as_ref().map_or(taken, |curve| curve.thrust(taken).0)
     }
 
     /// The actuator's input for a command, by the inverse of its curve, and the slope; see [`Curve::command`].

@@ -66,9 +66,8 @@ impl Envelope {
         let ReferenceLimits { range, rate } = &self.limits[signal];
         let value = self.used(signal, asked, last, trim.at(speed));
         let ends = |ends: &Option<[OverSpeed; 2]>, base: f64, scale: f64| {
-            let end = |end: &OverSpeed| {
-                (base + scale * trim.at(speed).of(end), scale * trim.slope_of(speed, end))
-            };
+            let end =
+                |end: &OverSpeed| (base + scale * trim.at(speed).of(end), scale * trim.slope_of(speed, end));
             ends.as_ref().map(|ends| [end(&ends[0]), end(&ends[1])])
         };
         let of_rate = last.and_then(|last| ends(rate, last, self.sample_time));

@@ -37,7 +37,8 @@ impl Autopilot {
         let plan = &*self.plan;
         let last = |signal: usize| (!initial).then_some(self.references()[signal]);
         let used = |signal: usize, speed: f64| {
-            let asked = plan.asked(signal, inputs, initial);
+            let difference = if initial { 0.0 } else { self.differences[signal] };
+            let asked = plan.asked(signal, inputs, initial) + difference;
             plan.envelope.tangent(signal, asked, last(signal), (&plan.trim, speed))
         };
         let moves = |signal: usize| {

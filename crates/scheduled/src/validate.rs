@@ -39,6 +39,7 @@ impl ControllerDesign {
         }
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
+        self.follow_gains()?;
         self.validate_trim()?;
         self.validate_envelope()?;
         for (key, value) in [("gamma.optimum", self.gamma.optimum), ("gamma.bound", self.gamma.bound)] {
@@ -56,6 +57,16 @@ impl ControllerDesign {
         let (states, actuators) = (self.lft.a.len(), self.actuators.len());
         let gain = self.anti_windup.as_ref();
         gain.map(|rows| checked("anti_windup", rows, states, actuators)).transpose()
+    }
+
+    /// The matrices of [`follow`](Self::follow), n x m.
+    ///
+    /// # Errors
+    /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
+    #[inline]
+    pub(crate) fn follow_gains(&self) -> Result<Vec<Matrix>, DesignError> {
+        let (states, actuators) = (self.lft.a.len(), self.actuators.len());
+        self.follow.iter().map(|rows| checked("follow", rows, states, actuators)).collect()
     }
 
     /// The signals: names that can be those of variables, first those with a reference, one that is scheduled on.

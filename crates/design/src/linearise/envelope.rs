@@ -60,7 +60,10 @@ pub fn envelope(
     }
     if !vehicle.coefficients.surge.is_given() {
         let [least, most] = columns(|row| row.acceleration);
-        let rate = [least.into_iter().fold(f64::NEG_INFINITY, f64::max), most.into_iter().fold(f64::INFINITY, f64::min)];
+        let rate = [
+            least.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            most.into_iter().fold(f64::INFINITY, f64::min),
+        ];
         add(SPEED, ReferenceLimits { range: None, rate: Some(rate.map(OverSpeed::Constant)) });
     }
     Ok(all)

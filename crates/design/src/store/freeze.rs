@@ -125,6 +125,7 @@ pub fn controller(
         lft,
         gains: given::gains(vehicle.actuators(), file)?,
         anti_windup: None,
+        follow: vec![],
         trim: TrimTable {
             speed: trims.iter().map(|trim| trim.speed).collect(),
             forward_speed: scheduled.map_or_else(Vec::new, |(place, _)| column(place)),

@@ -10,7 +10,8 @@ const LEAST: [f64; 3] = [-0.2, -0.3, -0.5];
 const MOST: [f64; 3] = [0.1, 0.3, 0.4];
 
 fn design(filter: Option<f64>) -> ControllerDesign {
-    let columns = |least: [f64; 3], most: [f64; 3]| Some([least, most].map(|end| OverSpeed::of(end.to_vec())));
+    let columns =
+        |least: [f64; 3], most: [f64; 3]| Some([least, most].map(|end| OverSpeed::of(end.to_vec())));
     let mut design = ControllerDesign { reference_filter: filter, ..example::two_degrees() };
     design.controller_inputs[3] = example::input("depth", Kind::Measurement, 2.0);
     design.controller_inputs[1] = example::input("depth", Kind::Reference, 2.0);
@@ -19,10 +20,7 @@ fn design(filter: Option<f64>) -> ControllerDesign {
         ("depth".to_owned(), ReferenceLimits { range: None, rate: columns([-0.2; 3], [0.1, 0.5, 0.9]) }),
         (
             "speed".to_owned(),
-            ReferenceLimits {
-                range: columns([0.49; 3], [3.0; 3]),
-                rate: columns([-0.5; 3], [0.4; 3]),
-            },
+            ReferenceLimits { range: columns([0.49; 3], [3.0; 3]), rate: columns([-0.5; 3], [0.4; 3]) },
         ),
     ]);
     design
