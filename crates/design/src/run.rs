@@ -18,6 +18,7 @@ use crate::linearise::envelope;
 use crate::numbers::{above, decimals};
 use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
+use crate::synthesise::follow::follow;
 use crate::synthesise::given;
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
@@ -246,6 +247,7 @@ fn proved(
         None => axis.anti_windup(&design.controller)?,
     };
     controller.anti_windup = gains.first().cloned();
+    controller.follow = follow(file, &design.controller)?;
     let proof = proof.map(|proof| axis.limits(proof, plant, &design.controller, (&controller, &gains)));
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
