@@ -83,6 +83,23 @@ fn the_mass_goes_with_the_weight() {
     assert_eq!(refused, "variable 'weight' may not be set in state 'continuous-time mode'");
 }
 
+/// `fmi2SetReal` sets states and parameters in one call, or none of them.
+#[test]
+fn in_event_mode_a_weight_and_a_state_are_set_together() {
+    let mut instance = Instance::made_for(Interface::ModelExchange, describe(&squid()).unwrap());
+    instance.set_up(Experiment::default()).unwrap();
+    let mut flight = Flight { instance, log: Default::default() };
+    flight.begin().unwrap();
+    let references = ["pitch", "weight"].map(|name| flight.reference(name));
+    let before = [flight.get("pitch"), flight.get("weight")];
+    let refused = flight.instance.set_real(&references, &[0.2, -1.0]).unwrap_err().to_string();
+    assert!(refused.contains("weight is -1 N"), "{refused}");
+    assert_eq!([flight.get("pitch"), flight.get("weight")], before);
+    flight.instance.set_real(&references, &[0.2, 640.0]).unwrap();
+    assert_eq!([flight.get("pitch"), flight.get("weight")], [0.2, 640.0]);
+    assert_eq!(flight.instance.model().settings.coefficients.weight, 640.0);
+}
+
 #[test]
 fn a_load_from_outside_moves_the_vehicle_its_way() {
     for fidelity in [1.0, 2.0] {
