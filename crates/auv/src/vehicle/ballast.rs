@@ -4,7 +4,7 @@
 
 use crate::vehicle::coefficients::Coefficients;
 
-/// The coefficients that dropped weights and buoyancy engines change. All others stay, I_yy about the origin among them.
+/// The coefficients that dropped weights and buoyancy engines change. All others stay, also I_yy, about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ballast {
     /// Mass \[kg\].
