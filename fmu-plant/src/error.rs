@@ -30,8 +30,8 @@ pub enum PlantError {
     Ballast(#[source] CoefficientError),
     /// A coefficient is changed in flight, and the LPV model cannot follow.
     #[error(
-        "weight, buoyancy, x_G and z_G can be changed in flight only where fidelity is nonlinear, because the LPV model \
-         was made with the coefficients of the vehicle file; external_force_z acts in both"
+        "weight, buoyancy, x_G and z_G can be changed in flight only where fidelity is nonlinear, because the LPV \
+         model was made with the coefficients of the vehicle file; external_force_z acts in both"
     )]
     BallastOfLpv,
     /// The initial depth is above the surface.
