@@ -97,16 +97,16 @@ proptest! {
 
     #[test]
     fn of_the_controllers_first_outputs(
-        at in prop::collection::vec(-1.0..1.0, 5),
-        direction in prop::collection::vec(-1.0..1.0, 5),
+        at in prop::collection::vec(-1.0..1.0, 12),
+        direction in prop::collection::vec(-1.0..1.0, 12),
     ) {
         [SQUID, TWO_DEGREES, CURVED, GIVEN].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
     }
 
     #[test]
     fn of_the_controllers_next_tick(
-        at in prop::collection::vec(-1.0..1.0, 5),
-        direction in prop::collection::vec(-1.0..1.0, 5),
+        at in prop::collection::vec(-1.0..1.0, 12),
+        direction in prop::collection::vec(-1.0..1.0, 12),
         ticks in 0..20,
     ) {
         for case in [SQUID, TWO_DEGREES, CURVED, GIVEN] {

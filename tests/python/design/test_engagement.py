@@ -79,8 +79,8 @@ class Taken:
 
     jump: float
     followed: float
-    begun: float
-    """How far from the pitch that it is to have the vehicle is."""
+    motion: float
+    """How far from the pitch that it is to have the vehicle is, and goes in a second by the rate that it has."""
     excursion: float
     """How far pitch goes beyond what lies between the pitch that it has and the one that it is to have."""
 
@@ -151,20 +151,21 @@ def engaged(packages: Packages, seed: int) -> Taken:
         begun = plant.get("pitch")
         # A design on pitch holds what it finds; one on depth goes to level flight from there.
         end = begun if "pitch_reference" in flight.wanted else plant.get("trim_pitch")
+        motion = abs(begun - end) + abs(plant.get("pitch_rate"))
         excursion, jump = 0.0, None
         for _ in range(round(AFTER / flight.tick)):
             flight.fly()
             jump = worst(controller, now, pilot.ranges) if jump is None else jump
             pitch = plant.get("pitch")
             excursion = max(excursion, pitch - max(begun, end), min(begun, end) - pitch)
-    return Taken(jump, followed, abs(begun - end), excursion)
+    return Taken(jump, followed, motion, excursion)
 
 
 def check(packages: Packages, seeds: range) -> None:
     all_taken = [engaged(packages, seed) for seed in seeds]
     jumps, followed = (max(getattr(one, name) for one in all_taken) for name in ("jump", "followed"))
-    # From a dive a design on depth comes back up to where it was engaged, no steeper than it dived.
-    excursions = max(one.excursion - one.begun for one in all_taken)
+    # What the pilot leaves is braked first; from a dive a design on depth comes back up to where it was engaged.
+    excursions = max(one.excursion - one.motion for one in all_taken)
     print(f"{len(all_taken)}: jump {jumps:.2%}, followed {followed:.2%}, {excursions / DEGREE:.2f} deg")
     assert jumps <= LARGEST_JUMP and followed <= LARGEST_JUMP
     assert excursions <= EXCURSION

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import tomllib
 from conftest import Run, kept, reported
-from flights import fly_alone, sample_time
+from flights import engagement, fly_alone, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Slave, couple
 from fly.package import Packages
@@ -122,7 +122,7 @@ def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
             "operating_speed",
             "given_speed",
         }
-        assert set(controller.names("input")) == {"pitch", "speed", "pitch_rate", "pitch_reference"}
+        assert set(controller.names("input")) - engagement(nps) == {"pitch", "speed", "pitch_rate", "pitch_reference"}
         assert "speed" in plant.names("output")
         # What acts along the hull has no effect, and is no parameter.
         parameters = set(plant.names("parameter"))

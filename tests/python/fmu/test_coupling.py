@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Run, kept, package
-from flights import fly_alone, limits, sample_time
+from flights import engagement, fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
@@ -113,7 +113,9 @@ def with_pitch_rate(
 
 def inputs_of(packages: Packages) -> list[str]:
     variables = read_model_description(packages.controller).modelVariables
-    return [variable.name for variable in variables if variable.causality == "input"]
+    inputs = [variable.name for variable in variables if variable.causality == "input"]
+    assert engagement(packages) <= set(inputs)
+    return [name for name in inputs if name not in engagement(packages)]
 
 
 def test_measurements_of_a_design_are_inputs(

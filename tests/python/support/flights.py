@@ -37,6 +37,11 @@ def sample_time(packages: Packages) -> float:
     return start_value(packages.controller, "sample_time")
 
 
+def engagement(packages: Packages) -> set[str]:
+    """Return the inputs of the controller that say what the actuators get, and from whom."""
+    return {"engaged", "applied_given", *(f"{name}_applied" for name in limits(packages))}
+
+
 def limits(packages: Packages) -> dict[str, tuple[float, float]]:
     """Return the limits of each actuator, as the plant's inputs state them."""
     plant = {

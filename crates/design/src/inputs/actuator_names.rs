@@ -6,11 +6,13 @@ use std::collections::BTreeSet;
 
 /// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
 /// record.
-const RESERVED: [&str; 44] = [
+const RESERVED: [&str; 46] = [
+    "applied_given",
     "current_horizontal",
     "current_vertical",
     "depth",
     "distance",
+    "engaged",
     "external_force_x",
     "external_force_z",
     "external_moment",
@@ -60,8 +62,8 @@ const GIVEN: &str = "given_speed";
 const OF_DEPTH: [&str; 3] = ["depth_reference", "depth_reference_used", "depth_step"];
 
 /// The variables of an actuator.
-fn variables_of(name: &str) -> [String; 3] {
-    [name.to_owned(), format!("{name}_output"), format!("trim_{name}")]
+fn variables_of(name: &str) -> [String; 4] {
+    [name.to_owned(), format!("{name}_output"), format!("{name}_applied"), format!("trim_{name}")]
 }
 
 /// Checks that no two variables of the FMUs have the same name; `file` is for the message.
