@@ -5,6 +5,7 @@ mod ball;
 mod design_file;
 mod designs;
 mod flown;
+mod other_gain;
 mod pid;
 mod reduced;
 mod same_plant;
