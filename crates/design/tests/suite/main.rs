@@ -4,6 +4,7 @@
 mod ball;
 mod design_file;
 mod designs;
+mod envelope;
 mod flown;
 mod other_gain;
 mod pid;

@@ -5,7 +5,6 @@ use crate::page::{Chart, Curve, Figure, Key, Part, Table, known, percent, tidy};
 use crate::subject::Subject;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
 use scheduled::{Autopilot, Trim};
-use squid_design::numbers::decimals;
 
 /// Indices of the keys of the figure.
 const END: usize = 0;
@@ -93,8 +92,8 @@ impl<'a> Envelope<'a> {
         let shown = |height: f64| tidy(step.factor * height, 1);
         let limited = steps.filter_map(|(speed, height)| {
             let used = self.used(speed, height);
-            (used != height)
-                .then(|| format!("{} to {} {} at {speed:.2} m/s", shown(height), shown(used), step.unit))
+            let (asked, used, unit) = (shown(height), (used != height).then(|| shown(used))?, step.unit);
+            Some(format!("at {speed:.2} m/s {used} {unit} instead of {asked} {unit}"))
         });
         let limited: Vec<String> = limited.collect();
         if limited.is_empty() {
@@ -196,20 +195,68 @@ impl<'a> Envelope<'a> {
 
 /// The ends at the speeds of the report, computed again, and what limits them.
 fn ends(subject: &Subject, place: usize) -> Result<Table, Error> {
-    let mut table = Table::new(["speed (m/s)"]);
-    for end in ["down", "up"] {
-        table.head.extend([
-            format!("nose {end}, {} limit: pitch (deg)", SIGNALS[place].name),
-            "path (deg)".into(),
-            "limited by".into(),
-        ]);
-    }
+    let mut table = Table::new(["speed (m/s)", "", "pitch (deg)", "path (deg)", "limited by"]);
+    table.head[1] = format!("limit of {}", SIGNALS[place].name);
     let found = subject.inputs.longitudinal().ends(&subject.speeds, place == DEPTH)?;
-    table.rows.extend(subject.speeds.iter().zip(found).map(|(speed, ends)| {
-        let cells = ends.into_iter().flat_map(|end| {
-            [decimals(end.pitch.to_degrees(), 1), known(end.path.to_degrees(), 1), end.limited_by]
-        });
-        [format!("{speed:.2}")].into_iter().chain(cells).collect()
-    }));
+    for (speed, ends) in subject.speeds.iter().zip(found) {
+        for (end, way) in ends.into_iter().zip(["nose down", "nose up"]) {
+            let [pitch, path] = [end.pitch, end.path].map(|angle| known(angle.to_degrees(), 1));
+            table.rows.push(vec![format!("{speed:.2}"), way.into(), pitch, path, end.limited_by]);
+        }
+    }
     Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::progress::Progress;
+    use squid_design::inputs::Inputs;
+    use squid_design::store::load;
+    use std::path::Path;
+
+    fn words(parts: &[Part]) -> String {
+        let words =
+            parts.iter().filter_map(|part| if let Part::Words(words) = part { Some(words) } else { None });
+        words.cloned().collect()
+    }
+
+    /// The committed design of Squid: the figure has the frozen limits and the step of the default flight. With limits
+    /// of 5 deg from level, it is said that its reference is limited.
+    #[test]
+    fn limits_and_default_flight_are_drawn_and_limited_steps_are_said() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
+        let progress = Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let parts = envelope(&subject).unwrap();
+        let Part::Figure(Figure { charts, .. }) = &parts[1] else { panic!("{parts:?}") };
+        let largest = |key: usize| {
+            let curves = charts[0].curves.iter().filter(|curve| curve.key == key);
+            curves.flat_map(|curve| &curve.points).map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let Envelope { trims, .. } = Envelope::new(&subject).unwrap();
+        let level = trims.signal(trims.forward_speed(stored.manoeuvre.speed_to), PITCH, 0.0).to_degrees();
+        let [_, most] = stored.controller.envelope["pitch"].range.clone().unwrap();
+        assert!((largest(END) - most[0].to_degrees()).abs() < 1e-9, "{}", largest(END));
+        assert!((largest(ASKED) - level - 10.0).abs() < 1e-9, "{}", largest(ASKED));
+        assert!(words(&parts).contains("asks for up to 33 % of the way"), "{}", words(&parts));
+        let Part::Table(ends) = &parts[2] else { panic!("{parts:?}") };
+        assert!(
+            ends.rows.len() == 12 && ends.rows.iter().all(|row| row[4] == "`envelope.pitch`"),
+            "{ends:?}"
+        );
+
+        let level = stored.controller.trim.signals["pitch"].clone();
+        let off = |by: f64| level.iter().map(|pitch| pitch + by).collect::<Vec<f64>>();
+        let narrow = Some([-5f64, 5.0].map(|by| off(by.to_radians())));
+        stored.controller.envelope.get_mut("pitch").unwrap().range = narrow;
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let used = Envelope::new(&subject).unwrap().used(1.3, 0.2);
+        assert!((used.to_degrees() - 5.0).abs() < 1e-9, "{used}");
+        let said = words(&envelope(&subject).unwrap());
+        assert!(said.contains("asks for up to 200 % of the way"), "{said}");
+        assert!(said.ends_with("there the reference is limited."), "{said}");
+    }
 }

@@ -168,3 +168,33 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
     [tidy(step.factor * most, 2), known(limited(subject, rows), 2), known(back.settling_time, 2), overshoot]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::progress::Progress;
+    use squid_design::inputs::Inputs;
+    use squid_design::store::load;
+    use std::path::Path;
+
+    /// With references limited to 5 deg from level, steps of 30 deg are said, and judged, to be of that.
+    #[test]
+    fn a_limited_step_is_said_to_be_limited() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
+        let level = stored.controller.trim.signals["pitch"].clone();
+        let off = |by: f64| level.iter().map(|pitch| pitch + by.to_radians()).collect::<Vec<f64>>();
+        stored.controller.envelope.get_mut("pitch").unwrap().range = Some([-5.0, 5.0].map(off));
+        let progress = Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let parts = limits(&subject).unwrap();
+        let Part::Words(said) = &parts[0] else { panic!("{parts:?}") };
+        assert!(said.contains("limits the reference to what the vehicle can hold: at 0.50 m/s "), "{said}");
+        assert!(said.contains("5 deg instead of "), "{said}");
+        if let Some(Part::Table(table)) = parts.get(1) {
+            let used = |row: &Vec<String>| (row[1].ends_with("30"), row[2].trim_start_matches('-') == "5");
+            assert!(table.rows.iter().all(|row| used(row) == (true, true)), "{table:?}");
+        }
+    }
+}
