@@ -257,10 +257,8 @@ fn proved(
     };
     controller.anti_windup = gains.first().cloned();
     let tried = Tried { given: &gains, computed: file.controller.is_none() };
-    let proof = proof.map(|proof| match gains.is_empty() {
-        true => proof,
-        false => axis.limits(proof, plant, &design.controller, (&controller, tried)),
-    });
+    let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, tried));
+    let proof = proof.map(|proof| if gains.is_empty() { proof } else { limits(proof) });
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
     }
