@@ -15,6 +15,23 @@ pub struct Axis {
     pub(crate) autopilot: Autopilot,
     /// Measurements and references; the next tick uses them.
     pub inputs: Inputs,
+    /// What the actuators get, and from whom.
+    pub applied: Applied,
+    /// Whether the last tick was the autopilot's.
+    was_engaged: bool,
+}
+
+/// What the actuators get, as it is known to the autopilot.
+#[derive(Debug, Clone)]
+pub struct Applied {
+    /// Whether the actuators get the autopilot's commands.
+    pub engaged: bool,
+    /// Whether the commands here are what they get, also while it is engaged.
+    pub given: bool,
+    /// The commands, as the outputs are: of a thruster with a curve what it takes.
+    pub commands: Vec<f64>,
+    /// The same in units of the actuators' outputs.
+    outputs: Vec<f64>,
 }
 
 /// Errors of the controller.
@@ -40,6 +57,9 @@ pub enum ControllerError {
     /// A tick could not be computed.
     #[error(transparent)]
     Tick(#[from] TickError),
+    /// Derivatives of a tick that follows commands that are not the autopilot's.
+    #[error("the derivatives are those of an engaged controller, and this one follows applied commands")]
+    Follows,
     /// More ticks are due at once than in any flight, which only a manipulated state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind { tick: f64, time: f64 },
@@ -63,7 +83,12 @@ impl Axis {
     pub fn new(design: ControllerDesign) -> Result<Self, DesignError> {
         let autopilot = Autopilot::new(&design)?;
         let inputs = autopilot.level(design.scheduling.centre);
-        Ok(Self { design: Arc::new(design), autopilot, inputs })
+        let forward = autopilot.trim().forward_speed(design.scheduling.centre);
+        let outputs = |index: usize| autopilot.trim().command(forward, index);
+        let outputs: Vec<f64> = (0..design.actuators.len()).map(outputs).collect();
+        let commands = design.actuators.iter().zip(&outputs).map(|(one, output)| one.taken(*output).0);
+        let applied = Applied { engaged: true, given: false, commands: commands.collect(), outputs };
+        Ok(Self { design: Arc::new(design), autopilot, inputs, applied, was_engaged: true })
     }
 
     /// The frozen design.
@@ -86,7 +111,30 @@ impl Axis {
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn initialise(&mut self, start: f64) -> Result<(), ControllerError> {
-        Ok(self.autopilot.initialise(start, &self.inputs)?)
+        self.autopilot.initialise(start, &self.inputs)?;
+        self.was_engaged = self.applied.engaged && !self.applied.given;
+        if !self.was_engaged {
+            self.follow()?;
+        }
+        Ok(())
+    }
+
+    /// Follows the applied commands.
+    fn follow(&mut self) -> Result<(), TickError> {
+        self.read_applied();
+        self.autopilot.follow(&self.inputs, &self.applied.outputs)
+    }
+
+    fn read_applied(&mut self) {
+        let Applied { commands, outputs, .. } = &mut self.applied;
+        for ((output, command), actuator) in outputs.iter_mut().zip(commands).zip(&self.design.actuators) {
+            *output = actuator.given(*command);
+        }
+    }
+
+    /// Whether the next tick follows commands that are not the autopilot's.
+    pub fn follows(&self) -> bool {
+        !(self.applied.engaged && self.was_engaged)
     }
 
     /// Runs the ticks that are due before a time in s.
@@ -95,8 +143,8 @@ impl Axis {
     /// [`ControllerError::Behind`], [`ControllerError::Tick`].
     pub(crate) fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
         self.keeps_up(from)?;
-        if self.autopilot.advance(to, &self.inputs)? {
-            self.warn_of_range(log);
+        while self.autopilot.is_due_before(to) {
+            self.tick(log)?;
         }
         Ok(())
     }
@@ -108,10 +156,15 @@ impl Axis {
     pub fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         state.reals(&mut self.inputs.measured)?;
         state.reals(&mut self.inputs.references)?;
+        state.boolean(&mut self.applied.engaged)?;
+        state.boolean(&mut self.applied.given)?;
+        state.reals(&mut self.applied.commands)?;
+        state.boolean(&mut self.was_engaged)?;
         let mut snapshot = self.autopilot.snapshot();
         state.reals(&mut snapshot.state)?;
         state.real(&mut snapshot.filtered_speed)?;
         state.reals(&mut snapshot.references)?;
+        state.reals(&mut snapshot.differences)?;
         state.reals(&mut snapshot.origins)?;
         let outputs = &mut snapshot.outputs;
         state.reals(&mut outputs.commands)?;
@@ -135,9 +188,16 @@ impl Axis {
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ControllerError> {
+        if self.follows() {
+            self.follow()?;
+        } else if self.applied.given {
+            self.read_applied();
+            self.autopilot.feed_back(&self.applied.outputs)?;
+        }
         if self.autopilot.tick(&self.inputs)? {
             self.warn_of_range(log);
         }
+        self.was_engaged = self.applied.engaged;
         Ok(())
     }
 

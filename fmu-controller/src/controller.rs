@@ -6,7 +6,7 @@ use scheduled::ControllerDesign;
 
 use crate::axis::{Axis, ControllerError, RESOURCE};
 use crate::tangents::Quantity;
-use crate::variables::{Input, inputs, outputs};
+use crate::variables::{Input, engagement, inputs, outputs};
 
 /// The axes of an autopilot. They have one sample time, and an input of one name is one input.
 #[derive(Debug, Clone)]
@@ -71,8 +71,13 @@ impl Controller {
     /// Passes shared inputs on.
     fn share(&mut self) {
         for [(from, there), (to, here)] in &self.shared {
-            let value = there.of(&self.axes[*from].inputs);
-            here.set(&mut self.axes[*to].inputs, value);
+            let value = there.of(&self.axes[*from]);
+            here.set(&mut self.axes[*to], value);
+        }
+        if let Some((first, others)) = self.axes.split_first_mut() {
+            for axis in others {
+                (axis.applied.engaged, axis.applied.given) = (first.applied.engaged, first.applied.given);
+            }
         }
     }
 
@@ -146,7 +151,9 @@ impl Model for Controller {
             let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
             let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
             let own = inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
-            let all = own.map(|input| input.variable(design)).chain(outputs(design, &prefix));
+            let engagement = engagement().into_iter().filter(|_| index == 0);
+            let own = own.map(|input| input.variable(design)).chain(engagement);
+            let all = own.chain(outputs(design, &prefix));
             let first = self.first(index);
             table.extend(all.map(|one| {
                 one.embedded(move |m: &Self| &m.axes[index], move |m| &mut m.axes[index]).quantity_from(first)

@@ -18,12 +18,14 @@ pub(crate) enum Quantity {
     /// A trim that is put out.
     Trim(usize),
     Command(usize),
+    /// What an actuator gets.
+    Applied(usize),
 }
 
 impl Quantity {
     /// How many there are.
     pub(crate) fn count(design: &ControllerDesign) -> usize {
-        Self::Command(design.actuators.len()).number(design)
+        Self::Applied(design.actuators.len()).number(design)
     }
 
     pub(crate) fn number(self, design: &ControllerDesign) -> usize {
@@ -36,6 +38,7 @@ impl Quantity {
             Self::Used(signal) => references + 1 + signal,
             Self::Trim(index) => Self::Used(design.references().count()).number(design) + index,
             Self::Command(index) => Self::Trim(design.trimmed().count()).number(design) + index,
+            Self::Applied(index) => Self::Command(design.actuators.len()).number(design) + index,
         }
     }
 }
@@ -45,8 +48,11 @@ impl Axis {
     /// the commands through the inverse of their curves.
     ///
     /// # Errors
-    /// [`ControllerError::Tick`].
+    /// [`ControllerError::Tick`]; [`ControllerError::Follows`].
     pub fn tangents(&self, initial: bool, direction: &Inputs) -> Result<OutputTangents, ControllerError> {
+        if self.follows() || (initial && self.applied.given) {
+            return Err(ControllerError::Follows);
+        }
         let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;
         let computed = moved.computed.iter().zip(&self.design.actuators);
         for (tangent, (command, actuator)) in moved.commands.iter_mut().zip(computed) {
@@ -65,6 +71,8 @@ impl Axis {
     pub fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         let due = self.autopilot.is_due_at(moment.time);
         let number = |quantity: Quantity| quantity.number(&self.design);
+        // A tick uses what was applied at the one before, so no output depends on it at once.
+        let (tangents, _) = tangents.split_at_mut(number(Quantity::Applied(0)));
         let (knowns, outputs) = tangents.split_at_mut(number(Quantity::SchedulingParameter));
         if !moment.initial && !due {
             outputs.fill(0.0);

@@ -3,7 +3,7 @@
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
 //! output depends on an input, and a master has no algebraic loop.
 
-use scheduled::{Actuator, ControllerDesign, Inputs, Level, Port};
+use scheduled::{Actuator, ControllerDesign, Level, Port};
 
 use crate::Axis;
 use crate::tangents::Quantity;
@@ -11,67 +11,130 @@ use crate::tangents::Quantity;
 type Variable = fmi2::Variable<Axis>;
 type Role<T> = fmi2::Role<Axis, T>;
 
-/// An input of an axis: the measured value or the reference of a signal.
+/// A number that an axis gets: the measured value or the reference of a signal, what an actuator gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Input {
     Measured(usize),
     Reference(usize),
+    Applied(usize),
 }
 
 impl Input {
-    pub(crate) fn of(self, inputs: &Inputs) -> f64 {
+    pub(crate) fn of(self, axis: &Axis) -> f64 {
         match self {
-            Self::Measured(signal) => inputs.measured[signal],
-            Self::Reference(signal) => inputs.references[signal],
+            Self::Measured(signal) => axis.inputs.measured[signal],
+            Self::Reference(signal) => axis.inputs.references[signal],
+            Self::Applied(actuator) => axis.applied.commands[actuator],
         }
     }
 
-    pub(crate) fn set(self, inputs: &mut Inputs, value: f64) {
+    pub(crate) fn set(self, axis: &mut Axis, value: f64) {
         match self {
-            Self::Measured(signal) => inputs.measured[signal] = value,
-            Self::Reference(signal) => inputs.references[signal] = value,
+            Self::Measured(signal) => axis.inputs.measured[signal] = value,
+            Self::Reference(signal) => axis.inputs.references[signal] = value,
+            Self::Applied(actuator) => axis.applied.commands[actuator] = value,
         }
     }
 
     /// Its row of the table.
     pub(crate) fn variable(self, design: &ControllerDesign) -> Variable {
-        let (Self::Measured(place) | Self::Reference(place)) = self;
-        let signal = &design.signals[place];
-        let wanted = signal.reference.as_ref().filter(|_| matches!(self, Self::Reference(_)));
-        let (name, what) =
-            wanted.map_or((&signal.name, &signal.measured), |reference| (&reference.name, &reference.wanted));
-        let set = Role::input(move |m: &mut Axis, v| self.set(&mut m.inputs, v));
-        let one = Variable::real(name, what, move |m| self.of(&m.inputs), set);
-        within_range(one, signal, design, wanted.is_none()).quantity(self.quantity().number(design))
+        let set = Role::input(move |m: &mut Axis, v| self.set(m, v));
+        let of = |name: &str, what: &str| Variable::real(name, what, move |m| self.of(m), set);
+        let one = match self {
+            Self::Measured(place) => {
+                let signal = &design.signals[place];
+                within_range(of(&signal.name, &signal.measured), signal, design, true)
+            }
+            Self::Reference(place) => {
+                let (signal, (name, wanted)) = (&design.signals[place], reference(design, place));
+                within_range(of(name, wanted), signal, design, false)
+            }
+            Self::Applied(place) => {
+                let actuator = &design.actuators[place];
+                let what = format!(
+                    "what {} was really commanded; used while the controller is not engaged, or with applied_given",
+                    actuator.name
+                );
+                of(&applied(actuator), &what).unit(actuator.taken_unit()).nominal(size(actuator))
+            }
+        };
+        one.quantity(self.quantity().number(design))
     }
 
     pub(crate) fn quantity(self) -> Quantity {
         match self {
             Self::Measured(signal) => Quantity::Measured(signal),
             Self::Reference(signal) => Quantity::Reference(signal),
+            Self::Applied(actuator) => Quantity::Applied(actuator),
         }
     }
 }
 
-/// Name and unit of each input: what the design measures, then the references that it follows.
-pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (&str, &str, Input)> {
-    let measured = design.signals.iter().enumerate().filter(|(i, _)| design.measures(*i));
-    let measured =
-        measured.map(|(i, signal)| (signal.name.as_str(), signal.unit.as_str(), Input::Measured(i)));
-    let references = design.references().enumerate().filter(|(i, _)| design.follows(*i));
-    let references = references
-        .map(|(i, (signal, wanted))| (wanted.name.as_str(), signal.unit.as_str(), Input::Reference(i)));
-    measured.chain(references)
+/// The name and the words of the reference of a signal.
+fn reference(design: &ControllerDesign, signal: usize) -> (&str, &str) {
+    let reference = design.signals[signal].reference.as_ref();
+    reference.map_or(("", ""), |reference| (&reference.name, &reference.wanted))
+}
+
+/// The name of the input of what an actuator gets.
+fn applied(actuator: &Actuator) -> String {
+    format!("{}_applied", actuator.name)
+}
+
+/// A typical size of what an actuator takes.
+fn size(actuator: &Actuator) -> f64 {
+    let ends = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0.abs());
+    if actuator.curve.is_some() { ends[0].max(ends[1]) } else { actuator.scale }
+}
+
+/// Name and unit of each input that is a number: what the design measures, the references that it follows, and what
+/// the actuators get.
+pub(crate) fn inputs(design: &ControllerDesign) -> impl Iterator<Item = (String, &str, Input)> {
+    let of = |signal: usize| design.signals[signal].unit.as_str();
+    let measured = (0..design.signals.len()).filter(|i| design.measures(*i));
+    let measured = measured.map(move |i| (design.signals[i].name.clone(), of(i), Input::Measured(i)));
+    let references = (0..design.references().count()).filter(|i| design.follows(*i));
+    let references = references.map(move |i| (reference(design, i).0.to_owned(), of(i), Input::Reference(i)));
+    let actuators = design.actuators.iter().enumerate();
+    let actuators = actuators.map(|(i, one)| (applied(one), one.taken_unit(), Input::Applied(i)));
+    measured.chain(references).chain(actuators)
+}
+
+/// Who commands the actuators: of all axes together.
+pub(crate) fn engagement() -> [Variable; 2] {
+    [
+        Variable::boolean(
+            "engaged",
+            "the actuators get the commands of this controller; while false it follows what NAME_applied says they get, \
+             so that it can take over without a jump",
+            |m| m.applied.engaged,
+            Role::input(|m, v| m.applied.engaged = v),
+        ),
+        Variable::boolean(
+            "applied_given",
+            "NAME_applied says what the actuators get also while the controller is engaged, so that it knows of limits \
+             beyond its own; from the start it begins with these commands",
+            |m| m.applied.given,
+            Role::input(|m, v| m.applied.given = v),
+        ),
+    ]
 }
 
 /// Commands, monitors and constants of a design; the names of monitors and constants begin with `prefix`.
 pub fn outputs(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
-    let inputs: Vec<&str> = inputs(design).map(|(name, ..)| name).collect();
+    let inputs = all_inputs(design);
+    let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
     let commands = design.actuators.iter().enumerate();
     let commands = commands.map(|(index, actuator)| {
         command(index, actuator, &inputs).quantity(Quantity::Command(index).number(design))
     });
     commands.chain(monitors(design, prefix)).chain(constants(prefix)).collect()
+}
+
+/// The names of all inputs.
+fn all_inputs(design: &ControllerDesign) -> Vec<String> {
+    let others = ["engaged", "applied_given"].map(str::to_owned);
+    inputs(design).map(|(name, ..)| name).chain(others).collect()
 }
 
 /// Adds unit, size and range of a signal: that of a measured speed is wider than that of its reference.
@@ -96,11 +159,10 @@ fn command(index: usize, actuator: &Actuator, inputs: &[&str]) -> Variable {
     let description =
         format!("command to {}: trim feedforward and K(rho), limited{inverse}{sign}", actuator.name);
     let (least, most) = (actuator.taken(actuator.minimum).0, actuator.taken(actuator.maximum).0);
-    let nominal = if actuator.curve.is_some() { least.abs().max(most.abs()) } else { actuator.scale };
     Variable::real(&actuator.name, description, move |m| m.command(index), Role::output())
         .unit(actuator.taken_unit())
         .range(least, most)
-        .nominal(nominal)
+        .nominal(size(actuator))
         .discrete()
         .depends_on(&[])
         .initially_depends_on(inputs)
@@ -116,7 +178,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         None => (measured, "given"),
     };
     // A limit may depend on the speed, and a reference begin at what is measured.
-    let wanted: Vec<&str> = inputs(design).map(|(name, ..)| name).collect();
+    let wanted = all_inputs(design);
+    let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
     let scheduling = vec![
         Variable::real(
             format!("{prefix}scheduling_parameter"),
@@ -141,7 +204,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .initially_depends_on(&[measured]),
         Variable::boolean(
             format!("{prefix}reference_limited"),
-            "a reference asks more than the vehicle can hold, and is limited",
+            "a reference is not used as it is asked: it is limited to the envelope, or on its way after the controller was \
+             engaged",
             |m| m.autopilot.outputs().reference_limited,
             Role::output(),
         )
@@ -152,7 +216,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let used = used.map(|(place, (signal, reference))| {
         let one = Variable::real(
             format!("{prefix}{}_used", reference.name),
-            format!("{} as the controller uses it, within what the vehicle can hold", reference.wanted),
+            format!("{} as the controller uses it, within the envelope", reference.wanted),
             move |m| m.autopilot.references()[place],
             Role::output(),
         );

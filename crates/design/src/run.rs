@@ -18,6 +18,7 @@ use crate::linearise::envelope;
 use crate::numbers::{above, decimals};
 use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
+use crate::synthesise::follow::follow;
 use crate::synthesise::given;
 use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
@@ -256,6 +257,7 @@ fn proved(
         None => axis.anti_windup(&design.controller)?,
     };
     controller.anti_windup = gains.first().cloned();
+    controller.follow = follow(file, &design.controller)?;
     let tried = Tried { given: &gains, computed: file.controller.is_none() };
     let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, tried));
     let proof = proof.map(|proof| if gains.is_empty() { proof } else { limits(proof) });

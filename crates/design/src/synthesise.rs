@@ -1,6 +1,7 @@
 //! Synthesis: from the generalised plant of the design to a scheduled controller.
 
 pub mod anti_windup;
+pub mod follow;
 pub mod given;
 pub mod ladder;
 pub mod robust;

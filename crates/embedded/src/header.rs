@@ -53,6 +53,7 @@ pub(crate) fn header(
         ("sha256", standing.certificate_sha256.clone().unwrap_or_default()),
         ("stuck_ticks", stuck_ticks(design).to_string()),
         ("inputs", inputs.iter().map(Input::member).collect()),
+        ("applied", design.actuators.iter().map(applied).collect()),
         ("outputs", design.actuators.iter().map(output).collect()),
         ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
         ("used", references(design).map(|(_, one)| used(one)).collect::<Vec<_>>().join("\n")),
@@ -125,6 +126,11 @@ fn output(actuator: &Actuator) -> String {
     format!("{sign}    @prefix@_real {}; /* {unit}, {least:?} to {most:?}: {of} */\n", actuator.name)
 }
 
+/// A member of what the actuators get.
+fn applied(actuator: &Actuator) -> String {
+    format!("    @prefix@_real {}; /* {} */\n", actuator.name, actuator.taken_unit())
+}
+
 /// The output of a trim.
 fn trim(signal: &Port) -> String {
     let Port { name, unit, measured, .. } = signal;
@@ -145,7 +151,7 @@ pub(crate) fn reference(signal: &Port) -> &str {
 /// The output of a reference as it is used.
 fn used(signal: &Port) -> String {
     let (name, unit) = (reference(signal), &signal.unit);
-    format!("    @prefix@_real {name}_used; /* {unit}: {name} within what the vehicle can hold */")
+    format!("    @prefix@_real {name}_used; /* {unit}: {name} within the envelope */")
 }
 
 /// Whether the rate of the reference of a signal is limited.
@@ -181,9 +187,20 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     for Port { name, unit, .. } in origins(design) {
         members += &format!("    @prefix@_real origin_{name}; /* {unit}: {name} at the reset */\n");
     }
-    for (_, signal) in references(design).filter(|(_, signal)| has_rate(design, signal)) {
+    for (_, signal) in references(design) {
         let (name, unit) = (reference(signal), &signal.unit);
+        members += &format!(
+            "    @prefix@_real difference_{name}; /* {unit}: how far {name} still is from what is asked, after following */\n"
+        );
+        if !has_rate(design, signal) {
+            continue;
+        }
         members += &format!("    @prefix@_real last_{name}; /* {unit}: {name} as it was used last */\n");
+    }
+    if tables.autopilot.anti_windup().is_some() {
+        let m = design.actuators.len();
+        members +=
+            &format!("    @prefix@_real put_out[{m}]; /* commands that came out last, before curves */\n");
     }
     if design.delay_ticks > 0 {
         let (late, m) = (design.delay_ticks, design.actuators.len());
@@ -234,6 +251,14 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
              status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is \
              proved does not hold there."
         ),
+        "Taking over: while a pilot, another design or anything else commands the actuators, call follow with what they \
+         get, and then step, each tick; call follow once more before the first step whose outputs are used. The state \
+         is then such that the command is what was applied, as nearly as the controller can, and references go from \
+         where the vehicle is to what is asked with a time constant of 2 s. To take over after a reset: reset, follow, \
+         step. Where something limits the commands further while they are used, call feed_back with what the actuators \
+         got before each step, and the anti-windup knows of it. What is proved does not cover a loop that follows, nor \
+         limits that are not those of the outputs."
+            .to_owned(),
         "A sensor that is stuck: its number is taken as it is, like any other. Where it was the same for STUCK_TICKS \
          ticks, the status has its bit until it moves; sensors that round coarsely or come rarely set it in \
          calm water."

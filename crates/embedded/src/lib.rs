@@ -9,6 +9,7 @@
 
 mod compare;
 mod error;
+mod follow;
 mod header;
 mod library;
 mod real;

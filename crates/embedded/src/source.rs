@@ -1,11 +1,14 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
+use crate::follow;
 use crate::header::{Input, has_rate, inputs, origins, reference, references, stuck_bit};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::tables::Tables;
 use crate::template::fill;
-use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, Port, ROUNDING_OF_RHO};
+use scheduled::{
+    Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO, ReferenceLimits,
+};
 use signals::Law;
 
 /// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
@@ -19,6 +22,8 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
     let sizes = tables.sizes();
     let rows = design.trim.speed.len();
     let math = functions(design, tables.real);
+    let all_finite =
+        join(&inputs(design), " &&\n          ", |input| format!("is_finite(in->{})", input.name));
     let own = vec![
         (
             "libm",
@@ -46,25 +51,44 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("tables", numbers(design, tables)),
         (
             "limit",
-            if references(design).any(|(_, one)| design.envelope.contains_key(&one.name)) {
-                include_str!("template/limit.c").to_owned()
-            } else {
-                String::new()
+            match ends(design).iter().any(|(_, end)| matches!(end, OverSpeed::Table(_))) {
+                true => include_str!("template/limit.c").to_owned(),
+                false => String::new(),
             },
         ),
         ("solvers", solvers(tables)),
         ("curves", curves(design)),
+        ("all_finite", all_finite.clone()),
+        ("follow", follow::functions(design, tables, &all_finite)),
         (
-            "all_finite",
-            join(&inputs(design), " &&\n          ", |input| format!("is_finite(in->{})", input.name)),
+            "end_of_transitions",
+            lines(references(design).map(|(place, one)| {
+                let negligible = tables.real.literal(tables.autopilot.transition(place).1);
+                let name = reference(one);
+                format!("    state->difference_{name} = fade(state->difference_{name}, {negligible});")
+            })),
         ),
+        (
+            "fade",
+            references(design)
+                .next()
+                .map_or_else(String::new, |_| include_str!("template/fade.c").to_owned()),
+        ),
+        ("keep_commands", keep_commands(tables, "state->")),
         ("y", y(design, tables.real)),
         ("close_loop", close_loop(tables)),
         ("put_out", put_out(design, tables.real)),
         ("level", level(design, tables)),
         (
             "origins",
-            lines(origins(design).map(|Port { name, .. }| format!("    fresh.origin_{name} = in->{name};"))),
+            lines(
+                origins(design)
+                    .map(|Port { name, .. }| format!("    fresh.origin_{name} = in->{name};"))
+                    .chain(
+                        references(design)
+                            .map(|(_, one)| format!("    fresh.difference_{} = 0.0@f@;", reference(one))),
+                    ),
+            ),
         ),
         ("trim_members", lines(trims(design).map(|name| format!("    real trim_{name};")))),
         (
@@ -82,7 +106,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             })),
         ),
         ("speed", scheduled(design).name.clone()),
-        ("reset", reset(design)),
+        ("reset", reset(design, tables)),
         (
             "filtered_speed",
             match design.reference_filter {
@@ -109,10 +133,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             "put_out_references",
             lines(references(design).map(|(_, one)| format!("    out->{0}_used = t->{0};", reference(one)))),
         ),
-        (
-            "keep_references",
-            lines(kept(design).map(|one| format!("    state->last_{0} = t.{0};", reference(one)))),
-        ),
+        ("keep_references", keep_references(design, "state->")),
         ("anti_windup", anti_windup(tables)),
         ("delay", if design.delay_ticks == 0 { String::new() } else { DELAY.to_owned() }),
         (
@@ -140,14 +161,19 @@ fn scheduled(design: &ControllerDesign) -> &Port {
 }
 
 /// What is filtered to V_r: the reference of the speed as it is used, or the measured speed if that is imposed.
-fn wanted_speed(design: &ControllerDesign) -> String {
+pub(crate) fn wanted_speed(design: &ControllerDesign) -> String {
     let signal = scheduled(design);
     if design.speed_given { format!("in->{}", signal.name) } else { format!("t->{}", reference(signal)) }
 }
 
 /// Whether a signal is the one that is scheduled on, whose reference gives V_r.
-fn is_speed(design: &ControllerDesign, (place, _): (usize, &Port)) -> bool {
+pub(crate) fn is_speed(design: &ControllerDesign, (place, _): (usize, &Port)) -> bool {
     Some(place) == design.scheduled()
+}
+
+/// The references as they were used, where the state keeps them.
+pub(crate) fn keep_references(design: &ControllerDesign, state: &str) -> String {
+    lines(kept(design).map(|one| format!("    {state}last_{0} = t.{0};", reference(one))))
 }
 
 /// The signals whose references the state keeps.
@@ -155,44 +181,54 @@ fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
     references(design).map(|(_, signal)| signal).filter(|signal| has_rate(design, signal))
 }
 
-/// The name of a column of limits.
-fn limits(end: &str, signal: &Port) -> String {
+/// The limits of the references that are followed, by their names in the source.
+pub(crate) fn ends(design: &ControllerDesign) -> Vec<(String, &OverSpeed)> {
+    let mut all = vec![];
+    for (_, signal) in references(design) {
+        let of = design.envelope.get(&signal.name);
+        let range = of.and_then(|limits| limits.range.as_ref()).map(|ends| (["LEAST", "MOST"], ends));
+        let rate = of.and_then(|limits| limits.rate.as_ref()).map(|ends| (["SLOWEST", "FASTEST"], ends));
+        for (names, ends) in range.into_iter().chain(rate) {
+            let named = names.iter().zip(ends);
+            all.extend(named.map(|(name, end)| (limit_name(name, signal), end)));
+        }
+    }
+    all
+}
+
+/// The name of a limit of a reference.
+fn limit_name(end: &str, signal: &Port) -> String {
     format!("{end}_{}", reference(signal).to_ascii_uppercase())
+}
+
+/// A limit of a reference at V_r.
+pub(crate) fn limit(name: &str, signal: &Port, end: &OverSpeed) -> String {
+    let name = limit_name(name, signal);
+    match end {
+        OverSpeed::Constant(_) => name,
+        OverSpeed::Table(_) => format!("limit({name}, row, part)"),
+    }
 }
 
 /// The lines that limit a reference.
 fn limited(design: &ControllerDesign, signal: &Port) -> String {
     let name = reference(signal);
-    let Some(limits_of) = design.envelope.get(&signal.name) else {
-        return format!("    t->{name} = in->{name};\n");
-    };
+    let none = ReferenceLimits::default();
+    let limits = design.envelope.get(&signal.name).unwrap_or(&none);
     let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
-    let begins = signal.level == Level::Start && measured && limits_of.rate.is_some();
+    let begins = signal.level == Level::Start && measured && limits.rate.is_some();
     let asked =
-        if begins { format!("is_reset ? in->{} : in->{name}", signal.name) } else { format!("in->{name}") };
-    let mut text = format!("    t->{name} = {asked};\n");
-    let speed = Some(&signal.name) == design.scheduled().map(|place| &design.signals[place].name);
-    if speed && (limits_of.range.is_some() || limits_of.rate.is_some()) {
-        let known = match design.reference_filter {
-            Some(_) => format!("is_reset ? in->{name} : state->filtered_speed"),
-            None => format!("in->{name}"),
-        };
-        text += &format!(
-            "    const real known_speed = {known};\n    const int row_of_speed = row_at(known_speed);\n    const real \
-             part_of_speed = clamp(way(row_of_speed, known_speed), 0.0@f@, 1.0@f@);\n"
-        );
+        if begins { format!("(is_reset ? in->{} : in->{name})", signal.name) } else { format!("in->{name}") };
+    let mut text = format!("    t->{name} = {asked} + state->difference_{name};\n");
+    if let Some([least, most]) = &limits.range {
+        let [least, most] = [limit("LEAST", signal, least), limit("MOST", signal, most)];
+        text += &format!("    t->{name} = clamp(t->{name}, {least}, {most});\n");
     }
-    let (row, part) = if speed { ("row_of_speed", "part_of_speed") } else { ("row", "part") };
-    let end = |end: &str| format!("limit({}, {row}, {part})", limits(end, signal));
-    if limits_of.range.is_some() {
-        text += &format!("    t->{name} = clamp(t->{name}, {}, {});\n", end("LEAST"), end("MOST"));
-    }
-    if limits_of.rate.is_some() {
+    if let Some([least, most]) = &limits.rate {
+        let [slowest, fastest] = [limit("SLOWEST", signal, least), limit("FASTEST", signal, most)];
         text += &format!(
-            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {},\n            \
-             state->last_{name} + TICK * {});\n",
-            end("SLOWEST"),
-            end("FASTEST")
+            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {slowest},\n            \
+             state->last_{name} + TICK * {fastest});\n"
         );
     }
     text + &format!("    if (t->{name} != in->{name}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")
@@ -228,17 +264,15 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     for name in trims(design) {
         text += &tables.column(&column(name), &trim.signals[name]);
     }
-    for (_, signal) in references(design) {
-        let of = design.envelope.get(&signal.name);
-        let range = of.and_then(|limits| limits.range.as_ref()).map(|columns| (["LEAST", "MOST"], columns));
-        let rate =
-            of.and_then(|limits| limits.rate.as_ref()).map(|columns| (["SLOWEST", "FASTEST"], columns));
-        for (ends, columns) in range.into_iter().chain(rate) {
-            for (end, column) in ends.iter().zip(columns) {
-                text += &tables.column(&limits(end, signal), column);
+    for (name, end) in ends(design) {
+        text += &match end {
+            OverSpeed::Constant(value) => {
+                format!("static const real {name} = {};\n", tables.real.literal(*value))
             }
-        }
+            OverSpeed::Table(column) => tables.column(&name, column),
+        };
     }
+    text += &follow::gains(tables);
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
@@ -257,6 +291,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("FARTHEST", Some(if double { FARTHEST } else { FARTHEST_FLOAT })),
         ("ROUNDING_OF_RHO", Some(if double { ROUNDING_OF_RHO } else { ROUNDING_OF_RHO_FLOAT })),
         ("PRECISION", precision(tables)),
+        ("FADE", references(design).next().map(|(place, _)| tables.autopilot.transition(place).0)),
         ("TICK", kept(design).next().map(|_| design.sample_time)),
     ];
     for (name, value) in scalars {
@@ -287,6 +322,7 @@ fn curves(design: &ControllerDesign) -> String {
     let laws: Vec<&Law> = design.actuators.iter().filter_map(|a| a.curve.as_ref()).map(|c| c.law()).collect();
     let parts = [
         (laws.iter().any(|law| matches!(law, Law::Points(_))), include_str!("template/points.c")),
+        (laws.iter().any(|law| matches!(law, Law::Points(_))), include_str!("template/given.c")),
         (laws.iter().any(|law| matches!(law, Law::Square(_))), include_str!("template/square.c")),
     ];
     parts.iter().filter(|(needed, _)| *needed).map(|(_, text)| *text).collect()
@@ -363,14 +399,20 @@ fn measured(design: &ControllerDesign) -> Vec<Input> {
     inputs(design).into_iter().filter(|input| input.measured).collect()
 }
 
-fn reset(design: &ControllerDesign) -> String {
-    let mut text = String::new();
+/// The commands as they were put out, for what feeds back what the actuators got.
+fn keep_commands(tables: &Tables, state: &str) -> String {
+    match tables.autopilot.anti_windup() {
+        Some(_) => format!("    for (int j = 0; j < COMMANDS; j++) {state}put_out[j] = t.commands[j];"),
+        None => String::new(),
+    }
+}
+
+fn reset(design: &ControllerDesign, tables: &Tables) -> String {
+    let mut text = keep_commands(tables, "fresh.") + "\n";
     if design.reference_filter.is_some() {
         text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
     }
-    for signal in kept(design) {
-        text += &format!("    fresh.last_{0} = t.{0};\n", reference(signal));
-    }
+    text += &(keep_references(design, "fresh.") + "\n");
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\
                  \x20   for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)\n\

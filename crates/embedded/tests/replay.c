@@ -1,6 +1,7 @@
-/* Replays ticks: reads rows of doubles, first 1 for a reset or 0 for a step, then the inputs, and writes for each the code
- * that the function returned, the outputs in their order, and the status. The inputs and the outputs are structs of
- * numbers of one type, so that they are filled and read as arrays. */
+/* Replays ticks: reads rows of doubles, first what is to be done, then the inputs and what the actuators get, and writes for
+ * each the code that the function returned, the outputs in their order, and the status. What is done: 0 a step, 1 a reset, 2
+ * follow and a step, 3 feed_back and a step. The structs are of numbers of one type, so that they are filled and read as
+ * arrays. */
 
 #include "example.h"
 #include <stdio.h>
@@ -8,25 +9,35 @@
 
 enum {
     INPUTS = sizeof(example_inputs) / sizeof(example_real),
+    COMMANDS = sizeof(example_commands) / sizeof(example_real),
+    ROW = 1 + INPUTS + COMMANDS,
     OUTPUTS = (sizeof(example_outputs) - sizeof(unsigned)) / sizeof(example_real)
 };
 
 int main(void)
 {
-    double row[1 + INPUTS];
+    double row[ROW];
     example_state state;
     example_outputs out;
     memset(&out, 0, sizeof out);
     double first[OUTPUTS + 2];
     if (example_init(&state, &out) != EXAMPLE_OK) return 1;
-    for (int is_first = 1; is_first || fread(row, sizeof *row, 1 + INPUTS, stdin) == 1 + INPUTS; is_first = 0) {
+    for (int is_first = 1; is_first || fread(row, sizeof *row, ROW, stdin) == ROW; is_first = 0) {
         int code = EXAMPLE_OK;
         if (!is_first) {
             example_inputs in;
-            example_real numbers[INPUTS], *to = numbers;
-            for (int i = 0; i < INPUTS; i++) *to++ = (example_real)row[1 + i];
+            example_commands applied;
+            example_real numbers[INPUTS + COMMANDS];
+            for (int i = 0; i < INPUTS + COMMANDS; i++) numbers[i] = (example_real)row[1 + i];
             memcpy(&in, numbers, sizeof in);
-            code = row[0] > 0.5 ? example_reset(&state, &in, &out) : example_step(&state, &in, &out);
+            memcpy(&applied, numbers + INPUTS, sizeof applied);
+            const int what = (int)row[0];
+            const example_state before = state;
+            if (what == 2) code = example_follow(&state, &in, &applied);
+            if (what == 3) code = example_feed_back(&state, &applied);
+            if (code == EXAMPLE_OK)
+                code = what == 1 ? example_reset(&state, &in, &out) : example_step(&state, &in, &out);
+            if (code != EXAMPLE_OK) state = before; /* also what was done before a step that was refused */
         }
         example_real numbers[OUTPUTS];
         memcpy(numbers, &out, sizeof numbers);

@@ -15,8 +15,19 @@ const TICKS: usize = 2000;
 const STATUS_OUT_OF_RANGE: u64 = 1;
 const STATUS_REFERENCE_LIMITED: u64 = 4;
 
-/// Whether a row resets, and its inputs.
-type Row = (bool, Inputs);
+/// What is done at a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Step,
+    Reset,
+    /// Follow what the actuators get, and step.
+    Follow,
+    /// Feed back what the actuators got, and step.
+    FeedBack,
+}
+
+/// What is done, the inputs, and what the actuators get, as the outputs are.
+type Row = (What, Inputs, Vec<f64>);
 
 fn standing() -> Standing {
     Standing { claims: vec!["Nothing is proved of an example.".into()], certificate_sha256: None }
@@ -43,10 +54,11 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
         .status()
         .unwrap();
     assert!(done.success(), "{design:?}");
-    let taken = |(reset, inputs): &Row| {
+    let taken = |(what, inputs, applied): &Row| {
         let measured = (0..SIGNALS).filter(|i| design.measures(*i)).map(|i| inputs.measured[i]);
         let wanted = (0..TRACKED).filter(|i| design.follows(*i)).map(|i| inputs.references[i]);
-        std::iter::once(f64::from(u8::from(*reset))).chain(measured).chain(wanted).collect::<Vec<_>>()
+        let all = std::iter::once(f64::from(*what as u8)).chain(measured).chain(wanted);
+        all.chain(applied.iter().copied()).collect::<Vec<_>>()
     };
     let bytes: Vec<u8> = rows.iter().flat_map(taken).flat_map(f64::to_le_bytes).collect();
     let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
@@ -84,9 +96,26 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
                 _ => {}
             }
         }
-        (random.one_of(60), now)
+        let what = match random.below(60) {
+            0 => What::Reset,
+            1..10 => What::Follow,
+            10..20 => What::FeedBack,
+            _ => What::Step,
+        };
+        let mut applied: Vec<f64> = design.actuators.iter().map(|one| any_command(random, one)).collect();
+        if random.one_of(40) {
+            let place = random.below(applied.len());
+            applied[place] = odd[random.below(odd.len())];
+        }
+        (what, now, applied)
     };
     (0..TICKS).map(row).collect()
+}
+
+/// A command to an actuator, as it takes it, now and then beyond its limits.
+fn any_command(random: &mut Random, actuator: &scheduled::Actuator) -> f64 {
+    let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
+    random.between(1.2 * least - 0.2 * most, 1.2 * most - 0.2 * least)
 }
 
 /// The places of the references that the design follows.
@@ -97,6 +126,22 @@ fn followed(design: &ControllerDesign) -> impl Iterator<Item = usize> {
 fn at_rest(design: &ControllerDesign) -> Inputs {
     let autopilot = Autopilot::new(design).unwrap();
     autopilot.level(design.scheduling.centre)
+}
+
+fn run(
+    design: &ControllerDesign,
+    autopilot: &mut Autopilot,
+    (what, inputs, applied): (What, &Inputs, &[f64]),
+) -> Result<(), scheduled::TickError> {
+    let given = |(actuator, taken): (&scheduled::Actuator, &f64)| actuator.given(*taken);
+    let applied: Vec<f64> = design.actuators.iter().zip(applied).map(given).collect();
+    match what {
+        What::Reset => return autopilot.initialise(0.0, inputs),
+        What::Step => {}
+        What::Follow => autopilot.follow(inputs, &applied)?,
+        What::FeedBack => autopilot.feed_back(&applied)?,
+    }
+    autopilot.tick(inputs).map(|_| ())
 }
 
 /// Runs the autopilot on the same rows, and compares. Returns how often each code came.
@@ -110,16 +155,15 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usiz
         let before = autopilot.clone();
         let done = match index.checked_sub(1).map(|index| &rows[index]) {
             None => Ok(()),
-            Some((true, inputs)) => autopilot.initialise(0.0, inputs),
-            Some((false, inputs)) => autopilot.tick(inputs).map(|_| ()),
+            Some((what, inputs, applied)) => run(design, &mut autopilot, (*what, inputs, applied)),
         };
         let (code, rest) = (found[0] as usize, &found[1..]);
         codes[code] += 1;
         let m = design.actuators.len();
         if let Err(reason) = done {
-            use scheduled::TickError::{Diverged, InputNotFinite, SingularLoop};
+            use scheduled::TickError::{AppliedNotFinite, Diverged, InputNotFinite, SingularLoop};
             let expected = match reason {
-                InputNotFinite { .. } => 1,
+                InputNotFinite { .. } | AppliedNotFinite { .. } => 1,
                 SingularLoop { .. } => 2,
                 Diverged { .. } => 3,
             };
@@ -175,9 +219,17 @@ fn a_loop_without_a_solution_is_reported() {
     let rest = at_rest(&design);
     let mut fast = rest.clone();
     fast.measured[SPEED] = 9.0;
-    let rows = [(false, rest.clone()), (false, fast.clone()), (true, fast), (false, rest)];
+    let idle = vec![0.0; m];
+    let row = |what: What, inputs: &Inputs| (what, inputs.clone(), idle.clone());
+    let rows = [
+        row(What::Step, &rest),
+        row(What::Step, &fast),
+        row(What::Reset, &fast),
+        row(What::Follow, &fast),
+        row(What::Step, &rest),
+    ];
     let found = replayed(&design, Real::Double, &rows);
-    assert_eq!(compare(&design, &rows, &found), [3, 0, 2, 0]);
+    assert_eq!(compare(&design, &rows, &found), [3, 0, 3, 0]);
 }
 
 /// The bit of a measurement is there from the tick on at which it has been the same for so long, until it moves.
@@ -196,7 +248,7 @@ fn a_sensor_that_is_stuck_sets_its_bit() {
             index
         };
         inputs.measured[SPEED] += 1e-3 * step as f64;
-        (false, inputs)
+        (What::Step, inputs, vec![0.0; design.actuators.len()])
     };
     let rows: Vec<Row> = (0..100).map(moving).collect();
     let bit = |row: &Vec<f64>| {
@@ -219,7 +271,13 @@ fn floats_follow_doubles() {
         let row = |index: usize| {
             inputs.measured[SPEED] += numbers.between(-0.02, 0.02);
             inputs.measured[0] += numbers.between(-0.01, 0.01);
-            (index == 0, inputs.clone())
+            let what = match index {
+                0 => What::Reset,
+                100..120 => What::Follow,
+                _ => What::Step,
+            };
+            let middle = |one: &scheduled::Actuator| one.taken(0.5 * (one.minimum + one.maximum)).0;
+            (what, inputs.clone(), design.actuators.iter().map(middle).collect())
         };
         let rows: Vec<Row> = (0..500).map(row).collect();
         let [double, float] = Real::ALL.map(|real| replayed(&design, real, &rows));

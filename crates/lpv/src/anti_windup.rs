@@ -28,6 +28,7 @@
 //! axes: a rudder at its limit would move the integral of the speed error.
 
 pub mod energy;
+pub mod follow;
 pub mod region;
 mod saturated;
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::design::Port;
 use crate::envelope::Envelope;
+use crate::follow::Following;
 use crate::ports::{Inputs, Outputs};
 use crate::trim::AtSpeed;
 use crate::{
@@ -18,7 +19,7 @@ pub(crate) struct Plan {
     centre: f64,
     pub(crate) half_range: f64,
     /// The signals of the design.
-    signals: Vec<Port>,
+    pub(crate) signals: Vec<Port>,
     /// The index of the signal that is scheduled on.
     pub(crate) speed: usize,
     /// Index of the signal, kind and scale of each controller input.
@@ -27,13 +28,16 @@ pub(crate) struct Plan {
     pub(crate) filter: Option<f64>,
     /// Whether V_r is the measured speed, which is imposed on the vehicle.
     pub(crate) speed_given: bool,
+    /// Whether each signal is measured.
+    pub(crate) measured: Vec<bool>,
     /// Scale, minimum and maximum of each actuator.
     pub(crate) actuators: Vec<[f64; 3]>,
     pub(crate) trim: Trim,
     pub(crate) envelope: Envelope,
     pub(crate) parameters: usize,
     /// Sampled anti-windup gain from phi to the controller's states, n x m.
-    anti_windup: Option<Matrix>,
+    pub(crate) anti_windup: Option<Matrix>,
+    pub(crate) following: Following,
     /// The indices of the signals whose trim is put out.
     pub(crate) trimmed: Vec<usize>,
     /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
@@ -49,7 +53,8 @@ pub(crate) struct Plan {
 /// neither skip nor repeat a tick.
 ///
 /// ```text
-/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]
+/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]; after [`Self::follow`]
+///                                                         from where the vehicle was
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
 /// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](signals::Level): V_r itself, a column of
 ///             the trim table, the value measured at initialisation, or 0
@@ -78,16 +83,18 @@ pub struct Autopilot {
     /// The controller input y.
     y: Vec<f64>,
     /// V_r in m/s.
-    filtered_speed: f64,
+    pub(crate) filtered_speed: f64,
     /// The references as they are used.
-    references: Vec<f64>,
+    pub(crate) references: Vec<f64>,
+    /// Their differences from what is asked that are left since the autopilot followed other commands.
+    pub(crate) differences: Vec<f64>,
     /// The value of each signal at initialisation, see [`Plan::origin`].
     origins: Vec<f64>,
     /// Excess phi of u over the limits.
-    excess: Vec<f64>,
-    outputs: Outputs,
+    pub(crate) excess: Vec<f64>,
+    pub(crate) outputs: Outputs,
     /// The delayed commands, one row per tick; tick k has the row `k mod delay`.
-    delayed: Vec<f64>,
+    pub(crate) delayed: Vec<f64>,
     start: f64,
     next_tick: u64,
     /// Whether the last tick was out of range.
@@ -132,6 +139,7 @@ impl Autopilot {
                 .collect(),
             filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
             speed_given: design.speed_given,
+            measured: (0..design.signals.len()).map(|place| design.measures(place)).collect(),
             actuators: design
                 .actuators
                 .iter()
@@ -144,12 +152,14 @@ impl Autopilot {
                 .anti_windup_gain()?
                 .map(|gain| lft.held_input(&gain, design.sample_time))
                 .transpose()?,
+            following: Following::new(design)?,
         };
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
             references: vec![0.0; design.references().count()],
+            differences: vec![0.0; design.references().count()],
             origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
@@ -197,6 +207,17 @@ impl Autopilot {
         self.plan.anti_windup.as_ref()
     }
 
+    /// Gains of [`follow`](Self::follow) at values of rho from -1 to 1, evenly spaced, each n x m.
+    pub fn follow_gains(&self) -> &[Matrix] {
+        self.plan.following.gains()
+    }
+
+    /// After [`follow`](Self::follow): the factor for a tick of the difference of a reference from what is asked, and
+    /// the difference that is taken for none.
+    pub fn transition(&self, reference: usize) -> (f64, f64) {
+        self.plan.following.transition(reference)
+    }
+
     /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
     pub fn filter(&self) -> Option<f64> {
         self.plan.filter
@@ -238,6 +259,7 @@ impl Autopilot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
             references: self.references.clone(),
+            differences: self.differences.clone(),
             origins: self.origins.clone(),
             outputs: self.outputs.clone(),
             delayed: self.delayed.clone(),
@@ -252,7 +274,7 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let Self { controller, outputs, delayed, origins, references, .. } = &*self;
+        let Self { controller, outputs, delayed, origins, references, differences, .. } = &*self;
         let Outputs { commands, trim, .. } = outputs;
         snapshot.check([
             controller.state().len(),
@@ -261,10 +283,12 @@ impl Autopilot {
             delayed.len(),
             origins.len(),
             references.len(),
+            differences.len(),
         ])?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
         self.references.copy_from_slice(&snapshot.references);
+        self.differences.copy_from_slice(&snapshot.differences);
         self.origins.copy_from_slice(&snapshot.origins);
         self.outputs.clone_from(&snapshot.outputs);
         self.delayed.copy_from_slice(&snapshot.delayed);
@@ -284,6 +308,7 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
+        self.differences.fill(0.0);
         for (signal, origin) in self.origins.iter_mut().enumerate() {
             *origin = self.plan.origin(signal, inputs);
         }
@@ -319,6 +344,9 @@ impl Autopilot {
             self.controller.add_to_state(gain, &self.excess);
         }
         self.delay_commands();
+        for (reference, difference) in self.differences.iter_mut().enumerate() {
+            *difference = self.plan.following.next(reference, *difference);
+        }
         if let Some(gain) = self.plan.filter {
             self.filtered_speed += gain * (self.references[self.plan.speed] - self.filtered_speed);
         }
@@ -365,13 +393,14 @@ impl Autopilot {
         }
     }
 
-    fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
+    pub(crate) fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
         let plan = &*self.plan;
         inputs.check(&plan.signals)?;
-        // The speed first: the limits of the others depend on V_r.
+        // The speed first: the limits of the others depend on V_r, its own do not.
         if !plan.speed_given {
-            let (asked, last) = (inputs.references[plan.speed], self.references[plan.speed]);
-            let trim = plan.trim.at(plan.known_speed(initial, asked, self.filtered_speed));
+            let asked = inputs.references[plan.speed] + self.differences[plan.speed];
+            let last = self.references[plan.speed];
+            let trim = plan.trim.at(self.filtered_speed);
             self.references[plan.speed] =
                 plan.envelope.used(plan.speed, asked, (!initial).then_some(last), trim);
         }
@@ -383,7 +412,8 @@ impl Autopilot {
         for (signal, used) in self.references.iter_mut().enumerate() {
             if signal != plan.speed || plan.speed_given {
                 let last = (!initial).then_some(*used);
-                *used = plan.envelope.used(signal, plan.asked(signal, inputs, initial), last, trim);
+                let asked = plan.asked(signal, inputs, initial) + self.differences[signal];
+                *used = plan.envelope.used(signal, asked, last, trim);
             }
         }
         let used = self.references.iter().zip(&inputs.references).zip(&plan.followed);
@@ -410,12 +440,6 @@ impl Plan {
     pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, initial: bool) -> f64 {
         let begins = initial && self.begins_as_measured(signal);
         if begins { inputs.measured[signal] } else { inputs.references[signal] }
-    }
-
-    /// The speed at which the limits of the speed reference are looked up: V_r, or what is asked where V_r follows from
-    /// it.
-    pub(crate) fn known_speed(&self, initial: bool, asked: f64, filtered_speed: f64) -> f64 {
-        if initial || self.filter.is_none() { asked } else { filtered_speed }
     }
 
     /// Whether a reference begins at the measured value.

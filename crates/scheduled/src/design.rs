@@ -52,6 +52,10 @@ pub struct ControllerDesign {
     /// derivatives, where phi is the excess of u over the limits. Without it the states evolve as if unsaturated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
+    /// Gains F of [`Autopilot::follow`](crate::Autopilot::follow) at values of rho from -1 to 1, evenly spaced: each one
+    /// row per state of the controller in discrete time, one column per actuator.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub follow: Vec<Rows>,
     /// Level trim over speed.
     pub trim: TrimTable,
     /// What references are limited to before they reach the controller, by the name of their signal.
@@ -274,6 +278,11 @@ impl Actuator {
         self.curve.as_ref().map_or(&self.unit, Curve::unit)
     }
 
+    /// The command for an actuator's input, by its curve.
+    pub fn given(&self, taken: f64) -> f64 {
+        self.curve.as_ref().map_or(taken, |curve| curve.thrust(taken).0)
+    }
+
     /// The actuator's input for a command, by the inverse of its curve, and the slope; see [`Curve::command`].
     pub fn taken(&self, command: f64) -> (f64, f64) {
         self.curve.as_ref().map_or((command, 1.0), |curve| curve.command(command))
@@ -316,16 +325,47 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// What a reference is limited to, a number for each row of the trim table.
+/// A number, or one for each row of the trim table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum OverSpeed {
+    /// The same at each speed.
+    Constant(f64),
+    /// A column beside those of the trim table.
+    Table(Vec<f64>),
+}
+
+impl OverSpeed {
+    /// A constant if the numbers of a column are the same.
+    pub fn of(column: Vec<f64>) -> Self {
+        match column.first() {
+            Some(&first) if column.iter().all(|one| *one == first) => Self::Constant(first),
+            _ => Self::Table(column),
+        }
+    }
+
+    /// The number in a row of the trim table.
+    ///
+    /// # Panics
+    /// If a table has no such row.
+    pub fn at(&self, row: usize) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Table(column) => column[row],
+        }
+    }
+}
+
+/// What a reference is limited to; that of the speed is constant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceLimits {
     /// The least and the largest reference, SI.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub range: Option<[Vec<f64>; 2]>,
+    pub range: Option<[OverSpeed; 2]>,
     /// The least and the largest rate of the reference, SI per second: not above and not below 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate: Option<[Vec<f64>; 2]>,
+    pub rate: Option<[OverSpeed; 2]>,
 }
 
 /// A gain of a controller that was given: a polynomial in rho.

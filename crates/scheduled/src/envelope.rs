@@ -1,7 +1,7 @@
 //! Limits of the references.
 
 use crate::ControllerDesign;
-use crate::design::ReferenceLimits;
+use crate::design::{OverSpeed, ReferenceLimits};
 use crate::trim::{AtSpeed, Trim};
 
 /// The limits of each reference.
@@ -48,7 +48,7 @@ impl Envelope {
             value = within(value, trim.of(least), trim.of(most));
         }
         if let Some(([least, most], last)) = rate.as_ref().zip(last) {
-            let [slowest, fastest] = [least, most].map(|column| last + self.sample_time * trim.of(column));
+            let [slowest, fastest] = [least, most].map(|end| last + self.sample_time * trim.of(end));
             value = within(value, slowest, fastest);
         }
         value
@@ -65,11 +65,10 @@ impl Envelope {
     ) -> Used {
         let ReferenceLimits { range, rate } = &self.limits[signal];
         let value = self.used(signal, asked, last, trim.at(speed));
-        let ends = |columns: &Option<[Vec<f64>; 2]>, base: f64, scale: f64| {
-            let end = |column: &Vec<f64>| {
-                (base + scale * trim.at(speed).of(column), scale * trim.column_slope(speed, column))
-            };
-            columns.as_ref().map(|columns| [end(&columns[0]), end(&columns[1])])
+        let ends = |ends: &Option<[OverSpeed; 2]>, base: f64, scale: f64| {
+            let end =
+                |end: &OverSpeed| (base + scale * trim.at(speed).of(end), scale * trim.slope_of(speed, end));
+            ends.as_ref().map(|ends| [end(&ends[0]), end(&ends[1])])
         };
         let of_rate = last.and_then(|last| ends(rate, last, self.sample_time));
         let reached = of_rate.into_iter().chain(ends(range, 0.0, 1.0)).flatten();

@@ -57,6 +57,9 @@ pub enum TickError {
     /// An input that is infinite or not a number.
     #[error("the input {name} is {value}, which is not finite")]
     InputNotFinite { name: String, value: f64 },
+    /// An applied command that is infinite or not a number.
+    #[error("the applied command {index} is {value}, which is not finite")]
+    AppliedNotFinite { index: usize, value: f64 },
     /// `I - Dtt Theta` has no inverse.
     #[error(
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"

@@ -22,11 +22,15 @@
 //!
 //! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
 //! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states.
+//!
+//! Engagement: [`Autopilot::follow`] brings the controller to commands that are not its own, so that it takes over from
+//! them without a jump.
 
 mod autopilot;
 mod design;
 mod envelope;
 mod error;
+mod follow;
 mod json;
 mod lft;
 mod manoeuvre;
@@ -39,7 +43,8 @@ mod validate;
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gain, Gamma, InputHashes, Kind,
-    LftMatrices, MAX_DELAY_TICKS, Port, Reference, ReferenceLimits, Rows, Scheduling, TrimTable, VehicleName,
+    LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows, Scheduling, TrimTable,
+    VehicleName,
 };
 pub use error::{DesignError, TickError};
 pub use lft::controller::LftController;

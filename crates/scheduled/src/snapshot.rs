@@ -11,6 +11,8 @@ pub struct Snapshot {
     pub filtered_speed: f64,
     /// The references as they were used.
     pub references: Vec<f64>,
+    /// Their differences from what is asked; see [`Autopilot::follow`](crate::Autopilot::follow).
+    pub differences: Vec<f64>,
     /// The value at initialisation of each signal, for those whose level it is.
     pub origins: Vec<f64>,
     /// Outputs of the last tick.
@@ -38,13 +40,22 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals and references, and that all values are
+    /// Checks the numbers of states, commands, trims, delayed commands, signals, references and differences, and that all values are
     /// finite.
-    pub(crate) fn check(&self, lengths: [usize; 6]) -> Result<(), SnapshotError> {
+    pub(crate) fn check(&self, lengths: [usize; 7]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
-        let lists =
-            [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins, &self.references];
-        let names = ["states", "commands", "trims", "delayed commands", "signals", "references"];
+        let [state, references] = [&self.state, &self.references];
+        let lists = [
+            state,
+            &outputs.commands,
+            &outputs.trim,
+            &self.delayed,
+            &self.origins,
+            references,
+            &self.differences,
+        ];
+        let names =
+            ["states", "commands", "trims", "delayed commands", "signals", "references", "differences"];
         for ((what, list), expected) in names.into_iter().zip(lists).zip(lengths) {
             if list.len() != expected {
                 return Err(SnapshotError::Length { what, found: list.len(), expected });

@@ -37,7 +37,8 @@ impl Autopilot {
         let plan = &*self.plan;
         let last = |signal: usize| (!initial).then_some(self.references()[signal]);
         let used = |signal: usize, speed: f64| {
-            let asked = plan.asked(signal, inputs, initial);
+            let difference = if initial { 0.0 } else { self.differences[signal] };
+            let asked = plan.asked(signal, inputs, initial) + difference;
             plan.envelope.tangent(signal, asked, last(signal), (&plan.trim, speed))
         };
         let moves = |signal: usize| {
@@ -46,11 +47,8 @@ impl Autopilot {
         };
         let filtered = self.filtered_speed();
         let wanted = (!plan.speed_given).then(|| {
-            let (asked, dasked) = (inputs.references[plan.speed], direction.references[plan.speed]);
-            let known = plan.known_speed(initial, asked, filtered);
-            let used = used(plan.speed, known);
-            let by_known = if initial || plan.filter.is_none() { used.by_speed } else { 0.0 };
-            (used.value, (used.by_asked + by_known) * dasked)
+            let used = used(plan.speed, filtered);
+            (used.value, used.by_asked * direction.references[plan.speed])
         });
         let (speed, dspeed) = match wanted {
             _ if plan.filter.is_some() && !initial => (filtered, 0.0),

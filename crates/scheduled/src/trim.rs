@@ -1,7 +1,7 @@
 //! Level trim over speed, interpolated linearly.
 
 use crate::TrimTable;
-use crate::design::Port;
+use crate::design::{OverSpeed, Port};
 use signals::Level;
 
 /// The trim table.
@@ -65,11 +65,6 @@ impl Trim {
         self.at(forward_speed).command(actuator)
     }
 
-    /// A column over the rows of the table at forward speed u in m/s; constant beyond the table.
-    pub fn column(&self, forward_speed: f64, column: &[f64]) -> f64 {
-        self.at(forward_speed).of(column)
-    }
-
     /// The trim at forward speed u in m/s, looked up once; constant beyond the table.
     pub(crate) fn at(&self, forward_speed: f64) -> AtSpeed<'_> {
         let mut place = find(&self.table.forward_speed, forward_speed);
@@ -107,10 +102,18 @@ impl Trim {
         (column(high) - column(low)) / (grid[high] - grid[low])
     }
 
-    /// Slope of a column over forward speed u in m/s, zero beyond the table.
+    /// A number over speed at forward speed u in m/s; constant beyond the table.
+    pub fn over(&self, forward_speed: f64, number: &OverSpeed) -> f64 {
+        self.at(forward_speed).of(number)
+    }
+
+    /// Slope of a number over forward speed u in m/s, zero beyond the table.
     #[inline]
-    pub(crate) fn column_slope(&self, forward_speed: f64, column: &[f64]) -> f64 {
-        self.slope_within(forward_speed, |row| column[row])
+    pub(crate) fn slope_of(&self, forward_speed: f64, number: &OverSpeed) -> f64 {
+        match number {
+            OverSpeed::Constant(_) => 0.0,
+            OverSpeed::Table(column) => self.slope_within(forward_speed, |row| column[row]),
+        }
     }
 
     fn slope_within(&self, forward_speed: f64, column: impl Fn(usize) -> f64) -> f64 {
@@ -139,10 +142,15 @@ impl AtSpeed<'_> {
         }
     }
 
-    /// A column over the rows of the table; exact where its numbers are the same.
-    pub(crate) fn of(&self, column: &[f64]) -> f64 {
-        let (low, high) = (column[self.place.index], column[self.place.index + 1]);
-        low + self.place.fraction * (high - low)
+    /// A number over speed; exact where those of two rows are the same.
+    pub(crate) fn of(&self, number: &OverSpeed) -> f64 {
+        match number {
+            OverSpeed::Constant(value) => *value,
+            OverSpeed::Table(column) => {
+                let (low, high) = (column[self.place.index], column[self.place.index + 1]);
+                low + self.place.fraction * (high - low)
+            }
+        }
     }
 
     /// Command of one actuator.

@@ -7,7 +7,7 @@ use std::fmt;
 use crate::design::{CONTROLLER_FORMAT, MAX_DELAY_TICKS};
 use crate::lft::checked;
 use crate::lft::numbers::{finite, not_negative, positive, range};
-use crate::{ControllerDesign, DesignError, Lft, Matrix};
+use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
@@ -39,6 +39,7 @@ impl ControllerDesign {
         }
         Lft::from_rows(&self.lft, self.controller_inputs.len(), self.actuators.len())?;
         self.anti_windup_gain()?;
+        self.follow_gains()?;
         self.validate_trim()?;
         self.validate_envelope()?;
         for (key, value) in [("gamma.optimum", self.gamma.optimum), ("gamma.bound", self.gamma.bound)] {
@@ -56,6 +57,16 @@ impl ControllerDesign {
         let (states, actuators) = (self.lft.a.len(), self.actuators.len());
         let gain = self.anti_windup.as_ref();
         gain.map(|rows| checked("anti_windup", rows, states, actuators)).transpose()
+    }
+
+    /// The matrices of [`follow`](Self::follow), n x m.
+    ///
+    /// # Errors
+    /// [`DesignError::WrongLength`], [`DesignError::BadNumber`].
+    #[inline]
+    pub(crate) fn follow_gains(&self) -> Result<Vec<Matrix>, DesignError> {
+        let (states, actuators) = (self.lft.a.len(), self.actuators.len());
+        self.follow.iter().map(|rows| checked("follow", rows, states, actuators)).collect()
     }
 
     /// The signals: names that can be those of variables, first those with a reference, one that is scheduled on.
@@ -232,15 +243,27 @@ impl ControllerDesign {
                 let (key, found) = ("envelope".to_owned(), signal.clone());
                 return Err(DesignError::BadText { key, found, allowed });
             }
-            for (name, columns) in [("range", &limits.range), ("rate", &limits.rate)] {
-                let Some([least, most]) = columns else { continue };
-                for column in [least, most] {
-                    length(format_args!("envelope.{signal}.{name}"), column.len(), rows)?;
+            for (name, ends) in [("range", &limits.range), ("rate", &limits.rate)] {
+                let Some([least, most]) = ends else { continue };
+                for end in [least, most] {
+                    let OverSpeed::Table(column) = end else { continue };
+                    let key = format!("envelope.{signal}.{name}");
+                    if *signal == self.scheduling.quantity {
+                        let (found, allowed) = ("a table".to_owned(), "a number".to_owned());
+                        return Err(DesignError::BadText { key, found, allowed });
+                    }
+                    length(format_args!("{key}"), column.len(), rows)?;
                 }
-                for (row, (&least, &most)) in least.iter().zip(most).enumerate() {
-                    finite(format_args!("envelope.{signal}.{name}[0][{row}]"), least)?;
-                    finite(format_args!("envelope.{signal}.{name}[1][{row}]"), most)?;
-                    let key = |end: usize| format!("envelope.{signal}.{name}[{end}][{row}]");
+                for row in 0..rows {
+                    let values = [least.at(row), most.at(row)];
+                    let key = |end: usize| match [least, most][end] {
+                        OverSpeed::Constant(_) => format!("envelope.{signal}.{name}[{end}]"),
+                        OverSpeed::Table(_) => format!("envelope.{signal}.{name}[{end}][{row}]"),
+                    };
+                    for (end, value) in values.into_iter().enumerate() {
+                        finite(format_args!("{}", key(end)), value)?;
+                    }
+                    let [least, most] = values;
                     if least > most {
                         let allowed = "no larger than the other end";
                         return Err(DesignError::BadNumber { key: key(0), value: least, allowed });

@@ -176,11 +176,11 @@ fn fly_beyond(name: &str, inputs: &Inputs, controller: &ControllerDesign) -> usi
     let trims = Autopilot::new(controller).unwrap().trim().clone();
     let range = controller.envelope["pitch"].range.as_ref().unwrap();
     let mut flown = 0;
-    for (speed, column, factor) in design.spread(6).into_iter().flat_map(|speed| {
-        range.iter().flat_map(move |column| [1.5, 3.0, 10.0].map(|factor| (speed, column, factor)))
+    for (speed, end, factor) in design.spread(6).into_iter().flat_map(|speed| {
+        range.iter().flat_map(move |end| [1.5, 3.0, 10.0].map(|factor| (speed, end, factor)))
     }) {
         let forward = trims.forward_speed(speed);
-        let (level, end) = (trims.signal(forward, PITCH, 0.0), trims.column(forward, column));
+        let (level, end) = (trims.signal(forward, PITCH, 0.0), trims.over(forward, end));
         let step = (factor * (end - level)).clamp(-1.5, 1.5);
         let manoeuvre = Manoeuvre {
             speed_from: speed,

@@ -30,10 +30,16 @@ def frozen(folder: Path) -> dict:
     return json.loads((folder / "controller.json").read_text(encoding="utf-8"))
 
 
+def over_speed(controller: dict, ends: list) -> list[np.ndarray]:
+    """Return the ends of a limit, each a number for each row of the trim table."""
+    rows = len(controller["trim"]["speed"])
+    return [np.broadcast_to(np.asarray(end, dtype=float), rows) for end in ends]
+
+
 def pitch_at(controller: dict, forward_speed: float) -> tuple[float, float, float]:
     """Return the pitch of level flight and the least and the largest pitch reference at a forward speed."""
     trim = controller["trim"]
-    columns = (trim["signals"]["pitch"], *controller["envelope"]["pitch"]["range"])
+    columns = (trim["signals"]["pitch"], *over_speed(controller, controller["envelope"]["pitch"]["range"]))
     level, least, largest = (float(np.interp(forward_speed, trim["forward_speed"], c)) for c in columns)
     return level, least, largest
 
@@ -101,9 +107,9 @@ def test_a_speed_outside_the_range_is_its_end(squid: Packages, wanted: float) ->
     """Through the loop's inputs: the speed goes to the end of the range, no faster than the thrusters can."""
     controller = frozen(squid.folder)
     limits = controller["envelope"]["speed"]
-    least, largest = limits["range"][0][0], limits["range"][1][0]
+    least, largest = limits["range"]
     end = min(max(wanted, least), largest)
-    slowest, fastest = min(limits["rate"][0]), max(limits["rate"][1])
+    slowest, fastest = limits["rate"]
     tick = sample_time(squid)
     limited: list[float] = []
     with Slave(squid.loop, "loop") as loop:
@@ -183,10 +189,11 @@ def test_the_design_file_narrows_what_is_frozen(
     with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
         file.write(f"\n[envelope]\n{lines}")
     design(run_squid, vehicle, tmp_path / "with")
-    one, other = (frozen(tmp_path / name)["envelope"]["pitch"]["range"] for name in ("without", "with"))
-    (least, largest), (new_least, new_largest) = np.array(one), np.array(other)
+    both = [frozen(tmp_path / name) for name in ("without", "with")]
+    one, other = (over_speed(each, each["envelope"]["pitch"]["range"]) for each in both)
+    (least, largest), (new_least, new_largest) = one, other
     if not narrower:
-        assert one == other
+        assert np.array_equal(one, other)
     elif "pitch" in lines:
         level = np.array(frozen(tmp_path / "with")["trim"]["signals"]["pitch"])
         assert np.all(new_least == pytest.approx(-10.0 * DEGREE)) and np.all(
@@ -209,6 +216,7 @@ def test_an_envelope_without_room_for_the_default_flight_is_said(
     assert "which is less than the step of the default flight" in said
     # Level flight, at -6 deg at the slowest speed, stays within what may be asked.
     controller = frozen(tmp_path / "out")
-    (least, largest), level = controller["envelope"]["pitch"]["range"], controller["trim"]["signals"]["pitch"]
+    least, largest = over_speed(controller, controller["envelope"]["pitch"]["range"])
+    level = controller["trim"]["signals"]["pitch"]
     assert min(level) < -1.0 * DEGREE
     assert all(a <= b <= c for a, b, c in zip(least, level, largest, strict=True))

@@ -4,7 +4,8 @@
 //! pitch:  the largest theta up and down for which a steady climb or dive at the forward speed of the trim exists,
 //!         with every actuator within authority times its limits, between there and level flight
 //! depth:  z' = w cos(theta) - u sin(theta) at the largest such theta whose path is no steeper than path_angle
-//! speed:  V' by outputs of least effort that push along the hull and do not pitch, to the limits
+//! speed:  V' by outputs of least effort that push along the hull and do not pitch, to the limits; the least of all
+//!         speeds
 //! ```
 //!
 //! The boundary of pitch is found by steps and bisection along the branch of climbs that begins in level flight.
@@ -16,7 +17,7 @@ use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, pitching};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
 use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
-use scheduled::{ControllerDesign, Manoeuvre, ReferenceLimits};
+use scheduled::{ControllerDesign, Manoeuvre, OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
 
 /// The first step in pitch, and the last, rad.
@@ -42,7 +43,7 @@ pub fn envelope(
     let rows: Vec<Limits> = trims.par_iter().map(each).collect::<Result<_, _>>()?;
     let columns = |of: fn(&Limits) -> [f64; 2]| {
         let column = |end: usize| rows.iter().map(|row| of(row)[end]).collect::<Vec<f64>>();
-        Some([column(0), column(1)])
+        [column(0), column(1)]
     };
     let tracked = |place: usize| file.tracked.iter().any(|t| t.place == place);
     let mut all = BTreeMap::new();
@@ -50,13 +51,20 @@ pub fn envelope(
         all.insert(SIGNALS[place].name.to_owned(), limits);
     };
     if tracked(PITCH) {
-        add(PITCH, ReferenceLimits { range: columns(|row| row.pitch), rate: None });
+        let range = columns(|row| row.pitch).map(OverSpeed::of);
+        add(PITCH, ReferenceLimits { range: Some(range), rate: None });
     }
     if tracked(DEPTH) {
-        add(DEPTH, ReferenceLimits { range: None, rate: columns(|row| row.sinking) });
+        let rate = columns(|row| row.sinking).map(OverSpeed::of);
+        add(DEPTH, ReferenceLimits { range: None, rate: Some(rate) });
     }
     if !vehicle.coefficients.surge.is_given() {
-        add(SPEED, ReferenceLimits { range: None, rate: columns(|row| row.acceleration) });
+        let [least, most] = columns(|row| row.acceleration);
+        let rate = [
+            least.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            most.into_iter().fold(f64::INFINITY, f64::min),
+        ];
+        add(SPEED, ReferenceLimits { range: None, rate: Some(rate.map(OverSpeed::Constant)) });
     }
     Ok(all)
 }
@@ -65,14 +73,14 @@ pub fn envelope(
 pub fn words(controller: &ControllerDesign) -> String {
     let speeds = &controller.trim.speed;
     let rows = [0, speeds.len() / 2, speeds.len() - 1];
-    let of = |signal: &String, what: &str, unit: &str, [least, most]: &[Vec<f64>; 2]| {
+    let of = |signal: &String, what: &str, unit: &str, [least, most]: &[OverSpeed; 2]| {
         let (factor, unit) = if unit.starts_with("rad") {
             (1f64.to_degrees(), unit.replacen("rad", "deg", 1))
         } else {
             (1.0, unit.to_owned())
         };
         let shown = |v: f64| decimals(factor * v, 2);
-        let each = rows.map(|row| format!("{} to {}", shown(least[row]), shown(most[row])));
+        let each = rows.map(|row| format!("{} to {}", shown(least.at(row)), shown(most.at(row))));
         format!("{signal}{what}: {} {unit}", each.join(", "))
     };
     let mut lines = vec![format!(
@@ -93,7 +101,7 @@ pub fn doubt(controller: &ControllerDesign, manoeuvre: &Manoeuvre) -> Option<Str
     let name = SIGNALS[PITCH].name;
     let [least, most] = controller.envelope.get(name)?.range.as_ref()?;
     let (step, level) = (manoeuvre.step(name), controller.trim.signals.get(name)?);
-    let way = |row: usize| if step < 0.0 { level[row] - least[row] } else { most[row] - level[row] };
+    let way = |row: usize| if step < 0.0 { level[row] - least.at(row) } else { most.at(row) - level[row] };
     let row = (0..level.len()).min_by(|a, b| way(*a).total_cmp(&way(*b)))?;
     (way(row) < step.abs()).then(|| {
         format!(

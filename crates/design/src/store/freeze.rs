@@ -10,7 +10,7 @@ use auv::{LpvModel, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
+    OverSpeed, Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
 };
 use signals::{Level, Signal};
 use std::collections::BTreeMap;
@@ -83,7 +83,7 @@ pub fn controller(
     let mut envelope = envelope(vehicle, file)?;
     if let Some((place, signal)) = scheduled.filter(|_| !vehicle.speed_given()) {
         let speeds = column(place);
-        let range = [0, speeds.len() - 1].map(|end| vec![speeds[end]; speeds.len()]);
+        let range = [0, speeds.len() - 1].map(|end| OverSpeed::Constant(speeds[end]));
         envelope.entry(signal.name.to_owned()).or_default().range = Some(range);
     }
     let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
@@ -125,6 +125,7 @@ pub fn controller(
         lft,
         gains: given::gains(vehicle.actuators(), file)?,
         anti_windup: None,
+        follow: vec![],
         trim: TrimTable {
             speed: trims.iter().map(|trim| trim.speed).collect(),
             forward_speed: scheduled.map_or_else(Vec::new, |(place, _)| column(place)),
@@ -143,7 +144,8 @@ fn envelope(
     file: &DesignFile,
 ) -> Result<BTreeMap<String, ReferenceLimits>, Error> {
     let few = file.spread(ENVELOPE_SPEEDS);
-    let between = |column: &Vec<f64>| -> Vec<f64> {
+    let between = |number: &OverSpeed| {
+        let OverSpeed::Table(column) = number else { return number.clone() };
         let at = |row: usize| {
             let (whole, part) =
                 (row * (few.len() - 1) / (TRIM_ROWS - 1), row * (few.len() - 1) % (TRIM_ROWS - 1));
@@ -151,11 +153,11 @@ fn envelope(
             let next = column[(whole + 1).min(few.len() - 1)];
             column[whole] + part * (next - column[whole])
         };
-        (0..TRIM_ROWS).map(at).collect()
+        OverSpeed::of((0..TRIM_ROWS).map(at).collect())
     };
-    let rows = |columns: &[Vec<f64>; 2]| [between(&columns[0]), between(&columns[1])];
+    let rows = |ends: &[OverSpeed; 2]| [between(&ends[0]), between(&ends[1])];
     let all = vehicle.envelope(&few)?.into_iter().map(|(signal, limits)| {
-        let [range, rate] = [&limits.range, &limits.rate].map(|columns| columns.as_ref().map(rows));
+        let [range, rate] = [&limits.range, &limits.rate].map(|ends| ends.as_ref().map(rows));
         (signal, ReferenceLimits { range, rate })
     });
     Ok(all.collect())

@@ -72,8 +72,8 @@ impl Beyond {
         for speed in inputs.design.spread(speeds) {
             let forward = table.forward_speed(speed);
             let level = table.signal(forward, PITCH, 0.0);
-            for column in range {
-                let end = table.column(forward, column);
+            for end in range {
+                let end = table.over(forward, end);
                 if (end - level).abs() > NARROW {
                     all.push((speed, forward, level, end));
                 }

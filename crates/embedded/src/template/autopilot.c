@@ -49,7 +49,7 @@ static int is_finite(real v) { return v >= -LARGEST && v <= LARGEST; }
 
 static real clamp(real v, real low, real high) { return v < low ? low : v > high ? high : v; }
 
-static real magnitude(real v) { return v < 0.0@f@ ? -v : v; }
+static real magnitude(real v) { return v <= 0.0@f@ ? 0.0@f@ - v : v; }
 
 /* out = M x, M as panels of four rows, each column by column. */
 static void multiply(const real (*m)[HEIGHT], int panels, int columns, const real *x, real *out)
@@ -148,6 +148,7 @@ static unsigned watch(@prefix@_watched *one, real measured, unsigned bit)
     return one->ticks < @PREFIX@_STUCK_TICKS ? 0u : bit;
 }
 
+@fade@
 int @prefix@_init(@prefix@_state *state, @prefix@_outputs *out)
 {
     const @prefix@_inputs level = {@level@};
@@ -179,8 +180,12 @@ int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_out
 @anti_windup@
 @delay@
 @keep_references@
+@keep_commands@
+@end_of_transitions@
 @filter@
 @watch@
     put_out(&t, out);
     return code;
 }
+
+@follow@

@@ -35,10 +35,15 @@ typedef struct {
     unsigned status; /* the sum of the bits below */
 } @prefix@_outputs;
 
+/* What the actuators get, in the units of the outputs. */
+typedef struct {
+@applied@
+} @prefix@_commands;
+
 /* Bits of the status: all is computed as always, but the caller may want to know. */
 #define @PREFIX@_OUT_OF_RANGE 0x1u /* the measured speed is outside the scheduled range, and rho is held at its end */
 #define @PREFIX@_LIMITED 0x2u /* a command that this tick computed was cut off at its limit */
-#define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference asks more than the vehicle can hold, and is limited */
+#define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference is not used as it is asked: it is limited to the envelope, or on its way after following */
 @stuck_bits@
 
 /* What a function returns. With any other than OK neither the state nor the outputs were touched: the last commands hold. */
@@ -68,6 +73,12 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 
 /* Runs one tick: to be called each @PREFIX@_SAMPLE_TIME seconds. */
 int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out);
+
+/* Brings the state to where the next step commands what is applied by others: to be called before step. */
+int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @prefix@_commands *applied);
+
+/* Tells the anti-windup what the actuators got since the last step, where that is not what came out: before step. */
+int @prefix@_feed_back(@prefix@_state *state, const @prefix@_commands *applied);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,8 @@ pub mod example;
 
 use example::input;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, ReferenceLimits, Rows, TrimTable,
+    Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, OverSpeed, ReferenceLimits, Rows,
+    TrimTable,
 };
 use signals::Curve;
 use std::collections::BTreeMap;
@@ -119,13 +120,13 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
 /// Limits of some references.
 fn envelope(random: &mut Random, rows: usize, speed_given: bool) -> BTreeMap<String, ReferenceLimits> {
     let mut columns = |least: [f64; 2], most: [f64; 2]| {
-        [least, most].map(|[low, high]| (0..rows).map(|_| random.between(low, high)).collect::<Vec<_>>())
+        [least, most].map(|[low, high]| OverSpeed::of((0..rows).map(|_| random.between(low, high)).collect()))
     };
     let pitch = ReferenceLimits { range: Some(columns([-0.3, -0.1], [-0.1, 0.2])), rate: None };
     let depth = ReferenceLimits { range: None, rate: Some(columns([-1.0, 0.0], [0.0, 1.0])) };
     let speed = ReferenceLimits {
-        range: Some([vec![0.6; rows], vec![2.9; rows]]),
-        rate: Some(columns([-2.0, -0.5], [0.5, 2.0])),
+        range: Some([0.6, 2.9].map(OverSpeed::Constant)),
+        rate: Some([-1.2, 0.8].map(OverSpeed::Constant)),
     };
     let all = [("pitch", pitch), ("depth", depth), ("speed", speed)];
     let kept = all.into_iter().filter(|(name, _)| !speed_given || *name != "speed");
@@ -167,6 +168,11 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
             dtt: random.rows(r, r, 0.6 / (r as f64).sqrt().max(1.0)),
         },
         anti_windup: (seed % 4 < 2).then(|| random.rows(n, m, 2.0)),
+        follow: match seed % 3 {
+            0 => vec![],
+            1 => vec![random.rows(n, m, 0.1)],
+            _ => (0..2 + random.below(4)).map(|_| random.rows(n, m, 0.1)).collect(),
+        },
         envelope: if seed.is_multiple_of(4) {
             BTreeMap::new()
         } else {

@@ -1,6 +1,9 @@
 //! Anti-windup gains, and the regions for which they are proved.
 
+use lpv::anti_windup::follow::following_gain;
 use lpv::anti_windup::{Aim, LimitedLoop, anti_windup, smallest_gains};
+use lpv::matrix::Mat;
+use lpv::system::StateSpace;
 use nalgebra::{DMatrix, DVector, dmatrix};
 
 /// The largest distance from zero at which limits of 1 can stabilise the unstable mode of [`plant`].
@@ -96,4 +99,36 @@ fn loops_side_by_side_are_not_coupled() {
         assert!(found.gamma <= (1.0 + 1.01 * slack) * least, "{} {least}", found.gamma);
     }
     assert!(found[0].gain.abs().sum() < found[1].gain.abs().sum());
+}
+
+/// The gain of following is in any coordinates of the state the same, brings the command to what is applied, and leaves
+/// the rest of the state stable.
+#[test]
+fn a_controller_follows_in_any_coordinates() {
+    let tick = 0.02;
+    let k = StateSpace {
+        a: dmatrix![-0.001, 0.0, 0.3; 0.0, -4.0, 1.0; 0.0, -2.0, -9.0],
+        b: dmatrix![1.0, 0.0; 2.0, -1.0; 0.5, 3.0],
+        c: dmatrix![1.0, 0.3, -0.2; 0.1, 2.0, 1.0],
+        d: Mat::zeros(2, 2),
+    };
+    let gain = following_gain(&k, tick).unwrap();
+    let one = Mat::identity(3, 3);
+    let implicit = (&one - &k.a * (0.5 * tick)).try_inverse().unwrap();
+    let (a, c) = (&implicit * (&one + &k.a * (0.5 * tick)), &k.c * &implicit);
+    let left = (Mat::identity(2, 2) - &c * &gain).norm();
+    assert!(left < 1e-3, "{left:e} of the difference remains");
+    let rest = spectral_radius(&((&one - &gain * &c) * a));
+    assert!(rest < 1.0, "{rest}");
+    let t = dmatrix![1.0, 0.2, 0.0; -0.5, 2.0, 0.1; 3.0, 0.0, 0.4];
+    let back = t.clone().try_inverse().unwrap();
+    let moved = StateSpace { a: &t * &k.a * &back, b: &t * &k.b, c: &k.c * &back, d: k.d.clone() };
+    let other = following_gain(&moved, tick).unwrap();
+    assert!((other - t * &gain).norm() < 1e-6 * gain.norm());
+    // A command that no state moves cannot be brought anywhere.
+    assert!(following_gain(&StateSpace { b: Mat::zeros(3, 2), ..k }, tick).is_none());
+}
+
+fn spectral_radius(a: &Mat) -> f64 {
+    a.complex_eigenvalues().iter().map(|value| value.norm()).fold(0.0, f64::max)
 }

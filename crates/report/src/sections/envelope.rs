@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table, known, percent, tidy};
 use crate::subject::Subject;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
-use scheduled::{Autopilot, Trim};
+use scheduled::{Autopilot, OverSpeed, Trim};
 
 /// Indices of the keys of the figure.
 const END: usize = 0;
@@ -60,7 +60,7 @@ impl<'a> Envelope<'a> {
     }
 
     /// Over the trim table, the limits of a pitch, or of the rate of a depth or speed.
-    fn limits(&self, place: usize) -> Option<&[Vec<f64>; 2]> {
+    fn limits(&self, place: usize) -> Option<&[OverSpeed; 2]> {
         let limits = self.subject.stored.controller.envelope.get(SIGNALS[place].name)?;
         if place == PITCH { limits.range.as_ref() } else { limits.rate.as_ref() }
     }
@@ -70,7 +70,7 @@ impl<'a> Envelope<'a> {
         let forward = self.trims.forward_speed(speed);
         let level = self.trims.signal(forward, PITCH, 0.0);
         let [least, most] = self.limits(PITCH)?;
-        Some((level, [least, most].map(|column| self.trims.column(forward, column) - level)))
+        Some((level, [least, most].map(|end| self.trims.over(forward, end) - level)))
     }
 
     /// The step of the stepped output that the controller follows when one of a height (rad or m) is asked in level
@@ -116,9 +116,10 @@ impl<'a> Envelope<'a> {
 
     fn ends(&self, place: usize, factor: f64) -> Option<Vec<Curve>> {
         let speeds = &self.subject.stored.controller.trim.speed;
-        let curve = |column: &Vec<f64>| Curve {
+        let point = |(row, speed): (usize, &f64), end: &OverSpeed| (*speed, factor * end.at(row));
+        let curve = |end: &OverSpeed| Curve {
             key: END,
-            points: speeds.iter().zip(column).map(|(speed, v)| (*speed, factor * v)).collect(),
+            points: speeds.iter().enumerate().map(|place| point(place, end)).collect(),
         };
         self.limits(place).map(|limits| limits.iter().map(curve).collect())
     }
@@ -182,7 +183,11 @@ impl<'a> Envelope<'a> {
                      actuator's limits"
                 ),
             ),
-            (SPEED, "the rate of speed to what the actuators give in level flight without pitching".into()),
+            (
+                SPEED,
+                "the rate of speed to what the actuators give in level flight without pitching, at any speed"
+                    .into(),
+            ),
         ];
         let of = of.into_iter().filter(|(place, _)| self.limits(*place).is_some()).map(|(_, words)| words);
         format!(
@@ -239,7 +244,7 @@ mod tests {
         let Envelope { trims, .. } = Envelope::new(&subject).unwrap();
         let level = trims.signal(trims.forward_speed(stored.manoeuvre.speed_to), PITCH, 0.0).to_degrees();
         let [_, most] = stored.controller.envelope["pitch"].range.clone().unwrap();
-        assert!((largest(END) - most[0].to_degrees()).abs() < 1e-9, "{}", largest(END));
+        assert!((largest(END) - most.at(0).to_degrees()).abs() < 1e-9, "{}", largest(END));
         assert!((largest(ASKED) - level - 10.0).abs() < 1e-9, "{}", largest(ASKED));
         assert!(words(&parts).contains("asks for up to 33 % of the way"), "{}", words(&parts));
         let Part::Table(ends) = &parts[2] else { panic!("{parts:?}") };
@@ -250,7 +255,7 @@ mod tests {
 
         let level = stored.controller.trim.signals["pitch"].clone();
         let off = |by: f64| level.iter().map(|pitch| pitch + by).collect::<Vec<f64>>();
-        let narrow = Some([-5f64, 5.0].map(|by| off(by.to_radians())));
+        let narrow = Some([-5f64, 5.0].map(|by| OverSpeed::Table(off(by.to_radians()))));
         stored.controller.envelope.get_mut("pitch").unwrap().range = narrow;
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();
         let used = Envelope::new(&subject).unwrap().used(1.3, 0.2);

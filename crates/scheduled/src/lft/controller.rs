@@ -80,6 +80,10 @@ impl LftController {
         &self.signals[..self.next_state.len()]
     }
 
+    pub(crate) fn state_mut(&mut self) -> &mut [f64] {
+        &mut self.signals[..self.next_state.len()]
+    }
+
     /// Sets the state xk; the length must be the same.
     pub(crate) fn set_state(&mut self, state: &[f64]) {
         self.signals[..state.len()].copy_from_slice(state);

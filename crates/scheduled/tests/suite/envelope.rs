@@ -10,7 +10,8 @@ const LEAST: [f64; 3] = [-0.2, -0.3, -0.5];
 const MOST: [f64; 3] = [0.1, 0.3, 0.4];
 
 fn design(filter: Option<f64>) -> ControllerDesign {
-    let columns = |least: [f64; 3], most: [f64; 3]| Some([least.to_vec(), most.to_vec()]);
+    let columns =
+        |least: [f64; 3], most: [f64; 3]| Some([least, most].map(|end| OverSpeed::of(end.to_vec())));
     let mut design = ControllerDesign { reference_filter: filter, ..example::two_degrees() };
     design.controller_inputs[3] = example::input("depth", Kind::Measurement, 2.0);
     design.controller_inputs[1] = example::input("depth", Kind::Reference, 2.0);
@@ -19,10 +20,7 @@ fn design(filter: Option<f64>) -> ControllerDesign {
         ("depth".to_owned(), ReferenceLimits { range: None, rate: columns([-0.2; 3], [0.1, 0.5, 0.9]) }),
         (
             "speed".to_owned(),
-            ReferenceLimits {
-                range: columns([0.49; 3], [3.0; 3]),
-                rate: columns([-0.5; 3], [0.4, 0.6, 0.8]),
-            },
+            ReferenceLimits { range: columns([0.49; 3], [3.0; 3]), rate: columns([-0.5; 3], [0.4; 3]) },
         ),
     ]);
     design
@@ -108,7 +106,7 @@ fn what_is_no_envelope_is_refused() {
         Autopilot::new(&design).unwrap_err().to_string()
     };
     let limits = |range: [f64; 2], rows: usize| ReferenceLimits {
-        range: Some(range.map(|end| vec![end; rows])),
+        range: Some(range.map(|end| OverSpeed::Table(vec![end; rows]))),
         rate: None,
     };
     let put = |name: &str, limits: ReferenceLimits| {
@@ -126,10 +124,14 @@ fn what_is_no_envelope_is_refused() {
         put("pitch", limits([1.0, 0.0], 3)),
         "envelope.pitch.range[0][0] is 1, but must be no larger than the other end"
     );
-    let rate = ReferenceLimits { range: None, rate: Some([vec![0.1; 3], vec![0.2; 3]]) };
+    let rate = ReferenceLimits { range: None, rate: Some([0.1, 0.2].map(OverSpeed::Constant)) };
     assert_eq!(
         put("depth", rate),
-        "envelope.depth.rate[0][0] is 0.1, but must be such that 0 is between the ends"
+        "envelope.depth.rate[0] is 0.1, but must be such that 0 is between the ends"
+    );
+    assert_eq!(
+        put("speed", limits([0.0, 1.0], 3)),
+        "envelope.speed.range is 'a table', but must be a number"
     );
     assert!(put("pitch", limits([f64::NAN, 0.0], 3)).starts_with("envelope.pitch.range[0][0] is NaN"));
 }

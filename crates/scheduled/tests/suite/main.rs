@@ -7,5 +7,6 @@ mod discretisation;
 mod envelope;
 #[path = "../example/mod.rs"]
 mod example;
+mod follow;
 mod law;
 mod limits;

@@ -173,6 +173,7 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
 mod tests {
     use super::*;
     use base::progress::Progress;
+    use scheduled::OverSpeed;
     use squid_design::inputs::Inputs;
     use squid_design::store::load;
     use std::path::Path;
@@ -184,7 +185,7 @@ mod tests {
         let inputs = Inputs::read(&folder, "design").unwrap();
         let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
         let level = stored.controller.trim.signals["pitch"].clone();
-        let off = |by: f64| level.iter().map(|pitch| pitch + by.to_radians()).collect::<Vec<f64>>();
+        let off = |by: f64| OverSpeed::Table(level.iter().map(|pitch| pitch + by.to_radians()).collect());
         stored.controller.envelope.get_mut("pitch").unwrap().range = Some([-5.0, 5.0].map(off));
         let progress = Progress::default();
         let subject = Subject::new(&inputs, &stored, &progress).unwrap();

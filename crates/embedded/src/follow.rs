@@ -1,0 +1,121 @@
+//! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
+
+use crate::header::{has_rate, reference, references};
+use crate::source::{ends, is_speed, keep_references, limit, wanted_speed};
+use crate::tables::Tables;
+use crate::template::fill;
+use scheduled::{ControllerDesign, OverSpeed, Port};
+use signals::{Curve, Law};
+
+/// The functions that follow applied commands, and feed them back.
+pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: &str) -> String {
+    let each = |line: &dyn Fn(usize, &str) -> String, between: &str| {
+        let names = design.actuators.iter().map(|actuator| actuator.name.as_str()).enumerate();
+        names.map(|(index, name)| line(index, name)).collect::<Vec<_>>().join(between)
+    };
+    let read = |index: usize, name: &str| {
+        let given = match design.actuators[index].curve.as_ref().map(Curve::law) {
+            None => format!("applied->{name}"),
+            Some(Law::Square(k)) => {
+                format!("{} * applied->{name} * magnitude(applied->{name})", tables.real.literal(*k))
+            }
+            Some(Law::Points(points)) => {
+                format!("given_through(CURVE_{index}, {}, applied->{name})", points.len())
+            }
+        };
+        format!("    got[{index}] = {given};")
+    };
+    let fields = [
+        ("applied_finite", each(&|_, name| format!("is_finite(applied->{name})"), " &&\n          ")),
+        ("all_finite", all_finite.to_owned()),
+        ("read", each(&read, "\n")),
+        ("begin", begin(design)),
+        ("keep", keep_references(design, "next.")),
+        ("correct", correct(tables)),
+        ("wait", if design.delay_ticks == 0 { String::new() } else { WAIT.to_owned() }),
+        ("feed_back", feed_back(tables)),
+    ];
+    fill(include_str!("template/follow.c"), &fields)
+}
+
+/// The gains, one below the other.
+pub(crate) fn gains(tables: &Tables) -> String {
+    let rows = |gain: &scheduled::Matrix| (0..gain.rows()).map(|i| gain.row(i).to_vec()).collect::<Vec<_>>();
+    let all: Vec<_> = tables.autopilot.follow_gains().iter().flat_map(rows).collect();
+    if all.is_empty() { String::new() } else { tables.table("FOLLOW", &all) }
+}
+
+/// The references at the measured values, and V_r.
+fn begin(design: &ControllerDesign) -> String {
+    let line = |signal: &Port| {
+        let name = reference(signal);
+        let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
+        let from = if measured { format!("in->{}", signal.name) } else { format!("in->{name}") };
+        let range = design.envelope.get(&signal.name).and_then(|limits| limits.range.as_ref());
+        let used = range.map_or(from.clone(), |[least, most]| {
+            format!("clamp({from}, {}, {})", limit("LEAST", signal, least), limit("MOST", signal, most))
+        });
+        let mut text = format!("    const real from_{name} = {used};\n");
+        text += &format!("    next.difference_{name} = from_{name} - in->{name};\n");
+        if has_rate(design, signal) {
+            text += &format!("    next.last_{name} = from_{name};\n");
+        }
+        text
+    };
+    let (speed, others): (Vec<_>, Vec<_>) = references(design).partition(|one| is_speed(design, *one));
+    let mut text: String = speed.into_iter().map(|(_, signal)| line(signal)).collect();
+    let wanted = wanted_speed(design).replacen("t->", "from_", 1);
+    if design.reference_filter.is_some() {
+        text += &format!("    next.filtered_speed = {wanted};\n");
+    }
+    let of_range = |name: &str| name.starts_with("LEAST_") || name.starts_with("MOST_");
+    let is_table = |(name, end): &(String, &OverSpeed)| of_range(name) && matches!(end, OverSpeed::Table(_));
+    if ends(design).iter().any(is_table) {
+        text += &format!(
+            "    const int row = row_at({wanted});\n    const real part = clamp(way(row, {wanted}), 0.0@f@, 1.0@f@);\n"
+        );
+    }
+    text + &others.into_iter().map(|(_, signal)| line(signal)).collect::<String>()
+}
+
+/// The state in which the next command is what the actuators got.
+fn correct(tables: &Tables) -> String {
+    let (place, gain) = match tables.autopilot.follow_gains().len() {
+        0 => return String::new(),
+        1 => (String::new(), "FOLLOW[i][j]"),
+        values => (
+            format!(
+                "    const real place = 0.5@f@ * (t.scheduling_parameter + 1.0@f@) * {last}.0@f@;
+    const int index = place < {before} ? (int)place : {before};
+    const real share = place - (real)index;
+    const real(*const low)[COMMANDS] = FOLLOW + index * STATES, (*const high)[COMMANDS] = low + STATES;",
+                last = values - 1,
+                before = values - 2
+            ),
+            "between(low[i][j], high[i][j], share)",
+        ),
+    };
+    fill(include_str!("template/correct.c"), &[("place", place), ("gain", gain.to_owned())])
+}
+
+/// What comes out after the delay is what the actuators got.
+const WAIT: &str = "    for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)
+        for (int j = 0; j < COMMANDS; j++) next.waiting[k][j] = clamp(got[j], MINIMUM[j], MAXIMUM[j]);";
+
+fn feed_back(tables: &Tables) -> String {
+    if tables.autopilot.anti_windup().is_none() {
+        return "    (void)state; /* this design has no anti-windup */".to_owned();
+    }
+    "    int differs = 0;
+    for (int j = 0; j < COMMANDS; j++) {
+        got[j] = (state->put_out[j] - got[j]) / SCALE[j];
+        differs |= got[j] != 0.0@f@;
+    }
+    if (differs)
+        for (int i = 0; i < STATES; i++) {
+            real push = -0.0@f@;
+            for (int j = 0; j < COMMANDS; j++) push += ANTI_WINDUP[i][j] * got[j];
+            state->x[i] += push;
+        }"
+    .to_owned()
+}

@@ -1,0 +1,157 @@
+//! Commands that are not the autopilot's: following them, and taking over from them without a jump.
+
+use crate::autopilot::Autopilot;
+use crate::{ControllerDesign, DesignError, Inputs, Matrix, TickError};
+
+/// Time constant with which references go from where the vehicle is to what is asked, s.
+const TRANSITION: f64 = 2.0;
+
+/// A difference of this part of a signal's nominal size is none.
+const NO_DIFFERENCE: f64 = 1e-4;
+
+/// The gain F over rho, and how references come back to what is asked.
+#[derive(Debug)]
+pub(crate) struct Following {
+    /// F at values of rho from -1 to 1, evenly spaced, each n x m; none of a controller that cannot follow.
+    gains: Vec<Matrix>,
+    /// Factor of the difference of each reference from what is asked, for a tick.
+    decay: f64,
+    /// The difference of each reference that is taken for none.
+    negligible: Vec<f64>,
+}
+
+impl Following {
+    #[inline]
+    pub(crate) fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
+        Ok(Self {
+            gains: design.follow_gains()?,
+            decay: (-design.sample_time / TRANSITION).exp(),
+            negligible: design.references().map(|(signal, _)| NO_DIFFERENCE * signal.nominal).collect(),
+        })
+    }
+
+    /// F at values of rho from -1 to 1.
+    pub(crate) fn gains(&self) -> &[Matrix] {
+        &self.gains
+    }
+
+    /// Factor of the difference of a reference from what is asked for a tick, and the difference that is none.
+    pub(crate) fn transition(&self, reference: usize) -> (f64, f64) {
+        (self.decay, self.negligible[reference])
+    }
+
+    /// The difference of a reference from what is asked at the next tick.
+    pub(crate) fn next(&self, reference: usize, difference: f64) -> f64 {
+        let next = self.decay * difference;
+        if next.abs() > self.negligible[reference] { next } else { 0.0 }
+    }
+
+    /// `x - F(rho) error`; F is linear between its values.
+    fn correct(&self, rho: f64, error: &[f64], state: &mut [f64]) {
+        let Some(last) = self.gains.len().checked_sub(2) else {
+            for gain in &self.gains {
+                add(state, |i, j| gain.row(i)[j], error);
+            }
+            return;
+        };
+        let place = 0.5 * (rho + 1.0) * (last + 1) as f64;
+        let index = (place as usize).min(last);
+        let part = place - index as f64;
+        let (low, high) = (&self.gains[index], &self.gains[index + 1]);
+        add(state, |i, j| (1.0 - part) * low.row(i)[j] + part * high.row(i)[j], error);
+    }
+}
+
+/// `x - F error`.
+fn add(state: &mut [f64], gain: impl Fn(usize, usize) -> f64, error: &[f64]) {
+    for (i, x) in state.iter_mut().enumerate() {
+        *x -= error.iter().enumerate().map(|(j, error)| gain(i, j) * error).sum::<f64>();
+    }
+}
+
+impl Autopilot {
+    /// Follows commands that are not its own: of a pilot, of another design. To be called before each tick while those
+    /// are applied, and once before the first tick after.
+    ///
+    /// ```text
+    /// reference_i = measured_i within its range, if it is measured
+    /// V_r         = the reference of the speed
+    /// x          <- x - F(rho) (trim + scale u - applied)/scale
+    /// ```
+    ///
+    /// F(rho) is [`ControllerDesign::follow`]: the next tick commands what is applied, as nearly as the controller can
+    /// at all: two thrusters that it commands alike stay alike. From the reference so found each goes to what is asked
+    /// with a time constant of 2 s, within its limits. Nothing is proved of a loop while it follows.
+    ///
+    /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs).
+    ///
+    /// # Errors
+    /// [`TickError`]; the autopilot is then to be initialised again.
+    pub fn follow(&mut self, inputs: &Inputs, applied: &[f64]) -> Result<(), TickError> {
+        self.check_applied(applied)?;
+        inputs.check(&self.plan.signals)?;
+        let speed = self.plan.speed;
+        let is_given = self.plan.speed_given;
+        if !is_given {
+            self.begin_reference(speed, inputs);
+        }
+        self.filtered_speed = if is_given { inputs.measured[speed] } else { self.references[speed] };
+        for reference in 0..self.references.len() {
+            if reference != speed || is_given {
+                self.begin_reference(reference, inputs);
+            }
+        }
+        self.compute_outputs(inputs, false)?;
+        let Self { plan, controller, outputs, excess, delayed, .. } = self;
+        for (((error, command), applied), actuator) in
+            excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators)
+        {
+            *error += (command - applied) / actuator[0];
+        }
+        plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
+        for row in delayed.chunks_exact_mut(applied.len()) {
+            for ((delayed, applied), [_, minimum, maximum]) in
+                row.iter_mut().zip(applied).zip(&plan.actuators)
+            {
+                *delayed = applied.clamp(*minimum, *maximum);
+            }
+        }
+        self.compute_outputs(inputs, false)
+    }
+
+    /// What the actuators really got since the last tick, where something else limits them further: the anti-windup
+    /// knows of it. To be called before a tick.
+    ///
+    /// ```text
+    /// x <- x + E (command - applied)/scale      E: see [`ControllerDesign::anti_windup`]
+    /// ```
+    ///
+    /// # Errors
+    /// [`TickError::InputNotFinite`].
+    pub fn feed_back(&mut self, applied: &[f64]) -> Result<(), TickError> {
+        self.check_applied(applied)?;
+        let Self { plan, controller, outputs, excess, .. } = self;
+        let Some(gain) = &plan.anti_windup else { return Ok(()) };
+        let each = excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators);
+        for (((excess, command), applied), actuator) in each {
+            *excess = (command - applied) / actuator[0];
+        }
+        controller.add_to_state(gain, excess);
+        Ok(())
+    }
+
+    /// Sets a reference to the measured value, and remembers the difference from what is asked.
+    fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
+        let Self { plan, references, differences, filtered_speed, .. } = self;
+        let asked = inputs.references[reference];
+        let from = if plan.measured[reference] { inputs.measured[reference] } else { asked };
+        let trim = plan.trim.at(*filtered_speed);
+        references[reference] = plan.envelope.used(reference, from, None, trim);
+        differences[reference] = references[reference] - asked;
+    }
+
+    fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {
+        let refused = |(index, value): (usize, &f64)| TickError::AppliedNotFinite { index, value: *value };
+        applied.iter().enumerate().find(|(_, value)| !value.is_finite()).map(refused).map_or(Ok(()), Err)
+    }
+}
