@@ -4,7 +4,7 @@ use crate::header::{has_rate, reference, references};
 use crate::source::{ends, is_speed, keep_references, limit, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
-use scheduled::{ControllerDesign, OverSpeed, Port};
+use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};
 use signals::{Curve, Law};
 
 /// The functions that follow applied commands, and feed them back.
@@ -30,6 +30,7 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
         ("all_finite", all_finite.to_owned()),
         ("read", each(&read, "\n")),
         ("begin", begin(design)),
+        ("corrections", CORRECTIONS.to_string()),
         ("keep", keep_references(design, "next.")),
         ("correct", correct(tables)),
         ("wait", if design.delay_ticks == 0 { String::new() } else { WAIT.to_owned() }),
@@ -85,10 +86,10 @@ fn correct(tables: &Tables) -> String {
         1 => (String::new(), "FOLLOW[i][j]"),
         values => (
             format!(
-                "    const real place = 0.5@f@ * (t.scheduling_parameter + 1.0@f@) * {last}.0@f@;
-    const int index = place < {before} ? (int)place : {before};
-    const real share = place - (real)index;
-    const real(*const low)[COMMANDS] = FOLLOW + index * STATES, (*const high)[COMMANDS] = low + STATES;",
+                "        const real place = 0.5@f@ * (t.scheduling_parameter + 1.0@f@) * {last}.0@f@;
+        const int index = place < {before} ? (int)place : {before};
+        const real share = place - (real)index;
+        const real(*const low)[COMMANDS] = FOLLOW + index * STATES, (*const high)[COMMANDS] = low + STATES;",
                 last = values - 1,
                 before = values - 2
             ),

@@ -9,6 +9,9 @@ const TRANSITION: f64 = 2.0;
 /// A difference of this part of a signal's nominal size is none.
 const NO_DIFFERENCE: f64 = 1e-4;
 
+/// How often the state is corrected in a tick: what F leaves, because it is interpolated, is corrected again.
+pub const CORRECTIONS: usize = 2;
+
 /// The gain F over rho, and how references come back to what is asked.
 #[derive(Debug)]
 pub(crate) struct Following {
@@ -76,7 +79,7 @@ impl Autopilot {
     /// ```text
     /// reference_i = measured_i within its range, if it is measured
     /// V_r         = the reference of the speed
-    /// x          <- x - F(rho) (trim + scale u - applied)/scale
+    /// x          <- x - F(rho) (trim + scale u - applied)/scale, and the same with the new u
     /// ```
     ///
     /// F(rho) is [`ControllerDesign::follow`]: the next tick commands what is applied, as nearly as the controller can
@@ -101,14 +104,17 @@ impl Autopilot {
                 self.begin_reference(reference, inputs);
             }
         }
-        self.compute_outputs(inputs, false)?;
-        let Self { plan, controller, outputs, excess, delayed, .. } = self;
-        for (((error, command), applied), actuator) in
-            excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators)
-        {
-            *error += (command - applied) / actuator[0];
+        for _ in 0..CORRECTIONS {
+            self.compute_outputs(inputs, false)?;
+            let Self { plan, controller, outputs, excess, .. } = self;
+            for (((error, command), applied), actuator) in
+                excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators)
+            {
+                *error += (command - applied) / actuator[0];
+            }
+            plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
         }
-        plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
+        let Self { plan, delayed, .. } = self;
         for row in delayed.chunks_exact_mut(applied.len()) {
             for ((delayed, applied), [_, minimum, maximum]) in
                 row.iter_mut().zip(applied).zip(&plan.actuators)

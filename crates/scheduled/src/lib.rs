@@ -47,6 +47,7 @@ pub use design::{
     VehicleName,
 };
 pub use error::{DesignError, TickError};
+pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;
 pub use lft::matrix::Matrix;
 pub use lft::{Lft, Sizes};

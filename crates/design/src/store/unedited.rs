@@ -18,7 +18,8 @@ use serde_json::Value;
 const ROUNDING_TOLERANCE: f64 = 1e-8;
 
 /// Compares everything but gamma and the matrices of a computed controller, which the certificate contains, and the
-/// anti-windup, which its claim `limits` contains if there is one.
+/// anti-windup, which its claim `limits` contains if there is one, and the gains of following, of which nothing is
+/// claimed.
 ///
 /// # Errors
 /// [`StoreError::Edited`] with the first key that differs; those of freezing.
@@ -33,6 +34,7 @@ pub fn check(
     let (lft, gamma) = (given.unwrap_or_else(|| controller.lft.clone()), controller.gamma.clone());
     let mut expected: Frozen = frozen(vehicle, design, hashes, model, lft, gamma)?;
     expected.controller.anti_windup.clone_from(&controller.anti_windup);
+    expected.controller.follow.clone_from(&controller.follow);
     compare("controller.json", controller, &expected.controller)?;
     compare("plant.json", plant, &expected.plant)
 }

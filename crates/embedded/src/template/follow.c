@@ -16,10 +16,13 @@ int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @pre
     if (!(@all_finite@) || !read(applied, got)) return @PREFIX@_BAD_INPUT;
 
 @begin@
-    int code = compute(&next, in, 0, &t);
-    if (code != @PREFIX@_OK) return code;
+    int code;
+    for (int k = 0; k < @corrections@; k++) {
+        code = compute(&next, in, 0, &t);
+        if (code != @PREFIX@_OK) return code;
 @keep@
 @correct@
+    }
 @wait@
     code = compute(&next, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
