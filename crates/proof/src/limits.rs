@@ -37,8 +37,8 @@ pub struct Step<'a> {
 /// The stage in the errors of a search.
 const STAGE: &str = "limits";
 
-/// Adds the claim for the largest step found to a proof that covers a model error, in the place of one that is there, and
-/// proves all of it.
+/// Adds the claim for the largest step found to a proof that covers a model error, in the place of one that is there,
+/// and proves all of it.
 ///
 /// The anti-windup gain is the first with which the wanted step is proved. If there is none, it is that of the largest
 /// step, among the given gains and a computed one. If possible, the claim is then made for every initial state.

@@ -40,9 +40,9 @@ pub struct Tried<'a> {
 /// step is claimed beyond the range of its signal, where the linear models are meaningless, however strong the
 /// actuators: a pitch step of at most 90 deg, a depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `tried` are the anti-windup gains to be tried. The claim holds the gain
-/// to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that of the speed.
-/// Actuator rates are saturated, too.
+/// The wanted step is that of the default flight; `tried` are the anti-windup gains to be tried. The claim holds the
+/// gain to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that of the
+/// speed. Actuator rates are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
