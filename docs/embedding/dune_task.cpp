@@ -94,7 +94,7 @@ namespace Control
             war("the speed is out of range");
           const bool limited = (m_out.status & SQUID_REFERENCE_LIMITED) != 0u;
           if (limited && !m_limited)
-            war("a reference asks more than the vehicle can hold");
+            war("a reference is not used as it is asked");
           m_limited = limited;
           if ((m_out.status & SQUID_STUCK_SPEED) != 0u)
             war("the measured speed does not move");

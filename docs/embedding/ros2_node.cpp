@@ -67,7 +67,7 @@ private:
     if (code == SQUID_SINGULAR || code == SQUID_DIVERGED) RCLCPP_ERROR(get_logger(), "the autopilot starts anew");
     if ((out_.status & SQUID_OUT_OF_RANGE) != 0u) RCLCPP_WARN(get_logger(), "the speed is out of range");
     const bool is_limited = (out_.status & SQUID_REFERENCE_LIMITED) != 0u;
-    if (is_limited && !was_limited_) RCLCPP_WARN(get_logger(), "a reference asks more than the vehicle can hold");
+    if (is_limited && !was_limited_) RCLCPP_WARN(get_logger(), "a reference is not used as it is asked");
     was_limited_ = is_limited;
     if ((out_.status & SQUID_STUCK_SPEED) != 0u) RCLCPP_WARN(get_logger(), "the measured speed does not move");
     return code == SQUID_OK || (code == SQUID_BAD_INPUT && is_running_);

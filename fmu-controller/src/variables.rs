@@ -142,6 +142,9 @@ fn within_range(one: Variable, signal: &Port, design: &ControllerDesign, measure
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let one = one.unit(&signal.unit).nominal(signal.nominal);
+    if let Some([least, most]) = design.widest(signal).filter(|_| !measured) {
+        return one.range(least, most);
+    }
     match (signal.level, signal.range) {
         (_, Some([least, most])) => one.range(least, most),
         (Level::Scheduled, None) if measured => {

@@ -104,6 +104,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let actuators = actuators(model);
     let own = move |quantity: Own| quantity.number(actuators);
+    let design = model.controller.design();
     let wanted = model.outside.references;
     let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
@@ -123,8 +124,10 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .nominal(signal.nominal)
         .quantity(own(Own::Reference(place)))
         .slope(move |m, v| m.outside.slopes[place] = v);
-        match (signal.level, signal.range) {
-            (_, Some([least, most])) => one.range(least, most),
+        let limited = design.widest(&design.signals[place]);
+        match (signal.level, limited.or(signal.range)) {
+            // The start may lie outside: it is that of the default flight.
+            (_, Some([least, most])) => one.range(least.min(wanted[place]), most.max(wanted[place])),
             (Level::Scheduled, None) => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
             _ => one,
         }
@@ -258,7 +261,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         Variable::real(
             format!("{}_used", reference.name),
             format!(
-                "{}, at the last tick, of the manoeuvre or the input, within what the vehicle can hold",
+                "{}, at the last tick, of the manoeuvre or the input, within the envelope",
                 reference.wanted
             ),
             move |m: &ClosedLoop| m.controller.autopilot().references()[place],

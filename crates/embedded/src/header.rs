@@ -88,7 +88,7 @@ pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
     let speeds = &design.trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let comment = |signal: &Port, measured: bool, what: &str| {
-        let range = match (signal.level, signal.range) {
+        let range = match (signal.level, design.widest(signal).filter(|_| !measured).or(signal.range)) {
             (_, Some([least, most])) => format!(", {least:.4} to {most:.4}"),
             (Level::Scheduled, None) if measured => format!(", scheduled on {slowest:.4} to {fastest:.4}"),
             (Level::Scheduled, None) => format!(", {slowest:.4} to {fastest:.4}"),

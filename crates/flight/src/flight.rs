@@ -12,7 +12,7 @@ use std::array::from_fn;
 pub struct Signals {
     /// The value of each signal.
     pub measured: Each<f64>,
-    /// The reference of each signal that can be tracked, absolute.
+    /// The reference of each signal that can be tracked, absolute, as the law used it.
     pub references: EachTracked<f64>,
 }
 
@@ -101,6 +101,8 @@ pub struct SeaRow {
 pub struct LawOutput {
     /// Commands, N or rad.
     pub commands: Vec<f64>,
+    /// The references as the law used them; `None` if those that were asked.
+    pub references: Option<EachTracked<f64>>,
     /// The scheduling parameter.
     pub rho: f64,
     /// Whether the speed is outside the range of the design.
@@ -179,7 +181,9 @@ pub fn fly_varied(
         for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
-        Ok(LawOutput { commands, rho, out_of_range })
+        let used = autopilot.references();
+        let references = Some(from_fn(|place| used[place]));
+        Ok(LawOutput { commands, references, rho, out_of_range })
     })
 }
 
@@ -311,10 +315,11 @@ impl Start {
             }
             inputs.measured.copy_from_slice(&read.measured);
             inputs.references.copy_from_slice(&read.references);
-            let LawOutput { commands, rho, out_of_range } = law(&inputs)?;
+            let LawOutput { commands, references, rho, out_of_range } = law(&inputs)?;
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
             }
+            let signals = Signals { references: references.unwrap_or(signals.references), ..signals };
             flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
             plant.advance((k + 1) as f64 * sample_time)?;
         }

@@ -239,6 +239,14 @@ impl ControllerDesign {
             || self.has_input(signal, ControllerInput::is_reference)
     }
 
+    /// The least and the largest reference of a signal at any speed, if they are limited.
+    pub fn widest(&self, signal: &Port) -> Option<[f64; 2]> {
+        let [least, most] = self.envelope.get(&signal.name)?.range.as_ref()?;
+        let rows = 0..self.trim.speed.len();
+        let least = rows.clone().map(|row| least.at(row)).fold(f64::INFINITY, f64::min);
+        Some([least, rows.map(|row| most.at(row)).fold(f64::NEG_INFINITY, f64::max)])
+    }
+
     fn has_input(&self, signal: usize, kind: fn(&ControllerInput) -> bool) -> bool {
         let name = self.signals.get(signal).map(|signal| &signal.name);
         self.controller_inputs.iter().any(|input| kind(input) && Some(&input.signal) == name)

@@ -144,7 +144,9 @@ pub fn fly(
         commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
         let outputs = autopilot.outputs();
         let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-        Ok(LawOutput { commands, rho, out_of_range })
+        let used = autopilot.references();
+        let references = Some(std::array::from_fn(|place| used[place]));
+        Ok(LawOutput { commands, references, rho, out_of_range })
     };
     let sampling = Sampling { sample_time: design.sample_time, trims: &table };
     Ok(fly_course(vehicle, subject.inputs.design.level(), course, &sampling, tick)?)
