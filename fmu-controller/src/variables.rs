@@ -105,8 +105,8 @@ pub(crate) fn engagement() -> [Variable; 2] {
     [
         Variable::boolean(
             "engaged",
-            "the actuators get the commands of this controller; while false it follows what NAME_applied says they get, \
-             so that it can take over without a jump",
+            "the actuators get the commands of this controller; while false it follows what NAME_applied says they \
+             get, so that it can take over without a jump",
             |m| m.applied.engaged,
             Role::input(|m, v| m.applied.engaged = v),
         ),
@@ -207,8 +207,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .initially_depends_on(&[measured]),
         Variable::boolean(
             format!("{prefix}reference_limited"),
-            "a reference is not used as it is asked: it is limited to the envelope, or on its way after the controller was \
-             engaged",
+            "a reference is not used as it is asked: it is limited to the envelope, or on its way after the \
+             controller was engaged",
             |m| m.autopilot.outputs().reference_limited,
             Role::output(),
         )

@@ -25,6 +25,15 @@ pub enum PlantError {
     /// A coefficient is not allowed.
     #[error("the vehicle cannot start: {0}")]
     Coefficients(#[from] CoefficientError),
+    /// A weight, buoyancy or centre of gravity is not allowed in flight.
+    #[error("{0}")]
+    Ballast(#[source] CoefficientError),
+    /// A coefficient is changed in flight, and the LPV model cannot follow.
+    #[error(
+        "weight, buoyancy, x_G and z_G can be changed in flight only where fidelity is nonlinear, because the LPV \
+         model was made with the coefficients of the vehicle file; external_force_z acts in both"
+    )]
+    BallastOfLpv,
     /// The initial depth is above the surface.
     #[error("the vehicle cannot start: initial_depth is {depth} m, and must be zero (the surface) or more")]
     AboveSurface { depth: f64 },

@@ -16,6 +16,7 @@ impl PlantModel {
             current_vertical: self.inputs.current.vertical,
             operating_speed: self.inputs.operating_speed,
             given_speed: self.inputs.given_speed,
+            load: self.inputs.load,
             ..self.plant.instant()
         };
         self.plant.in_water(&under_inputs)

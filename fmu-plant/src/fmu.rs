@@ -114,7 +114,12 @@ impl Model for PlantModel {
         self.obey_commands()?;
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_given_speed(self.inputs.given_speed)?;
+        self.plant.set_load(self.inputs.load)?;
         Ok(self.plant.set_operating_speed(self.inputs.operating_speed)?)
+    }
+
+    fn tune(&mut self) -> Result<(), PlantError> {
+        self.take_on_ballast()
     }
 
     fn derivatives(&self, rates: &mut [f64]) {
@@ -127,7 +132,7 @@ impl Model for PlantModel {
     }
 
     fn input_rates(&self, tangents: &mut [f64]) {
-        let Slopes { commands, current, operating_speed, given_speed } = &self.slopes;
+        let Slopes { commands, current, operating_speed, given_speed, load } = &self.slopes;
         for (index, &rate) in commands.iter().enumerate() {
             tangents[Quantity::command(index)] = rate;
         }
@@ -135,6 +140,9 @@ impl Model for PlantModel {
         tangents[Quantity::CurrentVertical.number()] = current.vertical;
         tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
         tangents[Quantity::GivenSpeed.number()] = *given_speed;
+        for (quantity, &rate) in Quantity::EXTERNAL.into_iter().zip(load) {
+            tangents[quantity.number()] = rate;
+        }
         tangents[Quantity::Time.number()] = 1.0;
     }
 

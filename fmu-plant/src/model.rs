@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use auv::{
-    Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State,
+    Ballast, Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State,
     Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };
 
 use crate::{PlantError, WaveParameters};
 
-/// Settings, fixed before a flight begins.
+/// Settings, fixed before a flight begins but for weight, buoyancy and centre of gravity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Coefficients of the vehicle.
+    /// Coefficients of the vehicle; [`PlantModel::take_on_ballast`] applies those that are changed in flight.
     pub coefficients: Coefficients,
     /// Initial speed along the path through the water \[m/s\].
     pub initial_speed: f64,
@@ -36,6 +36,23 @@ pub struct Inputs {
     pub operating_speed: f64,
     /// Forward speed through the water that is given to a vehicle that takes one \[m/s\]; others do not use it.
     pub given_speed: f64,
+    /// A load \[X Z M\] from outside, along the body and about its origin \[N, N, N m\]: forward, down, bow up.
+    pub load: [f64; 3],
+}
+
+/// What the vehicle had at the start and can lose in flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Launch {
+    /// Weight \[N\], to which the mass of the settings belongs.
+    pub(crate) weight: f64,
+    /// Buoyancy \[N\]: the hull that the waves meet displaces as much.
+    pub(crate) buoyancy: f64,
+}
+
+impl Launch {
+    fn of(coefficients: &Coefficients) -> Self {
+        Self { weight: coefficients.weight, buoyancy: coefficients.buoyancy }
+    }
 }
 
 /// A vehicle that starts in level trim and then moves under its inputs.
@@ -53,6 +70,7 @@ pub struct PlantModel {
     pub(crate) lpv: Arc<LpvModel>,
     pub(crate) plant: Plant,
     pub(crate) trim: Trim,
+    pub(crate) launch: Launch,
     /// The waves about the vehicle since the start.
     pub(crate) surroundings: Option<Arc<Surroundings>>,
     pub(crate) above_surface: bool,
@@ -89,9 +107,11 @@ impl PlantModel {
                 current: Current::default(),
                 operating_speed: row.speed,
                 given_speed: row.forward_speed,
+                load: [0.0; 3],
             },
             slopes: Slopes::held(vehicle.actuators.len()),
             asked: Slopes::held(vehicle.actuators.len()),
+            launch: Launch::of(&vehicle.coefficients),
             vehicle: Arc::new(vehicle),
             lpv,
             plant,
@@ -173,6 +193,7 @@ impl PlantModel {
         let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&self.lpv))?;
         plant.set_fidelity(*fidelity)?;
         plant.set_current(self.inputs.current)?;
+        plant.set_load(self.inputs.load)?;
         let surroundings = waves.about(&vehicle)?;
         if let Some(water) = &surroundings {
             plant = plant.with_water(water.clone());
@@ -182,9 +203,33 @@ impl PlantModel {
         if let Some(clearance) = clearance.filter(|clearance| *clearance < 0.0) {
             return Err(PlantError::BreaksSurface { depth: trim.depth, out: -clearance });
         }
+        self.launch = Launch::of(&vehicle.coefficients);
         (self.plant, self.trim, self.surroundings) = (plant, trim, surroundings);
         (self.above_surface, self.out_of_range) = (false, false);
         self.obey_commands()
+    }
+
+    /// Gives the vehicle in flight the weight, the buoyancy and the centre of gravity of the settings, without
+    /// allocating. Its mass changes with the weight, `m = W/g`, and its motion goes on as it is.
+    ///
+    /// # Errors
+    /// [`PlantError::Ballast`], [`PlantError::BallastOfLpv`]; the settings then have the values before again.
+    pub fn take_on_ballast(&mut self) -> Result<(), PlantError> {
+        let (wanted, now) = (self.settings.coefficients.ballast(), self.plant.ballast());
+        let ratio = wanted.weight / self.launch.weight;
+        // A weight that is not allowed is refused itself, and not for the mass that it would give.
+        let mass = if ratio > 0.0 { wanted.mass * ratio } else { now.mass };
+        let wanted = Ballast { mass, ..wanted };
+        let outcome = match self.settings.fidelity {
+            _ if wanted == now => Ok(()),
+            Fidelity::Nonlinear => self.plant.set_ballast(&wanted).map_err(PlantError::Ballast),
+            Fidelity::Lpv => Err(PlantError::BallastOfLpv),
+        };
+        if outcome.is_err() {
+            let mass = self.settings.coefficients.mass;
+            self.settings.coefficients.set_ballast(&Ballast { mass, ..now });
+        }
+        outcome
     }
 
     /// The vehicle with other coefficients.
@@ -201,7 +246,7 @@ impl PlantModel {
     pub fn advance(&mut self, to: f64) -> Result<(), PlantError> {
         let duration = to - self.plant.time();
         (self.asked.current, self.asked.operating_speed) = (self.slopes.current, self.slopes.operating_speed);
-        self.asked.given_speed = self.slopes.given_speed;
+        (self.asked.given_speed, self.asked.load) = (self.slopes.given_speed, self.slopes.load);
         for (index, actuator) in self.vehicle.actuators.iter().enumerate() {
             let (command, slope) = (self.inputs.commands[index], self.slopes.commands[index]);
             let now = actuator.asked(command).0;
@@ -213,6 +258,7 @@ impl PlantModel {
         self.plant.set_current(self.inputs.current)?;
         self.plant.set_operating_speed(self.inputs.operating_speed)?;
         self.plant.set_given_speed(self.inputs.given_speed)?;
+        self.plant.set_load(self.inputs.load)?;
         self.plant.set_slopes(&self.asked)?;
         self.plant.advance(to)?;
         for (command, slope) in self.inputs.commands.iter_mut().zip(&self.slopes.commands) {
@@ -221,6 +267,7 @@ impl PlantModel {
         self.inputs.current = self.plant.current();
         self.inputs.operating_speed = self.plant.operating_speed();
         self.inputs.given_speed = self.plant.given_speed();
+        self.inputs.load = self.plant.load();
         Ok(())
     }
 }

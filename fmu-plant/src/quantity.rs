@@ -27,6 +27,10 @@ pub enum Quantity {
     PathSpeed,
     /// Of a vehicle that is given its speed; nothing belongs to it in others.
     GivenSpeed,
+    /// The load from outside.
+    ExternalForceX,
+    ExternalForceZ,
+    ExternalMoment,
     /// By which waves change.
     Time,
 }
@@ -35,6 +39,9 @@ pub enum Quantity {
 const FIXED: usize = Quantity::Time as usize + 1;
 
 impl Quantity {
+    /// The load from outside, X Z M.
+    pub const EXTERNAL: [Self; 3] = [Self::ExternalForceX, Self::ExternalForceZ, Self::ExternalMoment];
+
     /// Number of quantities of a vehicle with a number of actuators.
     pub fn count(actuators: usize) -> usize {
         FIXED + 3 * actuators

@@ -4,6 +4,7 @@ use auv::{COEFFICIENTS, Coefficients, Fidelity, Snapshot};
 use fmi2::{SavedState, StateError};
 
 use crate::PlantModel;
+use crate::model::Launch;
 
 impl PlantModel {
     /// Writes settings, inputs, trim and the whole motion, or reads them into a plant of the same vehicle.
@@ -19,10 +20,12 @@ impl PlantModel {
         state.reals(&mut inputs.commands)?;
         let current = &mut inputs.current;
         state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut inputs.operating_speed])?;
+        state.reals(&mut inputs.load)?;
         let slopes = &mut self.slopes;
         state.reals(&mut slopes.commands)?;
         let current = &mut slopes.current;
         state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut slopes.operating_speed])?;
+        state.reals(&mut slopes.load)?;
         let trim = &mut self.trim;
         state.each(&mut [
             &mut trim.speed,
@@ -34,6 +37,7 @@ impl PlantModel {
             &mut trim.residual,
         ])?;
         state.reals(&mut trim.actuators)?;
+        state.each(&mut [&mut self.launch.weight, &mut self.launch.buoyancy])?;
         state.boolean(&mut self.above_surface)?;
         state.boolean(&mut self.out_of_range)?;
         let mut snapshot = self.plant.snapshot();
@@ -46,7 +50,11 @@ impl PlantModel {
     }
 
     fn restore(&mut self, snapshot: &Snapshot, in_waves: bool) -> Result<(), StateError> {
-        let vehicle = self.with(&snapshot.coefficients);
+        let Launch { weight, buoyancy } = self.launch;
+        if !(weight.is_finite() && weight > 0.0) {
+            return Err(StateError::inconsistent(format_args!("a weight of {weight} N at the start")));
+        }
+        let vehicle = self.with(&Coefficients { buoyancy, ..snapshot.coefficients.clone() });
         self.surroundings = if in_waves {
             self.settings.waves.about(&vehicle).map_err(StateError::inconsistent)?
         } else {
@@ -75,6 +83,7 @@ fn pass_motion(snapshot: &mut Snapshot, state: &mut dyn SavedState) -> Result<()
     state.reals(&mut snapshot.commands)?;
     let current = &mut snapshot.current;
     state.each(&mut [&mut current.horizontal, &mut current.vertical])?;
+    state.reals(&mut snapshot.load)?;
     state.each(&mut [&mut snapshot.operating_speed, &mut snapshot.integrator_step])
 }
 

@@ -2,7 +2,7 @@
 
 use auv::Actuator;
 
-use crate::variables::{GIVEN_SPEED, knowns_of_trim};
+use crate::variables::{GIVEN_SPEED, external, knowns_of_trim};
 use crate::{PlantModel, Quantity, WAVES};
 
 type Variable = fmi2::Variable<PlantModel>;
@@ -57,9 +57,10 @@ fn rates(model: &PlantModel) -> Vec<Variable> {
     let forces: Vec<String> = model.vehicle().actuators.iter().map(force_of).collect();
     let forces = forces.iter().map(String::as_str);
     let given = model.takes_a_speed().then_some(GIVEN_SPEED);
+    let external = external(model).map(|(_, name, ..)| name);
     let waves = model.can_meet_waves().then_some("distance");
     let of_dynamics: Vec<&str> =
-        motion.into_iter().chain(waves).chain(inputs).chain(given).chain(forces).collect();
+        motion.into_iter().chain(waves).chain(inputs).chain(given).chain(external).chain(forces).collect();
     let of_kinematics = ["surge_over_ground", "heave_over_ground", "pitch"];
     let of_turning = if model.lpv().turns_with_pitch_rate_alone() {
         &["pitch_rate", "operating_speed"][..]

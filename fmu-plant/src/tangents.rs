@@ -59,6 +59,7 @@ impl PlantModel {
             current_vertical: dual(still.current_vertical, Q::CurrentVertical),
             operating_speed: Dual64::from(0.0),
             given_speed: Dual64::from(0.0),
+            load: [Dual64::from(0.0); 3],
         };
         // At rest over ground the velocity through the water is minus that of the current.
         let water = against.motion();
@@ -81,6 +82,7 @@ impl PlantModel {
             current_vertical: dual(self.inputs.current.vertical, Q::CurrentVertical),
             operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
             given_speed: dual(now.given_speed, Q::GivenSpeed),
+            load: std::array::from_fn(|i| dual(now.load[i], Q::EXTERNAL[i])),
         };
         self.plant.in_water(&in_current)
     }

@@ -53,7 +53,7 @@ macro_rules! parameter {
     };
 }
 
-/// Commands, current, and the operating speed of the LPV model.
+/// Commands, current, the operating speed of the LPV model, and the load from outside.
 pub fn inputs(model: &PlantModel) -> Vec<Variable> {
     let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
     let horizontal = "horizontal velocity of the current, positive the way of distance";
@@ -65,7 +65,36 @@ pub fn inputs(model: &PlantModel) -> Vec<Variable> {
         input!("current_vertical", vertical, CurrentVertical, current.vertical),
         ahead(model, input!("operating_speed", operating_speed, OperatingSpeed, operating_speed)),
     ];
-    commands.chain(others).chain(given_speed(model)).collect()
+    commands.chain(others).chain(given_speed(model)).chain(external_load(model)).collect()
+}
+
+/// The load from outside: its place among X, Z and M, name, unit and description.
+type External = (usize, &'static str, &'static str, &'static str);
+
+/// The inputs of the load from outside.
+const EXTERNAL: [&str; 3] = ["external_force_x", "external_force_z", "external_moment"];
+
+/// What of the load from outside acts: at a given speed a force along the hull does not.
+pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
+    const MEANINGS: [(&str, &str); 3] = [
+        ("N", "force from outside at the origin of the body, along the body axis, positive forward"),
+        ("N", "force from outside at the origin of the body, across the body axis, positive down"),
+        ("N.m", "pitch moment from outside about the origin of the body, positive bow up"),
+    ];
+    let all = EXTERNAL.into_iter().zip(MEANINGS).enumerate();
+    let first = usize::from(model.takes_a_speed());
+    all.map(|(place, (name, (unit, meaning)))| (place, name, unit, meaning)).skip(first)
+}
+
+fn external_load(model: &PlantModel) -> impl Iterator<Item = Variable> {
+    external(model).map(|(place, name, unit, meaning)| {
+        let set = move |m: &mut PlantModel, v| m.inputs.load[place] = v;
+        Variable::real(name, meaning, move |m| m.inputs.load[place], Role::input(set))
+            .unit(unit)
+            .nominal(10.0)
+            .quantity(Quantity::EXTERNAL[place].number())
+            .slope(move |m, v| m.slopes.load[place] = v)
+    })
 }
 
 /// A speed along the path, which is no less than zero where the vehicle flies ahead alone.
@@ -221,6 +250,9 @@ pub(crate) fn knowns_of_trim(model: &PlantModel) -> Vec<&'static str> {
     ["initial_speed", "initial_depth"].into_iter().chain(coefficients).collect()
 }
 
+/// The coefficients that can be changed in flight, as dropped weights and buoyancy engines do.
+const TUNABLE: [&str; 4] = ["weight", "buoyancy", "x_G", "z_G"];
+
 /// The start, the fidelity, the waves, and every coefficient that acts on the vehicle.
 pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let sign = if model.only_ahead() { "above zero" } else { "negative astern" };
@@ -283,11 +315,17 @@ fn fidelity_of(number: i32) -> Fidelity {
 fn coefficient(spec: &'static CoefficientSpec, model: &PlantModel) -> Variable {
     let source = model.vehicle().sources.get(spec.key).map_or("the default", String::as_str);
     let above_zero = if spec.allowed == Allowed::Positive { ", above zero" } else { "" };
-    let description = format!("{}{above_zero}; source: {source}", spec.meaning);
+    let in_flight = match spec.key {
+        "weight" => ", which can be changed in flight, and the mass with it",
+        key if TUNABLE.contains(&key) => ", which can be changed in flight",
+        _ => "",
+    };
+    let description = format!("{}{above_zero}{in_flight}; source: {source}", spec.meaning);
     let get = |m: &PlantModel| (spec.get)(&m.settings.coefficients);
     let set = |m: &mut PlantModel, v| (spec.set)(&mut m.settings.coefficients, v);
     let size = get(model).abs();
-    let variable = Variable::real(spec.key, description, get, Role::parameter(set)).unit(spec.unit);
+    let role = if TUNABLE.contains(&spec.key) { Role::tunable(set) } else { Role::parameter(set) };
+    let variable = Variable::real(spec.key, description, get, role).unit(spec.unit);
     let variable = if size > 0.0 { variable.nominal(size) } else { variable };
     match spec.allowed {
         Allowed::Any => variable,

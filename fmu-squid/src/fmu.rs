@@ -97,6 +97,10 @@ impl Model for ClosedLoop {
         Ok(self.plant.apply_inputs()?)
     }
 
+    fn tune(&mut self) -> Result<(), ClosedLoopError> {
+        Ok(self.plant.tune()?)
+    }
+
     fn derivatives(&self, rates: &mut [f64]) {
         self.plant.derivatives(rates);
     }

@@ -31,7 +31,7 @@ pub(crate) fn table(model: &ClosedLoop) -> Vec<Variable> {
     let mut table = manoeuvre(model);
     table.extend(plant_parameters(model));
     table.extend(overrides(model));
-    table.extend(current(model));
+    table.extend(disturbances(model));
     table.extend(motion(model));
     table.extend(of_controller(model));
     table.extend(references(model));
@@ -142,9 +142,10 @@ fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal,
     rows.filter(move |(place, ..)| has(place))
 }
 
-/// The current, the only input of the plant that the loop does not set.
-fn current(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let open = |one: &fmi2::Variable<_>| ["current_horizontal", "current_vertical"].contains(&one.name());
+/// The inputs of the plant that the loop does not set: the current, and the load from outside.
+fn disturbances(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
+    let known = known_of(model);
+    let open = move |one: &fmi2::Variable<_>| known(one.name());
     fmu_plant::inputs(&model.plant).into_iter().filter(open).map(of_plant)
 }
 

@@ -9,40 +9,52 @@ use std::sync::atomic::Ordering;
 use abi::{MESSAGES, Unpacked, do_step, free, get};
 use allocation_counter::measure;
 use fmi2::abi::{Component, Status, access, exchange, step};
-use fmi2::model_description::{Causality, Kind, ModelDescription};
+use fmi2::model_description::{Causality, Kind, ModelDescription, ScalarVariable, Variability};
 use fmi2::{Interface, Model, Resources, describe};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 
-/// Value references, and start values of the inputs.
+/// Value references, and start values of the inputs and of the parameters that can be changed in flight.
 struct Signals {
     inputs: Vec<u32>,
     start: Vec<f64>,
     outputs: Vec<u32>,
     all: Vec<u32>,
+    tunable: Vec<u32>,
+    tuned: Vec<f64>,
     states: usize,
 }
 
 fn signals(description: &ModelDescription) -> Signals {
-    let real = |wanted: &dyn Fn(Causality) -> bool| {
+    let real = |wanted: &dyn Fn(&ScalarVariable) -> bool| {
         let all = description.variables.iter().filter(|one| matches!(one.kind, Kind::Real { .. }));
-        let chosen = all.filter(|one| wanted(one.causality));
+        let chosen = all.filter(|one| wanted(one));
         let start = |kind: &Kind| match kind {
             Kind::Real { start, .. } => start.unwrap_or(0.0),
             _ => 0.0,
         };
         chosen.map(|one| (one.value_reference, start(&one.kind))).unzip()
     };
-    let (inputs, start) = real(&|causality| causality == Causality::Input);
-    let (outputs, _): (_, Vec<f64>) = real(&|causality| causality == Causality::Output);
+    let (inputs, start) = real(&|one| one.causality == Causality::Input);
+    let (outputs, _): (_, Vec<f64>) = real(&|one| one.causality == Causality::Output);
+    let (tunable, tuned) = real(&|one| one.variability == Variability::Tunable);
     let (all, _): (_, Vec<f64>) = real(&|_| true);
-    Signals { inputs, start, outputs, all, states: description.structure().derivatives.len() }
+    Signals { inputs, start, outputs, all, tunable, tuned, states: description.structure().derivatives.len() }
 }
 
 fn set_all<M: Model>(c: Component, signals: &Signals) {
     let count = signals.inputs.len();
     let status = unsafe { access::set_real::<M>(c, signals.inputs.as_ptr(), count, signals.start.as_ptr()) };
+    assert_eq!(status, Status::Ok);
+}
+
+/// Changes what can be changed in flight.
+fn tune<M: Model>(c: Component, signals: &Signals, factor: f64) {
+    let mut values = [0.0; 8];
+    values.iter_mut().zip(&signals.tuned).for_each(|(value, start)| *value = factor * start);
+    let count = signals.tunable.len();
+    let status = unsafe { access::set_real::<M>(c, signals.tunable.as_ptr(), count, values.as_ptr()) };
     assert_eq!(status, Status::Ok);
 }
 
@@ -53,6 +65,7 @@ fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
     let mut sum = 0.0;
     for k in 0..1000 {
         set_all::<M>(c, signals);
+        tune::<M>(c, signals, 1.0 + 1e-3 * f64::from(k % 3));
         if signals.states > 0 {
             let (references, slopes) = (signals.inputs.as_ptr(), [1e-3; 16]);
             let count = signals.inputs.len();
@@ -90,6 +103,7 @@ fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
         for k in 0..1000 {
             if k % 10 == 0 {
                 assert_eq!(exchange::enter_event_mode::<M>(c), Status::Ok);
+                tune::<M>(c, signals, 1.0 + 1e-3 * f64::from(k % 3));
                 assert_eq!(exchange::new_discrete_states::<M>(c, &mut info), Status::Ok);
                 assert_eq!(exchange::enter_continuous_time_mode::<M>(c), Status::Ok);
             }

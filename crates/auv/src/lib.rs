@@ -68,6 +68,7 @@ pub use simulation::water::{Water, WaterMotion};
 pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
+pub use vehicle::ballast::Ballast;
 pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;

@@ -2,6 +2,7 @@
 
 pub(crate) mod actuator;
 pub(crate) mod allowed;
+pub(crate) mod ballast;
 pub(crate) mod coefficients;
 mod file;
 pub(crate) mod geometry;

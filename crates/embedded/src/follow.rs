@@ -1,7 +1,7 @@
 //! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
 
 use crate::header::{has_rate, reference, references};
-use crate::source::{ends, is_speed, keep_references, limit, wanted_speed};
+use crate::references::{ends, is_speed, keep_references, limit, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};

@@ -190,7 +190,7 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     for (_, signal) in references(design) {
         let (name, unit) = (reference(signal), &signal.unit);
         members += &format!(
-            "    @prefix@_real difference_{name}; /* {unit}: how far {name} still is from what is asked, after following */\n"
+            "    @prefix@_real difference_{name}; /* {unit}: from {name} as asked to as used, after following */\n"
         );
         if !has_rate(design, signal) {
             continue;
@@ -251,13 +251,13 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
              status has OUT_OF_RANGE. For a wanted speed beyond the trim table the trim is that of its end. What is \
              proved does not hold there."
         ),
-        "Taking over: while a pilot, another design or anything else commands the actuators, call follow with what they \
-         get, and then step, each tick; call follow once more before the first step whose outputs are used. The state \
-         is then such that the command is what was applied, as nearly as the controller can, and references go from \
-         where the vehicle is to what is asked with a time constant of 2 s. To take over after a reset: reset, follow, \
-         step. Where something limits the commands further while they are used, call feed_back with what the actuators \
-         got before each step, and the anti-windup knows of it. What is proved does not cover a loop that follows, nor \
-         limits that are not those of the outputs."
+        "Taking over: while a pilot, another design or anything else commands the actuators, call follow with what \
+         they get, and then step, each tick; call follow once more before the first step whose outputs are used. \
+         The state is then such that the command is what was applied, as nearly as the controller can, and \
+         references go from where the vehicle is to what is asked with a time constant of 2 s. To take over after \
+         a reset: reset, follow, step. Where something limits the commands further while they are used, call \
+         feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
+         does not cover a loop that follows, nor limits that are not those of the outputs."
             .to_owned(),
         "A sensor that is stuck: its number is taken as it is, like any other. Where it was the same for STUCK_TICKS \
          ticks, the status has its bit until it moves; sensors that round coarsely or come rarely set it in \

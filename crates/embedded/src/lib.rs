@@ -13,6 +13,7 @@ mod follow;
 mod header;
 mod library;
 mod real;
+mod references;
 mod source;
 mod tables;
 mod template;

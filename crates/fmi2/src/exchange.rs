@@ -109,6 +109,8 @@ impl<M: Model> Instance<M> {
                 Some(place) => self.rates[place] = value,
             }
         }
+        self.tune(references, |position| values[position])?;
+        let states = self.table.states();
         self.now.model.set_states(&self.rates);
         for (&reference, &value) in references.iter().zip(values).filter(|(one, _)| !states.contains(one)) {
             self.table.set(&mut self.now.model, reference, value)?;

@@ -217,11 +217,33 @@ impl<M: Model> Instance<M> {
         for (position, &reference) in references.iter().enumerate() {
             self.table.check(reference, &value(position), self.now.phase)?;
         }
+        self.tune(references, &value)?;
         for (position, &reference) in references.iter().enumerate() {
             self.table.set(&mut self.now.model, reference, value(position))?;
         }
         self.now.stale = true;
         Ok(())
+    }
+
+    /// Sets those that are tunable parameters of a model that moves. They come first: what the model refuses it takes
+    /// back itself, and nothing else has been set.
+    pub(crate) fn tune<T: Value>(
+        &mut self,
+        references: &[u32],
+        value: impl Fn(usize) -> T,
+    ) -> Result<(), Refusal> {
+        if !matches!(self.now.phase, Phase::Step | Phase::Event) {
+            return Ok(());
+        }
+        let mut any = false;
+        for (position, &reference) in references.iter().enumerate() {
+            if self.table.is_tunable(reference) {
+                self.table.set(&mut self.now.model, reference, value(position))?;
+                any = true;
+            }
+        }
+        let outcome = if any { self.now.model.tune() } else { Ok(()) };
+        outcome.map_err(|error| Refusal::NotTuned { reason: error.to_string() })
     }
 
     /// Makes the instance fatal after a panic.

@@ -83,6 +83,15 @@ pub trait Model: Clone + Send + Sync + 'static {
         Ok(())
     }
 
+    /// Applies tunable parameters that were set between two steps or in event mode; the states do not change. A model
+    /// that reads them wherever it needs them, and takes any finite number, keeps this default.
+    ///
+    /// # Errors
+    /// A value is not allowed; all tunable parameters then have the values before again.
+    fn tune(&mut self) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
     /// Computes `f(x, u)`; numbers that are not finite mean that f is undefined there.
     fn derivatives(&self, _rates: &mut [f64]) {}
 

@@ -31,6 +31,8 @@ pub enum Refusal {
     NotFinite { name: String, value: f64 },
     #[error("variable '{name}' cannot be set to {value}, only to 1 .. {last}")]
     NoSuchItem { name: String, value: i32, last: i32 },
+    #[error("the tunable parameters stay as they were: {reason}")]
+    NotTuned { reason: String },
     #[error("start time {start} s, stop time {stop} s and tolerance {tolerance} make no experiment")]
     BadExperiment { start: f64, stop: f64, tolerance: f64 },
     #[error("the step size is {size} s, but must be above 0 and at most {longest}")]

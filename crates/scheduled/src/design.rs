@@ -52,8 +52,8 @@ pub struct ControllerDesign {
     /// derivatives, where phi is the excess of u over the limits. Without it the states evolve as if unsaturated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anti_windup: Option<Rows>,
-    /// Gains F of [`Autopilot::follow`](crate::Autopilot::follow) at values of rho from -1 to 1, evenly spaced: each one
-    /// row per state of the controller in discrete time, one column per actuator.
+    /// Gains F of [`Autopilot::follow`](crate::Autopilot::follow) at values of rho from -1 to 1, evenly spaced: each
+    /// has one row per state of the controller in discrete time, and one column per actuator.
     #[serde(default, skip_serializing_if = "is_default")]
     pub follow: Vec<Rows>,
     /// Level trim over speed.

@@ -1,7 +1,6 @@
 //! Commands that are not the autopilot's: following them, and taking over from them without a jump.
 
-use crate::autopilot::Autopilot;
-use crate::{ControllerDesign, DesignError, Inputs, Matrix, TickError};
+use crate::{Autopilot, ControllerDesign, DesignError, Inputs, Matrix, TickError};
 
 /// Time constant with which references go from where the vehicle is to what is asked, s.
 const TRANSITION: f64 = 2.0;

@@ -40,8 +40,8 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals, references and differences, and that all values are
-    /// finite.
+    /// Checks the numbers of states, commands, trims, delayed commands, signals, references and differences, and that
+    /// all values are finite.
     pub(crate) fn check(&self, lengths: [usize; 7]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
         let [state, references] = [&self.state, &self.references];

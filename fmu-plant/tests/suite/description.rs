@@ -69,14 +69,16 @@ fn between_two_rows_the_slower_one_is_taken() {
 }
 
 #[test]
-fn every_coefficient_is_a_fixed_parameter() {
+fn every_coefficient_is_a_parameter_and_what_can_change_in_flight_is_tunable() {
     for (name, resources) in [("squid", squid()), ("remus100", remus100())] {
         let vehicle = vehicle(name);
         let variables = describe(&resources).unwrap().description.variables;
         let mut flight = prepare(&resources, &[]);
         for (position, spec) in COEFFICIENTS.iter().enumerate() {
             let entry = variable(&variables, spec.key);
-            assert_eq!((entry.causality, entry.variability), (Causality::Parameter, Variability::Fixed));
+            let in_flight = ["weight", "buoyancy", "x_G", "z_G"].contains(&spec.key);
+            let variability = if in_flight { Variability::Tunable } else { Variability::Fixed };
+            assert_eq!((entry.causality, entry.variability), (Causality::Parameter, variability));
             assert_eq!(entry.unit(), Some(spec.unit));
             let value = (spec.get)(&vehicle.coefficients);
             assert_eq!(start_of(&variables, spec.key), value, "{}", spec.key);

@@ -1,6 +1,7 @@
 //! All tests but those that count allocations, in one program: each program is compiled and linked anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod ballast;
 #[path = "../common/mod.rs"]
 mod common;
 mod description;

@@ -37,7 +37,16 @@ fn describes_itself_from_the_files() {
     };
     assert_eq!(
         of(Causality::Input),
-        ["manual", "pitch_reference", "speed_reference", "current_horizontal", "current_vertical"]
+        [
+            "manual",
+            "pitch_reference",
+            "speed_reference",
+            "current_horizontal",
+            "current_vertical",
+            "external_force_x",
+            "external_force_z",
+            "external_moment"
+        ]
     );
     let outputs = [
         "pitch",

@@ -14,7 +14,7 @@ type Move = (f64, Vec<f64>);
 
 fn moves(count: usize) -> impl Strategy<Value = Vec<Move>> {
     let size = prop_oneof![Just(0.01), Just(0.00999999999999934), 1e-6..0.05, Just(0.02)];
-    prop::collection::vec((size, prop::collection::vec(-0.3..0.3, 8)), count)
+    prop::collection::vec((size, prop::collection::vec(-0.3..0.3, 10)), count)
 }
 
 fn instance<M: Model>(resources: &Resources) -> Instance<M> {
@@ -34,6 +34,16 @@ fn begun<M: Model>(resources: &Resources, prepare: fn(&mut Instance<M>)) -> Inst
     instance
 }
 
+/// Weight, buoyancy and centre of gravity, a little off what they are at the start.
+fn tune<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, offset: f64) {
+    for (name, per_offset) in [("weight", 10.0), ("buoyancy", -20.0), ("x_G", 0.01), ("z_G", 0.02)] {
+        let Some(reference) = instance.table().reference(name) else { return };
+        let all = real_of(description, Causality::Parameter);
+        let start = all.iter().find(|one| one.0 == reference).unwrap().1;
+        instance.set(&[reference], |_| start + per_offset * offset).unwrap();
+    }
+}
+
 /// Makes the moves, and returns the bits of the outputs after each.
 fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, moves: &[Move]) -> Vec<u64> {
     let inputs = real_of(description, Causality::Input);
@@ -43,6 +53,7 @@ fn run<M: Model>(instance: &mut Instance<M>, description: &ModelDescription, mov
         for (&(reference, start, nominal), offset) in inputs.iter().zip(offsets) {
             instance.set(&[reference], |_| start + offset * nominal).unwrap();
         }
+        tune(instance, description, offsets[0]);
         instance.step(instance.time(), *size, &mut Silent).unwrap();
         bits.extend(read(instance, &outputs).into_iter().map(f64::to_bits));
     }

@@ -69,8 +69,9 @@ def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
     references = {"depth_reference", "speed_reference"}
     assert inputs_of(deep.controller) == {"depth", "pitch", "pitch_rate", "speed", *references}
     course = {"depth_step", "step_time", "step_end", "speed_from", "speed_to", "ramp_start", "ramp_duration"}
-    currents = {"current_horizontal", "current_vertical"}
-    assert inputs_of(deep.loop) == {"manual", *references, *course, *currents}
+    outside = {"current_horizontal", "current_vertical"}
+    outside |= {"external_force_x", "external_force_z", "external_moment"}
+    assert inputs_of(deep.loop) == {"manual", *references, *course, *outside}
     names = {v.name for v in read_model_description(deep.loop).modelVariables}
     assert "depth_reference_used" in names
     for fmu, words in (

@@ -117,6 +117,8 @@ def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
             "stern_planes",
             "current_horizontal",
             "current_vertical",
+            "external_force_z",
+            "external_moment",
             "operating_speed",
             "given_speed",
         }

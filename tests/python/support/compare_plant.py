@@ -10,6 +10,8 @@ import reference_plant as reference
 from fly.master import Slave
 
 PITCH_TOLERANCE = 1e-6  # rad
+LOAD = ["external_force_x", "external_force_z", "external_moment"]
+TUNABLE = ("weight", "buoyancy", "x_G", "z_G")
 MOTION = ["speed", "heave", "pitch_rate", "pitch", "distance", "depth"]
 
 
@@ -39,19 +41,30 @@ def manoeuvre(vehicle, start):
 
 
 def fly_fmu(path, vehicle, speed, depth, legs, step, parameters=None):
-    """Flies the FMU with a communication step, from its own trim; returns times and outputs."""
+    """Flies the FMU with a communication step, from its own trim; returns times and outputs.
+
+    Of what a leg changes the FMU is told what can be changed in flight; the mass follows the weight.
+    """
     times = np.round(np.arange(round(legs[-1].end / step) + 1) * step, 9)
     with Slave(Path(path), "plant") as plant:
         actuators = [actuator.name for actuator in vehicle.actuators]
         inputs = plant.references([*actuators, "current_horizontal", "current_vertical"])
+        loaded = plant.references(LOAD) if any(any(leg.load) for leg in legs) else []
         outputs = plant.references(outputs_of(vehicle))
         plant.begin({"initial_speed": speed, "initial_depth": depth, **(parameters or {})})
         plant.fmu.setReal(inputs, [*legs[0].commands, *legs[0].current])
         plant.ready()
         rows = [plant.fmu.getReal(outputs)]
+        before = None
         for time in times[:-1]:
             leg = next(leg for leg in legs if time < leg.end)
             plant.fmu.setReal(inputs, [*leg.commands, *leg.current])
+            if loaded:
+                plant.fmu.setReal(loaded, list(leg.load))
+            if leg is not before:
+                changed = [name for name in TUNABLE if name in leg.changed]
+                plant.fmu.setReal(plant.references(changed), [leg.changed[name] for name in changed])
+            before = leg
             plant.fmu.doStep(time, step)
             rows.append(plant.fmu.getReal(outputs))
     return times, np.array(rows)

@@ -20,7 +20,7 @@ the water; a steady, uniform current carries the vehicle along, and when it chan
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -101,12 +101,15 @@ class Vehicle:
 class Leg:
     """A part of a flight, up to time `end`: held commands, one for each actuator, and a current (along x, down).
 
-    The command of a thruster with a curve is what it takes.
+    The command of a thruster with a curve is what it takes. A load from outside (surge, heave, pitch) acts besides, and
+    some coefficients may be others than before.
     """
 
     end: float
     commands: np.ndarray
     current: tuple = (0.0, 0.0)
+    load: tuple = (0.0, 0.0, 0.0)
+    changed: dict = field(default_factory=dict)
 
 
 def _si(quantity):
@@ -223,10 +226,10 @@ def force(vehicle, y):
     return total
 
 
-def rate(vehicle, y, commands, current):
+def rate(vehicle, y, commands, current, load=(0.0, 0.0, 0.0)):
     """The derivative of the state."""
     u, w, q, theta = y[:4]
-    acceleration = np.linalg.solve(_inertia(vehicle.coefficients), force(vehicle, y))
+    acceleration = np.linalg.solve(_inertia(vehicle.coefficients), force(vehicle, y) + load)
     ahead = u * math.cos(theta) + w * math.sin(theta) + current[0]
     down = -u * math.sin(theta) + w * math.cos(theta) + current[1]
     outputs = [
@@ -278,7 +281,8 @@ def _enter_current(y, old, new):
 def fly(vehicle, start, legs, times):
     """The state at each of `times` (rising, from 0 on); the flight starts in the current of the first leg.
 
-    At the end of a leg stands the state before the current changes. Actuators without lag are refused: they follow a
+    At the end of a leg stands the state before the current changes. What a leg changes of the coefficients stays
+    changed, and changes no velocity. Actuators without lag are refused: they follow a
     command at once, which a differential equation cannot.
     """
     if any(actuator.lag <= 0.0 for actuator in vehicle.actuators):
@@ -286,11 +290,12 @@ def fly(vehicle, start, legs, times):
     times, y, begin, current = np.asarray(times), np.array(start, dtype=float), 0.0, legs[0].current
     flown = np.empty((len(times), len(y)))
     for leg in legs:
+        vehicle = vehicle.changed(**leg.changed)
         _enter_current(y, current, leg.current)
         inside = ((times > begin) | (begin == 0.0)) & (times <= leg.end)
         wanted = np.unique(np.append(times[inside], leg.end))
         solution = solve_ivp(
-            lambda _, state, leg=leg: rate(vehicle, state, leg.commands, leg.current),
+            lambda _, state, leg=leg, of=vehicle: rate(of, state, leg.commands, leg.current, leg.load),
             (begin, leg.end),
             y,
             method="DOP853",

@@ -7,6 +7,7 @@
 
 use crate::scalar::Scalar;
 use crate::vehicle::actuator::Actuator;
+use crate::vehicle::ballast::Ballast;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 use nalgebra::Matrix3;
 
@@ -47,10 +48,7 @@ impl Dynamics {
     /// # Errors
     /// [`CoefficientError`] if a coefficient is not allowed or the mass matrix is not positive definite.
     pub fn new(coefficients: &Coefficients) -> Result<Self, CoefficientError> {
-        coefficients.check()?;
-        let singular = CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue: 0.0 };
-        let inverse_mass = coefficients.mass_matrix().try_inverse().ok_or(singular)?;
-        Ok(Self { coefficients: coefficients.clone(), inverse_mass })
+        Ok(Self { coefficients: coefficients.clone(), inverse_mass: inverse_mass(coefficients)? })
     }
 
     /// The same over scalars that carry derivatives, with the coefficients as constants among them.
@@ -69,12 +67,29 @@ impl Dynamics {
         LEAST_REYNOLDS_NUMBER * self.coefficients.kinematic_viscosity / self.coefficients.length
     }
 
-    /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
-    /// none where the speed is given.
-    pub(crate) fn pushed(&self, load: [f64; 3]) -> [f64; 3] {
-        let [surge, heave, pitch] = load;
-        self.response([if self.coefficients.surge.is_given() { 0.0 } else { surge }, heave, pitch])
+    /// Changes weight, buoyancy and centre of gravity, and the mass with them, without allocating.
+    ///
+    /// # Errors
+    /// [`CoefficientError`] as for [`Dynamics::new`]; the dynamics are then as they were.
+    pub(crate) fn set_ballast(&mut self, ballast: &Ballast) -> Result<(), CoefficientError> {
+        let before = self.coefficients.ballast();
+        self.coefficients.set_ballast(ballast);
+        match inverse_mass(&self.coefficients) {
+            Ok(inverse) => self.inverse_mass = inverse,
+            Err(error) => {
+                self.coefficients.set_ballast(&before);
+                return Err(error);
+            }
+        }
+        Ok(())
     }
+}
+
+/// Checks the coefficients and inverts the mass matrix.
+fn inverse_mass(coefficients: &Coefficients) -> Result<Matrix3<f64>, CoefficientError> {
+    coefficients.check()?;
+    let singular = CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue: 0.0 };
+    coefficients.mass_matrix().try_inverse().ok_or(singular)
 }
 
 impl<D: Scalar> Dynamics<D> {
@@ -82,6 +97,14 @@ impl<D: Scalar> Dynamics<D> {
     /// damping + drag + actuators`.
     pub fn acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         self.response(self.coefficients.force(motion, depth, actuators))
+    }
+
+    /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
+    /// none where the speed is given.
+    pub(crate) fn pushed(&self, load: [D; 3]) -> [D; 3] {
+        let [surge, heave, pitch] = load;
+        let surge = if self.coefficients.surge.is_given() { D::from(0.0) } else { surge };
+        self.response([surge, heave, pitch])
     }
 
     fn response(&self, force: [D; 3]) -> [D; 3] {

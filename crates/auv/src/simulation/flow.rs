@@ -2,7 +2,7 @@
 
 use differential_equations::ode::ODE;
 
-use crate::motion::dynamics::{Dynamics, Motion};
+use crate::motion::dynamics::{Dynamics, Motion, add};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Equations};
@@ -32,6 +32,8 @@ pub(crate) struct Flow<'a> {
     pub(crate) model: Model<'a>,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub(crate) given: f64,
+    /// The load from outside \[N, N, N m\].
+    pub(crate) load: [f64; 3],
     /// How the inputs change; `None` where all are held.
     pub(crate) slopes: Option<&'a Slopes>,
     /// Water that moves beside the current, with the time and the distance at the start.
@@ -40,7 +42,7 @@ pub(crate) struct Flow<'a> {
 
 impl ODE<f64, Body> for Flow<'_> {
     /// A changing current leaves the velocity over ground unchanged: the velocity through the water loses what the
-    /// current gains. So it does in other water that moves, which pushes the vehicle besides.
+    /// current gains. So it does in other water that moves, which pushes the vehicle besides, as a load from outside.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
         let [u, w, q, theta, made, sunk] = *body;
         let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
@@ -61,19 +63,24 @@ impl ODE<f64, Body> for Flow<'_> {
             }
         };
         let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);
-        let (current, (gained_u, gained_w)) = match self.slopes {
-            None => (self.current, (0.0, 0.0)),
-            Some(slopes) => (self.current.after(time, slopes.current), slopes.current.along_body(theta)),
+        let (current, (gained_u, gained_w), load) = match self.slopes {
+            None => (self.current, (0.0, 0.0), self.load),
+            Some(slopes) => (
+                self.current.after(time, slopes.current),
+                slopes.current.along_body(theta),
+                add(self.load, slopes.load.map(|slope| slope * time)),
+            ),
         };
         let Some((water, start, x)) = self.water else {
             let (x_rate, depth_rate) = earth_velocity(body, current);
-            *rate = [du - gained_u, dw - gained_w, dq, dtheta, x_rate, depth_rate];
+            let [push_u, push_w, push_q] = self.dynamics.pushed(load);
+            *rate = [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
             return;
         };
         let motion = water.at(start + time, x + made, self.depth + sunk, theta);
         let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
         let (met_u, met_w) = motion.along([x_rate, depth_rate, dtheta]).along_body(theta);
-        let [push_u, push_w, push_q] = self.dynamics.pushed(motion.load);
+        let [push_u, push_w, push_q] = self.dynamics.pushed(add(load, motion.load));
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
         *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];
     }

@@ -15,6 +15,7 @@ use crate::simulation::slopes::Slopes;
 use crate::simulation::water::Water;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
+use crate::vehicle::ballast::Ballast;
 use crate::vehicle::coefficients::CoefficientError;
 
 /// Which equations of motion are integrated.
@@ -56,6 +57,7 @@ pub struct Plant {
     pub(crate) water: Option<Arc<dyn Water>>,
     pub(crate) operating_speed: f64,
     pub(crate) given_speed: f64,
+    pub(crate) load: [f64; 3],
     pub(crate) slopes: Slopes,
     /// Whether any of the slopes is not zero.
     pub(crate) moving: bool,
@@ -83,6 +85,7 @@ impl Plant {
             water: None,
             operating_speed: 0.0,
             given_speed: 0.0,
+            load: [0.0; 3],
             slopes: Slopes::held(inputs),
             moving: false,
             frozen: Frozen::new(inputs),
@@ -216,6 +219,37 @@ impl Plant {
         Ok(())
     }
 
+    /// Sets a load \[X Z M\] from outside, along the body and about its origin \[N, N, N m\]: forward, down, bow up.
+    /// Where the speed is given, X has no effect.
+    ///
+    /// # Errors
+    /// [`SimulationError::InputNotFinite`].
+    pub fn set_load(&mut self, load: [f64; 3]) -> Result<(), SimulationError> {
+        for value in load {
+            finite("load from outside", value)?;
+        }
+        self.load = load;
+        Ok(())
+    }
+
+    /// The load from outside \[N, N, N m\].
+    pub fn load(&self) -> [f64; 3] {
+        self.load
+    }
+
+    /// Changes weight, buoyancy and centre of gravity, and the mass with them; the motion goes on as it is.
+    ///
+    /// # Errors
+    /// [`CoefficientError`]; the plant is then as it was.
+    pub fn set_ballast(&mut self, ballast: &Ballast) -> Result<(), CoefficientError> {
+        self.dynamics.set_ballast(ballast)
+    }
+
+    /// Weight, buoyancy, centre of gravity and mass in use.
+    pub fn ballast(&self) -> Ballast {
+        self.dynamics.coefficients().ballast()
+    }
+
     /// Lets the inputs change at constant rates from now on; [`Plant::advance`] carries them along.
     ///
     /// # Errors
@@ -227,13 +261,15 @@ impl Plant {
         }
         let Current { horizontal, vertical } = slopes.current;
         let speeds = [slopes.operating_speed, slopes.given_speed];
-        for &rate in [horizontal, vertical].iter().chain(&speeds).chain(&slopes.commands) {
+        for &rate in [horizontal, vertical].iter().chain(&speeds).chain(&slopes.load).chain(&slopes.commands)
+        {
             finite("rate of an input", rate)?;
         }
         self.slopes.commands.copy_from_slice(&slopes.commands);
         self.slopes.current = slopes.current;
         [self.slopes.operating_speed, self.slopes.given_speed] = speeds;
-        let held = slopes.current == Current::default() && speeds == [0.0; 2];
+        self.slopes.load = slopes.load;
+        let held = slopes.current == Current::default() && speeds == [0.0; 2] && slopes.load == [0.0; 3];
         self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
         Ok(())
     }
@@ -269,6 +305,7 @@ impl Plant {
             depth: self.body[5],
             model,
             given: self.given_speed,
+            load: self.load,
             slopes: self.moving.then_some(&self.slopes),
             water: self.water.as_deref().map(|water| (water, from, self.body[4])),
         };
@@ -294,6 +331,9 @@ impl Plant {
         self.current = self.current.after(duration, self.slopes.current);
         self.operating_speed += self.slopes.operating_speed * duration;
         self.given_speed += self.slopes.given_speed * duration;
+        for (load, slope) in self.load.iter_mut().zip(self.slopes.load) {
+            *load += slope * duration;
+        }
     }
 
     /// The speed at which the LPV model is evaluated \[m/s\].

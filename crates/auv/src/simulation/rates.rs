@@ -35,6 +35,8 @@ pub struct Instant<D = f64> {
     pub operating_speed: D,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub given_speed: D,
+    /// The load \[X Z M\] from outside \[N, N, N m\].
+    pub load: [D; 3],
 }
 
 /// Time derivatives of the states of an [`Instant`], in their order, with that of the distance.
@@ -126,6 +128,7 @@ impl Plant {
             current_vertical: flow.vertical,
             operating_speed: self.operating_speed,
             given_speed: self.given_speed,
+            load: self.load,
         }
     }
 
@@ -166,13 +169,13 @@ impl Plant {
         }
     }
 
-    /// The accelerations by the load of the water.
-    fn pushed<D: Scalar>(&self, instant: &Instant<D>) -> Option<[D; 3]> {
-        let water = self.water.as_ref()?;
+    /// The load of the water and of what else pushes from outside.
+    fn load_at<D: Scalar>(&self, instant: &Instant<D>) -> [D; 3] {
+        let Some(water) = &self.water else { return instant.load };
         let [time, x, depth, pitch] = instant.place().map(|one| one.re());
-        let push = self.dynamics.pushed(water.at(time, x, depth, pitch).load);
-        let slopes = water.load_slopes(time, x, depth, pitch).map(|slope| self.dynamics.pushed(slope));
-        Some([0, 1, 2].map(|i| along(instant, push[i], slopes.map(|slope| slope[i]))))
+        let push = water.at(time, x, depth, pitch).load;
+        let slopes = water.load_slopes(time, x, depth, pitch);
+        [0, 1, 2].map(|i| instant.load[i] + along(instant, push[i], slopes.map(|slope| slope[i])))
     }
 
     /// Returns the rates of the motion, `output(i)` being that of actuator i \[N or rad\].
@@ -182,7 +185,7 @@ impl Plant {
     /// changes the velocities over ground by its load alone.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
-        let (actuators, dynamics) = (self.actuators(), &self.dynamics);
+        let (actuators, dynamics) = (self.actuators(), self.dynamics.lifted());
         let outputs = (0..actuators.len()).map(output);
         let [du, dw, dq, dtheta] = match (self.fidelity, &self.lpv) {
             (Fidelity::Lpv, Some(model)) => model.derivative(
@@ -190,18 +193,15 @@ impl Plant {
                 [motion.u, motion.w, motion.q, motion.theta],
                 outputs,
             ),
-            _ => dynamics.lifted().rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
+            _ => dynamics.rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
         };
-        let du = dynamics.coefficients().surge.rate(motion.u, instant.given_speed).unwrap_or(du);
+        let du = self.dynamics.coefficients().surge.rate(motion.u, instant.given_speed).unwrap_or(du);
         let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
-        let (mut du, mut dw, mut dq) = (du - dtheta * w_c, dw + dtheta * u_c, dq);
-        if let Some(push) = self.pushed(instant) {
-            (du, dw, dq) = (du + push[0], dw + push[1], dq + push[2]);
-        }
+        let push = dynamics.pushed(self.load_at(instant));
         Rates {
-            surge: du,
-            heave: dw,
-            pitch_rate: dq,
+            surge: du - dtheta * w_c + push[0],
+            heave: dw + dtheta * u_c + push[1],
+            pitch_rate: dq + push[2],
             pitch: dtheta,
             distance: instant.surge * cos + instant.heave * sin,
             depth: instant.heave * cos - instant.surge * sin,

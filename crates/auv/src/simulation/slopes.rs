@@ -14,6 +14,8 @@ pub struct Slopes {
     pub operating_speed: f64,
     /// Of the speed that is given to a vehicle that takes one \[m/s2\].
     pub given_speed: f64,
+    /// Of the load from outside \[N/s, N/s, N m/s\].
+    pub load: [f64; 3],
 }
 
 impl Slopes {

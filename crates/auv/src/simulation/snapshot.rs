@@ -29,6 +29,8 @@ pub struct Snapshot {
     pub operating_speed: f64,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub given_speed: f64,
+    /// The load \[X Z M\] from outside \[N, N, N m\].
+    pub load: [f64; 3],
     /// The rates at which the inputs change.
     pub slopes: Slopes,
     /// The step size that the integrator last proposed \[s\].
@@ -59,6 +61,7 @@ impl Plant {
             current: self.current,
             operating_speed: self.operating_speed,
             given_speed: self.given_speed,
+            load: self.load,
             slopes: self.slopes.clone(),
             integrator_step: self.integrator.step(),
         }
@@ -81,7 +84,7 @@ impl Plant {
         let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
         let speeds = [snapshot.operating_speed, snapshot.given_speed];
         let others = [snapshot.time, speeds[0], speeds[1], snapshot.integrator_step];
-        for &number in numbers.iter().chain(&others).chain(outputs).chain(commands) {
+        for &number in numbers.iter().chain(&others).chain(&snapshot.load).chain(outputs).chain(commands) {
             finite("stored number", number)?;
         }
         self.set_fidelity(snapshot.fidelity)?;
@@ -93,6 +96,7 @@ impl Plant {
         self.commands.copy_from_slice(&snapshot.commands);
         self.current = snapshot.current;
         [self.operating_speed, self.given_speed] = speeds;
+        self.load = snapshot.load;
         self.integrator.set_step(snapshot.integrator_step);
         Ok(())
     }

@@ -7,6 +7,7 @@ mod descriptor;
 mod dynamics;
 mod given_speed;
 mod hull;
+mod load;
 mod lpv_model;
 mod non_dimensional;
 mod properties;

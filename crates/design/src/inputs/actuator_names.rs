@@ -6,11 +6,14 @@ use std::collections::BTreeSet;
 
 /// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
 /// record.
-const RESERVED: [&str; 41] = [
+const RESERVED: [&str; 44] = [
     "current_horizontal",
     "current_vertical",
     "depth",
     "distance",
+    "external_force_x",
+    "external_force_z",
+    "external_moment",
     "fidelity",
     "gamma",
     "gamma_certified",

@@ -1,6 +1,6 @@
 //! The table of variables at run time: value reference to entry.
 
-use model_description::{Causality, Initial, Kind, Variability};
+use model_description::{Causality, Initial, Kind, ScalarVariable, Variability};
 
 use crate::variables::role::Set;
 use crate::variables::values::Value;
@@ -111,6 +111,11 @@ impl<M: Model> Table<M> {
         u32::try_from(position).ok()
     }
 
+    /// Whether a variable is a tunable parameter.
+    pub(crate) fn is_tunable(&self, reference: u32) -> bool {
+        self.variables.get(reference as usize).is_some_and(|one| is_tunable(&one.meta))
+    }
+
     /// Reads a value.
     ///
     /// # Errors
@@ -160,6 +165,10 @@ fn wrong_type<M, T: Value>(entry: &Variable<M>) -> Refusal {
     Refusal::WrongType { name: entry.meta.name.clone(), wanted: T::NAME }
 }
 
+fn is_tunable(meta: &ScalarVariable) -> bool {
+    meta.causality == Causality::Parameter && meta.variability == Variability::Tunable
+}
+
 /// Footnotes of the tables in sections 3.2.3 and 4.2.4.
 fn may_be_set<M>(entry: &Variable<M>, phase: Phase) -> bool {
     let meta = &entry.meta;
@@ -169,6 +178,6 @@ fn may_be_set<M>(entry: &Variable<M>, phase: Phase) -> bool {
         Phase::Instantiated => varies && meta.needs_start(),
         Phase::Initialization => is_input || (varies && meta.initial() == Some(Initial::Exact)),
         Phase::Continuous => is_input && meta.variability == Variability::Continuous,
-        _ => is_input || (meta.causality == Causality::Parameter && meta.variability == Variability::Tunable),
+        _ => is_input || is_tunable(meta),
     }
 }

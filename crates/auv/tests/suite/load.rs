@@ -1,0 +1,146 @@
+//! A load from outside, and ballast that changes under way.
+
+use crate::common::{remus100, squid};
+use auv::{
+    Ballast, CoefficientError, Instant, LpvModel, Motion, Plant, Rates, Slopes, Speed, State, Vehicle,
+    linearise, trim,
+};
+
+/// Squid without trim moments: neutral, centres at the origin, and no coupling of heave and pitch.
+fn neutral() -> Vehicle {
+    let mut vehicle = squid();
+    let c = &mut vehicle.coefficients;
+    (c.buoyancy, c.buoyancy_gradient) = (c.weight, 0.0);
+    (c.x_G, c.x_B, c.z_G, c.z_B) = (0.0, 0.0, 0.0, 0.0);
+    (c.Z_q_dot, c.M_w_dot) = (0.0, 0.0);
+    vehicle
+}
+
+fn at_rest(vehicle: &Vehicle) -> Plant {
+    let mut plant = Plant::new(vehicle).unwrap();
+    plant.set_state(&State { motion: Motion { u: 0.0, w: 0.0, q: 0.0, theta: 0.0 }, x: 0.0, depth: 10.0 });
+    plant
+}
+
+fn rates(plant: &Plant) -> Rates {
+    plant.rates(&plant.instant(), |index| plant.outputs()[index])
+}
+
+/// A force down moves the mass with the added mass, a force ahead that ahead, a moment the inertia.
+#[test]
+fn at_rest_a_load_moves_mass_and_added_mass() {
+    let vehicle = neutral();
+    let c = &vehicle.coefficients;
+    let load @ [ahead, down, moment] = [0.3, 0.2, -0.1];
+    let mut plant = at_rest(&vehicle);
+    plant.set_load(load).unwrap();
+    let expected = [ahead / (c.mass - c.X_u_dot), down / (c.mass - c.Z_w_dot), moment / (c.I_yy - c.M_q_dot)];
+    let found = rates(&plant);
+    for (found, expected) in [found.surge, found.heave, found.pitch_rate].iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-15 + 1e-13 * expected.abs(), "{found} and {expected}");
+    }
+    let mut sinks = at_rest(&vehicle);
+    sinks.set_load([0.0, 1e-6, 0.0]).unwrap();
+    sinks.advance(2.0).unwrap();
+    // Damping at rest is quadratic but for Z_w.
+    let linear = |t: f64| {
+        let (mass, damping) = (c.mass - c.Z_w_dot, -c.Z_w);
+        if damping > 0.0 { 1e-6 / damping * -(-damping / mass * t).exp_m1() } else { 1e-6 * t / mass }
+    };
+    let w = sinks.state().motion.w;
+    assert!((w - linear(2.0)).abs() < 1e-5 * w, "{w} and {}", linear(2.0));
+}
+
+/// What the load is in the equations of motion: the same as the force and the moment of a weight, level and at rest.
+#[test]
+fn level_a_heavier_vehicle_is_one_that_is_pulled_down() {
+    for vehicle in [squid(), remus100()] {
+        let more = 0.05 * vehicle.coefficients.weight;
+        let (mut pulled, mut heavier) = (at_rest(&vehicle), at_rest(&vehicle));
+        let ballast = heavier.ballast();
+        pulled.set_load([0.0, more, -ballast.x_G * more]).unwrap();
+        // The weight without its mass, which is what differs.
+        heavier.set_ballast(&Ballast { weight: ballast.weight + more, ..ballast }).unwrap();
+        let (one, other) = (rates(&pulled), rates(&heavier));
+        let pairs = [(one.surge, other.surge), (one.heave, other.heave), (one.pitch_rate, other.pitch_rate)];
+        for (one, other) in pairs {
+            assert!((one - other).abs() < 1e-13, "{one} and {other}");
+        }
+        assert!(one.heave - rates(&at_rest(&vehicle)).heave > 0.1);
+        let mass = ballast.mass * (1.0 + more / ballast.weight);
+        heavier.set_ballast(&Ballast { mass, weight: ballast.weight + more, ..ballast }).unwrap();
+        assert!(rates(&heavier).heave < one.heave);
+    }
+}
+
+/// A load that grows is the limit of stairs; it acts in the LPV model as in the nonlinear one.
+#[test]
+fn a_load_on_a_ramp_is_the_limit_of_stairs() {
+    let vehicle = squid();
+    let level = trim(&vehicle, Speed::Path(1.5), 30.0).unwrap();
+    let linear = linearise(&vehicle, &level).unwrap();
+    let model =
+        LpvModel::new("squid", 30.0, (1.5, 1.0), &[linear.a], &[linear.b], std::slice::from_ref(&level))
+            .unwrap();
+    let mut ends = Vec::new();
+    for fidelity in [auv::Fidelity::Nonlinear, auv::Fidelity::Lpv] {
+        let flown = [1, 4000].map(|pieces| {
+            let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model.clone()).unwrap();
+            plant.set_fidelity(fidelity).unwrap();
+            plant.start(0.0, &level).unwrap();
+            let (h, slope) = (1.0 / f64::from(pieces), [4.0, -6.0, 0.5]);
+            if pieces == 1 {
+                let slopes = Slopes { load: slope, ..Slopes::held(vehicle.actuators.len()) };
+                plant.set_slopes(&slopes).unwrap();
+            }
+            for piece in 0..pieces {
+                if pieces > 1 {
+                    plant.set_load(slope.map(|slope| slope * (f64::from(piece) + 0.5) * h)).unwrap();
+                }
+                plant.advance(f64::from(piece + 1) * h).unwrap();
+            }
+            plant
+        });
+        let [ramp, stairs] = flown.map(|plant| (plant.state(), plant.load()));
+        assert_eq!(ramp.1, [4.0, -6.0, 0.5]);
+        for (one, other) in [
+            (ramp.0.motion.u, stairs.0.motion.u),
+            (ramp.0.motion.w, stairs.0.motion.w),
+            (ramp.0.motion.q, stairs.0.motion.q),
+        ] {
+            assert!((one - other).abs() < 1e-7, "{one} and {other}");
+        }
+        assert!((ramp.0.motion.w - level.heave).abs() > 1e-3);
+        ends.push(ramp.0.motion.w - level.heave);
+    }
+    assert!((ends[0] - ends[1]).abs() < 0.05 * ends[0].abs(), "{ends:?}");
+}
+
+#[test]
+fn what_is_no_ballast_is_refused_and_changes_nothing() {
+    let vehicle = squid();
+    let level = trim(&vehicle, Speed::Path(1.5), 30.0).unwrap();
+    let mut plant = Plant::new(&vehicle).unwrap();
+    plant.start(0.0, &level).unwrap();
+    let (before, ballast) = (plant.snapshot(), plant.ballast());
+    let motion: Instant = plant.instant();
+    for wrong in [
+        Ballast { weight: 0.0, ..ballast },
+        Ballast { weight: f64::NAN, ..ballast },
+        Ballast { mass: f64::INFINITY, ..ballast },
+        Ballast { buoyancy: -1.0, ..ballast },
+        Ballast { x_G: f64::INFINITY, ..ballast },
+    ] {
+        let refused = plant.set_ballast(&wrong).unwrap_err();
+        assert!(matches!(refused, CoefficientError::NotAllowed { .. }), "{refused}");
+    }
+    // I_yy is that about the origin: with the centre of gravity this far off, nothing would be left about itself.
+    let refused = plant.set_ballast(&Ballast { x_G: 10.0, ..ballast }).unwrap_err();
+    assert!(matches!(refused, CoefficientError::MassMatrixNotPositiveDefinite { .. }), "{refused}");
+    assert_eq!((plant.snapshot(), plant.instant()), (before, motion));
+    plant.advance(1.0).unwrap();
+    let mut other = Plant::new(&vehicle).unwrap();
+    other.start(0.0, &level).unwrap();
+    other.advance(1.0).unwrap();
+    assert_eq!(plant.snapshot(), other.snapshot());
+}
