@@ -72,6 +72,15 @@ impl VehicleModel for Longitudinal<'_> {
 }
 
 impl Longitudinal<'_> {
+    /// The ends of the envelope at increasing speeds, nose down and up, of references of pitch or of depth.
+    ///
+    /// # Errors
+    /// [`ModelError::Trim`].
+    pub fn ends(&self, speeds: &[f64], depth: bool) -> Result<Vec<[envelope::End; 2]>, ModelError> {
+        let both = |trim: &Trim| envelope::End::both(self.vehicle, &self.file.envelope, trim, depth);
+        Ok(self.level(speeds)?.iter().map(both).collect())
+    }
+
     /// The level trims at increasing speeds.
     fn level(&self, speeds: &[f64]) -> Result<Vec<Trim>, ModelError> {
         let (depth, pitch) = self.file.level();

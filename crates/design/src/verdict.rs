@@ -13,6 +13,7 @@ pub mod flown;
 pub mod found;
 pub mod frozen;
 pub mod mu;
+pub mod other_gain;
 pub mod row;
 mod rows;
 

@@ -24,6 +24,10 @@ use squid_design::synthesise::robust::stored;
 use std::io::{self, Read};
 use std::path::Path;
 
+/// What is verified against vehicle and design file alone.
+const NOT_RECOMPUTED: &str = "not part of what is verified here: scales, trims, limits of the commands, and what \
+                              references are limited to; --vehicle computes them again";
+
 /// What was verified.
 #[derive(Debug, Clone)]
 pub struct Verified {
@@ -96,6 +100,8 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
         made_of(design, text, &Resources::default(), inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
+    } else {
+        about.push(NOT_RECOMPUTED.into());
     }
     Ok(Verified { theorem, about, lines, unproved, step })
 }
@@ -246,9 +252,12 @@ fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
         made_of(design, certificate, &resources, inputs)
             .map_err(|reason| Error::NotOfInputs { path: path.display().to_string(), reason })?;
         about.push(format!(
-            "its controller is proved for, and all else that it flies follows from, {}",
+            "its controller is proved for, and all else that it flies, the limits of its references among it, \
+             follows from {}",
             named(inputs)
         ));
+    } else {
+        about.push(NOT_RECOMPUTED.into());
     }
     Ok(Verified { theorem, about, lines, unproved, step })
 }

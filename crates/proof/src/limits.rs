@@ -37,7 +37,8 @@ pub struct Step<'a> {
 /// The stage in the errors of a search.
 const STAGE: &str = "limits";
 
-/// Adds the claim for the largest step found to a proof that covers a model error, and proves all of it.
+/// Adds the claim for the largest step found to a proof that covers a model error, in the place of one that is there,
+/// and proves all of it.
 ///
 /// The anti-windup gain is the first with which the wanted step is proved. If there is none, it is that of the largest
 /// step, among the given gains and a computed one. If possible, the claim is then made for every initial state.
@@ -85,6 +86,7 @@ pub fn with_limits(
     let found = search(&limited, wanted, &gains)?;
     let delta_rows = (states < rows_of_delta).then_some(states);
     let mut certificate = certificate.clone();
+    certificate.claims.retain(|claim| !matches!(claim, Claim::Limits(_)));
     certificate.claims.push(Claim::Limits(Limits {
         input,
         size: found.size,

@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::page::{Figure, Part, Section};
 use crate::peers::{beside::beside, peers};
 use crate::sections::{
-    disturbances, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure, theorem,
-    verdict,
+    disturbances, envelope, fit, flown, gammas, loops, manoeuvre, mu, robust, sensitivity, steps, structure,
+    theorem, verdict,
 };
 use crate::subject::{Subject, name};
 use crate::threads::in_parallel;
@@ -20,11 +20,12 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in reading order.
-const SECTIONS: [Maker; 19] = [
+const SECTIONS: [Maker; 20] = [
     ("verdict", "Requirements and results", verdict::verdict),
     ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
     ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
+    ("envelope", "What references may ask", envelope::envelope),
     ("limits", "Saturated actuators", steps::limits::limits),
     ("structure", "The loop: structure, weights and sizes", structure::structure),
     ("loops", "Open and closed loop over frequency", loops::loops),

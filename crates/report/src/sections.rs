@@ -1,6 +1,7 @@
 //! The sections of the report, one file each, and shared computations.
 
 pub(crate) mod disturbances;
+pub(crate) mod envelope;
 pub(crate) mod fit;
 pub(crate) mod flown;
 pub mod frozen_loop;

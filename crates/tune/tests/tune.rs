@@ -1,13 +1,16 @@
 //! Advice works if it is followed; a first design needs only the vehicle.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+use auv::longitudinal::{PITCH, SPEED};
 use auv::{Actuator, Pitch, Vehicle};
 use base::progress::Progress;
+use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, HalfRange};
 use squid_design::run::run_with;
 use squid_design::verdict::row::{Advice, Outcome, Turn};
+use squid_flight::flight::{Row, fly};
 use squid_tune::advise::advise;
 use squid_tune::attempt::ControllerKind;
 use squid_tune::error::Error;
@@ -141,4 +144,66 @@ fn a_search_is_the_same_on_any_machine() {
             matches!(standing, CandidateStatus::Rejected(_) | CandidateStatus::InsufficientMargin(..));
         assert!(judged || written == 0, "{faster:?} is faster, without a reason");
     }
+}
+
+/// Of two vehicles, each begun from its file alone: pitch references of 1.5, 3 and 10 times the envelope, held for 40 s
+/// and taken back, at six speeds. Pitch goes to the end of the envelope, and no requirement of the verdict is missed:
+/// `beyond_speed`, and `beyond_recovery` after 8 s or when the model of pitch has settled.
+#[test]
+#[ignore = "night: two searches and their flights"]
+fn references_beyond_the_envelope_go_to_its_end_and_back() {
+    for name in ["lauv", "tethys"] {
+        let vehicle = vehicle(&vehicles().join(name).join("vehicle.toml"));
+        let read = |text: &str| {
+            let design = DesignFile::parse(text, "design.toml", "design").unwrap();
+            Inputs::new(vehicle.clone(), design).unwrap()
+        };
+        let begun = start(&vehicle).unwrap();
+        let tuned = search(&read(&begun), &begun, 30, &Progress::default()).unwrap();
+        let (inputs, controller) = (read(&tuned.text), &tuned.finished.frozen.controller);
+        let flown = fly_beyond(name, &inputs, controller);
+        assert!(flown >= 30, "{name}: {flown} flights");
+    }
+}
+
+/// Flies the references, and returns their number.
+fn fly_beyond(name: &str, inputs: &Inputs, controller: &ControllerDesign) -> usize {
+    const TIMES: [f64; 2] = [1.0, 41.0];
+    let design = &inputs.design;
+    let limit = |key: &str| design.require.limit(key).unwrap() / 100.0;
+    let frequency = design.tracked.iter().find(|t| t.place == PITCH).unwrap().model.unwrap().frequency;
+    let settled = TIMES[1] + f64::max(8.0, 10.0 / frequency);
+    let trims = Autopilot::new(controller).unwrap().trim().clone();
+    let range = controller.envelope["pitch"].range.as_ref().unwrap();
+    let mut flown = 0;
+    for (speed, end, factor) in design.spread(6).into_iter().flat_map(|speed| {
+        range.iter().flat_map(move |end| [1.5, 3.0, 10.0].map(|factor| (speed, end, factor)))
+    }) {
+        let forward = trims.forward_speed(speed);
+        let (level, end) = (trims.signal(forward, PITCH, 0.0), trims.over(forward, end));
+        let step = (factor * (end - level)).clamp(-1.5, 1.5);
+        let manoeuvre = Manoeuvre {
+            speed_from: speed,
+            speed_to: speed,
+            step_time: TIMES[0],
+            step_end: TIMES[1],
+            duration: settled + 6.0,
+            ..design.manoeuvre.with_step("pitch", step)
+        };
+        let depth = design.depth + 2.0 * speed.abs() * manoeuvre.duration;
+        let rows = fly(&inputs.vehicle, controller, (depth, &design.pitch), &manoeuvre).unwrap().rows;
+        let about = format!("{name}, {speed:.2} m/s, {factor} times {:.1} deg", end.to_degrees());
+        let held = rows.iter().rfind(|row| row.time < TIMES[1]).unwrap();
+        let off = (held.measured(PITCH) - end).abs() / (end - level).abs();
+        assert!(off < 0.05, "{about}: {off} off");
+        let size = f64::max(forward.abs(), design.scheduling().1);
+        let slower = |row: &Row| (forward - row.measured(SPEED)) * forward.signum() / size;
+        let lost = rows.iter().map(slower).fold(0.0, f64::max);
+        assert!(lost < limit("beyond_speed"), "{about}: {lost} of the speed lost");
+        let late = rows.iter().filter(|row| row.time >= settled).map(|row| row.error(PITCH).abs());
+        let left = late.fold(0.0, f64::max) / (end - level).abs();
+        assert!(left < limit("beyond_recovery"), "{about}: {left} left");
+        flown += 1;
+    }
+    flown
 }

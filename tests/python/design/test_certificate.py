@@ -182,6 +182,11 @@ def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path,
             lambda c: c["trim"]["signals"]["pitch"].__setitem__(7, 1.0),
             "trim.signals.pitch[7]",
         ),
+        (
+            "controller.json",
+            lambda c: c["envelope"]["pitch"]["range"].__setitem__(1, 0.6),
+            "envelope.pitch.range[1]",
+        ),
         ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
     ],
 )
@@ -257,15 +262,30 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
     assert "its controller was not compared" in run_squid("verify", file, "--vehicle", SQUID).stdout
 
 
-def test_a_controller_amplified_under_a_fitting_guid(
-    squid: Packages, run_squid: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+def amplify(controller: dict) -> None:
+    """Fifty times the gain of a measurement."""
+    controller["controller_inputs"][0]["scale"] /= 50
+
+
+def widen(controller: dict) -> None:
+    """A climb that the vehicle does not hold."""
+    limits = controller["envelope"]["pitch"]["range"]
+    limits[1] *= 1.1
+
+
+@pytest.mark.parametrize(
+    ("change", "key"), [(amplify, "controller_inputs[0].scale"), (widen, "envelope.pitch.range[1]")]
+)
+def test_a_controller_changed_under_a_fitting_guid(
+    squid: Packages,
+    run_squid: Run,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    change: Callable[[dict], None],
+    key: str,
 ) -> None:
     """Whoever changes a scale can change the GUID as well: what the vehicle file says shows it."""
-
-    def amplify(controller: dict) -> None:
-        controller["controller_inputs"][0]["scale"] /= 50
-
-    spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", amplify)
+    spoilt = edited(squid.controller, tmp_path / "spoilt.fmu", "controller.json", change)
     with pytest.raises(Exception, match="instantiate"):
         Slave(spoilt, "spoilt")
     packed = fmpy.read_model_description(spoilt).guid
@@ -279,9 +299,12 @@ def test_a_controller_amplified_under_a_fitting_guid(
     with Slave(forged, "forged") as slave:
         slave.begin()
         slave.ready()
-    assert run_squid("verify", forged).returncode == 0, "the GUID is no signature"
+    done = run_squid("verify", forged)
+    assert done.returncode == 0, "the GUID is no signature"
+    assert "not part of what is verified here: scales, trims, limits of the commands, and what" in done.stdout
     done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
-    assert done.returncode == 1 and "`controller_inputs[0].scale` is" in done.stderr
+    assert done.returncode == 1 and f"`{key}` is" in done.stderr
+    assert "but vehicle and design file give" in done.stderr
     assert "PROVED" not in done.stdout
 
 

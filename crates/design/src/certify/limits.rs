@@ -27,13 +27,22 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// rounding of another processor.
 const SAME_LIMIT: f64 = 1e-8;
 
-/// Adds the claim for the largest step found to a proof, and proves all of it. No step is claimed beyond the range of
-/// its signal, where the linear models are meaningless, however strong the actuators: a pitch step of at most 90 deg, a
-/// depth step up to the surface.
+/// The anti-windup gains to be tried for a claim.
+#[derive(Debug, Clone, Copy)]
+pub struct Tried<'a> {
+    /// Gains, the first one first.
+    pub given: &'a [Rows],
+    /// Whether, after these, one is computed for the largest step.
+    pub computed: bool,
+}
+
+/// Adds the claim for the largest step found to a proof, in the place of one that is there, and proves all of it. No
+/// step is claimed beyond the range of its signal, where the linear models are meaningless, however strong the
+/// actuators: a pitch step of at most 90 deg, a depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `gains` are the anti-windup gains to be tried. That of a given
-/// controller stays. The claim holds the gain to be flown. `None` if there is nothing to claim: without anti-windup, or
-/// without a reference besides that of the speed. Actuator rates are saturated, too.
+/// The wanted step is that of the default flight; `tried` are the anti-windup gains to be tried. The claim holds the
+/// gain to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that of the
+/// speed. Actuator rates are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -41,19 +50,18 @@ pub fn with_limits(
     proof: &Proof,
     plant: &GeneralisedPlant,
     controller: &Controller,
-    (frozen, gains): (&ControllerDesign, &[Rows]),
+    (frozen, tried): (&ControllerDesign, Tried<'_>),
     actuators: &[Actuator],
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
-    let stepped = Stepped::of(frozen).filter(|_| !gains.is_empty());
-    let Some(Stepped { input, scale, .. }) = stepped else { return Ok(None) };
+    let Some(Stepped { input, scale, .. }) = Stepped::of(frozen) else { return Ok(None) };
     let signal = design.tracked[input].signal;
     let step = Step {
         input,
         largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
         wanted: design.manoeuvre.step(signal.name).abs() / scale,
-        gains,
-        fastest: design.controller.is_none().then_some(FASTEST),
+        gains: tried.given,
+        fastest: tried.computed.then_some(FASTEST),
         commands: sides(frozen),
         rates: rates(actuators, design, &proof.certificate.moving_states())?,
         states: design.states.len(),

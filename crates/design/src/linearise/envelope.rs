@@ -131,23 +131,73 @@ struct Limits {
 
 impl Limits {
     fn at(vehicle: &Vehicle, asked: &Envelope, trim: &Trim) -> Result<Self, ModelError> {
-        let held = |trim: &Trim| {
-            let share = |(a, output): (&Actuator, &f64)| {
-                (asked.authority * a.min..=asked.authority * a.max).contains(output)
-            };
-            vehicle.actuators.iter().zip(&trim.actuators).all(share)
-        };
-        let steep = asked.path_angle.sin() * trim.forward_speed.abs();
-        let flat = |trim: &Trim| held(trim) && sinking(trim).abs() <= steep;
-        let ends = |allowed: &dyn Fn(&Trim) -> bool| {
-            let [least, most] = asked.pitch;
-            [least.min(trim.pitch), most.max(trim.pitch)].map(|end| farthest(vehicle, trim, end, allowed))
-        };
-        let pitch = ends(&held).map(|trim| trim.pitch);
-        let [one, other] = ends(&flat).map(|trim| sinking(&trim));
+        let pitch = steepest(vehicle, asked, trim, false).map(|trim| trim.pitch);
+        let [one, other] = steepest(vehicle, asked, trim, true).map(|trim| sinking(&trim));
         let sinking = [one.min(other).min(0.0), one.max(other).max(0.0)];
         Ok(Self { pitch, sinking, acceleration: acceleration(vehicle, trim)? })
     }
+}
+
+/// An end of the envelope at a speed: the steepest steady motion with the nose down, or up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct End {
+    /// Pitch, rad.
+    pub pitch: f64,
+    /// Angle of the path through the water, rad, positive upwards; NaN at rest.
+    pub path: f64,
+    /// What a steeper motion would exceed.
+    pub limited_by: String,
+}
+
+impl End {
+    /// The ends at the speed of a level trim, of references of pitch or of depth.
+    pub(super) fn both(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Self; 2] {
+        let mut ups = [false, true].into_iter();
+        steepest(vehicle, asked, level, depth).map(|trim| {
+            let limited_by = limited_by(vehicle, asked, &trim, ups.next() == Some(true));
+            let path = (-sinking(&trim) / trim.forward_speed.hypot(trim.heave)).asin();
+            Self { pitch: trim.pitch, path, limited_by }
+        })
+    }
+}
+
+/// What a motion a little steeper than one at the end of the envelope would exceed.
+fn limited_by(vehicle: &Vehicle, asked: &Envelope, end: &Trim, up: bool) -> String {
+    let [least, most] = asked.pitch;
+    if (up && end.pitch >= most) || (!up && end.pitch <= least) {
+        return "`envelope.pitch`".into();
+    }
+    let steeper = 2.0 * if up { STEPS[1] } else { -STEPS[1] };
+    match climb(vehicle, end, end.pitch + steeper) {
+        Err(_) => "no steady motion beyond".into(),
+        Ok(trim) => match overloaded(vehicle, asked, &trim).as_slice() {
+            [] if sinking(&trim).abs() > steep(asked, &trim) => "`envelope.path_angle`".into(),
+            [] => "another branch of trims beyond".into(),
+            names => names.join(", "),
+        },
+    }
+}
+
+/// The actuators of which a motion takes more than their share.
+fn overloaded<'a>(vehicle: &'a Vehicle, asked: &Envelope, trim: &Trim) -> Vec<&'a str> {
+    let held = |a: &Actuator, output| (asked.authority * a.min..=asked.authority * a.max).contains(output);
+    let all = vehicle.actuators.iter().zip(&trim.actuators);
+    all.filter(|(a, output)| !held(a, output)).map(|(a, _)| a.name.as_str()).collect()
+}
+
+/// The largest z' of a reference of depth, m/s.
+fn steep(asked: &Envelope, trim: &Trim) -> f64 {
+    asked.path_angle.sin() * trim.forward_speed.abs()
+}
+
+/// The steepest steady motions with the nose down and up that hold a reference of pitch or of depth.
+fn steepest(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Trim; 2] {
+    let allowed = |trim: &Trim| {
+        let flat = !depth || sinking(trim).abs() <= steep(asked, level);
+        flat && overloaded(vehicle, asked, trim).is_empty()
+    };
+    let [least, most] = asked.pitch;
+    [least.min(level.pitch), most.max(level.pitch)].map(|end| farthest(vehicle, level, end, &allowed))
 }
 
 /// z' of a steady motion, m/s.

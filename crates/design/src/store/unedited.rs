@@ -12,10 +12,13 @@ use crate::synthesise::given::matrices;
 use auv::LpvModel;
 use scheduled::ControllerDesign;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Tolerance of a number against the recomputed one: rounding on another processor.
 const ROUNDING_TOLERANCE: f64 = 1e-8;
+
+/// Number of letters of a value that a message shows.
+const LONGEST: usize = 80;
 
 /// Compares everything but gamma and the matrices of a computed controller, which the certificate contains, and the
 /// anti-windup, which its claim `limits` contains if there is one, and the gains of following, of which nothing is
@@ -49,12 +52,16 @@ fn compare<T: Serialize>(file: &'static str, found: &T, expected: &T) -> Result<
 
 /// The first key at which two values differ, with both.
 fn first_difference(key: &str, found: &Value, expected: &Value) -> Option<(String, String, String)> {
-    let differs = || Some((key.to_owned(), found.to_string(), expected.to_string()));
+    let differs = || Some((key.to_owned(), shown(found), shown(expected)));
     match (found, expected) {
-        (Value::Object(a), Value::Object(b)) if a.len() == b.len() => a.iter().find_map(|(name, value)| {
-            let below = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-            first_difference(&below, value, b.get(name).unwrap_or(&Value::Null))
-        }),
+        (Value::Object(a), Value::Object(b)) => {
+            let missing = b.iter().filter(|(name, _)| !a.contains_key(*name));
+            a.iter().chain(missing).find_map(|(name, _)| {
+                let of = |object: &Map<String, Value>| object.get(name).cloned().unwrap_or_default();
+                let below = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                first_difference(&below, &of(a), &of(b))
+            })
+        }
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
             let mut pairs = a.iter().zip(b).enumerate();
             pairs.find_map(|(index, (a, b))| first_difference(&format!("{key}[{index}]"), a, b))
@@ -65,6 +72,15 @@ fn first_difference(key: &str, found: &Value, expected: &Value) -> Option<(Strin
         }
         _ if found == expected => None,
         _ => differs(),
+    }
+}
+
+/// A value in a message, where a long one is cut and one that is missing is null.
+fn shown(value: &Value) -> String {
+    let text = value.to_string();
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &text[..end]),
+        None => text,
     }
 }
 
@@ -84,8 +100,12 @@ mod tests {
             (json!({"a": 1.0, "b": [{"c": "y"}, {"c": 2.0}]}), "b[0].c"),
             (json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.1}]}), "b[1].c"),
             (json!({"a": 1.0, "b": [{"c": "x"}]}), "b"),
+            (json!({"a": 1.0}), "b"),
+            (json!({"a": 1.0, "b": [{"c": "x"}, {"c": 2.0}], "d": vec![1; 99]}), "d"),
         ] {
-            assert_eq!(first_difference("", &other, &value).unwrap().0, key);
+            let (named, found, expected) = first_difference("", &other, &value).unwrap();
+            assert_eq!(named, key);
+            assert!(found.len() < 100 && expected.len() < 100, "{found} {expected}");
         }
     }
 }

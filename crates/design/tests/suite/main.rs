@@ -4,7 +4,9 @@
 mod ball;
 mod design_file;
 mod designs;
+mod envelope;
 mod flown;
+mod other_gain;
 mod pid;
 mod reduced;
 mod same_plant;

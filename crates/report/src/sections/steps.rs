@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, extent};
 use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
+use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
 use auv::Current;
 use auv::longitudinal::{EachTracked, SPEED};
@@ -24,6 +25,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     let step = subject.step();
     let name = subject.name();
     let steps = &subject.verdict()?.found.steps;
+    let limited = Envelope::new(subject)?.remark(subject.speeds.iter().map(|speed| (*speed, step.height)));
     let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
     Ok(vec![
         Part::Words(format!(
@@ -34,7 +36,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
         Part::Figure(Figure {
             name: format!("{}-steps", step.name),
             caption: format!(
-                "Steps of the {} reference of {name} by {} at six speeds.",
+                "Steps of the {} reference of {name} by {} at six speeds.{limited}",
                 step.name,
                 step.words()
             ),

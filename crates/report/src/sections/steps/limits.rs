@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
+use crate::sections::envelope::Envelope;
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
 use auv::longitudinal::DEPTH;
@@ -25,7 +26,9 @@ const SPEEDS: usize = 3;
 /// A flight with the controller, and one without its anti-windup; `None` if it is lost.
 struct Pair {
     speed: f64,
+    /// The step that is asked, and what the autopilot makes of it, rad or m.
     height: f64,
+    used: f64,
     with: Option<Flight>,
     without: Option<Flight>,
 }
@@ -42,30 +45,35 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let step = subject.step();
     let size = largest_step(&subject.inputs.design, output);
     let down = if step.place == DEPTH { size } else { -size };
+    let envelope = Envelope::new(subject)?;
     let mut pairs = vec![];
     for speed in subject.inputs.design.spread(SPEEDS) {
         let one_way = |height: f64| {
             let flown = |controller| fly_held(subject, speed, height, controller);
-            Ok(Pair { speed, height, with: flown(stored)?, without: flown(&plain)? })
+            let used = envelope.used(speed, height);
+            Ok(Pair { speed, height, used, with: flown(stored)?, without: flown(&plain)? })
         };
         let ways = [-down, down].map(one_way);
         let ways = ways.into_iter().collect::<Result<Vec<Pair>, Error>>()?;
         pairs.extend(ways.into_iter().max_by(|a, b| a.limited(subject).total_cmp(&b.limited(subject))));
     }
     if pairs.iter().all(|pair| pair.limited(subject) == 0.0) {
-        let (name, size) = (step.name, tidy(step.factor * size, 1));
+        let (name, shown) = (step.name, tidy(step.factor * size, 1));
         let speeds = pairs.iter().map(|pair| format!("{:.2}", pair.speed)).collect::<Vec<_>>().join(", ");
+        let both = pairs.iter().flat_map(|pair| [-size, size].map(|height| (pair.speed, height)));
         let words = format!(
-            "At {speeds} m/s steps of the {name} reference by {size} {}, in either direction, take no \
-                 command to its limit.",
-            step.unit
+            "At {speeds} m/s steps of the {name} reference by {shown} {}, in either direction, take no \
+                 command to its limit.{}",
+            step.unit,
+            envelope.remark(both)
         );
         return Ok(vec![Part::Words(words)]);
     }
     let mut table = Table::new(["speed (m/s)"]);
     let from = if step.place == DEPTH { "start" } else { "trim" };
     table.head.extend([
-        format!("step ({})", step.unit),
+        format!("step asked ({})", step.unit),
+        format!("step used ({})", step.unit),
         "anti-windup".into(),
         format!("{} from {from}, at most ({})", step.name, step.unit),
         "a command at its limit (s)".into(),
@@ -74,9 +82,10 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     ]);
     for pair in &pairs {
         for (flight, name) in [(&pair.with, "yes"), (&pair.without, "no")] {
-            let mut row = vec![format!("{:.2}", pair.speed), tidy(step.factor * pair.height, 1), name.into()];
+            let [asked, used] = [pair.height, pair.used].map(|height| tidy(step.factor * height, 1));
+            let mut row = vec![format!("{:.2}", pair.speed), asked, used, name.into()];
             let lost = || ["lost", "-", "-", "-"].map(Into::into);
-            row.extend(flight.as_ref().map_or_else(lost, |flight| cells(subject, flight, pair.height)));
+            row.extend(flight.as_ref().map_or_else(lost, |flight| cells(subject, flight, pair.used)));
             table.rows.push(row);
         }
     }
@@ -85,10 +94,11 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
              at each speed \
             in the direction in which a command is longer at its limit without anti-windup, in deep water. \
                  Anti-windup feeds the saturated part of the commands back into the controller's states; \
-                 each flight is also shown without it.",
+                 each flight is also shown without it.{}",
         step.name,
         tidy(step.factor * size, 1),
-        step.unit
+        step.unit,
+        envelope.remark(pairs.iter().map(|pair| (pair.speed, pair.height)))
     );
     let mut parts = vec![Part::Words(words), Part::Table(table)];
     let drawn = pairs.into_iter().filter(|pair| pair.with.is_some() || pair.without.is_some());
@@ -157,4 +167,35 @@ fn cells(subject: &Subject, flight: &Flight, height: f64) -> [String; 4] {
     let back = StepFigures::of(rows, step.place, (TIMES[0], -height), &subject.inputs.limits());
     let overshoot = if back.overshoot.is_finite() { tidy(100.0 * back.overshoot, 1) } else { "-".into() };
     [tidy(step.factor * most, 2), known(limited(subject, rows), 2), known(back.settling_time, 2), overshoot]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::progress::Progress;
+    use scheduled::OverSpeed;
+    use squid_design::inputs::Inputs;
+    use squid_design::store::load;
+    use std::path::Path;
+
+    /// With references limited to 5 deg from level, steps of 30 deg are said, and judged, to be of that.
+    #[test]
+    fn a_limited_step_is_said_to_be_limited() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
+        let level = stored.controller.trim.signals["pitch"].clone();
+        let off = |by: f64| OverSpeed::Table(level.iter().map(|pitch| pitch + by.to_radians()).collect());
+        stored.controller.envelope.get_mut("pitch").unwrap().range = Some([-5.0, 5.0].map(off));
+        let progress = Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let parts = limits(&subject).unwrap();
+        let Part::Words(said) = &parts[0] else { panic!("{parts:?}") };
+        assert!(said.contains("limits the reference to what the vehicle can hold: at 0.50 m/s "), "{said}");
+        assert!(said.contains("5 deg instead of "), "{said}");
+        if let Some(Part::Table(table)) = parts.get(1) {
+            let used = |row: &Vec<String>| (row[1].ends_with("30"), row[2].trim_start_matches('-') == "5");
+            assert!(table.rows.iter().all(|row| used(row) == (true, true)), "{table:?}");
+        }
+    }
 }

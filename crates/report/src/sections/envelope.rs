@@ -1,0 +1,267 @@
+//! What references are limited to over speed, and what the default flight asks.
+
+use crate::error::Error;
+use crate::page::{Chart, Curve, Figure, Key, Part, Table, known, percent, tidy};
+use crate::subject::Subject;
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
+use scheduled::{Autopilot, OverSpeed, Trim};
+
+/// Indices of the keys of the figure.
+const END: usize = 0;
+const LEVEL: usize = 1;
+const ASKED: usize = 2;
+
+/// A rate of the reference of speed that is this many times its limits is that of a step, and is not drawn.
+const STEP: f64 = 8.0;
+
+/// A step that is limited by less, relative to itself, is not limited.
+const ROUNDING: f64 = 1e-9;
+
+/// The section on what references may ask; empty for a controller that limits the speed to its range alone.
+///
+/// # Errors
+/// The errors of the trims.
+pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let envelope = Envelope::new(subject)?;
+    let charts = [envelope.pitch(), envelope.rate(DEPTH), envelope.rate(SPEED)];
+    let charts: Vec<Chart> = charts.into_iter().flatten().collect();
+    if charts.is_empty() {
+        return Ok(vec![]);
+    }
+    let solid = |n, name: &str| Key { dash: "", ..Key::nth(n, name) };
+    let mut keys = vec![solid(0, "limits"), Key::reference("level flight"), solid(1, "default flight")];
+    for (place, key) in keys.iter_mut().enumerate() {
+        if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != place) {
+            key.name.clear();
+        }
+    }
+    let caption =
+        format!("The limits of the references of {}, and what the default flight asks.", subject.name());
+    let figure = Figure { name: "envelope-over-speed".into(), caption, keys, charts };
+    let tables = [PITCH, DEPTH].into_iter().filter(|place| envelope.limits(*place).is_some());
+    let tables =
+        tables.map(|place| ends(subject, place).map(Part::Table)).collect::<Result<Vec<_>, Error>>()?;
+    Ok([Part::Words(envelope.words()), Part::Figure(figure)].into_iter().chain(tables).collect())
+}
+
+/// The limits of the references of a controller.
+pub struct Envelope<'a> {
+    subject: &'a Subject<'a>,
+    trims: Trim,
+}
+
+impl<'a> Envelope<'a> {
+    /// Those of the stored controller.
+    ///
+    /// # Errors
+    /// [`Error::Design`] of an invalid controller.
+    pub fn new(subject: &'a Subject<'a>) -> Result<Self, Error> {
+        Ok(Self { subject, trims: Autopilot::new(&subject.stored.controller)?.trim().clone() })
+    }
+
+    /// Over the trim table, the limits of a pitch, or of the rate of a depth or speed.
+    fn limits(&self, place: usize) -> Option<&[OverSpeed; 2]> {
+        let limits = self.subject.stored.controller.envelope.get(SIGNALS[place].name)?;
+        if place == PITCH { limits.range.as_ref() } else { limits.rate.as_ref() }
+    }
+
+    /// Pitch in level flight, and the ways from there to the limits of its reference (rad), at a speed (m/s).
+    fn ways(&self, speed: f64) -> Option<(f64, [f64; 2])> {
+        let forward = self.trims.forward_speed(speed);
+        let level = self.trims.signal(forward, PITCH, 0.0);
+        let [least, most] = self.limits(PITCH)?;
+        Some((level, [least, most].map(|end| self.trims.over(forward, end) - level)))
+    }
+
+    /// The step of the stepped output that the controller follows when one of a height (rad or m) is asked in level
+    /// flight at a speed (m/s). The limits of a depth are those of its rate.
+    pub fn used(&self, speed: f64, height: f64) -> f64 {
+        let steps_in_pitch = self.subject.step().place == PITCH;
+        let Some((_, [down, up])) = self.ways(speed).filter(|_| steps_in_pitch) else { return height };
+        let used = height.max(down).min(up);
+        if (used - height).abs() > ROUNDING * height.abs() { used } else { height }
+    }
+
+    /// What the controller makes of steps of the stepped output, each at a speed (m/s) and of a height (rad or m), as a
+    /// sentence with a space before it; empty if it follows them as they are.
+    pub fn remark(&self, steps: impl Iterator<Item = (f64, f64)>) -> String {
+        let step = self.subject.step();
+        if step.place == DEPTH && self.limits(DEPTH).is_some() {
+            return " The autopilot turns a step of depth into a ramp that the vehicle can follow.".into();
+        }
+        let shown = |height: f64| tidy(step.factor * height, 1);
+        let limited = steps.filter_map(|(speed, height)| {
+            let used = self.used(speed, height);
+            let (asked, used, unit) = (shown(height), (used != height).then(|| shown(used))?, step.unit);
+            Some(format!("at {speed:.2} m/s {used} {unit} instead of {asked} {unit}"))
+        });
+        let limited: Vec<String> = limited.collect();
+        if limited.is_empty() {
+            return String::new();
+        }
+        format!(" The autopilot limits the reference to what the vehicle can hold: {}.", limited.join(", "))
+    }
+
+    /// The times (s) of the ticks of the default flight, and its speed V along the path then, m/s.
+    fn flight(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (manoeuvre, tick) = (&self.subject.stored.manoeuvre, self.subject.inputs.design.sample_time);
+        let ticks = (manoeuvre.duration / tick).round() as u32;
+        (0..=ticks).map(move |k| f64::from(k) * tick).map(|time| (time, manoeuvre.speed_reference(time)))
+    }
+
+    /// The step of pitch that the default flight asks at a time (s), rad.
+    fn asked(&self, time: f64) -> f64 {
+        self.subject.stored.manoeuvre.above_trim(time, SIGNALS[PITCH].name)
+    }
+
+    fn ends(&self, place: usize, factor: f64) -> Option<Vec<Curve>> {
+        let speeds = &self.subject.stored.controller.trim.speed;
+        let point = |(row, speed): (usize, &f64), end: &OverSpeed| (*speed, factor * end.at(row));
+        let curve = |end: &OverSpeed| Curve {
+            key: END,
+            points: speeds.iter().enumerate().map(|place| point(place, end)).collect(),
+        };
+        self.limits(place).map(|limits| limits.iter().map(curve).collect())
+    }
+
+    fn pitch(&self) -> Option<Chart> {
+        let factor = 1f64.to_degrees();
+        let mut curves = self.ends(PITCH, factor)?;
+        let controller = &self.subject.stored.controller;
+        let level = |speed: &f64| (*speed, factor * self.ways(*speed).map_or(f64::NAN, |(level, _)| level));
+        curves.push(Curve { key: LEVEL, points: controller.trim.speed.iter().map(level).collect() });
+        let asked = self
+            .flight()
+            .filter_map(|(time, speed)| Some((speed, factor * (self.ways(speed)?.0 + self.asked(time)))));
+        curves.push(Curve { key: ASKED, points: asked.collect() });
+        Some(Chart::over_speed("pitch (deg)", curves))
+    }
+
+    fn rate(&self, place: usize) -> Option<Chart> {
+        let mut curves = self.ends(place, 1.0)?;
+        if place == DEPTH {
+            return Some(Chart::over_speed("rate of depth (m/s)", curves));
+        }
+        let most = curves.iter().flat_map(|curve| &curve.points).map(|p| p.1.abs()).fold(0.0, f64::max);
+        let (speeds, tick): (Vec<f64>, f64) =
+            (self.flight().map(|(_, speed)| speed).collect(), self.subject.inputs.design.sample_time);
+        let forward = |speed: f64| self.trims.forward_speed(speed);
+        let rates = speeds.windows(2).map(|pair| (pair[1], (forward(pair[1]) - forward(pair[0])) / tick));
+        let points: Vec<(f64, f64)> = rates.filter(|(_, rate)| rate.abs() < STEP * most).collect();
+        curves.push(Curve { key: ASKED, points });
+        Some(Chart::over_speed("rate of speed (m/s^2)", curves))
+    }
+
+    fn words(&self) -> String {
+        let asked = &self.subject.inputs.design.envelope;
+        let part = |(time, speed): (f64, f64)| {
+            let (_, [down, up]) = self.ways(speed)?;
+            let step = self.asked(time);
+            Some((if step < 0.0 { step / down } else { step / up }, speed)).filter(|_| step != 0.0)
+        };
+        let most = self.flight().filter_map(part).max_by(|a, b| a.0.total_cmp(&b.0));
+        let margin = most.map_or_else(String::new, |(part, speed)| {
+            let beyond = if part > 1.0 { ": there the reference is limited" } else { "" };
+            format!(
+                " The default flight asks for up to {} of the way from level flight to the limit of pitch, at \
+                     {speed:.2} m/s{beyond}.",
+                percent(part, 0)
+            )
+        });
+        let authority = percent(asked.authority, 0);
+        let of = [
+            (
+                PITCH,
+                format!(
+                    "pitch to the steepest steady motions that take at most {authority} of each actuator's limits"
+                ),
+            ),
+            (
+                DEPTH,
+                format!(
+                    "the rate of depth to that of the steepest steady motions that take at most {authority} of each \
+                     actuator's limits"
+                ),
+            ),
+            (
+                SPEED,
+                "the rate of speed to what the actuators give in level flight without pitching, at any speed"
+                    .into(),
+            ),
+        ];
+        let of = of.into_iter().filter(|(place, _)| self.limits(*place).is_some()).map(|(_, words)| words);
+        format!(
+            "The autopilot limits references to what the vehicle can hold, over the filtered speed reference: {}. \
+             Every claim is about the references as they are used.{margin}",
+            of.collect::<Vec<_>>().join(", ")
+        )
+    }
+}
+
+/// The ends at the speeds of the report, computed again, and what limits them.
+fn ends(subject: &Subject, place: usize) -> Result<Table, Error> {
+    let mut table = Table::new(["speed (m/s)", "", "pitch (deg)", "path (deg)", "limited by"]);
+    table.head[1] = format!("limit of {}", SIGNALS[place].name);
+    let found = subject.inputs.longitudinal().ends(&subject.speeds, place == DEPTH)?;
+    for (speed, ends) in subject.speeds.iter().zip(found) {
+        for (end, way) in ends.into_iter().zip(["nose down", "nose up"]) {
+            let [pitch, path] = [end.pitch, end.path].map(|angle| known(angle.to_degrees(), 1));
+            table.rows.push(vec![format!("{speed:.2}"), way.into(), pitch, path, end.limited_by]);
+        }
+    }
+    Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::progress::Progress;
+    use squid_design::inputs::Inputs;
+    use squid_design::store::load;
+    use std::path::Path;
+
+    fn words(parts: &[Part]) -> String {
+        let words =
+            parts.iter().filter_map(|part| if let Part::Words(words) = part { Some(words) } else { None });
+        words.cloned().collect()
+    }
+
+    /// The committed design of Squid: the figure has the frozen limits and the step of the default flight. With limits
+    /// of 5 deg from level, it is said that its reference is limited.
+    #[test]
+    fn limits_and_default_flight_are_drawn_and_limited_steps_are_said() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid");
+        let inputs = Inputs::read(&folder, "design").unwrap();
+        let mut stored = load(&folder.join("frozen"), &inputs).unwrap();
+        let progress = Progress::default();
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let parts = envelope(&subject).unwrap();
+        let Part::Figure(Figure { charts, .. }) = &parts[1] else { panic!("{parts:?}") };
+        let largest = |key: usize| {
+            let curves = charts[0].curves.iter().filter(|curve| curve.key == key);
+            curves.flat_map(|curve| &curve.points).map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let Envelope { trims, .. } = Envelope::new(&subject).unwrap();
+        let level = trims.signal(trims.forward_speed(stored.manoeuvre.speed_to), PITCH, 0.0).to_degrees();
+        let [_, most] = stored.controller.envelope["pitch"].range.clone().unwrap();
+        assert!((largest(END) - most.at(0).to_degrees()).abs() < 1e-9, "{}", largest(END));
+        assert!((largest(ASKED) - level - 10.0).abs() < 1e-9, "{}", largest(ASKED));
+        assert!(words(&parts).contains("asks for up to 33 % of the way"), "{}", words(&parts));
+        let Part::Table(ends) = &parts[2] else { panic!("{parts:?}") };
+        assert!(
+            ends.rows.len() == 12 && ends.rows.iter().all(|row| row[4] == "`envelope.pitch`"),
+            "{ends:?}"
+        );
+
+        let level = stored.controller.trim.signals["pitch"].clone();
+        let off = |by: f64| level.iter().map(|pitch| pitch + by).collect::<Vec<f64>>();
+        let narrow = Some([-5f64, 5.0].map(|by| OverSpeed::Table(off(by.to_radians()))));
+        stored.controller.envelope.get_mut("pitch").unwrap().range = narrow;
+        let subject = Subject::new(&inputs, &stored, &progress).unwrap();
+        let used = Envelope::new(&subject).unwrap().used(1.3, 0.2);
+        assert!((used.to_degrees() - 5.0).abs() < 1e-9, "{used}");
+        let said = words(&envelope(&subject).unwrap());
+        assert!(said.contains("asks for up to 200 % of the way"), "{said}");
+        assert!(said.ends_with("there the reference is limited."), "{said}");
+    }
+}
