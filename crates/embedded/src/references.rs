@@ -79,9 +79,10 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
     }
     if let Some([least, most]) = &limits.rate {
         let [slowest, fastest] = [limit("SLOWEST", signal, least), limit("FASTEST", signal, most)];
+        let end = |end: &str| format!("state->last_{name} + TICK * {end}");
+        let (slowest, fastest) = (end(&slowest), end(&fastest));
         text += &format!(
-            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, state->last_{name} + TICK * {slowest},\n            \
-             state->last_{name} + TICK * {fastest});\n"
+            "    if (!is_reset)\n        t->{name} = clamp(t->{name}, {slowest},\n            {fastest});\n"
         );
     }
     text + &format!("    if (t->{name} != in->{name}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")

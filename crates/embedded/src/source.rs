@@ -50,9 +50,10 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("tables", numbers(design, tables)),
         (
             "limit",
-            match ends(design).iter().any(|(_, end)| matches!(end, OverSpeed::Table(_))) {
-                true => include_str!("template/limit.c").to_owned(),
-                false => String::new(),
+            if ends(design).iter().any(|(_, end)| matches!(end, OverSpeed::Table(_))) {
+                include_str!("template/limit.c").to_owned()
+            } else {
+                String::new()
             },
         ),
         ("solvers", solvers(tables)),

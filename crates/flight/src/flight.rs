@@ -12,7 +12,7 @@ use std::array::from_fn;
 pub struct Signals {
     /// The value of each signal.
     pub measured: Each<f64>,
-    /// The reference of each signal that can be tracked, absolute, as the law used it.
+    /// The reference of each signal that can be tracked, absolute.
     pub references: EachTracked<f64>,
 }
 
@@ -21,8 +21,10 @@ pub struct Signals {
 pub struct Row {
     /// Time, s.
     pub time: f64,
-    /// Measured values and references, SI.
+    /// Measured values and references as asked, SI.
     pub signals: Signals,
+    /// The references as the law used them, SI.
+    pub used: EachTracked<f64>,
     /// Depth, m.
     pub depth: f64,
     /// The scheduling parameter.
@@ -319,8 +321,8 @@ impl Start {
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
             }
-            let signals = Signals { references: references.unwrap_or(signals.references), ..signals };
-            flight.rows.push(Row { time, signals, depth, rho, out_of_range, commands });
+            let used = references.unwrap_or(signals.references);
+            flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
             plant.advance((k + 1) as f64 * sample_time)?;
         }
         if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: initial_depth }) } else { Ok(flight) }

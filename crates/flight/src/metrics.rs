@@ -174,7 +174,15 @@ mod tests {
             let (pitch, reference) = at(time);
             let signals =
                 Signals { measured: [pitch, 1.0, 0.0, 0.0, 0.0], references: [reference, 1.25, 0.0] };
-            Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![3.0] }
+            Row {
+                time,
+                signals,
+                used: signals.references,
+                depth: 0.0,
+                rho: 0.0,
+                out_of_range: false,
+                commands: vec![3.0],
+            }
         };
         (0..(duration / step) as u32).map(row).collect()
     }

@@ -46,7 +46,7 @@ impl Record {
         for (place, (signal, reference)) in tracked().enumerate() {
             add(signal.name, signal.unit, &|r| r.measured(place));
             if design.has_reference(place) {
-                add(&format!("{}_used", reference.name), signal.unit, &|r| r.reference(place));
+                add(&format!("{}_used", reference.name), signal.unit, &|r| r.used[place]);
             }
         }
         add("scheduling_parameter", "", &|r| r.rho);

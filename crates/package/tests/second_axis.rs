@@ -336,7 +336,9 @@ fn its_fmu_flies_the_step() {
         let chosen = described.description.variables.iter().filter(move |one| one.causality == causality);
         chosen.map(|one| one.name.as_str()).collect::<Vec<_>>()
     };
-    assert_eq!(of(Causality::Input), ["offset", "drift", "speed", "offset_reference"]);
+    let engagement = ["side_thruster_applied", "engaged", "applied_given"];
+    assert_eq!(of(Causality::Input)[..4], ["offset", "drift", "speed", "offset_reference"]);
+    assert_eq!(of(Causality::Input)[4..], engagement);
     assert!(of(Causality::Output).contains(&"side_thruster"));
     assert!(described.xml.contains("description=\"offset from the track\""), "{}", described.xml);
     assert!(described.xml.contains("LPV offset controller of squid"), "{}", described.xml);
@@ -348,7 +350,8 @@ fn its_fmu_flies_the_step() {
 fn two_axes_share_an_fmu() {
     let described = describe(&together()).unwrap();
     let count = |name: &str| described.description.variables.iter().filter(|one| one.name == name).count();
-    for name in ["pitch", "speed", "offset", "side_thruster", "upper_port", "gamma", "sway_gamma"] {
+    for name in ["pitch", "speed", "engaged", "offset", "side_thruster", "upper_port", "gamma", "sway_gamma"]
+    {
         assert_eq!(count(name), 1, "{name}");
     }
     for name in ["pitch_reference_used", "reference_limited", "sway_reference_limited"] {

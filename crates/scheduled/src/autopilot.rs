@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::design::Port;
 use crate::envelope::Envelope;
-use crate::follow::Following;
+use crate::following::Following;
 use crate::ports::{Inputs, Outputs};
 use crate::trim::AtSpeed;
 use crate::{

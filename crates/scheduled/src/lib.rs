@@ -31,6 +31,7 @@ mod design;
 mod envelope;
 mod error;
 mod follow;
+mod following;
 mod json;
 mod lft;
 mod manoeuvre;

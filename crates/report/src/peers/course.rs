@@ -147,7 +147,15 @@ mod tests {
                 measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0, 0.0],
                 references: [0.2, 1.0, 0.0],
             };
-            Row { time, signals, depth: 0.0, rho: 0.0, out_of_range: false, commands: vec![] }
+            Row {
+                time,
+                signals,
+                used: signals.references,
+                depth: 0.0,
+                rho: 0.0,
+                out_of_range: false,
+                commands: vec![],
+            }
         };
         let rows: Vec<Row> = (0..30_000).map(row).collect();
         let found = Step::of(&rows.iter().collect::<Vec<_>>(), PITCH, 0.2);
