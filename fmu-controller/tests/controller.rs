@@ -29,11 +29,11 @@ fn describes_itself_from_the_design() {
     let described = describe(&resources(&design())).unwrap();
     assert_eq!(described.description.model_identifier, "test_controller");
     for part in [
-        r#"name="thruster" valueReference="4""#,
+        r#"name="thruster" valueReference="8""#,
         r#"<Real declaredType="SI.Force" unit="N" min="-60.0" max="100.0" nominal="100.0"/>"#,
         r#"<Real declaredType="SI.Angle" unit="rad" displayUnit="deg" min="-0.25" max="0.25" nominal="0.2"/>"#,
-        r#"<Unknown index="5" dependencies="" dependenciesKind=""/>"#,
-        r#"<Unknown index="7" dependencies="2" dependenciesKind="dependent"/>"#,
+        r#"<Unknown index="9" dependencies="" dependenciesKind=""/>"#,
+        r#"<Unknown index="11" dependencies="2" dependenciesKind="dependent"/>"#,
         &described.guid,
     ] {
         assert!(described.xml.contains(part), "{part} is not in\n{}", described.xml);
@@ -68,12 +68,15 @@ fn takes_in_what_the_design_measures_and_follows() {
         inputs.map(|one| one.name).collect::<Vec<_>>()
     };
     let mut design = with_pitch_rate();
-    assert_eq!(inputs(&design), ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"]);
+    let engagement = ["thruster_applied", "fin_applied", "engaged", "applied_given"];
+    let with_engagement = |others: &[&str]| [others, &engagement].concat();
+    let others = ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"];
+    assert_eq!(inputs(&design), with_engagement(&others));
     let xml = describe(&resources(&design)).unwrap().xml;
     for part in [
         r#"<ScalarVariable name="pitch_rate" valueReference="2" description="rate of pitch" causality="input""#,
         r#"unit="rad/s" displayUnit="deg/s" nominal="0.1" start="0.0"/>"#,
-        r#"<Unknown index="6" dependencies="1 2 3 4 5""#,
+        r#"<Unknown index="10" dependencies="1 2 3 4 5 6 7 8 9""#,
     ] {
         assert!(xml.contains(part), "{part} is not in\n{xml}");
     }
@@ -82,7 +85,7 @@ fn takes_in_what_the_design_measures_and_follows() {
         let rows = design["lft"][matrix].as_array_mut().unwrap();
         rows.iter_mut().for_each(|row| row.as_array_mut().unwrap().truncate(1));
     }
-    assert_eq!(inputs(&design), ["speed", "pitch_rate", "speed_reference"]);
+    assert_eq!(inputs(&design), with_engagement(&["speed", "pitch_rate", "speed_reference"]));
 }
 
 /// The fin opposes the pitch rate at once, and turns to a new trim as the filtered reference does.

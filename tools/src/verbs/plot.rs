@@ -78,11 +78,13 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, 
     column("speed_reference_used")?;
     let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
     let (time, depth) = (column("time")?, column("depth")?);
+    let used = |k: usize| from_fn(|place| references[place].map_or(f64::NAN, |column| column[k]));
     let row = |k: usize| Row {
         time: time[k],
+        used: used(k),
         signals: Signals {
             measured: measured.map(|column| column.map_or(f64::NAN, |column| column[k])),
-            references: from_fn(|place| references[place].map_or(f64::NAN, |column| column[k])),
+            references: used(k),
         },
         depth: depth[k],
         rho: f64::NAN,
