@@ -69,7 +69,7 @@ fn takes_in_what_the_design_measures_and_follows() {
     };
     let mut design = with_pitch_rate();
     let engagement = ["thruster_applied", "fin_applied", "engaged", "applied_given"];
-    let with_engagement = |others: &[&str]| [others, &engagement].concat();
+    let with_engagement = |others: &[&'static str]| [others, &engagement].concat();
     let others = ["pitch", "speed", "pitch_rate", "pitch_reference", "speed_reference"];
     assert_eq!(inputs(&design), with_engagement(&others));
     let xml = describe(&resources(&design)).unwrap().xml;

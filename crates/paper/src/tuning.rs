@@ -337,6 +337,7 @@ mod tests {
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
+            used: [0.0, 1.0, 0.0],
             signals: squid_flight::flight::Signals {
                 measured: [-error, 1.0, 0.0, 0.0, 0.0],
                 references: [0.0, 1.0, 0.0],
