@@ -15,9 +15,9 @@ impl Autopilot {
     /// x          <- x - F(rho) (trim + scale u - applied)/scale, and the same with the new u
     /// ```
     ///
-    /// F(rho) is [`ControllerDesign::follow`]: the next tick commands what is applied, as nearly as the controller can
-    /// at all: two thrusters that it commands alike stay alike. From the reference so found each goes to what is asked
-    /// with a time constant of 2 s, within its limits. Nothing is proved of a loop while it follows.
+    /// F(rho) is the gain `follow` of the design: the next tick commands what is applied, as nearly as the controller
+    /// can at all: two thrusters that it commands alike stay alike. From the reference so found each goes to what is
+    /// asked with a time constant of 2 s, within its limits. Nothing is proved of a loop while it follows.
     ///
     /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs).
     ///
@@ -62,7 +62,7 @@ impl Autopilot {
     /// knows of it. To be called before a tick.
     ///
     /// ```text
-    /// x <- x + E (command - applied)/scale      E: see [`ControllerDesign::anti_windup`]
+    /// x <- x + E (command - applied)/scale      E: the gain `anti_windup` of the design
     /// ```
     ///
     /// # Errors

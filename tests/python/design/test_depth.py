@@ -67,7 +67,14 @@ def test_the_fmus_take_a_depth_and_no_step_of_pitch(deep: Packages) -> None:
     for fmu in deep.fmus:
         assert validate_fmu(str(fmu)) == []
     references = {"depth_reference", "speed_reference"}
-    assert inputs_of(deep.controller) == {"depth", "pitch", "pitch_rate", "speed", *references, *engagement(deep)}
+    assert inputs_of(deep.controller) == {
+        "depth",
+        "pitch",
+        "pitch_rate",
+        "speed",
+        *references,
+        *engagement(deep),
+    }
     course = {"depth_step", "step_time", "step_end", "speed_from", "speed_to", "ramp_start", "ramp_duration"}
     outside = {"current_horizontal", "current_vertical"}
     outside |= {"external_force_x", "external_force_z", "external_moment"}

@@ -53,6 +53,7 @@ class Pilot:
 
     @classmethod
     def of(cls, packages: Packages, controller: Slave, seed: int) -> Pilot:
+        """Return a pilot of a vehicle in trim."""
         ranges = limits(packages)
         trim = {name: controller.get(name) for name in ranges}
         # The two upper thrusters of Squid push alike in the plane: no controller of the plane can tell them apart.
@@ -61,6 +62,7 @@ class Pilot:
         return cls(trim, widths, alike, np.random.default_rng(seed))
 
     def at(self, tick: int) -> dict[str, float]:
+        """Return the commands of a tick."""
         if tick % 50 == 0:
             off = {name: self.random.uniform(-PILOT, PILOT) * width for name, width in self.ranges.items()}
             off |= {other: off[one] for one, other in self.alike}
@@ -111,6 +113,7 @@ class Flight:
         self.step = 0
 
     def measured(self, reference: str) -> float:
+        """Return the measured value of a reference."""
         return self.plant.get(reference.removesuffix("_reference"))
 
     def hold(self) -> None:

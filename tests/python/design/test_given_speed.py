@@ -122,7 +122,12 @@ def test_the_interfaces_know_whose_the_speed_is(nps: Packages) -> None:
             "operating_speed",
             "given_speed",
         }
-        assert set(controller.names("input")) - engagement(nps) == {"pitch", "speed", "pitch_rate", "pitch_reference"}
+        assert set(controller.names("input")) - engagement(nps) == {
+            "pitch",
+            "speed",
+            "pitch_rate",
+            "pitch_reference",
+        }
         assert "speed" in plant.names("output")
         # What acts along the hull has no effect, and is no parameter.
         parameters = set(plant.names("parameter"))
