@@ -278,17 +278,17 @@ def test_the_loop_comes_back_from_its_limits(written: Written, page: ET.Element)
     """Within 10 s from what the actuators do not hold; without anti-windup they are at their limits for longer."""
 
     def settled(row: list[str]) -> float:
-        return math.inf if row[5] in {"never", "-"} else float(row[5])
+        return math.inf if row[6] in {"never", "-"} else float(row[6])
 
     _, *rows = rows_of(page, "limits")
-    assert [row[2] for row in rows] == 3 * ["yes", "no"]
+    assert [row[3] for row in rows] == 3 * ["yes", "no"]
     for one, other in zip(rows[::2], rows[1::2], strict=True):
         assert settled(one) <= 10.0
-        assert 0.0 < float(one[4]) <= float(other[4])
+        assert 0.0 < float(one[5]) <= float(other[5])
     if written.name == "remus100":
         # The reference is limited to what its planes hold; on the way there they are at their limit all the same.
         assert settled(rows[0]) < 10.0 < settled(rows[1]), "the lowest speed"
-        assert float(rows[0][6]) < 2.0 and float(rows[1][6]) > 10.0, "overshoot after the step"
+        assert float(rows[0][7]) < 2.0 and float(rows[1][7]) > 10.0, "overshoot after the step"
 
 
 def test_the_comparison_counts_what_is_lost(page: ET.Element) -> None:

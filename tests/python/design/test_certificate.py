@@ -268,13 +268,13 @@ def amplify(controller: dict) -> None:
 
 
 def widen(controller: dict) -> None:
-    """A climb that the vehicle does not hold."""
-    limits = controller["envelope"]["pitch"]["range"]
+    """An acceleration that the vehicle does not give."""
+    limits = controller["envelope"]["speed"]["rate"]
     limits[1] *= 1.1
 
 
 @pytest.mark.parametrize(
-    ("change", "key"), [(amplify, "controller_inputs[0].scale"), (widen, "envelope.pitch.range[1]")]
+    ("change", "key"), [(amplify, "controller_inputs[0].scale"), (widen, "envelope.speed.rate[1]")]
 )
 def test_a_controller_changed_under_a_fitting_guid(
     squid: Packages,

@@ -191,7 +191,7 @@ impl<'a> Envelope<'a> {
         ];
         let of = of.into_iter().filter(|(place, _)| self.limits(*place).is_some()).map(|(_, words)| words);
         format!(
-            "The autopilot limits references to what the vehicle can hold, over the filtered speed reference: {}. \
+            "The autopilot limits references to what the vehicle can hold, at each speed: {}. \
              Every claim is about the references as they are used.{margin}",
             of.collect::<Vec<_>>().join(", ")
         )
