@@ -98,7 +98,8 @@ fn tune(subject: &Subject, weight: f64, letter: &'static str) -> Result<Tuned, E
     let design = synthesise(&plant, options)?;
     let k = &design.controller;
     let lft = lft_matrices(k);
-    let controller = ControllerDesign { lft, anti_windup: None, ..subject.stored.controller.clone() };
+    let stored = subject.stored.controller.clone();
+    let controller = ControllerDesign { lft, anti_windup: None, follow: vec![], ..stored };
     let pitch = subject.pitch()?;
     let respond = |i: usize| -> Result<Response, Error> {
         let truth = &subject.truth[i];

@@ -24,6 +24,7 @@ XHTML = "{http://www.w3.org/1999/xhtml}"
 SVG = "{http://www.w3.org/2000/svg}"
 LARGEST_PAGE = 1_000_000
 FIGURES = {
+    "envelope-over-speed",
     "pitch-steps",
     "speed-steps",
     "beyond-limits",

@@ -173,9 +173,8 @@ def check(packages: Packages, seeds: range) -> None:
     # What the pilot leaves is braked first; from a dive a design on depth comes back up to where it was engaged.
     inside = [one for one in all_taken if one.inside]
     excursions = max(one.excursion - one.motion for one in inside)
-    print(
-        f"{len(inside)} of {len(all_taken)} inside: jump {jumps:.2%}, followed {followed:.2%}, {excursions / DEGREE:.2f} deg"
-    )
+    print(f"{len(inside)} of {len(all_taken)} inside, pitch {excursions / DEGREE:.2f} deg")
+    print(f"jump {jumps:.2%}, followed {followed:.2%}")
     assert jumps <= LARGEST_JUMP and followed <= LARGEST_JUMP
     assert len(inside) > 0.7 * len(all_taken) and excursions <= EXCURSION
 
