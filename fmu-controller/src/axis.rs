@@ -57,9 +57,11 @@ pub enum ControllerError {
     /// A tick could not be computed.
     #[error(transparent)]
     Tick(#[from] TickError),
-    /// Derivatives of a tick that follows commands that are not the autopilot's.
-    #[error("the derivatives are those of an engaged controller, and this one follows applied commands")]
-    Follows,
+    /// Derivatives of a tick that uses applied commands.
+    #[error(
+        "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
+    )]
+    UsesApplied,
     /// More ticks are due at once than in any flight, which only a manipulated state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind { tick: f64, time: f64 },

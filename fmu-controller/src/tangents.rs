@@ -48,10 +48,10 @@ impl Axis {
     /// the commands through the inverse of their curves.
     ///
     /// # Errors
-    /// [`ControllerError::Tick`]; [`ControllerError::Follows`].
+    /// [`ControllerError::Tick`]; [`ControllerError::UsesApplied`].
     pub fn tangents(&self, initial: bool, direction: &Inputs) -> Result<OutputTangents, ControllerError> {
-        if self.follows() || (initial && self.applied.given) {
-            return Err(ControllerError::Follows);
+        if self.follows() || self.applied.given {
+            return Err(ControllerError::UsesApplied);
         }
         let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;
         let computed = moved.computed.iter().zip(&self.design.actuators);
@@ -71,7 +71,7 @@ impl Axis {
     pub fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ControllerError> {
         let due = self.autopilot.is_due_at(moment.time);
         let number = |quantity: Quantity| quantity.number(&self.design);
-        // A tick uses what was applied at the one before, so no output depends on it at once.
+        // What is applied acts on no output: where it would, the derivatives are refused.
         let (tangents, _) = tangents.split_at_mut(number(Quantity::Applied(0)));
         let (knowns, outputs) = tangents.split_at_mut(number(Quantity::SchedulingParameter));
         if !moment.initial && !due {

@@ -333,9 +333,9 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// A number, or one for each row of the trim table.
+/// A number, or one for each row of the trim table; in a file a list of one number, or of as many as the table has rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(from = "Vec<f64>", into = "Vec<f64>")]
 pub enum OverSpeed {
     /// The same at each speed.
     Constant(f64),
@@ -344,14 +344,6 @@ pub enum OverSpeed {
 }
 
 impl OverSpeed {
-    /// A constant if the numbers of a column are the same.
-    pub fn of(column: Vec<f64>) -> Self {
-        match column.first() {
-            Some(&first) if column.iter().all(|one| *one == first) => Self::Constant(first),
-            _ => Self::Table(column),
-        }
-    }
-
     /// The number in a row of the trim table.
     ///
     /// # Panics
@@ -360,6 +352,25 @@ impl OverSpeed {
         match self {
             Self::Constant(value) => *value,
             Self::Table(column) => column[row],
+        }
+    }
+}
+
+impl From<Vec<f64>> for OverSpeed {
+    /// A constant if the numbers of a column are the same.
+    fn from(column: Vec<f64>) -> Self {
+        match column.first() {
+            Some(&first) if column.iter().all(|one| *one == first) => Self::Constant(first),
+            _ => Self::Table(column),
+        }
+    }
+}
+
+impl From<OverSpeed> for Vec<f64> {
+    fn from(number: OverSpeed) -> Self {
+        match number {
+            OverSpeed::Constant(value) => vec![value],
+            OverSpeed::Table(column) => column,
         }
     }
 }

@@ -140,6 +140,25 @@ fn hold_at_the_first_outputs(case: Case, at: &[f64], direction: &[f64]) {
     assert_outputs(&outputs, &exact, values);
 }
 
+/// Where applied commands are used, the next tick depends on them too: by the anti-windup, or because it follows them.
+#[test]
+fn there_are_none_while_applied_commands_are_used() {
+    let description = SQUID.describe::<Controller>().description;
+    let of = |name: &str| u32::try_from(description.position(name).unwrap()).unwrap();
+    let refused = |name: &str, value: bool| {
+        let mut now = SQUID.instance::<Controller>(Interface::CoSimulation);
+        now.exit_initialization(&mut Silent).unwrap();
+        let derive = |now: &mut Instance<Controller>| {
+            let (of, by) = ([of("lower")], [of("pitch")]);
+            now.directional_derivative(&of, &by, &[1.0], &mut [0.0], &mut Silent).is_err()
+        };
+        assert!(!derive(&mut now));
+        now.set(&[of(name)], |_| value).unwrap();
+        derive(&mut now)
+    };
+    assert!(refused("engaged", false) && refused("applied_given", true));
+}
+
 /// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
 fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
     let (inputs, place, seed, outputs) = around(case, at, direction);

@@ -184,7 +184,7 @@ def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path,
         ),
         (
             "controller.json",
-            lambda c: c["envelope"]["pitch"]["range"].__setitem__(1, 0.6),
+            lambda c: c["envelope"]["pitch"]["range"].__setitem__(1, [0.6]),
             "envelope.pitch.range[1]",
         ),
         ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
@@ -270,11 +270,11 @@ def amplify(controller: dict) -> None:
 def widen(controller: dict) -> None:
     """An acceleration that the vehicle does not give."""
     limits = controller["envelope"]["speed"]["rate"]
-    limits[1] *= 1.1
+    limits[1][0] *= 1.1
 
 
 @pytest.mark.parametrize(
-    ("change", "key"), [(amplify, "controller_inputs[0].scale"), (widen, "envelope.speed.rate[1]")]
+    ("change", "key"), [(amplify, "controller_inputs[0].scale"), (widen, "envelope.speed.rate[1][0]")]
 )
 def test_a_controller_changed_under_a_fitting_guid(
     squid: Packages,

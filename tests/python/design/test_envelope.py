@@ -107,9 +107,9 @@ def test_a_speed_outside_the_range_is_its_end(squid: Packages, wanted: float) ->
     """Through the loop's inputs: the speed goes to the end of the range, no faster than the thrusters can."""
     controller = frozen(squid.folder)
     limits = controller["envelope"]["speed"]
-    least, largest = limits["range"]
+    [least], [largest] = limits["range"]
     end = min(max(wanted, least), largest)
-    slowest, fastest = limits["rate"]
+    [slowest], [fastest] = limits["rate"]
     tick = sample_time(squid)
     limited: list[float] = []
     with Slave(squid.loop, "loop") as loop:

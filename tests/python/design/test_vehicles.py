@@ -47,7 +47,7 @@ def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
     """At every speed, up and down: the limits are those of the vehicle, not narrower than what the design flies."""
     controller, step = load(shipped, "controller.json"), load(shipped, "manoeuvre.json")["steps"]["pitch"]
     level = np.array(controller["trim"]["signals"]["pitch"])
-    least, largest = np.array(controller["envelope"]["pitch"]["range"])
+    least, largest = (np.array(end) for end in controller["envelope"]["pitch"]["range"])
     assert np.all(least < level - 2.0 * abs(step)) and np.all(largest > level + 2.0 * abs(step))
 
 

@@ -51,11 +51,11 @@ pub fn envelope(
         all.insert(SIGNALS[place].name.to_owned(), limits);
     };
     if tracked(PITCH) {
-        let range = columns(|row| row.pitch).map(OverSpeed::of);
+        let range = columns(|row| row.pitch).map(OverSpeed::from);
         add(PITCH, ReferenceLimits { range: Some(range), rate: None });
     }
     if tracked(DEPTH) {
-        let rate = columns(|row| row.sinking).map(OverSpeed::of);
+        let rate = columns(|row| row.sinking).map(OverSpeed::from);
         add(DEPTH, ReferenceLimits { range: None, rate: Some(rate) });
     }
     if !vehicle.coefficients.surge.is_given() {

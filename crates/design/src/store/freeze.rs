@@ -153,7 +153,7 @@ fn envelope(
             let next = column[(whole + 1).min(few.len() - 1)];
             column[whole] + part * (next - column[whole])
         };
-        OverSpeed::of((0..TRIM_ROWS).map(at).collect())
+        OverSpeed::from((0..TRIM_ROWS).map(at).collect::<Vec<f64>>())
     };
     let rows = |ends: &[OverSpeed; 2]| [between(&ends[0]), between(&ends[1])];
     let all = vehicle.envelope(&few)?.into_iter().map(|(signal, limits)| {

@@ -120,7 +120,9 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
 /// Limits of some references.
 fn envelope(random: &mut Random, rows: usize, speed_given: bool) -> BTreeMap<String, ReferenceLimits> {
     let mut columns = |least: [f64; 2], most: [f64; 2]| {
-        [least, most].map(|[low, high]| OverSpeed::of((0..rows).map(|_| random.between(low, high)).collect()))
+        [least, most].map(|[low, high]| {
+            OverSpeed::from((0..rows).map(|_| random.between(low, high)).collect::<Vec<f64>>())
+        })
     };
     let pitch = ReferenceLimits { range: Some(columns([-0.3, -0.1], [-0.1, 0.2])), rate: None };
     let depth = ReferenceLimits { range: None, rate: Some(columns([-1.0, 0.0], [0.0, 1.0])) };

@@ -11,7 +11,7 @@ const MOST: [f64; 3] = [0.1, 0.3, 0.4];
 
 fn design(filter: Option<f64>) -> ControllerDesign {
     let columns =
-        |least: [f64; 3], most: [f64; 3]| Some([least, most].map(|end| OverSpeed::of(end.to_vec())));
+        |least: [f64; 3], most: [f64; 3]| Some([least, most].map(|end| OverSpeed::from(end.to_vec())));
     let mut design = ControllerDesign { reference_filter: filter, ..example::two_degrees() };
     design.controller_inputs[3] = example::input("depth", Kind::Measurement, 2.0);
     design.controller_inputs[1] = example::input("depth", Kind::Reference, 2.0);
