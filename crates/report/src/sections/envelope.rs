@@ -99,7 +99,7 @@ impl<'a> Envelope<'a> {
         if limited.is_empty() {
             return String::new();
         }
-        format!(" The autopilot limits the reference to what the vehicle can hold: {}.", limited.join(", "))
+        format!(" The autopilot limits the reference to the envelope: {}.", limited.join(", "))
     }
 
     /// The times (s) of the ticks of the default flight, and its speed V along the path then, m/s.
@@ -169,31 +169,36 @@ impl<'a> Envelope<'a> {
             )
         });
         let authority = percent(asked.authority, 0);
+        let degrees = |angle: f64| tidy(angle.to_degrees(), 1);
+        let [least, largest] = asked.pitch.map(degrees);
         let of = [
             (
                 PITCH,
                 format!(
-                    "pitch to the steepest steady motions that take at most {authority} of each actuator's limits"
+                    "pitch to the steepest steady climb and dive that take at most {authority} of each actuator's \
+                     limits, and to {least} to {largest} deg"
                 ),
             ),
             (
                 DEPTH,
                 format!(
-                    "the rate of depth to that of the steepest steady motions that take at most {authority} of each \
-                     actuator's limits"
+                    "the rate of depth to that of the steepest steady climb and dive that take at most {authority} of \
+                     each actuator's limits, on a path of at most {} deg",
+                    degrees(asked.path_angle)
                 ),
             ),
             (
                 SPEED,
-                "the rate of speed to what the actuators give in level flight without pitching, at any speed"
+                "the rate of speed to what the actuators give in level flight without pitching, the least over the \
+                 speeds"
                     .into(),
             ),
         ];
         let of = of.into_iter().filter(|(place, _)| self.limits(*place).is_some()).map(|(_, words)| words);
         format!(
-            "The autopilot limits references to what the vehicle can hold, at each speed: {}. \
+            "The autopilot limits references to an envelope: {}. \
              Every claim is about the references as they are used.{margin}",
-            of.collect::<Vec<_>>().join(", ")
+            of.collect::<Vec<_>>().join("; ")
         )
     }
 }
