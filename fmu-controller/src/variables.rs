@@ -106,14 +106,14 @@ pub(crate) fn engagement() -> [Variable; 2] {
         Variable::boolean(
             "engaged",
             "the actuators get the commands of this controller; while false it follows what NAME_applied says they \
-             get, so that it can take over without a jump",
+             get",
             |m| m.applied.engaged,
             Role::input(|m, v| m.applied.engaged = v),
         ),
         Variable::boolean(
             "applied_given",
-            "NAME_applied says what the actuators get also while the controller is engaged, so that it knows of limits \
-             beyond its own; from the start it begins with these commands",
+            "NAME_applied says what the actuators get also while the controller is engaged; it begins with these \
+             commands, and its anti-windup knows of limits beyond its own",
             |m| m.applied.given,
             Role::input(|m, v| m.applied.given = v),
         ),
