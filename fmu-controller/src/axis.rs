@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
-use scheduled::{Autopilot, ControllerDesign, DesignError, Inputs, TickError};
+use scheduled::{
+    Autopilot, ControllerDesign, DesignError, Health, Inputs, Supervised, Supervisor, TickError,
+};
 
 /// The frozen design of the first axis in `resources/`; that of the second is `controller_2.json`, and so on.
 pub const RESOURCE: &str = "controller.json";
@@ -13,8 +15,13 @@ pub const RESOURCE: &str = "controller.json";
 pub struct Axis {
     pub(crate) design: Arc<ControllerDesign>,
     pub(crate) autopilot: Autopilot,
+    supervisor: Supervisor,
     /// Measurements and references; the next tick uses them.
     pub inputs: Inputs,
+    /// Whether the measured value of each signal is valid.
+    pub valid: Vec<bool>,
+    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    pub stale_after: f64,
     /// What the actuators get, and from whom.
     pub applied: Applied,
     /// Whether the last tick was the autopilot's.
@@ -62,6 +69,9 @@ pub enum ControllerError {
         "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
     )]
     UsesApplied,
+    /// Derivatives of a tick without a sensor.
+    #[error("there are no derivatives while a sensor is lost")]
+    SensorLost,
     /// More ticks are due at once than in any flight, which only a manipulated state can cause.
     #[error("the next tick belongs to {tick} s, and the flight has come to {time} s without it")]
     Behind { tick: f64, time: f64 },
@@ -90,7 +100,16 @@ impl Axis {
         let outputs: Vec<f64> = (0..design.actuators.len()).map(outputs).collect();
         let commands = design.actuators.iter().zip(&outputs).map(|(one, output)| one.taken(*output).0);
         let applied = Applied { engaged: true, given: false, commands: commands.collect(), outputs };
-        Ok(Self { design: Arc::new(design), autopilot, inputs, applied, was_engaged: true })
+        Ok(Self {
+            supervisor: Supervisor::new(&design, &autopilot, &inputs),
+            valid: vec![true; design.signals.len()],
+            stale_after: 0.0,
+            design: Arc::new(design),
+            autopilot,
+            inputs,
+            applied,
+            was_engaged: true,
+        })
     }
 
     /// The frozen design.
@@ -105,7 +124,17 @@ impl Axis {
 
     /// What an actuator gets: the autopilot's command, through the inverse of its curve if it has one.
     pub fn command(&self, index: usize) -> f64 {
-        self.design.actuators[index].taken(self.autopilot.outputs().commands[index]).0
+        self.design.actuators[index].taken(self.supervisor.commands()[index]).0
+    }
+
+    /// How the autopilot is.
+    pub fn health(&self) -> Health {
+        self.supervisor.health(&self.autopilot)
+    }
+
+    /// Whether all sensors are believed.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.supervisor.is_complete()
     }
 
     /// Restarts at a time in s, with outputs for the present inputs.
@@ -115,6 +144,7 @@ impl Axis {
     pub fn initialise(&mut self, start: f64) -> Result<(), ControllerError> {
         self.autopilot.initialise(start, &self.inputs)?;
         self.was_engaged = self.applied.engaged && !self.applied.given;
+        self.supervisor.initialise(&self.autopilot, &self.inputs);
         if !self.was_engaged {
             self.follow()?;
         }
@@ -124,7 +154,7 @@ impl Axis {
     /// Follows the applied commands.
     fn follow(&mut self) -> Result<(), TickError> {
         self.read_applied();
-        self.autopilot.follow(&self.inputs, &self.applied.outputs)
+        self.supervisor.follow(&mut self.autopilot, &self.applied.outputs)
     }
 
     fn read_applied(&mut self) {
@@ -158,10 +188,24 @@ impl Axis {
     pub fn pass_state(&mut self, state: &mut dyn SavedState) -> Result<(), StateError> {
         state.reals(&mut self.inputs.measured)?;
         state.reals(&mut self.inputs.references)?;
+        self.valid.iter_mut().try_for_each(|valid| state.boolean(valid))?;
+        state.real(&mut self.stale_after)?;
         state.boolean(&mut self.applied.engaged)?;
         state.boolean(&mut self.applied.given)?;
         state.reals(&mut self.applied.commands)?;
         state.boolean(&mut self.was_engaged)?;
+        let Supervised { readings, commands, from, failed_for, changed } = self.supervisor.state();
+        for reading in readings {
+            state.real(&mut reading.last)?;
+            state.real(&mut reading.believed)?;
+            for ticks in [&mut reading.same, &mut reading.lost_for, &mut reading.plausible_for] {
+                count(state, ticks)?;
+            }
+        }
+        state.reals(commands)?;
+        state.reals(from)?;
+        count(state, failed_for)?;
+        state.boolean(changed)?;
         let mut snapshot = self.autopilot.snapshot();
         state.reals(&mut snapshot.state)?;
         state.real(&mut snapshot.filtered_speed)?;
@@ -190,13 +234,14 @@ impl Axis {
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ControllerError> {
+        self.supervisor.judge(&self.autopilot, &self.inputs, &self.valid, self.stale_after);
         if self.follows() {
             self.follow()?;
-        } else if self.applied.given {
+        } else if self.applied.given && !self.supervisor.has_failed() {
             self.read_applied();
             self.autopilot.feed_back(&self.applied.outputs)?;
         }
-        if self.autopilot.tick(&self.inputs)? {
+        if self.supervisor.tick(&mut self.autopilot)? {
             self.warn_of_range(log);
         }
         self.was_engaged = self.applied.engaged;
@@ -228,4 +273,12 @@ impl Axis {
             ),
         );
     }
+}
+
+/// Passes a number of ticks.
+fn count(state: &mut dyn SavedState, ticks: &mut u32) -> Result<(), StateError> {
+    let mut number = u64::from(*ticks);
+    state.integer(&mut number)?;
+    *ticks = u32::try_from(number).map_err(StateError::inconsistent)?;
+    Ok(())
 }

@@ -6,7 +6,7 @@ use scheduled::ControllerDesign;
 
 use crate::axis::{Axis, ControllerError, RESOURCE};
 use crate::tangents::Quantity;
-use crate::variables::{Input, engagement, inputs, outputs};
+use crate::variables::{Input, engagement, healths, inputs, outputs, stale_after, validity};
 
 /// The axes of an autopilot. They have one sample time, and an input of one name is one input.
 #[derive(Debug, Clone)]
@@ -73,10 +73,14 @@ impl Controller {
         for [(from, there), (to, here)] in &self.shared {
             let value = there.of(&self.axes[*from]);
             here.set(&mut self.axes[*to], value);
+            if let (Input::Measured(there), Input::Measured(here)) = (there, here) {
+                self.axes[*to].valid[*here] = self.axes[*from].valid[*there];
+            }
         }
         if let Some((first, others)) = self.axes.split_first_mut() {
             for axis in others {
                 (axis.applied.engaged, axis.applied.given) = (first.applied.engaged, first.applied.given);
+                axis.stale_after = first.stale_after;
             }
         }
     }
@@ -133,7 +137,7 @@ impl Model for Controller {
                 designs.join("; ")
             ),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            enumerations: Vec::new(),
+            enumerations: vec![healths()],
             default_experiment: DefaultExperiment {
                 start_time: 0.0,
                 stop_time: 60.0,
@@ -150,9 +154,10 @@ impl Model for Controller {
             // The names of monitors and constants of further axes begin with that of the design.
             let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
             let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
-            let own = inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
-            let engagement = engagement().into_iter().filter(|_| index == 0);
-            let own = own.map(|input| input.variable(design)).chain(engagement);
+            let own = || inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
+            let of_all = engagement().into_iter().chain([stale_after()]).filter(|_| index == 0);
+            let valid = own().filter_map(|input| validity(input, design));
+            let own = own().map(|input| input.variable(design)).chain(of_all).chain(valid);
             let all = own.chain(outputs(design, &prefix));
             let first = self.first(index);
             table.extend(all.map(|one| {

@@ -14,7 +14,7 @@ mod variables;
 
 pub use axis::{Axis, ControllerError, RESOURCE};
 pub use controller::Controller;
-pub use variables::outputs;
+pub use variables::{healths, outputs};
 
 use fmi2::{DescribeError, Described, Resources};
 

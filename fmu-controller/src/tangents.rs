@@ -48,10 +48,13 @@ impl Axis {
     /// the commands through the inverse of their curves.
     ///
     /// # Errors
-    /// [`ControllerError::Tick`]; [`ControllerError::UsesApplied`].
+    /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::SensorLost`].
     pub fn tangents(&self, initial: bool, direction: &Inputs) -> Result<OutputTangents, ControllerError> {
         if self.follows() || self.applied.given {
             return Err(ControllerError::UsesApplied);
+        }
+        if !self.is_complete() {
+            return Err(ControllerError::SensorLost);
         }
         let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;
         let computed = moved.computed.iter().zip(&self.design.actuators);

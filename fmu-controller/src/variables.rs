@@ -3,7 +3,8 @@
 //! Outputs change at ticks only, and a tick runs inside the step that begins with it; so at a communication point no
 //! output depends on an input, and a master has no algebraic loop.
 
-use scheduled::{Actuator, ControllerDesign, Level, Port};
+use fmi2::model_description::Enumeration;
+use scheduled::{Actuator, ControllerDesign, Health, Level, Port};
 
 use crate::Axis;
 use crate::tangents::Quantity;
@@ -120,6 +121,52 @@ pub(crate) fn engagement() -> [Variable; 2] {
     ]
 }
 
+/// Whether a measurement is valid.
+pub(crate) fn validity(input: Input, design: &ControllerDesign) -> Option<Variable> {
+    let Input::Measured(place) = input else { return None };
+    design.failsafe.as_ref()?;
+    let set = Role::input(move |m: &mut Axis, v| m.valid[place] = v);
+    let what = format!("the measured value of {} is valid", design.signals[place].name);
+    Some(Variable::boolean(valid(&design.signals[place]), what, move |m| m.valid[place], set))
+}
+
+/// The name of the input that says whether a measurement is valid.
+fn valid(signal: &Port) -> String {
+    format!("{}_valid", signal.name)
+}
+
+/// After what time a measurement that does not change is lost: of all axes together.
+pub(crate) fn stale_after() -> Variable {
+    let what =
+        "a measurement that is exactly the same for this long is taken for lost; 0, without noise, for never";
+    Variable::real("stale_after", what, |m| m.stale_after, Role::tunable(|m, v| m.stale_after = v))
+        .unit("s")
+        .at_least(0.0)
+        .nominal(0.5)
+}
+
+/// The states of the output `status`.
+pub fn healths() -> Enumeration {
+    let items = [
+        ("ok", "all sensors are believed, and nothing is limited"),
+        ("limited", "a command or a reference is limited"),
+        ("speed_lost", "the speed is taken to be its filtered reference: its loop is open"),
+        ("depth_lost", "the depth is taken to be its last reference: the vehicle flies level"),
+        ("failed", "pitch or pitch rate are lost: the commands go to the safe ones"),
+    ];
+    Enumeration::new("Status", "which sensors are believed, and whether anything is limited", &items)
+}
+
+fn number_of(health: Health) -> i32 {
+    match health {
+        Health::Ok => 1,
+        Health::Limited => 2,
+        Health::SpeedLost => 3,
+        Health::DepthLost => 4,
+        Health::Failed => 5,
+    }
+}
+
 /// Commands, monitors and constants of a design; the names of monitors and constants begin with `prefix`.
 pub fn outputs(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let inputs = all_inputs(design);
@@ -215,6 +262,14 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .depends_on(&[])
         .initially_depends_on(&wanted),
     ];
+    let status = Variable::enumeration(
+        format!("{prefix}status"),
+        "which sensors are believed, and whether anything is limited",
+        &healths(),
+        |m| number_of(m.health()),
+        Role::output(),
+    );
+    let scheduling = scheduling.into_iter().chain([status.depends_on(&[]).initially_depends_on(&wanted)]);
     let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
     let used = used.map(|(place, (signal, reference))| {
         let one = Variable::real(
@@ -242,7 +297,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         };
         one.discrete().depends_on(&[]).initially_depends_on(&[speed])
     });
-    scheduling.into_iter().chain(used).chain(trims).collect()
+    scheduling.chain(used).chain(trims).collect()
 }
 
 fn constants(prefix: &str) -> Vec<Variable> {

@@ -2,7 +2,7 @@
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
-use fmu_controller::{Axis, RESOURCE};
+use fmu_controller::{Axis, RESOURCE, healths};
 use fmu_plant::{PlantModel, TOLERANCE, fidelities};
 
 use crate::tangents::Own;
@@ -34,7 +34,7 @@ impl Model for ClosedLoop {
                 design.design
             ),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            enumerations: vec![fidelities()],
+            enumerations: vec![fidelities(), healths()],
             default_experiment: DefaultExperiment {
                 start_time: 0.0,
                 stop_time: self.manoeuvre.duration,

@@ -74,6 +74,7 @@ pub static SIGNALS: [Signal; 5] = [
         range: Some([-FRAC_PI_2, FRAC_PI_2]),
         largest_step: LargestStep::Of(PI / 6.0),
         nominal: 0.1,
+        error: 5.0 * DEGREE,
     },
     Signal {
         name: "speed",
@@ -89,6 +90,7 @@ pub static SIGNALS: [Signal; 5] = [
         range: None,
         largest_step: LargestStep::Range,
         nominal: 1.0,
+        error: 0.3,
     },
     Signal {
         name: "depth",
@@ -101,6 +103,7 @@ pub static SIGNALS: [Signal; 5] = [
         range: None,
         largest_step: LargestStep::Depth,
         nominal: 10.0,
+        error: 1.0,
     },
     Signal {
         name: "pitch_rate",
@@ -113,6 +116,7 @@ pub static SIGNALS: [Signal; 5] = [
         range: None,
         largest_step: LargestStep::Range,
         nominal: 0.1,
+        error: 10.0 * DEGREE,
     },
     Signal {
         name: "heave",
@@ -125,6 +129,7 @@ pub static SIGNALS: [Signal; 5] = [
         range: None,
         largest_step: LargestStep::Range,
         nominal: 0.1,
+        error: 0.3,
     },
 ];
 

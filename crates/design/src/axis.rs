@@ -4,7 +4,7 @@ use crate::error::ModelError;
 use auv::{Actuator, Status};
 use lpv::matrix::Mat;
 use nalgebra::Complex;
-use scheduled::ReferenceLimits;
+use scheduled::{ReferenceLimits, Sensor};
 use signals::{Interface, States};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -54,6 +54,14 @@ pub trait VehicleModel: Debug + Sync {
     /// # Errors
     /// As [`trims`](Self::trims).
     fn envelope(&self, _speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
+        Ok(BTreeMap::new())
+    }
+
+    /// How each measured signal moves at these speeds, by its name; nothing if that is not known.
+    ///
+    /// # Errors
+    /// As [`trims`](Self::trims).
+    fn sensors(&self, _speeds: &[f64]) -> Result<BTreeMap<String, Sensor>, ModelError> {
         Ok(BTreeMap::new())
     }
 

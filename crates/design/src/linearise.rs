@@ -1,6 +1,7 @@
 //! Trims over the range of speed, and the linear model at each.
 
 pub mod envelope;
+mod sensors;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
@@ -8,7 +9,7 @@ use crate::inputs::design_file::DesignFile;
 use auv::longitudinal::{INTERFACE, measured};
 use auv::{Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, linearise_with, trim_with, trims};
 use lpv::matrix::{Mat, block, to_rows};
-use scheduled::ReferenceLimits;
+use scheduled::{ReferenceLimits, Sensor};
 use serde_json::{Map, Value, json};
 use signals::{Interface, States};
 use std::collections::BTreeMap;
@@ -64,6 +65,10 @@ impl VehicleModel for Longitudinal<'_> {
 
     fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
         envelope::envelope(self.vehicle, self.file, &self.level(speeds)?)
+    }
+
+    fn sensors(&self, speeds: &[f64]) -> Result<BTreeMap<String, Sensor>, ModelError> {
+        sensors::sensors(self.vehicle, &self.level(speeds)?)
     }
 
     fn linearise(&self, speed: f64) -> Result<Linearisation, ModelError> {

@@ -1,21 +1,24 @@
 //! The sampled autopilot: trim feedforward, and K(rho) on references and measurements.
 
+mod envelope;
+mod following;
+
 use std::sync::Arc;
 
 use crate::design::Port;
-use crate::envelope::Envelope;
-use crate::following::Following;
 use crate::ports::{Inputs, Outputs};
 use crate::trim::AtSpeed;
 use crate::{
     ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
+use envelope::Envelope;
+use following::Following;
 use signals::Level;
 
 /// The constant part of an autopilot.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    sample_time: f64,
+    pub(crate) sample_time: f64,
     centre: f64,
     pub(crate) half_range: f64,
     /// The signals of the design.
@@ -354,6 +357,11 @@ impl Autopilot {
         self.outside = self.outputs.out_of_range;
         self.next_tick += 1;
         Ok(left_range)
+    }
+
+    /// Passes over the next tick, without a command.
+    pub(crate) fn skip(&mut self) {
+        self.next_tick += 1;
     }
 
     /// Whether commands are delayed.

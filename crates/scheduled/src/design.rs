@@ -61,6 +61,9 @@ pub struct ControllerDesign {
     /// What references are limited to before they reach the controller, by the name of their signal.
     #[serde(default, skip_serializing_if = "is_default")]
     pub envelope: BTreeMap<String, ReferenceLimits>,
+    /// What is flown without sensors that are lost; without it measurements are taken as they come.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failsafe: Option<Failsafe>,
     /// The achieved performance level.
     pub gamma: Gamma,
     /// Hashes of the files that the design was computed from.
@@ -239,6 +242,22 @@ impl ControllerDesign {
             || self.has_input(signal, ControllerInput::is_reference)
     }
 
+    /// What is flown without a signal.
+    pub fn without(&self, signal: usize) -> Without {
+        match self.signals[signal].level {
+            Level::Scheduled => Without::Speed,
+            Level::Start if self.follows(signal) && self.reckoned(signal) => Without::Depth,
+            _ => Without::Nothing,
+        }
+    }
+
+    /// Whether the rate of a signal follows from another that is measured.
+    fn reckoned(&self, signal: usize) -> bool {
+        let sensor = |failsafe: &Failsafe| failsafe.sensors.get(&self.signals[signal].name)?.from.clone();
+        let from = self.failsafe.as_ref().and_then(sensor).and_then(|name| self.place(&name));
+        from.is_some_and(|from| self.measures(from))
+    }
+
     /// The least and the largest reference of a signal at any speed, if they are limited.
     pub fn widest(&self, signal: &Port) -> Option<[f64; 2]> {
         let [least, most] = self.envelope.get(&signal.name)?.range.as_ref()?;
@@ -333,7 +352,8 @@ pub struct TrimTable {
     pub actuators: Rows,
 }
 
-/// A number, or one for each row of the trim table; in a file a list of one number, or of as many as the table has rows.
+/// A number, or one for each row of the trim table; in a file a list of one number, or of as many as the table
+/// has rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<f64>", into = "Vec<f64>")]
 pub enum OverSpeed {
@@ -385,6 +405,44 @@ pub struct ReferenceLimits {
     /// The least and the largest rate of the reference, SI per second: not above and not below 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<[OverSpeed; 2]>,
+}
+
+/// When a sensor is lost, and what the actuators get without it; see [`Supervisor`](crate::Supervisor).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Failsafe {
+    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    pub stale_after: f64,
+    /// The commands without pitch or pitch rate, in the order of the actuators.
+    pub safe: Vec<f64>,
+    /// How each measured signal moves, by its name.
+    pub sensors: BTreeMap<String, Sensor>,
+}
+
+/// How a measured signal moves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// The largest change between two readings for noise and rounding, SI.
+    pub error: f64,
+    /// The largest rate at which the vehicle changes it, SI per second.
+    pub rate: f64,
+    /// The largest rate at which it leaves what is expected of it while it is lost, SI per second.
+    pub drift: f64,
+    /// The signal from which its rate follows: `rate = -V (signal - trim)`, as that of depth from pitch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+}
+
+/// What is flown without a signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Without {
+    /// The signal that is scheduled on: it is taken to go to V_r, so that its loop is open.
+    Speed,
+    /// A signal that is measured from its start: it is taken to follow from another, and its reference is held.
+    Depth,
+    /// Another: the commands of [`Failsafe::safe`].
+    Nothing,
 }
 
 /// A gain of a controller that was given: a polynomial in rho.

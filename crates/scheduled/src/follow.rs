@@ -89,7 +89,7 @@ impl Autopilot {
         differences[reference] = references[reference] - asked;
     }
 
-    fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {
+    pub(crate) fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {
         let refused = |(index, value): (usize, &f64)| TickError::AppliedNotFinite { index, value: *value };
         applied.iter().enumerate().find(|(_, value)| !value.is_finite()).map(refused).map_or(Ok(()), Err)
     }

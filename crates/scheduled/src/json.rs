@@ -1,5 +1,5 @@
 //! Reads and writes a design as JSON. `delay_ticks` is omitted if 0, `speed_given` if false, `envelope` if empty, and
-//! `reference_filter`, `anti_windup` and the `curve` of an actuator if absent.
+//! `reference_filter`, `anti_windup`, `failsafe` and the `curve` of an actuator if absent.
 
 use crate::{ControllerDesign, DesignError};
 

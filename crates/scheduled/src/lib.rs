@@ -23,15 +23,17 @@
 //! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
 //! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states.
 //!
+//! Sensors: a [`Supervisor`] judges them before each tick, and flies without those that are lost as the design's
+//! [`Failsafe`] says.
+//!
 //! Engagement: [`Autopilot::follow`] brings the controller to commands that are not its own, so that it takes over from
 //! them without a jump.
 
 mod autopilot;
 mod design;
-mod envelope;
 mod error;
+mod failsafe;
 mod follow;
-mod following;
 mod json;
 mod lft;
 mod manoeuvre;
@@ -43,11 +45,12 @@ mod validate;
 
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
-    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gain, Gamma, InputHashes, Kind,
-    LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows, Scheduling, TrimTable,
-    VehicleName,
+    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gain, Gamma, InputHashes, Kind,
+    LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows, Scheduling, Sensor,
+    TrimTable, VehicleName, Without,
 };
 pub use error::{DesignError, TickError};
+pub use failsafe::{Health, NEVER, RAMP, REGAINED_AFTER, Reading, Supervised, Supervisor, ticks};
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;
 pub use lft::matrix::Matrix;

@@ -7,7 +7,7 @@ use std::fmt;
 use crate::design::{CONTROLLER_FORMAT, MAX_DELAY_TICKS};
 use crate::lft::checked;
 use crate::lft::numbers::{finite, not_negative, positive, range};
-use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed};
+use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed, Sensor};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
@@ -42,6 +42,7 @@ impl ControllerDesign {
         self.follow_gains()?;
         self.validate_trim()?;
         self.validate_envelope()?;
+        self.validate_failsafe()?;
         for (key, value) in [("gamma.optimum", self.gamma.optimum), ("gamma.bound", self.gamma.bound)] {
             positive(format_args!("{key}"), value)?;
         }
@@ -274,6 +275,40 @@ impl ControllerDesign {
                         return Err(DesignError::BadNumber { key: key(end), value, allowed });
                     }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn validate_failsafe(&self) -> Result<(), DesignError> {
+        let Some(failsafe) = &self.failsafe else { return Ok(()) };
+        not_negative(format_args!("failsafe.stale_after"), failsafe.stale_after)?;
+        length(format_args!("failsafe.safe"), failsafe.safe.len(), self.actuators.len())?;
+        for (index, (value, one)) in failsafe.safe.iter().zip(&self.actuators).enumerate() {
+            if !(one.minimum..=one.maximum).contains(value) {
+                let key = format!("failsafe.safe[{index}]");
+                return Err(DesignError::BadNumber {
+                    key,
+                    value: *value,
+                    allowed: "within the actuator's limits",
+                });
+            }
+        }
+        let measured = || (0..self.signals.len()).filter(|signal| self.measures(*signal));
+        let names = || measured().map(|signal| self.signals[signal].name.as_str());
+        if let Some(other) = failsafe.sensors.keys().find(|key| !names().any(|name| name == *key)) {
+            let (key, found) = ("failsafe.sensors".to_owned(), other.clone());
+            return Err(DesignError::BadText { key, found, allowed: one_of(names()) });
+        }
+        length(format_args!("failsafe.sensors"), failsafe.sensors.len(), measured().count())?;
+        for (name, Sensor { error, rate, drift, from }) in &failsafe.sensors {
+            if let Some(from) = from.as_ref().filter(|from| self.place(from).is_none()) {
+                let (key, found) = (format!("failsafe.sensors.{name}.from"), from.clone());
+                return Err(DesignError::BadText { key, found, allowed: one_of(names()) });
+            }
+            for (last, value) in [("error", *error), ("rate", *rate), ("drift", *drift)] {
+                not_negative(format_args!("failsafe.sensors.{name}.{last}"), value)?;
             }
         }
         Ok(())

@@ -126,6 +126,8 @@ pub struct Signal {
     pub largest_step: LargestStep,
     /// A typical size, SI.
     pub nominal: f64,
+    /// The largest change between two readings of a sensor that works, of what does not move, SI.
+    pub error: f64,
 }
 
 impl Signal {

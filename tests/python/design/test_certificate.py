@@ -185,7 +185,7 @@ def test_design_without_proof_is_not_packed(run_squid: Run, quick_vehicle: Path,
         (
             "controller.json",
             lambda c: c["envelope"]["pitch"]["range"].__setitem__(1, [0.6]),
-            "envelope.pitch.range[1]",
+            "envelope.pitch.range[1][0]",
         ),
         ("plant.json", lambda p: p["a"][0][0].__setitem__(0, -9.0), "a[0][0][0]"),
     ],

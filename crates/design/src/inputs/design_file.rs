@@ -8,6 +8,7 @@
 //! line and key.
 
 mod envelope;
+mod failsafe;
 mod manoeuvre;
 mod require;
 mod sea;
@@ -174,6 +175,43 @@ impl Default for Envelope {
     }
 }
 
+/// What is flown when sensors fail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Failsafe {
+    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    pub stale_after: f64,
+    /// What the actuators get without pitch or pitch rate.
+    pub safe: Safe,
+}
+
+impl Default for Failsafe {
+    fn default() -> Self {
+        Self { stale_after: 0.5, safe: Safe::Slow }
+    }
+}
+
+/// What the actuators get where nothing can be controlled; control surfaces are at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Safe {
+    /// Thrusters as in the trim of the slowest speed.
+    Slow,
+    /// No thrust.
+    Stop,
+}
+
+impl Safe {
+    /// Each.
+    pub const ALL: [Self; 2] = [Self::Slow, Self::Stop];
+
+    /// Its name in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Slow => "slow",
+            Self::Stop => "stop",
+        }
+    }
+}
+
 /// A design file, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignFile {
@@ -233,6 +271,8 @@ pub struct DesignFile {
     pub anti_windup: bool,
     /// What the references may ask.
     pub envelope: Envelope,
+    /// What is flown when sensors fail.
+    pub failsafe: Failsafe,
     /// The default manoeuvre of the FMU of the complete loop.
     pub manoeuvre: Manoeuvre,
     /// The uncertain numbers of the vehicle; `None` without the section.

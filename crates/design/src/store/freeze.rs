@@ -3,14 +3,14 @@
 use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, Safe};
 use crate::linearise::{Longitudinal, TRIM_ROWS, trim_table};
 use crate::synthesise::given;
 use auv::{LpvModel, Vehicle};
 use lpv::synthesis::Design;
 use scheduled::{
-    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Gamma, InputHashes, Kind, LftMatrices,
-    OverSpeed, Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
+    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gamma, InputHashes, Kind,
+    LftMatrices, OverSpeed, Port, ReferenceLimits, Scheduling, TrimTable, VehicleName,
 };
 use signals::{Level, Signal};
 use std::collections::BTreeMap;
@@ -92,7 +92,7 @@ pub fn controller(
         Port { start: if starts { start(place) } else { 0.0 }, ..Port::from(signal) }
     });
     let trimmed = signals.iter().enumerate().filter(|(_, signal)| signal.level == Level::Trim);
-    Ok(ControllerDesign {
+    let mut controller = ControllerDesign {
         format: CONTROLLER_FORMAT.into(),
         vehicle: VehicleName { name: vehicle.name().into(), status: vehicle.status() },
         design: file.name.clone(),
@@ -133,9 +133,32 @@ pub fn controller(
             actuators: trims.iter().map(|trim| trim.actuators.clone()).collect(),
         },
         envelope,
+        failsafe: None,
         gamma,
         inputs: hashes.clone(),
-    })
+    };
+    controller.failsafe = failsafe(vehicle, file, &controller)?;
+    Ok(controller)
+}
+
+/// What is flown without sensors; nothing of a vehicle of which it is not known how its signals move.
+fn failsafe(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    controller: &ControllerDesign,
+) -> Result<Option<Failsafe>, Error> {
+    let measured = |name: &String| controller.place(name).is_some_and(|place| controller.measures(place));
+    let mut sensors = vehicle.sensors(&file.spread(ENVELOPE_SPEEDS))?;
+    sensors.retain(|name, _| measured(name));
+    let slowness = |row: &usize| controller.trim.speed[*row].abs();
+    let slowest = (0..TRIM_ROWS).min_by(|one, other| slowness(one).total_cmp(&slowness(other)));
+    let trim = slowest.map(|row| &controller.trim.actuators[row]);
+    let safe = vehicle.actuators().iter().zip(trim.into_iter().flatten()).map(|(one, trim)| {
+        let slow = file.failsafe.safe == Safe::Slow && one.unit() == "N";
+        if slow { *trim } else { 0.0f64.clamp(one.min, one.max) }
+    });
+    let failsafe = Failsafe { stale_after: file.failsafe.stale_after, safe: safe.collect(), sensors };
+    Ok((!failsafe.sensors.is_empty()).then_some(failsafe))
 }
 
 /// The limits of the references over the trim table, between those at a few speeds.

@@ -8,8 +8,8 @@
 //! P = A (P - F C P) A' + B B',   F = P C' (C P C' + R)^-1,   R = e tr(C B B' C')/m I
 //! ```
 //!
-//! so `C F` nearly is the identity on the commands that the state can change, and what r does not tell of x is what y has
-//! brought about. F goes with the coordinates of the state. The equation is solved by doubling.
+//! so `C F` nearly is the identity on the commands that the state can change, and what r does not tell of x is what y
+//! has brought about. F goes with the coordinates of the state. The equation is solved by doubling.
 //!
 //! Source: E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, "Structure-preserving algorithms for periodic discrete-time
 //! algebraic Riccati equations", Int. J. Control 77(8), 2004.

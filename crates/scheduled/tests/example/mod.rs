@@ -94,6 +94,7 @@ pub fn design() -> ControllerDesign {
         gains: vec![],
         anti_windup: None,
         follow: vec![],
+        failsafe: None,
         trim: TrimTable {
             speed: vec![0.5, 1.75, 3.0],
             forward_speed: vec![0.49, 1.749, 3.0],

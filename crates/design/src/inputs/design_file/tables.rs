@@ -4,8 +4,8 @@ use crate::inputs::design_file::manoeuvre::Limits;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, RATE, REDUCE, Require, SAMPLE_TIME,
-    WAVE_WEIGHT, WorkingSea, uncertainty,
+    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, RATE, REDUCE, Require,
+    SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
 use auv::longitudinal::INTERFACE;
@@ -25,7 +25,7 @@ const FREE: &str = "free";
 /// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
-const SECTIONS: [&str; 14] = [
+const SECTIONS: [&str; 15] = [
     "description",
     "model",
     "trim",
@@ -37,6 +37,7 @@ const SECTIONS: [&str; 14] = [
     "synthesis",
     "autopilot",
     "envelope",
+    "failsafe",
     "manoeuvre",
     "uncertainty",
     "require",
@@ -110,6 +111,7 @@ fn design(
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), |t| Envelope::of(&t));
+    let failsafe = root.table("failsafe").map_or_else(|| Some(Failsafe::default()), |t| Failsafe::of(&t));
     let limits = Limits {
         speeds,
         interface,
@@ -150,6 +152,7 @@ fn design(
         delay: autopilot.as_ref()?.delay?,
         anti_windup: autopilot?.anti_windup?,
         envelope: envelope?,
+        failsafe: failsafe?,
         manoeuvre: manoeuvre?,
         uncertainty,
         require: require?,

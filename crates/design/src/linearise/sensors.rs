@@ -1,0 +1,55 @@
+//! How fast the vehicle can change what its sensors measure.
+//!
+//! ```text
+//! u, w, q:  what the actuators give from trim to their limits, sum over j of |B_ij| max(max_j - u0_j, u0_j - min_j)
+//! theta:    the change of q in a second
+//! z:        the largest speed
+//! ```
+//!
+//! the largest over the speeds. While a sensor is lost, what it measures leaves what is expected of it by less: the
+//! vehicle flies level, or near its trim.
+
+use crate::error::ModelError;
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
+use auv::{Trim, Vehicle, linearise};
+use scheduled::Sensor;
+use std::collections::BTreeMap;
+
+/// A path that is level within the errors of trim, as sine.
+const LEVEL: f64 = 0.1;
+
+/// Part of the largest speed by which the speed without its sensor may leave V_r each second.
+const CREEP: f64 = 0.01;
+
+/// The sensors of each signal, at the speeds of these level trims.
+///
+/// # Errors
+/// [`ModelError::Trim`].
+pub fn sensors(vehicle: &Vehicle, trims: &[Trim]) -> Result<BTreeMap<String, Sensor>, ModelError> {
+    let all = trims.iter().map(|trim| linearise(vehicle, trim)).collect::<Result<Vec<_>, _>>()?;
+    let given = |symbol: &str| {
+        let of = |l: &auv::Linearisation| {
+            let Some(row) = l.states.iter().position(|state| state.symbol == symbol) else { return 0.0 };
+            let reach = |(one, trim): (&auv::Actuator, &f64)| (one.max - trim).max(trim - one.min);
+            let each = vehicle.actuators.iter().zip(&l.trim.actuators).map(reach);
+            each.enumerate().map(|(j, reach)| l.b[(row, j)].abs() * reach).sum()
+        };
+        all.iter().map(of).fold(0.0, f64::max)
+    };
+    let fastest = trims.iter().map(|trim| trim.speed.abs()).fold(0.0, f64::max);
+    let sensor = |(place, signal): (usize, &signals::Signal)| {
+        let rate = match signal.state {
+            "theta" => given("q"),
+            "z" => fastest,
+            symbol => given(symbol),
+        };
+        let drift = match place {
+            DEPTH => LEVEL * fastest,
+            SPEED => CREEP * fastest,
+            _ => rate,
+        };
+        let from = (place == DEPTH).then(|| SIGNALS[PITCH].name.to_owned());
+        (signal.name.to_owned(), Sensor { error: signal.error, rate, drift, from })
+    };
+    Ok(SIGNALS.iter().enumerate().map(sensor).collect())
+}

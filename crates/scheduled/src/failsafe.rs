@@ -1,0 +1,338 @@
+//! Sensors that fail: which are believed, and what is flown without the others.
+
+use crate::autopilot::Plan;
+use crate::design::{Port, Without};
+use crate::{Autopilot, ControllerDesign, Inputs, Sensor, TickError};
+
+/// Time in which the commands go to the safe ones, s.
+pub const RAMP: f64 = 0.5;
+
+/// A sensor that is lost has to be plausible for so long until it is believed again, s.
+pub const REGAINED_AFTER: f64 = 0.5;
+
+/// How the autopilot is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Health {
+    /// As designed.
+    Ok,
+    /// A command or a reference is limited.
+    Limited,
+    /// The speed is taken to be its filtered reference, or to go there: its loop is open.
+    SpeedLost,
+    /// The depth is taken to follow from pitch and speed, and its reference is held.
+    DepthLost,
+    /// Pitch, pitch rate or heave are lost: the commands go to the safe ones.
+    Failed,
+}
+
+/// Time constant with which the speed without its sensor is taken to return to V_r, s.
+const RETURN: f64 = 5.0;
+
+/// A value that has been the same for longer is that of a vehicle that does not move, not of a slow sensor, s.
+pub const SLOWEST: f64 = 0.2;
+
+/// For how many ticks a value has been the same that no tick has read yet.
+pub const NEVER: u32 = u32::MAX;
+
+/// What is known of a sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// The last value.
+    pub last: f64,
+    /// What is believed: the last value, or what is expected without it.
+    pub believed: f64,
+    /// For how many ticks the value has been the same; [`NEVER`] before the first.
+    pub same: u32,
+    /// For how many ticks the sensor has been lost; 0 if it is believed.
+    pub lost_for: u32,
+    /// For how many ticks a sensor that is lost has been plausible.
+    pub plausible_for: u32,
+}
+
+/// A sensor with the limits to what it may say.
+#[derive(Debug, Clone)]
+struct Watched {
+    signal: usize,
+    sensor: Sensor,
+    range: [f64; 2],
+    without: Without,
+    /// The signal from which its rate follows.
+    from: Option<usize>,
+}
+
+/// The state of a [`Supervisor`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Supervised {
+    /// Of each sensor.
+    pub readings: Vec<Reading>,
+    /// The commands, in the order of the actuators.
+    pub commands: Vec<f64>,
+    /// Those from which they go to the safe ones.
+    pub from: Vec<f64>,
+    /// For how many ticks they have.
+    pub failed_for: u32,
+    /// Whether the last tick was flown with other sensors.
+    pub changed: bool,
+}
+
+/// Judges the sensors of an [`Autopilot`] before each tick, and flies without those that are lost.
+///
+/// A sensor with the value m_k at tick k, which was another n ticks ago, is plausible if
+///
+/// ```text
+/// it is said to be valid, m_k is finite and within the range of its signal,
+/// |m_k - m_(k-1)| <= error + rate n Ts, but at the first tick, and
+/// m_k differs from m_(k-1) or n Ts < stale_after
+/// ```
+///
+/// where n Ts is [`SLOWEST`] at most. One that is not is lost. It is believed again when for [`REGAINED_AFTER`] it was
+/// plausible and, t after it was lost, not farther than `error + drift t` from what is expected. Without it
+///
+/// ```text
+/// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/5 s)) (V_r - u_(k-1))
+/// a depth                      z_k = z_(k-1) - Ts u_(k-1) (theta_(k-1) - theta_0(u_(k-1))),  its reference held
+/// pitch, pitch rate or heave   the last value, and the commands go to the safe ones in [`RAMP`]
+/// ```
+///
+/// When a sensor is believed again, the autopilot follows its own commands once, see [`Autopilot::follow`], so that they
+/// do not jump. Nothing is proved of a loop without a sensor.
+#[derive(Debug, Clone)]
+pub struct Supervisor {
+    watched: Vec<Watched>,
+    safe: Vec<f64>,
+    sample_time: f64,
+    /// Part of the way to V_r that a speed that is lost is taken to go in a tick.
+    returning: f64,
+    /// The inputs as the autopilot gets them.
+    inputs: Inputs,
+    state: Supervised,
+}
+
+impl Supervisor {
+    /// The supervisor of an autopilot of this design, which was initialised with these inputs.
+    #[inline]
+    pub fn new(design: &ControllerDesign, autopilot: &Autopilot, inputs: &Inputs) -> Self {
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let sensor = |(signal, port): (usize, &Port)| {
+            let sensor = design.failsafe.as_ref()?.sensors.get(&port.name)?.clone();
+            let (range, without) = (port.range.unwrap_or(any), design.without(signal));
+            let from = sensor.from.as_ref().and_then(|name| design.place(name));
+            Some(Watched { signal, sensor, range, without, from })
+        };
+        let watched: Vec<Watched> = design.signals.iter().enumerate().filter_map(sensor).collect();
+        let commands = autopilot.outputs().commands.clone();
+        Self {
+            safe: design.failsafe.as_ref().map_or_else(Vec::new, |failsafe| failsafe.safe.clone()),
+            sample_time: design.sample_time,
+            returning: returning(design),
+            inputs: inputs.clone(),
+            state: Supervised {
+                readings: watched.iter().map(|one| Reading::new(inputs.measured[one.signal])).collect(),
+                from: commands.clone(),
+                commands,
+                failed_for: 0,
+                changed: false,
+            },
+            watched,
+        }
+    }
+
+    /// Begins anew with an autopilot that was initialised with these inputs.
+    pub fn initialise(&mut self, autopilot: &Autopilot, inputs: &Inputs) {
+        for (one, reading) in self.watched.iter().zip(&mut self.state.readings) {
+            *reading = Reading::new(inputs.measured[one.signal]);
+        }
+        self.state.commands.copy_from_slice(&autopilot.outputs().commands);
+        self.state.failed_for = 0;
+        self.state.changed = false;
+    }
+
+    /// The state, which can be saved and restored.
+    pub fn state(&mut self) -> &mut Supervised {
+        &mut self.state
+    }
+
+    /// The commands, in the order of the actuators.
+    pub fn commands(&self) -> &[f64] {
+        &self.state.commands
+    }
+
+    /// Whether the commands are the safe ones, or go there.
+    pub fn has_failed(&self) -> bool {
+        self.lost().any(|without| without == Without::Nothing)
+    }
+
+    /// Whether all sensors are believed.
+    pub fn is_complete(&self) -> bool {
+        self.lost().next().is_none()
+    }
+
+    /// How the autopilot is.
+    pub fn health(&self, autopilot: &Autopilot) -> Health {
+        let has_lost = |which: Without| self.lost().any(|one| one == which);
+        let limited = autopilot.outputs().reference_limited || autopilot.excess.iter().any(|one| *one != 0.0);
+        match () {
+            () if has_lost(Without::Nothing) => Health::Failed,
+            () if has_lost(Without::Depth) => Health::DepthLost,
+            () if has_lost(Without::Speed) => Health::SpeedLost,
+            () if limited => Health::Limited,
+            () => Health::Ok,
+        }
+    }
+
+    /// What is flown without each sensor that is lost.
+    fn lost(&self) -> impl Iterator<Item = Without> {
+        let all = self.watched.iter().zip(&self.state.readings);
+        all.filter(|(_, reading)| reading.lost_for > 0).map(|(one, _)| one.without)
+    }
+
+    /// Judges the sensors, once before each tick. `valid` says of each signal whether its measured value is valid;
+    /// a value that is the same for `stale_after` \[s\] is not plausible, if that is above 0.
+    pub fn judge(&mut self, autopilot: &Autopilot, inputs: &Inputs, valid: &[bool], stale_after: f64) {
+        self.inputs.clone_from(inputs);
+        self.expect(autopilot);
+        let stale = if stale_after > 0.0 { ticks(stale_after, self.sample_time) } else { u32::MAX };
+        for (one, reading) in self.watched.iter().zip(&mut self.state.readings) {
+            let was_lost = reading.lost_for > 0;
+            one.judge(reading, inputs.measured[one.signal], valid[one.signal], stale, self.sample_time);
+            self.inputs.measured[one.signal] = reading.believed;
+            if reading.lost_for == 0 {
+                self.state.changed |= was_lost;
+            } else if one.without == Without::Depth {
+                self.inputs.references[one.signal] = autopilot.references[one.signal];
+            }
+        }
+    }
+
+    /// Moves what is believed of the sensors that are lost.
+    fn expect(&mut self, autopilot: &Autopilot) {
+        let Plan { trim, speed, .. } = &*autopilot.plan;
+        for place in 0..self.watched.len() {
+            let Reading { believed, lost_for, .. } = self.state.readings[place];
+            let expected = match (self.watched[place].without, self.watched[place].from) {
+                _ if lost_for == 0 => continue,
+                (Without::Speed, _) => believed + self.returning * (autopilot.filtered_speed - believed),
+                (Without::Depth, Some(from)) => {
+                    let forward_speed = self.believed(*speed);
+                    let off = self.believed(from) - trim.signal(forward_speed, from, 0.0);
+                    believed - self.sample_time * forward_speed * off
+                }
+                _ => believed,
+            };
+            self.state.readings[place].believed = expected;
+        }
+    }
+
+    /// What is believed of a signal that is measured.
+    fn believed(&self, signal: usize) -> f64 {
+        let place = self.watched.iter().position(|one| one.signal == signal);
+        place.map_or(0.0, |place| self.state.readings[place].believed)
+    }
+
+    /// As [`Autopilot::follow`], with the sensors that are believed.
+    ///
+    /// # Errors
+    /// [`TickError`].
+    pub fn follow(&mut self, autopilot: &mut Autopilot, applied: &[f64]) -> Result<(), TickError> {
+        autopilot.check_applied(applied)?;
+        self.state.commands.copy_from_slice(applied);
+        self.state.failed_for = 0;
+        if self.has_failed() {
+            return Ok(());
+        }
+        self.state.changed = false;
+        autopilot.follow(&self.inputs, applied)
+    }
+
+    /// As [`Autopilot::tick`], with the sensors that are believed.
+    ///
+    /// # Errors
+    /// [`TickError`].
+    pub fn tick(&mut self, autopilot: &mut Autopilot) -> Result<bool, TickError> {
+        if self.has_failed() {
+            self.go_to_safe();
+            autopilot.skip();
+            return Ok(false);
+        }
+        self.state.failed_for = 0;
+        if self.state.changed {
+            autopilot.follow(&self.inputs, &self.state.commands)?;
+            self.state.changed = false;
+        }
+        let left_range = autopilot.tick(&self.inputs)?;
+        self.state.commands.copy_from_slice(&autopilot.outputs().commands);
+        Ok(left_range)
+    }
+
+    /// The commands of the next tick on the way to the safe ones.
+    fn go_to_safe(&mut self) {
+        let Supervised { commands, from, failed_for, .. } = &mut self.state;
+        let ramp = ticks(RAMP, self.sample_time);
+        if *failed_for == 0 {
+            from.copy_from_slice(commands);
+        }
+        *failed_for = (*failed_for + 1).min(ramp);
+        let part = f64::from(*failed_for) / f64::from(ramp);
+        for ((command, from), safe) in commands.iter_mut().zip(from).zip(&self.safe) {
+            *command = (1.0 - part) * *from + part * safe;
+        }
+    }
+}
+
+impl Reading {
+    /// Of a sensor that is believed.
+    fn new(value: f64) -> Self {
+        Self { last: value, believed: value, same: NEVER, lost_for: 0, plausible_for: 0 }
+    }
+}
+
+impl Watched {
+    /// Takes a value of the sensor.
+    fn judge(&self, reading: &mut Reading, value: f64, valid: bool, stale: u32, sample_time: f64) {
+        let Sensor { error, rate, drift, .. } = self.sensor;
+        let within = |base: f64, rate: f64, ticks: u32| {
+            (value - base).abs() <= error + rate * (f64::from(ticks) * sample_time)
+        };
+        let is_first = reading.same == NEVER;
+        let changed = is_first || value != reading.last;
+        let since = next(reading.same);
+        let in_range = self.range[0] <= value && value <= self.range[1];
+        let interval = since.min(ticks(SLOWEST, sample_time));
+        let moves_as_it_may = is_first || within(reading.last, rate, interval);
+        let is_stale = !changed && since >= stale;
+        let plausible = valid && value.is_finite() && in_range && moves_as_it_may && !is_stale;
+        reading.last = value;
+        reading.same = if changed { 0 } else { since };
+        if reading.lost_for == 0 {
+            if plausible {
+                reading.believed = value;
+            } else {
+                reading.lost_for = 1;
+                reading.plausible_for = 0;
+            }
+            return;
+        }
+        reading.lost_for = next(reading.lost_for);
+        let is_near = within(reading.believed, drift, reading.lost_for);
+        reading.plausible_for = if plausible && is_near { next(reading.plausible_for) } else { 0 };
+        if reading.plausible_for >= ticks(REGAINED_AFTER, sample_time) {
+            reading.lost_for = 0;
+            reading.believed = value;
+        }
+    }
+}
+
+/// Counts a tick, and stays below [`NEVER`].
+fn next(ticks: u32) -> u32 {
+    if ticks < NEVER - 1 { ticks + 1 } else { NEVER - 1 }
+}
+
+/// Part of the way to V_r that a speed that is lost is taken to go in a tick.
+pub fn returning(design: &ControllerDesign) -> f64 {
+    -(-design.sample_time / RETURN).exp_m1()
+}
+
+/// A time in ticks, rounded up: two at least.
+pub fn ticks(time: f64, sample_time: f64) -> u32 {
+    ((time / sample_time).ceil() as u32).max(2)
+}
