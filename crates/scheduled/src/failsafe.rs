@@ -26,7 +26,7 @@ pub enum Health {
 }
 
 /// Time constant with which the speed without its sensor is taken to return to V_r, s.
-const RETURN: f64 = 5.0;
+const RETURN: f64 = 0.5;
 
 /// A value that has been the same for longer is that of a vehicle that does not move, not of a slow sensor, s.
 pub const SLOWEST: f64 = 0.2;
@@ -89,7 +89,7 @@ pub struct Supervised {
 /// plausible and, t after it was lost, not farther than `error + drift t` from what is expected. Without it
 ///
 /// ```text
-/// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/5 s)) (V_r - u_(k-1))
+/// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/0.5 s)) (V_r - u_(k-1))
 /// a depth                      z_k = z_(k-1) - Ts u_(k-1) (theta_(k-1) - theta_0(u_(k-1))),  its reference held
 /// pitch, pitch rate or heave   the last value, and the commands go to the safe ones in [`RAMP`]
 /// ```
