@@ -234,12 +234,14 @@ impl Axis {
     /// # Errors
     /// [`ControllerError::Tick`].
     pub fn tick(&mut self, log: &mut dyn Log) -> Result<(), ControllerError> {
-        self.supervisor.judge(&self.autopilot, &self.inputs, &self.valid, self.stale_after);
-        if self.follows() {
-            self.follow()?;
-        } else if self.applied.given && !self.supervisor.has_failed() {
+        let follows = self.follows();
+        if self.applied.given && !follows && !self.supervisor.has_failed() {
             self.read_applied();
             self.autopilot.feed_back(&self.applied.outputs)?;
+        }
+        self.supervisor.judge(&self.autopilot, &self.inputs, &self.valid, self.stale_after);
+        if follows {
+            self.follow()?;
         }
         if self.supervisor.tick(&mut self.autopilot)? {
             self.warn_of_range(log);

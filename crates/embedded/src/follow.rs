@@ -1,7 +1,8 @@
 //! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
 
-use crate::header::{has_rate, reference, references};
-use crate::references::{ends, is_speed, keep_references, limit, wanted_speed};
+use crate::failsafe;
+use crate::inputs::{reference, references};
+use crate::references::{ends, is_kept, is_speed, keep_references, limit, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};
@@ -35,6 +36,8 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
         ("correct", correct(tables)),
         ("wait", if design.delay_ticks == 0 { String::new() } else { WAIT.to_owned() }),
         ("feed_back", feed_back(tables)),
+        ("if_failed", failsafe::if_failed(design)),
+        ("follow_with_sensors", failsafe::follow(design).to_owned()),
     ];
     fill(include_str!("template/follow.c"), &fields)
 }
@@ -58,7 +61,7 @@ fn begin(design: &ControllerDesign) -> String {
         });
         let mut text = format!("    const real from_{name} = {used};\n");
         text += &format!("    next.difference_{name} = from_{name} - in->{name};\n");
-        if has_rate(design, signal) {
+        if is_kept(design, signal) {
             text += &format!("    next.last_{name} = from_{name};\n");
         }
         text

@@ -1,11 +1,14 @@
 //! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
 
 use crate::error::ExportError;
+use crate::failsafe;
+use crate::inputs::{Input, inputs, keeps_commands, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
+use crate::references::is_kept;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
-use scheduled::{Actuator, ControllerDesign, Gain, Kind, Level, Port};
+use scheduled::{Actuator, ControllerDesign, Gain, Port};
 
 /// What is proved of a controller, in words for the header.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,10 +18,6 @@ pub struct Standing {
     /// SHA-256 of the certificate in hexadecimal, if there is one.
     pub certificate_sha256: Option<String>,
 }
-
-/// A measurement that has been the same for so long \[s\] has its bit set; and for so many ticks at least.
-const STUCK_AFTER: f64 = 1.0;
-const FEWEST_STUCK_TICKS: f64 = 10.0;
 
 /// Words that an actuator or a signal cannot be called by: those of C99, C11 and C++20 that consist of small letters,
 /// C's others, and the outputs besides the commands.
@@ -42,7 +41,7 @@ pub(crate) fn header(
     if let Some(name) = names.into_iter().find(|name| KEYWORDS.split_whitespace().any(|word| word == *name)) {
         return Err(ExportError::Keyword { name: name.clone() });
     }
-    let own = vec![
+    let mut own = vec![
         ("about", about(design, standing, tables.real)),
         ("sample_time", format!("{:?}", design.sample_time)),
         ("late", design.delay_ticks.to_string()),
@@ -51,66 +50,16 @@ pub(crate) fn header(
         ("gamma", format!("{:?}", design.gamma.bound)),
         ("certified", u8::from(design.gamma.certified).to_string()),
         ("sha256", standing.certificate_sha256.clone().unwrap_or_default()),
-        ("stuck_ticks", stuck_ticks(design).to_string()),
         ("inputs", inputs.iter().map(Input::member).collect()),
         ("applied", design.actuators.iter().map(applied).collect()),
         ("outputs", design.actuators.iter().map(output).collect()),
         ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
         ("used", references(design).map(|(_, one)| used(one)).collect::<Vec<_>>().join("\n")),
-        ("stuck_bits", stuck_bits(design)),
         ("state", state(design, tables)),
     ];
+    own.extend(failsafe::of_header(design));
     // What the parts bring is filled in last.
     Ok(fill(&fill(include_str!("template/autopilot.h"), &own), fields))
-}
-
-fn stuck_ticks(design: &ControllerDesign) -> u64 {
-    (STUCK_AFTER / design.sample_time).ceil().max(FEWEST_STUCK_TICKS) as u64
-}
-
-/// A member of the inputs.
-pub(crate) struct Input {
-    pub(crate) name: String,
-    /// The index of its signal.
-    pub(crate) signal: usize,
-    pub(crate) measured: bool,
-    comment: String,
-}
-
-impl Input {
-    fn member(&self) -> String {
-        format!("    @prefix@_real {}; /* {} */\n", self.name, self.comment)
-    }
-}
-
-/// What the design measures, then the references that it follows: the inputs of the FMU, with their ranges.
-pub(crate) fn inputs(design: &ControllerDesign) -> Vec<Input> {
-    let speeds = &design.trim.forward_speed;
-    let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
-    let comment = |signal: &Port, measured: bool, what: &str| {
-        let range = match (signal.level, design.widest(signal).filter(|_| !measured).or(signal.range)) {
-            (_, Some([least, most])) => format!(", {least:.4} to {most:.4}"),
-            (Level::Scheduled, None) if measured => format!(", scheduled on {slowest:.4} to {fastest:.4}"),
-            (Level::Scheduled, None) => format!(", {slowest:.4} to {fastest:.4}"),
-            _ => String::new(),
-        };
-        format!("{}{range}: {what}", signal.unit)
-    };
-    let each = design.signals.iter().enumerate();
-    let measured = each.filter(|(place, _)| design.measures(*place)).map(|(place, signal)| Input {
-        name: signal.name.clone(),
-        signal: place,
-        measured: true,
-        comment: comment(signal, true, &signal.measured),
-    });
-    let wanted = design.references().enumerate().filter(|(place, _)| design.follows(*place));
-    let wanted = wanted.map(|(place, (signal, reference))| Input {
-        name: reference.name.clone(),
-        signal: place,
-        measured: false,
-        comment: comment(signal, false, &reference.wanted),
-    });
-    measured.chain(wanted).collect()
 }
 
 fn output(actuator: &Actuator) -> String {
@@ -137,45 +86,10 @@ fn trim(signal: &Port) -> String {
     format!("    @prefix@_real trim_{name}; /* {unit}: {measured} of level trim at the speed V_r */")
 }
 
-/// The signals whose references the design follows, with their indices.
-pub(crate) fn references(design: &ControllerDesign) -> impl Iterator<Item = (usize, &Port)> {
-    let followed = design.references().enumerate().filter(|(place, _)| design.follows(*place));
-    followed.map(|(place, (signal, _))| (place, signal))
-}
-
-/// The name of the reference of a signal.
-pub(crate) fn reference(signal: &Port) -> &str {
-    signal.reference.as_ref().map_or("", |reference| &reference.name)
-}
-
 /// The output of a reference as it is used.
 fn used(signal: &Port) -> String {
     let (name, unit) = (reference(signal), &signal.unit);
     format!("    @prefix@_real {name}_used; /* {unit}: {name} within the envelope */")
-}
-
-/// Whether the rate of the reference of a signal is limited.
-pub(crate) fn has_rate(design: &ControllerDesign, signal: &Port) -> bool {
-    design.envelope.get(&signal.name).is_some_and(|limits| limits.rate.is_some())
-}
-
-/// The signals that are deviations from the value measured at the reset, which the state keeps.
-pub(crate) fn origins(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
-    let measured = |signal: &Port| {
-        let inputs = design.controller_inputs.iter().filter(|input| input.kind == Kind::Measurement);
-        inputs.into_iter().any(|input| input.signal == signal.name)
-    };
-    design.signals.iter().filter(move |signal| signal.level == Level::Start && measured(signal))
-}
-
-/// The name of the bit of a measurement.
-pub(crate) fn stuck_bit(input: &Input) -> String {
-    format!("@PREFIX@_STUCK_{}", input.name.to_ascii_uppercase())
-}
-
-fn stuck_bits(design: &ControllerDesign) -> String {
-    let measured = inputs(design).into_iter().filter(|input| input.measured).enumerate();
-    measured.map(|(index, input)| format!("#define {} {:#x}u\n", stuck_bit(&input), 8 << index)).collect()
 }
 
 fn state(design: &ControllerDesign, tables: &Tables) -> String {
@@ -192,12 +106,12 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
         members += &format!(
             "    @prefix@_real difference_{name}; /* {unit}: from {name} as asked to as used, after following */\n"
         );
-        if !has_rate(design, signal) {
+        if !is_kept(design, signal) {
             continue;
         }
         members += &format!("    @prefix@_real last_{name}; /* {unit}: {name} as it was used last */\n");
     }
-    if tables.autopilot.anti_windup().is_some() {
+    if keeps_commands(design) {
         let m = design.actuators.len();
         members +=
             &format!("    @prefix@_real put_out[{m}]; /* commands that came out last, before curves */\n");
@@ -208,10 +122,7 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
             &format!("    @prefix@_real waiting[{late}][{m}]; /* commands that are still to come out */\n");
         members += "    int next; /* which of them comes out at the next tick */\n";
     }
-    for input in inputs(design).iter().filter(|input| input.measured) {
-        members += &format!("    @prefix@_watched watched_{};\n", input.name);
-    }
-    members
+    members + failsafe::member(design)
 }
 
 /// What the source needs of a library.
@@ -243,7 +154,7 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
              comparisons. {}",
             linked(design, real)
         ),
-        "An input that is infinite or not a number: refused with BAD_INPUT. Nothing is changed, and the last commands \
+        "A reference that is infinite or not a number: refused with BAD_INPUT. Nothing is changed, and the last commands \
          hold, as if the tick were missed."
             .to_owned(),
         format!(
@@ -259,10 +170,7 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
          feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
          does not cover a loop that follows, nor limits that are not those of the outputs."
             .to_owned(),
-        "A sensor that is stuck: its number is taken as it is, like any other. Where it was the same for STUCK_TICKS \
-         ticks, the status has its bit until it moves; sensors that round coarsely or come rarely set it in \
-         calm water."
-            .to_owned(),
+        failsafe::about(design).to_owned(),
         "A missed tick: nothing runs by itself. The last commands hold, and the state stays as it is. To make up for k \
          missed ticks step k + 1 times with the newest inputs, as the FMU does in a long step; after a longer gap \
          reset. What is proved does not cover ticks that are missed."

@@ -9,8 +9,10 @@
 
 mod compare;
 mod error;
+mod failsafe;
 mod follow;
 mod header;
+mod inputs;
 mod library;
 mod real;
 mod references;

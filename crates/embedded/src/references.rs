@@ -1,12 +1,9 @@
 //! References: what V_r follows from, their limits, and what the state keeps of them.
 
-use crate::header::{has_rate, reference, references};
+use crate::failsafe::needs_last;
+use crate::inputs::{has_rate, reference, references};
+use crate::template::lines;
 use scheduled::{ControllerDesign, Level, OverSpeed, Port, ReferenceLimits};
-
-/// Lines one below the other.
-pub(crate) fn lines(lines: impl Iterator<Item = String>) -> String {
-    lines.collect::<Vec<_>>().join("\n")
-}
 
 /// The signal that is scheduled on.
 pub(crate) fn scheduled(design: &ControllerDesign) -> &Port {
@@ -31,7 +28,12 @@ pub(crate) fn keep_references(design: &ControllerDesign, state: &str) -> String 
 
 /// The signals whose references the state keeps.
 pub(crate) fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
-    references(design).map(|(_, signal)| signal).filter(|signal| has_rate(design, signal))
+    references(design).map(|(_, signal)| signal).filter(|signal| is_kept(design, signal))
+}
+
+/// Whether the state keeps the reference of a signal.
+pub(crate) fn is_kept(design: &ControllerDesign, signal: &Port) -> bool {
+    has_rate(design, signal) || design.place(&signal.name).is_some_and(|place| needs_last(design, place))
 }
 
 /// The limits of the references that are followed, by their names in the source.

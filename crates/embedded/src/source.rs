@@ -1,12 +1,12 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::follow;
-use crate::header::{Input, inputs, origins, reference, references, stuck_bit};
+use crate::inputs::{inputs, keeps_commands, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
-use crate::references::{ends, is_speed, keep_references, kept, limited, lines, scheduled, wanted_speed};
-use crate::tables::Tables;
-use crate::template::fill;
+use crate::references::{ends, is_speed, keep_references, kept, limited, scheduled, wanted_speed};
+use crate::tables::{Tables, column};
+use crate::template::{fill, lines};
+use crate::{failsafe, follow};
 use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO};
 use signals::Law;
 
@@ -74,10 +74,10 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
                 .next()
                 .map_or_else(String::new, |_| include_str!("template/fade.c").to_owned()),
         ),
-        ("keep_commands", keep_commands(tables, "state->")),
+        ("keep_commands", keep_commands(design, "state->")),
         ("y", y(design, tables.real)),
         ("close_loop", close_loop(tables)),
-        ("put_out", put_out(design, tables.real)),
+        ("put_out", put_out(design, tables.real, "commands")),
         ("level", level(design, tables)),
         (
             "origins",
@@ -106,7 +106,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             })),
         ),
         ("speed", scheduled(design).name.clone()),
-        ("reset", reset(design, tables)),
+        ("reset", reset(design)),
         (
             "filtered_speed",
             match design.reference_filter {
@@ -146,7 +146,10 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
                 }
             },
         ),
-        ("watch", watch(design)),
+        ("functions_of_sensors", failsafe::functions(design, tables)),
+        ("look", failsafe::look(design).to_owned()),
+        ("keep_sensors", failsafe::keep(design).to_owned()),
+        ("safe", safe(design, tables.real)),
     ];
     fill(&fill(include_str!("template/autopilot.c"), &own), fields)
 }
@@ -161,11 +164,6 @@ fn trims(design: &ControllerDesign) -> impl Iterator<Item = &String> {
         signal.level == Level::Trim && (design.trimmed().any(|one| one == *place) || used(&signal.name))
     };
     design.signals.iter().enumerate().filter(needed).map(|(_, signal)| &signal.name)
-}
-
-/// The name of the column of a trim.
-fn column(signal: &str) -> String {
-    format!("TRIM_{}", signal.to_ascii_uppercase())
 }
 
 fn join<T>(items: &[T], between: &str, each: impl Fn(&T) -> String) -> String {
@@ -190,6 +188,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         };
     }
     text += &follow::gains(tables);
+    text += &failsafe::numbers(design, tables);
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
@@ -209,7 +208,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("ROUNDING_OF_RHO", Some(if double { ROUNDING_OF_RHO } else { ROUNDING_OF_RHO_FLOAT })),
         ("PRECISION", precision(tables)),
         ("FADE", references(design).next().map(|(place, _)| tables.autopilot.transition(place).0)),
-        ("TICK", kept(design).next().map(|_| design.sample_time)),
+        ("TICK", (design.failsafe.is_some() || kept(design).next().is_some()).then_some(design.sample_time)),
     ];
     for (name, value) in scalars {
         let line = |value| format!("static const real {name} = {};\n", tables.real.literal(value));
@@ -290,9 +289,10 @@ fn close_loop(tables: &Tables) -> String {
     )
 }
 
-fn put_out(design: &ControllerDesign, real: Real) -> String {
+/// The lines that put out commands.
+fn put_out(design: &ControllerDesign, real: Real, commands: &str) -> String {
     let line = |(index, actuator): (usize, &Actuator)| {
-        let command = format!("t->commands[{index}]");
+        let command = format!("{commands}[{index}]");
         let taken = match actuator.curve.as_ref().map(|curve| (curve, curve.law())) {
             None => command,
             Some((_, Law::Square(k))) => format!("square({}, {command})", real.literal(*k)),
@@ -309,23 +309,30 @@ fn put_out(design: &ControllerDesign, real: Real) -> String {
 /// The inputs in level flight at the middle of the speeds, in the order of the struct.
 fn level(design: &ControllerDesign, tables: &Tables) -> String {
     let level = tables.autopilot.level(design.scheduling.centre);
-    tables.real.list(inputs(design).iter().map(|input| level.measured[input.signal]))
-}
-
-fn measured(design: &ControllerDesign) -> Vec<Input> {
-    inputs(design).into_iter().filter(|input| input.measured).collect()
+    let ages = failsafe::watched(design).into_iter().map(|_| 0.0);
+    tables.real.list(inputs(design).iter().map(|input| level.measured[input.signal]).chain(ages))
 }
 
 /// The commands as they were put out, for what feeds back what the actuators got.
-fn keep_commands(tables: &Tables, state: &str) -> String {
-    match tables.autopilot.anti_windup() {
-        Some(_) => format!("    for (int j = 0; j < COMMANDS; j++) {state}put_out[j] = t.commands[j];"),
-        None => String::new(),
+fn keep_commands(design: &ControllerDesign, state: &str) -> String {
+    if keeps_commands(design) {
+        format!("    for (int j = 0; j < COMMANDS; j++) {state}put_out[j] = t.commands[j];")
+    } else {
+        String::new()
     }
 }
 
-fn reset(design: &ControllerDesign, tables: &Tables) -> String {
-    let mut text = keep_commands(tables, "fresh.") + "\n";
+/// The function that says what the safe commands are.
+fn safe(design: &ControllerDesign, real: Real) -> String {
+    if design.failsafe.is_none() {
+        return String::new();
+    }
+    let lines = put_out(design, real, "SAFE");
+    format!("void @prefix@_safe(@prefix@_commands *out)\n{{\n{lines}}}\n")
+}
+
+fn reset(design: &ControllerDesign) -> String {
+    let mut text = keep_commands(design, "fresh.") + "\n";
     if design.reference_filter.is_some() {
         text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
     }
@@ -335,11 +342,7 @@ fn reset(design: &ControllerDesign, tables: &Tables) -> String {
                  \x20   for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)\n\
                  \x20       for (int j = 0; j < COMMANDS; j++) fresh.waiting[k][j] = t.commands[j];\n";
     }
-    for Input { name, .. } in measured(design) {
-        text +=
-            &format!("    fresh.watched_{name}.last = in->{name};\n    fresh.watched_{name}.ticks = 0u;\n");
-    }
-    text
+    text + &failsafe::reset(design)
 }
 
 /// The commands of this tick wait, and those of as many ticks ago as the delay says come out.
@@ -363,12 +366,4 @@ fn anti_windup(tables: &Tables) -> String {
         }
 "
     .to_owned()
-}
-
-fn watch(design: &ControllerDesign) -> String {
-    let line = |input: &Input| {
-        let Input { name, .. } = input;
-        format!("    t.status |= watch(&state->watched_{name}, in->{name}, {});\n", stuck_bit(input))
-    };
-    measured(design).iter().map(line).collect()
 }

@@ -81,6 +81,11 @@ impl Tables {
     }
 }
 
+/// The name of the column of a trim.
+pub(crate) fn column(signal: &str) -> String {
+    format!("TRIM_{}", signal.to_ascii_uppercase())
+}
+
 fn rows(matrix: &Matrix) -> Vec<Vec<f64>> {
     (0..matrix.rows()).map(|row| matrix.row(row).to_vec()).collect()
 }

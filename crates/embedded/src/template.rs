@@ -34,6 +34,11 @@ pub(crate) fn fill(text: &str, fields: &[(&str, String)]) -> String {
     filled
 }
 
+/// Lines one below the other.
+pub(crate) fn lines(lines: impl Iterator<Item = String>) -> String {
+    lines.collect::<Vec<_>>().join("\n")
+}
+
 /// Words as they may stand in a comment: nothing that ends it, or that a compiler reads otherwise.
 pub(crate) fn plain(words: &str) -> String {
     let harmless = |c: char| if c.is_control() || c == '\\' || c == '@' { ' ' } else { c };

@@ -5,7 +5,7 @@ mod design;
 
 use design::example::{SIGNALS, SPEED, TRACKED};
 use design::{Random, random};
-use scheduled::{Autopilot, ControllerDesign, Inputs};
+use scheduled::{Autopilot, ControllerDesign, Health, Inputs, Supervisor, TickError};
 use squid_embedded::{Real, Standing, compare as compare_sources, export};
 use std::io::Write;
 use std::path::Path;
@@ -13,7 +13,11 @@ use std::process::{Command, Stdio};
 
 const TICKS: usize = 2000;
 const STATUS_OUT_OF_RANGE: u64 = 1;
+const STATUS_LIMITED: u64 = 2;
 const STATUS_REFERENCE_LIMITED: u64 = 4;
+const STATUS_FAILED: u64 = 8;
+/// The bit of the first measurement, and all above it.
+const STATUS_LOST: u64 = 16;
 
 /// What is done at a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,8 +30,15 @@ enum What {
     FeedBack,
 }
 
-/// What is done, the inputs, and what the actuators get, as the outputs are.
-type Row = (What, Inputs, Vec<f64>);
+/// What is done, the inputs, what the actuators get, as the outputs are, and the ages of the measurements in s.
+type Row = (What, Inputs, Vec<f64>, Vec<f64>);
+
+/// An autopilot with its supervisor, as the FMU has them.
+#[derive(Clone)]
+struct Flown {
+    autopilot: Autopilot,
+    supervisor: Supervisor,
+}
 
 fn standing() -> Standing {
     Standing { claims: vec!["Nothing is proved of an example.".into()], certificate_sha256: None }
@@ -54,11 +65,12 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
         .status()
         .unwrap();
     assert!(done.success(), "{design:?}");
-    let taken = |(what, inputs, applied): &Row| {
+    let taken = |(what, inputs, applied, ages): &Row| {
         let measured = (0..SIGNALS).filter(|i| design.measures(*i)).map(|i| inputs.measured[i]);
         let wanted = (0..TRACKED).filter(|i| design.follows(*i)).map(|i| inputs.references[i]);
         let all = std::iter::once(f64::from(*what as u8)).chain(measured).chain(wanted);
-        all.chain(applied.iter().copied()).collect::<Vec<_>>()
+        let ages = watched(design).map(|i| ages[i]);
+        all.chain(ages).chain(applied.iter().copied()).collect::<Vec<_>>()
     };
     let bytes: Vec<u8> = rows.iter().flat_map(taken).flat_map(f64::to_le_bytes).collect();
     let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
@@ -107,7 +119,8 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
             let place = random.below(applied.len());
             applied[place] = odd[random.below(odd.len())];
         }
-        (what, now, applied)
+        let ages = (0..SIGNALS).map(|_| if random.one_of(200) { random.between(0.0, 2.0) } else { 0.0 });
+        (what, now, applied, ages.collect())
     };
     (0..TICKS).map(row).collect()
 }
@@ -116,6 +129,11 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
 fn any_command(random: &mut Random, actuator: &scheduled::Actuator) -> f64 {
     let [least, most] = [actuator.minimum, actuator.maximum].map(|end| actuator.taken(end).0);
     random.between(1.2 * least - 0.2 * most, 1.2 * most - 0.2 * least)
+}
+
+/// The places of the signals whose sensors are judged.
+fn watched(design: &ControllerDesign) -> impl Iterator<Item = usize> {
+    (0..SIGNALS).filter(|place| design.failsafe.is_some() && design.measures(*place))
 }
 
 /// The places of the references that the design follows.
@@ -130,38 +148,49 @@ fn at_rest(design: &ControllerDesign) -> Inputs {
 
 fn run(
     design: &ControllerDesign,
-    autopilot: &mut Autopilot,
-    (what, inputs, applied): (What, &Inputs, &[f64]),
-) -> Result<(), scheduled::TickError> {
+    Flown { autopilot, supervisor }: &mut Flown,
+    (what, inputs, applied, ages): &Row,
+) -> Result<(), TickError> {
     let given = |(actuator, taken): (&scheduled::Actuator, &f64)| actuator.given(*taken);
     let applied: Vec<f64> = design.actuators.iter().zip(applied).map(given).collect();
-    match what {
-        What::Reset => return autopilot.initialise(0.0, inputs),
-        What::Step => {}
-        What::Follow => autopilot.follow(inputs, &applied)?,
-        What::FeedBack => autopilot.feed_back(&applied)?,
+    if *what == What::Reset {
+        autopilot.initialise(0.0, inputs)?;
+        supervisor.initialise(autopilot, inputs);
+        return Ok(());
     }
-    autopilot.tick(inputs).map(|_| ())
+    if *what == What::FeedBack && (!supervisor.has_failed() || applied.iter().any(|one| !one.is_finite())) {
+        autopilot.feed_back(&applied)?;
+    }
+    let stale_after = design.failsafe.as_ref().map_or(0.0, |failsafe| failsafe.stale_after);
+    let valid: Vec<bool> = ages.iter().map(|age| stale_after == 0.0 || *age <= stale_after).collect();
+    supervisor.judge(autopilot, inputs, &valid, stale_after);
+    if *what == What::Follow {
+        supervisor.follow(autopilot, &applied)?;
+    }
+    supervisor.tick(autopilot).map(|_| ())
 }
 
-/// Runs the autopilot on the same rows, and compares. Returns how often each code came.
-fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usize; 4] {
+/// Runs the autopilot on the same rows, and compares. Returns how often each code came, and each health.
+fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usize; 4], [usize; 5]) {
     let mut autopilot = Autopilot::new(design).unwrap();
-    let mut codes = [0; 4];
+    let rest = at_rest(design);
+    autopilot.initialise(0.0, &rest).unwrap();
+    let supervisor = Supervisor::new(design, &autopilot, &rest);
+    let mut flown = Flown { autopilot, supervisor };
+    let (mut codes, mut healths) = ([0; 4], [0; 5]);
     assert_eq!(found.len(), rows.len() + 1);
-    autopilot.initialise(0.0, &at_rest(design)).unwrap();
     let mut last = None;
     for (index, found) in found.iter().enumerate() {
-        let before = autopilot.clone();
+        let before = flown.clone();
         let done = match index.checked_sub(1).map(|index| &rows[index]) {
             None => Ok(()),
-            Some((what, inputs, applied)) => run(design, &mut autopilot, (*what, inputs, applied)),
+            Some(row) => run(design, &mut flown, row),
         };
         let (code, rest) = (found[0] as usize, &found[1..]);
         codes[code] += 1;
         let m = design.actuators.len();
         if let Err(reason) = done {
-            use scheduled::TickError::{AppliedNotFinite, Diverged, InputNotFinite, SingularLoop};
+            use TickError::{AppliedNotFinite, Diverged, InputNotFinite, SingularLoop};
             let expected = match reason {
                 InputNotFinite { .. } | AppliedNotFinite { .. } => 1,
                 SingularLoop { .. } => 2,
@@ -169,12 +198,13 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usiz
             };
             assert_eq!(code, expected, "tick {index}: {reason}");
             // C leaves all as it was.
-            autopilot = before;
+            flown = before;
         } else {
             assert_eq!(code, 0, "tick {index}");
+            let Flown { autopilot, supervisor } = &flown;
             let outputs = autopilot.outputs();
             let taken = |(actuator, command): (&scheduled::Actuator, &f64)| actuator.taken(*command).0;
-            let commands = design.actuators.iter().zip(&outputs.commands).map(taken);
+            let commands = design.actuators.iter().zip(supervisor.commands()).map(taken);
             let used = followed(design).map(|place| autopilot.references()[place]);
             let monitors = [outputs.scheduling_parameter, outputs.trim[0]];
             let expected: Vec<u64> = commands.chain(monitors).chain(used).map(f64::to_bits).collect();
@@ -183,18 +213,26 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> [usiz
             let numbers: Vec<u64> = numbers.iter().copied().map(f64::to_bits).collect();
             assert_eq!(numbers, expected, "tick {index}: {rest:?} is not {outputs:?}");
             let has = |bit: u64| *status as u64 & bit != 0;
-            assert_eq!(has(STATUS_OUT_OF_RANGE), outputs.out_of_range, "tick {index}");
-            assert_eq!(has(STATUS_REFERENCE_LIMITED), outputs.reference_limited, "tick {index}");
+            let health = supervisor.health(autopilot);
+            let failed = health == Health::Failed;
+            healths[health as usize] += 1;
+            assert_eq!(has(STATUS_FAILED), failed, "tick {index}");
+            assert_eq!(has(STATUS_OUT_OF_RANGE), outputs.out_of_range && !failed, "tick {index}");
+            assert_eq!(has(STATUS_REFERENCE_LIMITED), outputs.reference_limited && !failed, "tick {index}");
+            let limited = health == Health::Limited && !outputs.reference_limited;
+            assert!(!limited || has(STATUS_LIMITED), "tick {index}");
+            let is_lost = !supervisor.is_complete();
+            assert_eq!(*status as u64 >= STATUS_LOST, is_lost, "tick {index}");
             last = Some(rest.to_vec());
         }
         assert_eq!(last.as_deref(), Some(rest), "tick {index}: an error changes no output");
     }
-    codes
+    (codes, healths)
 }
 
 #[test]
 fn random_designs_are_the_autopilot_to_the_bit() {
-    let mut codes = [0; 4];
+    let (mut codes, mut healths) = ([0; 4], [0; 5]);
     for seed in 0..20 {
         let mut numbers = Random::new(seed);
         let design = random(&mut numbers, seed);
@@ -202,8 +240,11 @@ fn random_designs_are_the_autopilot_to_the_bit() {
         let rows = rows(&mut numbers, &design);
         let found = replayed(&design, Real::Double, &rows);
         let each = compare(&design, &rows, &found);
-        codes.iter_mut().zip(each).for_each(|(sum, count)| *sum += count);
+        codes.iter_mut().zip(each.0).for_each(|(sum, count)| *sum += count);
+        healths.iter_mut().zip(each.1).for_each(|(sum, count)| *sum += count);
     }
+    println!("{codes:?} {healths:?}");
+    assert!(healths.iter().all(|count| *count > 200), "{healths:?}");
     assert!(codes[0] > 10_000 && codes[1] > 100 && codes[3] > 10, "{codes:?}");
 }
 
@@ -213,6 +254,7 @@ fn a_loop_without_a_solution_is_reported() {
     let mut design = random(&mut Random::new(3), 3);
     let (n, p, m) = (design.lft.a.len(), design.controller_inputs.len(), design.actuators.len());
     let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
+    design.failsafe = None;
     design.lft.blocks = vec![1];
     (design.lft.bt, design.lft.dut) = (zeros(n, 1), zeros(m, 1));
     (design.lft.ct, design.lft.dty, design.lft.dtt) = (zeros(1, n), zeros(1, p), vec![vec![1.0]]);
@@ -220,7 +262,7 @@ fn a_loop_without_a_solution_is_reported() {
     let mut fast = rest.clone();
     fast.measured[SPEED] = 9.0;
     let idle = vec![0.0; m];
-    let row = |what: What, inputs: &Inputs| (what, inputs.clone(), idle.clone());
+    let row = |what: What, inputs: &Inputs| (what, inputs.clone(), idle.clone(), vec![0.0; SIGNALS]);
     let rows = [
         row(What::Step, &rest),
         row(What::Step, &fast),
@@ -229,36 +271,7 @@ fn a_loop_without_a_solution_is_reported() {
         row(What::Step, &rest),
     ];
     let found = replayed(&design, Real::Double, &rows);
-    assert_eq!(compare(&design, &rows, &found), [3, 0, 3, 0]);
-}
-
-/// The bit of a measurement is there from the tick on at which it has been the same for so long, until it moves.
-#[test]
-fn a_sensor_that_is_stuck_sets_its_bit() {
-    let design = random(&mut Random::new(3), 3);
-    assert!(design.measures(SPEED) && design.sample_time == 0.02);
-    let (rest, ticks) = (at_rest(&design), 50);
-    let moving = |index: usize| {
-        let mut inputs = rest.clone();
-        let step = if index < 10 {
-            index
-        } else if index < 80 {
-            10
-        } else {
-            index
-        };
-        inputs.measured[SPEED] += 1e-3 * step as f64;
-        (What::Step, inputs, vec![0.0; design.actuators.len()])
-    };
-    let rows: Vec<Row> = (0..100).map(moving).collect();
-    let bit = |row: &Vec<f64>| {
-        let place = (0..SPEED).filter(|i| design.measures(*i)).count();
-        row[row.len() - 1] as u64 & (8 << place) != 0
-    };
-    let set: Vec<bool> = replayed(&design, Real::Double, &rows)[1..].iter().map(bit).collect();
-    // It comes to rest at row 10, and has not moved for one tick at the next.
-    let expected: Vec<bool> = (0..100).map(|index| (10 + ticks..80).contains(&index)).collect();
-    assert_eq!(set, expected);
+    assert_eq!(compare(&design, &rows, &found).0, [3, 0, 3, 0]);
 }
 
 /// A float rounds by 6e-8 where a double does by 1e-16, and the commands differ by not much more.
@@ -277,7 +290,8 @@ fn floats_follow_doubles() {
                 _ => What::Step,
             };
             let middle = |one: &scheduled::Actuator| one.taken(0.5 * (one.minimum + one.maximum)).0;
-            (what, inputs.clone(), design.actuators.iter().map(middle).collect())
+            let applied = design.actuators.iter().map(middle).collect();
+            (what, inputs.clone(), applied, vec![0.0; SIGNALS])
         };
         let rows: Vec<Row> = (0..500).map(row).collect();
         let [double, float] = Real::ALL.map(|real| replayed(&design, real, &rows));

@@ -196,22 +196,29 @@ impl Supervisor {
             let was_lost = reading.lost_for > 0;
             one.judge(reading, inputs.measured[one.signal], valid[one.signal], stale, self.sample_time);
             self.inputs.measured[one.signal] = reading.believed;
-            if reading.lost_for == 0 {
-                self.state.changed |= was_lost;
-            } else if one.without == Without::Depth {
-                self.inputs.references[one.signal] = autopilot.references[one.signal];
-            }
+            self.state.changed |= was_lost && reading.lost_for == 0;
+        }
+    }
+
+    /// Holds the references of signals that are lost as they were used last.
+    fn hold(&mut self, autopilot: &Autopilot) {
+        let depth =
+            |(one, reading): &(&Watched, &Reading)| reading.lost_for > 0 && one.without == Without::Depth;
+        for (Watched { signal, .. }, _) in self.watched.iter().zip(&self.state.readings).filter(depth) {
+            self.inputs.references[*signal] = autopilot.references[*signal] - autopilot.differences[*signal];
         }
     }
 
     /// Moves what is believed of the sensors that are lost.
     fn expect(&mut self, autopilot: &Autopilot) {
-        let Plan { trim, speed, .. } = &*autopilot.plan;
+        let Plan { trim, speed, speed_given, .. } = &*autopilot.plan;
         for place in 0..self.watched.len() {
             let Reading { believed, lost_for, .. } = self.state.readings[place];
             let expected = match (self.watched[place].without, self.watched[place].from) {
                 _ if lost_for == 0 => continue,
-                (Without::Speed, _) => believed + self.returning * (autopilot.filtered_speed - believed),
+                (Without::Speed, _) if !speed_given => {
+                    believed + self.returning * (autopilot.filtered_speed - believed)
+                }
                 (Without::Depth, Some(from)) => {
                     let forward_speed = self.believed(*speed);
                     let off = self.believed(from) - trim.signal(forward_speed, from, 0.0);
@@ -241,6 +248,7 @@ impl Supervisor {
             return Ok(());
         }
         self.state.changed = false;
+        self.hold(autopilot);
         autopilot.follow(&self.inputs, applied)
     }
 
@@ -255,6 +263,7 @@ impl Supervisor {
             return Ok(false);
         }
         self.state.failed_for = 0;
+        self.hold(autopilot);
         if self.state.changed {
             autopilot.follow(&self.inputs, &self.state.commands)?;
             self.state.changed = false;

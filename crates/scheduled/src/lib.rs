@@ -50,7 +50,9 @@ pub use design::{
     TrimTable, VehicleName, Without,
 };
 pub use error::{DesignError, TickError};
-pub use failsafe::{Health, NEVER, RAMP, REGAINED_AFTER, Reading, Supervised, Supervisor, ticks};
+pub use failsafe::{
+    Health, NEVER, RAMP, REGAINED_AFTER, Reading, SLOWEST, Supervised, Supervisor, returning, ticks,
+};
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;
 pub use lft::matrix::Matrix;

@@ -131,24 +131,23 @@ static int compute(const @prefix@_state *state, const @prefix@_inputs *in, int i
     return @PREFIX@_OK;
 }
 
-static void put_out(const tick *t, @prefix@_outputs *out)
+static void put_out_commands(const real *commands, @prefix@_outputs *out)
 {
 @put_out@
+}
+
+static void put_out(const tick *t, @prefix@_outputs *out)
+{
+    put_out_commands(t->commands, out);
     out->scheduling_parameter = t->scheduling_parameter;
 @put_out_trims@
 @put_out_references@
     out->status = t->status;
 }
 
-/* Counts for how many ticks a measurement has been the same. */
-static unsigned watch(@prefix@_watched *one, real measured, unsigned bit)
-{
-    one->ticks = measured != one->last ? 0u : one->ticks < @PREFIX@_STUCK_TICKS ? one->ticks + 1u : one->ticks;
-    one->last = measured;
-    return one->ticks < @PREFIX@_STUCK_TICKS ? 0u : bit;
-}
-
 @fade@
+@follow@
+@safe@
 int @prefix@_init(@prefix@_state *state, @prefix@_outputs *out)
 {
     const @prefix@_inputs level = {@level@};
@@ -173,6 +172,7 @@ int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_out
 {
     tick t;
     real next[HEIGHT * STATE_PANELS];
+@look@
     const int code = compute(state, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
     multiply(UPDATE, STATE_PANELS, SIGNALS, t.signals, next);
@@ -183,9 +183,7 @@ int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_out
 @keep_commands@
 @end_of_transitions@
 @filter@
-@watch@
+@keep_sensors@
     put_out(&t, out);
     return code;
 }
-
-@follow@

@@ -6,6 +6,7 @@
 #ifndef @PREFIX@_H
 #define @PREFIX@_H
 
+@include_stdint@
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -19,11 +20,12 @@ typedef @real@ @prefix@_real;
 #define @PREFIX@_GAMMA @gamma@ /* bound of the gain of the loop in continuous time */
 #define @PREFIX@_CERTIFIED @certified@ /* 1: the bound was proved in exact arithmetic */
 #define @PREFIX@_CERTIFICATE_SHA256 "@sha256@"
-#define @PREFIX@_STUCK_TICKS @stuck_ticks@u /* a measurement that has not moved for so long has its bit set */
+@stale_after@
 
-/* What is measured and wanted, SI units. A number that is not finite is refused; one beyond its range is taken as it is. */
+/* What is measured and wanted, SI units. A reference that is not finite is refused. */
 typedef struct {
 @inputs@
+@ages@
 } @prefix@_inputs;
 
 /* What comes out, held until the next tick. */
@@ -44,21 +46,17 @@ typedef struct {
 #define @PREFIX@_OUT_OF_RANGE 0x1u /* the measured speed is outside the scheduled range, and rho is held at its end */
 #define @PREFIX@_LIMITED 0x2u /* a command that this tick computed was cut off at its limit */
 #define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference is not used as it is asked: it is limited to the envelope, or on its way after following */
-@stuck_bits@
+@lost_bits@
 
 /* What a function returns. With any other than OK neither the state nor the outputs were touched: the last commands hold. */
 enum {
     @PREFIX@_OK = 0,
-    @PREFIX@_BAD_INPUT = 1, /* an input is infinite or not a number */
+    @PREFIX@_BAD_INPUT = 1, /* a reference, at a reset any input, is infinite or not a number */
     @PREFIX@_SINGULAR = 2, /* the loop through rho has no solution */
     @PREFIX@_DIVERGED = 3 /* a command is infinite or not a number: an input was far too large; reset */
 };
 
-/* A measurement that is watched. */
-typedef struct {
-    @prefix@_real last;
-    unsigned ticks; /* for how many it has been the same */
-} @prefix@_watched;
+@sensors@
 
 /* One autopilot. It is the caller's, and nothing else is kept anywhere; its members are not to be written. */
 typedef struct {
@@ -79,6 +77,8 @@ int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @pre
 
 /* Tells the anti-windup what the actuators got since the last step, where that is not what came out: before step. */
 int @prefix@_feed_back(@prefix@_state *state, const @prefix@_commands *applied);
+
+@safe@
 
 #ifdef __cplusplus
 }

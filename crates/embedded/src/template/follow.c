@@ -8,12 +8,12 @@ static int read(const @prefix@_commands *applied, real *got)
     return 1;
 }
 
-int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @prefix@_commands *applied)
+/* Brings the state to where the next tick commands what the actuators got. */
+static int follow(@prefix@_state *state, const @prefix@_inputs *in, const real *got)
 {
     @prefix@_state next = *state;
     tick t;
-    real got[COMMANDS];
-    if (!(@all_finite@) || !read(applied, got)) return @PREFIX@_BAD_INPUT;
+    if (!(@all_finite@)) return @PREFIX@_BAD_INPUT;
 
 @begin@
     int code;
@@ -31,10 +31,21 @@ int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @pre
     return code;
 }
 
+@functions_of_sensors@
+
+int @prefix@_follow(@prefix@_state *state, const @prefix@_inputs *in, const @prefix@_commands *applied)
+{
+    real got[COMMANDS];
+    if (!read(applied, got)) return @PREFIX@_BAD_INPUT;
+@follow_with_sensors@
+}
+
 int @prefix@_feed_back(@prefix@_state *state, const @prefix@_commands *applied)
 {
     real got[COMMANDS];
     if (!read(applied, got)) return @PREFIX@_BAD_INPUT;
+@if_failed@
 @feed_back@
     return @PREFIX@_OK;
 }
+

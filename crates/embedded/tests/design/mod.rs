@@ -5,8 +5,8 @@ pub mod example;
 
 use example::input;
 use scheduled::{
-    Actuator, ControllerDesign, ControllerInput, Kind, LftMatrices, OverSpeed, ReferenceLimits, Rows,
-    TrimTable,
+    Actuator, ControllerDesign, ControllerInput, Failsafe, Kind, LftMatrices, OverSpeed, Port,
+    ReferenceLimits, Rows, Sensor, TrimTable,
 };
 use signals::Curve;
 use std::collections::BTreeMap;
@@ -117,6 +117,19 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
     }
 }
 
+/// What the sensors of a design may say.
+fn failsafe(random: &mut Random, design: &ControllerDesign) -> Failsafe {
+    let sensor = |(place, port): (usize, &Port)| {
+        let from = (port.name == "depth" && !random.one_of(4)).then(|| "pitch".to_owned());
+        let mut number = |most: f64| random.between(0.0, most) * port.nominal;
+        let sensor = Sensor { error: 2.0 + number(3.0), rate: number(5.0), drift: number(0.5), from };
+        design.measures(place).then(|| (port.name.clone(), sensor))
+    };
+    let sensors = design.signals.iter().enumerate().filter_map(sensor).collect();
+    let safe = design.actuators.iter().map(|one| random.between(one.minimum, one.maximum)).collect();
+    Failsafe { stale_after: [0.0, 0.1][random.below(2)], safe, sensors }
+}
+
 /// Limits of some references.
 fn envelope(random: &mut Random, rows: usize, speed_given: bool) -> BTreeMap<String, ReferenceLimits> {
     let mut columns = |least: [f64; 2], most: [f64; 2]| {
@@ -149,7 +162,7 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
     let mut signals = example::ports();
     signals[example::DEPTH].start = 12.5;
     let trim = trim(random, m);
-    ControllerDesign {
+    let mut design = ControllerDesign {
         signals,
         // What would end a comment, or be read as something else.
         design: "a */ b /* c ??/ \\ @f@".to_owned(),
@@ -183,5 +196,9 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
         trim,
         actuators,
         ..example::design()
+    };
+    if !seed.is_multiple_of(6) {
+        design.failsafe = Some(failsafe(random, &design));
     }
+    design
 }

@@ -1,0 +1,261 @@
+//! What the header and the source have for sensors that fail, in the order of [`scheduled::Supervisor`].
+
+use crate::inputs::{Input, inputs, reference};
+use crate::tables::{Tables, column};
+use crate::template::{fill, lines};
+use scheduled::{ControllerDesign, RAMP, REGAINED_AFTER, SLOWEST, Without, returning, ticks};
+
+/// A sensor that is judged.
+pub(crate) struct Watched {
+    input: Input,
+    without: Without,
+    sensor: scheduled::Sensor,
+}
+
+impl Watched {
+    /// Its bit of the status.
+    fn bit(&self) -> String {
+        format!("@PREFIX@_LOST_{}", self.input.name.to_ascii_uppercase())
+    }
+
+    fn name(&self) -> &str {
+        &self.input.name
+    }
+}
+
+/// The sensors that are judged, in the order of the signals; none without a failsafe.
+pub(crate) fn watched(design: &ControllerDesign) -> Vec<Watched> {
+    let measured = inputs(design).into_iter().filter(|input| input.measured);
+    let of = |input: Input| {
+        let sensor = design.failsafe.as_ref()?.sensors.get(&input.name)?.clone();
+        Some(Watched { without: design.without(input.signal), input, sensor })
+    };
+    measured.filter_map(of).collect()
+}
+
+/// Whether what is used of a reference is needed where a sensor is lost.
+pub(crate) fn needs_last(design: &ControllerDesign, signal: usize) -> bool {
+    let is_watched = design.failsafe.is_some() && design.measures(signal);
+    is_watched
+        && match design.without(signal) {
+            Without::Speed => design.reference_filter.is_none(),
+            Without::Depth => true,
+            Without::Nothing => false,
+        }
+}
+
+/// Fields of the header.
+pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)> {
+    let all = watched(design);
+    let Some(failsafe) = &design.failsafe else {
+        let fields = ["include_stdint", "stale_after", "ages", "lost_bits", "sensors", "safe"];
+        return fields.map(|name| (name, String::new())).to_vec();
+    };
+    let of =
+        |line: &dyn Fn((usize, &Watched)) -> String| -> String { all.iter().enumerate().map(line).collect() };
+    let bit = |(index, one): (usize, &Watched)| {
+        let words = match one.without {
+            Without::Speed => "it is taken to go to its filtered reference: its loop is open",
+            Without::Depth => "it is taken to follow from pitch and speed, and its reference is held",
+            Without::Nothing => "FAILED",
+        };
+        format!("#define {} {:#x}u /* {} is lost: {words} */\n", one.bit(), 0x10 << index, one.name())
+    };
+    let sensors = fill(
+        include_str!("template/sensors.h"),
+        &[
+            ("watched", of(&|(_, one)| format!("    @prefix@_watched watched_{};\n", one.name()))),
+            ("m", design.actuators.len().to_string()),
+        ],
+    );
+    vec![
+        ("include_stdint", "#include <stdint.h>\n\n".to_owned()),
+        (
+            "stale_after",
+            format!(
+                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long, is lost; \
+                 0 for never */",
+                failsafe.stale_after
+            ),
+        ),
+        ("ages", of(&|(_, one)| format!("    @prefix@_real {}_age; /* s since it was measured */\n", one.name()))),
+        (
+            "lost_bits",
+            "#define @PREFIX@_FAILED 0x8u /* pitch, pitch rate or heave are lost: the commands go to the safe ones, \
+             and all else holds */\n"
+                .to_owned()
+                + &of(&bit),
+        ),
+        ("sensors", sensors),
+        ("safe", include_str!("template/safe.h").to_owned()),
+    ]
+}
+
+/// The member of the state.
+pub(crate) fn member(design: &ControllerDesign) -> &'static str {
+    if design.failsafe.is_some() { "    @prefix@_sensors sensors;\n" } else { "" }
+}
+
+/// Numbers of the source.
+pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
+    let Some(failsafe) = &design.failsafe else { return String::new() };
+    let stale = failsafe.stale_after;
+    let stale = if stale > 0.0 { ticks(stale, design.sample_time) } else { u32::MAX };
+    let counts = [
+        ("NEVER", scheduled::NEVER),
+        ("SLOWEST_TICKS", ticks(SLOWEST, design.sample_time)),
+        ("REGAINED_TICKS", ticks(REGAINED_AFTER, design.sample_time)),
+        ("RAMP_TICKS", ticks(RAMP, design.sample_time)),
+        ("STALE_TICKS", stale),
+    ];
+    let counts: String =
+        counts.iter().map(|(name, count)| format!("static const uint32_t {name} = {count}u;\n")).collect();
+    let returning = match design.speed_given {
+        true => String::new(),
+        false => format!("static const real RETURNING = {};\n", tables.real.literal(returning(design))),
+    };
+    tables.column("SAFE", &failsafe.safe) + &counts + &returning
+}
+
+/// The functions that judge the sensors.
+pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
+    let all = watched(design);
+    let Some(failsafe) = &design.failsafe else { return String::new() };
+    let largest = if tables.real == crate::Real::Double { "DBL_MAX" } else { "FLT_MAX" };
+    let constants = all.iter().map(|one| {
+        let numbers = [one.sensor.error, one.sensor.rate, one.sensor.drift].map(|v| tables.real.literal(v));
+        let ends = design.signals[one.input.signal].range.map_or_else(
+            || [format!("-{largest}"), largest.to_owned()],
+            |ends| ends.map(|end| tables.real.literal(end)),
+        );
+        let name = one.name().to_ascii_uppercase();
+        format!("static const sensor SENSOR_{name} = {{{}, {}}};", numbers.join(", "), ends.join(", "))
+    });
+    let valid = |name: &str| match failsafe.stale_after {
+        0.0 => "1".to_owned(),
+        after => format!("in->{name}_age <= {}", tables.real.literal(after)),
+    };
+    let judge = all.iter().map(|one| {
+        let (name, upper) = (one.name(), one.name().to_ascii_uppercase());
+        format!(
+            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, in->{name}, {});",
+            valid(name)
+        )
+    });
+    let believe = all.iter().map(|one| {
+        let (name, bit) = (one.name(), one.bit());
+        let lost = match one.without {
+            Without::Speed => format!("lost |= {bit};"),
+            Without::Nothing => format!("lost |= {bit} | @PREFIX@_FAILED;"),
+            Without::Depth => {
+                let wanted = reference(&design.signals[one.input.signal]);
+                format!("lost |= {bit}, used->{wanted} = state->last_{wanted} - state->difference_{wanted};")
+            }
+        };
+        format!(
+            "    used->{name} = all->watched_{name}.believed;\n    if (all->watched_{name}.lost_for > 0u) {lost}"
+        )
+    });
+    let expect = all.iter().filter_map(|one| expected(design, one));
+    let fields = [
+        ("sensors", lines(constants)),
+        ("expect", lines(expect)),
+        ("judge", lines(judge)),
+        ("believe", lines(believe)),
+    ];
+    fill(include_str!("template/sensors.c"), &fields)
+}
+
+/// What moves what is expected of a sensor that is lost.
+fn expected(design: &ControllerDesign, one: &Watched) -> Option<String> {
+    let name = one.name();
+    let speed = &design.signals[design.scheduled()?];
+    let next = match (one.without, &one.sensor.from) {
+        (Without::Speed, _) if design.speed_given => return None,
+        (Without::Speed, _) => {
+            let last = format!("last_{}", reference(speed));
+            let wanted = if design.reference_filter.is_some() { "filtered_speed" } else { &last };
+            format!("            one->believed += RETURNING * (state->{wanted} - one->believed);\n")
+        }
+        (Without::Depth, Some(from)) => {
+            let column = column(from);
+            format!(
+                "            const real along = all->watched_{}.believed;\n            \
+                 const int row = row_at(along);\n            \
+                 const real part = clamp(way(row, along), 0.0@f@, 1.0@f@);\n            \
+                 const real trim = between({column}[row], {column}[row + 1], part);\n            \
+                 one->believed -= TICK * along * (all->watched_{from}.believed - trim);\n",
+                speed.name
+            )
+        }
+        _ => return None,
+    };
+    Some(format!(
+        "        if (all->watched_{name}.lost_for > 0u) {{\n            \
+         @prefix@_watched *const one = &all->watched_{name};\n{next}        }}"
+    ))
+}
+
+/// What a step begins with: the sensors that are believed, or the safe commands.
+pub(crate) fn look(design: &ControllerDesign) -> &'static str {
+    if design.failsafe.is_some() { include_str!("template/look.c") } else { "" }
+}
+
+/// What the state has of the sensors after a reset.
+pub(crate) fn reset(design: &ControllerDesign) -> String {
+    let all = watched(design);
+    let each = all.iter().map(|one| {
+        let name = one.name();
+        format!("    fresh.sensors.watched_{name} = (@prefix@_watched){{in->{name}, in->{name}, NEVER, 0u, 0u}};\n")
+    });
+    let first = "    for (int j = 0; j < COMMANDS; j++) fresh.sensors.from[j] = t.commands[j];\n    \
+                 fresh.sensors.failed_for = 0u;\n    fresh.sensors.changed = 0;\n    fresh.sensors.judged = 0;\n";
+    if all.is_empty() { String::new() } else { first.to_owned() + &each.collect::<String>() }
+}
+
+/// What a step ends with.
+pub(crate) fn keep(design: &ControllerDesign) -> &'static str {
+    if design.failsafe.is_none() {
+        return "";
+    }
+    "    all.failed_for = 0u;
+    all.changed = 0;
+    all.judged = 0;
+    state->sensors = all;
+    t.status |= lost;
+"
+}
+
+/// How what follows others takes the sensors.
+pub(crate) fn follow(design: &ControllerDesign) -> &'static str {
+    if design.failsafe.is_some() {
+        include_str!("template/follow_with_sensors.c")
+    } else {
+        "    return follow(state, in, got);\n"
+    }
+}
+
+/// That nothing is fed back while the commands go to the safe ones.
+pub(crate) fn if_failed(design: &ControllerDesign) -> String {
+    let fails = watched(design).into_iter().filter(|one| one.without == Without::Nothing);
+    let each: Vec<String> =
+        fails.map(|one| format!("state->sensors.watched_{}.lost_for > 0u", one.name())).collect();
+    if each.is_empty() {
+        String::new()
+    } else {
+        format!("    if ({}) return @PREFIX@_OK;\n", each.join(" || "))
+    }
+}
+
+/// What a reader of the header has to know.
+pub(crate) fn about(design: &ControllerDesign) -> &'static str {
+    if design.failsafe.is_none() {
+        return "Measurements are taken as they come: this design has no limits to what its sensors may say.";
+    }
+    "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than STALE_AFTER \
+     or the same for so long, is not finite or out of its range, or moves faster than the vehicle can; the status has its \
+     bit. It is believed again after half a second in which it was plausible. Without the speed its loop is open; without \
+     the depth it is reckoned from pitch and speed, and its reference held; without anything else the commands go to \
+     the safe ones in half a second, FAILED. Commands do not jump when a sensor comes back. Nothing is proved of a \
+     loop without a sensor."
+}

@@ -1,0 +1,11 @@
+    @prefix@_sensors all;
+    @prefix@_inputs used;
+    const unsigned lost = look(state, in, &all, &used);
+    const int code = (lost & @PREFIX@_FAILED) != 0u ? @PREFIX@_OK : follow(state, &used, got);
+    if (code != @PREFIX@_OK) return code;
+    if ((lost & @PREFIX@_FAILED) == 0u) all.changed = 0;
+    all.failed_for = 0u;
+    all.judged = 1;
+    state->sensors = all;
+    for (int j = 0; j < COMMANDS; j++) state->put_out[j] = got[j];
+    return code;
