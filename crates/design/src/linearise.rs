@@ -1,7 +1,7 @@
 //! Trims over the range of speed, and the linear model at each.
 
 pub mod envelope;
-mod sensors;
+pub mod sensors;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;

@@ -14,7 +14,7 @@ use crate::fit::Model;
 use crate::fit::{authority, frequency, reach};
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
-use crate::linearise::envelope;
+use crate::linearise::{envelope, sensors};
 use crate::numbers::{above, decimals};
 use crate::store::freeze::{Frozen, controller, gamma, lpv_model};
 use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
@@ -100,6 +100,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     };
     let mut axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
     progress.done("envelope", &envelope::words(&axis.controller));
+    sensors::words(&axis.controller).iter().for_each(|words| progress.done("failsafe", words));
     envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
     let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
     let mut verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;

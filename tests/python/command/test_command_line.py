@@ -244,12 +244,30 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
 def test_an_envelope_that_cannot_be(
     run_squid: Run, copied_vehicle: Path, tmp_path: Path, lines: list[str], at: int, words: str
 ) -> None:
+    refuses_table(run_squid, copied_vehicle, tmp_path / "out", ["[envelope]", *lines], at, words)
+
+
+@pytest.mark.parametrize(
+    ("lines", "at", "words"),
+    [
+        (["stale = 1"], 1, "unknown key 'failsafe.stale' (did you mean 'stale_after'?)"),
+        (["stale_after = -1"], 1, "'failsafe.stale_after' is -1; it must be from 0, for never, to 60 (s)"),
+        (['safe = "surface"'], 1, "'failsafe.safe' is \"surface\"; it must be \"slow\" or \"stop\""),
+    ],
+)
+def test_a_failsafe_that_cannot_be(
+    run_squid: Run, copied_vehicle: Path, tmp_path: Path, lines: list[str], at: int, words: str
+) -> None:
+    refuses_table(run_squid, copied_vehicle, tmp_path / "out", ["[failsafe]", *lines], at, words)
+
+
+def refuses_table(run_squid: Run, vehicle: Path, out: Path, lines: list[str], at: int, words: str) -> None:
     """One message, at the line of the key, or of the table that lacks it."""
-    path = copied_vehicle / "design.toml"
+    path = vehicle / "design.toml"
     with path.open("a", encoding="utf-8") as file:
-        file.write("\n[envelope]\n" + "".join(f"{line}\n" for line in lines))
-    line = line_of(path, "[envelope]") + at
-    message = refused(run_squid, copied_vehicle, tmp_path / "out")
+        file.write("\n" + "".join(f"{line}\n" for line in lines))
+    line = line_of(path, lines[0]) + at
+    message = refused(run_squid, vehicle, out)
     assert message.startswith(f"squid: {path}:{line}: {words}"), message
     assert len(message.splitlines()) == 1, message
 

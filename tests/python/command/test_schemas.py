@@ -106,7 +106,7 @@ def limits(schema: dict) -> Iterator[tuple[float, bool]]:
 SEA = {"depth": 2.0, "spectrum": "jonswap", "height": 1e-3, "period": 5.0, "gamma": 3.3, "heading": 180.0}
 """A table [sea] of waves that no period makes too steep."""
 PID = {"kind": "pid", "pitch": {"kp": {"value": 100.0, "unit": "N.m/rad"}}}
-OWN = {"sea": SEA, "controller": PID, "envelope": {"unit": "deg"}}
+OWN = {"sea": SEA, "controller": PID, "envelope": {"unit": "deg"}, "failsafe": {}}
 """What a section that Squid's design does not have must hold."""
 NUMBERS = [
     (section, key, value, allowed)

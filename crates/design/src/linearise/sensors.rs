@@ -10,9 +10,10 @@
 //! vehicle flies level, or near its trim.
 
 use crate::error::ModelError;
+use crate::numbers::decimals;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
 use auv::{Trim, Vehicle, linearise};
-use scheduled::Sensor;
+use scheduled::{ControllerDesign, Sensor};
 use std::collections::BTreeMap;
 
 /// A path that is level within the errors of trim, as sine.
@@ -52,4 +53,19 @@ pub fn sensors(vehicle: &Vehicle, trims: &[Trim]) -> Result<BTreeMap<String, Sen
         (signal.name.to_owned(), Sensor { error: signal.error, rate, drift, from })
     };
     Ok(SIGNALS.iter().enumerate().map(sensor).collect())
+}
+
+/// What the actuators get without pitch, in words.
+pub fn words(controller: &ControllerDesign) -> Option<String> {
+    let failsafe = controller.failsafe.as_ref()?;
+    let degrees = |unit: &str| if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, "N") };
+    let each = controller.actuators.iter().zip(&failsafe.safe).map(|(one, safe)| {
+        let (factor, unit) = degrees(&one.unit);
+        format!("{} {} {unit}", one.name, decimals(factor * safe, 2))
+    });
+    let after = match failsafe.stale_after {
+        0.0 => "a sensor may be the same for ever".to_owned(),
+        after => format!("a sensor is lost that is the same for {after} s"),
+    };
+    Some(format!("{after}; without pitch or its rate {}", each.collect::<Vec<_>>().join(", ")))
 }
