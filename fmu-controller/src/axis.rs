@@ -198,6 +198,7 @@ impl Axis {
         for reading in readings {
             state.real(&mut reading.last)?;
             state.real(&mut reading.believed)?;
+            state.real(&mut reading.mean)?;
             for ticks in [&mut reading.same, &mut reading.lost_for, &mut reading.plausible_for] {
                 count(state, ticks)?;
             }

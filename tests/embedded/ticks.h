@@ -1,7 +1,8 @@
 /* Random ticks of an autopilot that `squid export` wrote: the same ones on every machine, and a hash of what comes out.
  *
  * Given by the compiler's options: HEADER, the header of the autopilot; OF(name), what its names begin with; MIDDLE and SIZES,
- * for each input a value in the middle and how far it moves. No product is added to anything in one expression that the
+ * for each input a value in the middle and how far it moves; SENSORS, the number of measurements, which come first among the
+ * inputs, and their ages last. No product is added to anything in one expression that the
  * hash depends on, so that no compiler can fuse the two. */
 
 #include HEADER
@@ -28,7 +29,7 @@ typedef struct {
     OF(state) state;
     OF(inputs) in;
     OF(outputs) out;
-    long codes[4], resets, limited, outside, beyond;
+    long codes[4], resets, limited, outside, beyond, lost, failed;
 } Ticks;
 
 /* G. L. Steele and others, Fast splittable pseudorandom number generators, 2014. */
@@ -46,8 +47,8 @@ static int one_of(Ticks *t, unsigned count) { return random_number(t) % count ==
 static double part(Ticks *t) { return (double)((int64_t)(random_number(t) >> 33) - (1 << 30)) / (1 << 30); }
 
 /* The next inputs: all go towards goals in common, each with a small part of its own, which change now and then; some lie
- * far beyond the range of speed. Rarely one is no number, infinite, or so large that nothing can be computed; after one that
- * is too large a reset follows soon. */
+ * far beyond the range of speed. Rarely one is too large, or a reference no number or infinite; after one that is too large a
+ * reset follows soon. An age is above the limit now and then. */
 static void next_inputs(Ticks *t)
 {
     static const double middle[INPUTS] = MIDDLE, sizes[INPUTS] = SIZES;
@@ -62,7 +63,8 @@ static void next_inputs(Ticks *t)
     if (one_of(t, 500) && !t->to_reset) {
         const double zero = 0.0, odd[] = {zero / zero, 1.0 / zero, -1.0 / zero, 1e6, 1.7e308};
         const unsigned which = random_number(t) % 5;
-        taken[random_number(t) % INPUTS] = odd[which];
+        const int place = (int)(random_number(t) % (INPUTS - SENSORS));
+        if (which > 2 || place >= SENSORS) taken[place] = odd[which];
         if (which > 2) t->reset_in = 20;
     }
     OF(real) numbers[INPUTS];
@@ -99,6 +101,8 @@ static int run(Ticks *t, int *was_reset)
     t->limited += (t->out.status & 2u) != 0;
     t->outside += (t->out.status & 1u) != 0;
     t->beyond += (t->out.status & 4u) != 0;
+    t->lost += t->out.status >= 16u;
+    t->failed += (t->out.status & 8u) != 0;
     OF(real) numbers[OUTPUTS];
     memcpy(numbers, &t->out, sizeof numbers);
     add(t, (uint64_t)code);

@@ -3,7 +3,7 @@
 use crate::inputs::{Input, inputs, reference};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
-use scheduled::{ControllerDesign, RAMP, REGAINED_AFTER, SLOWEST, Without, returning, ticks};
+use scheduled::{ControllerDesign, RAMP, REGAINED_AFTER, RETURN, SLOWEST, Without, returning, ticks};
 
 /// A sensor that is judged.
 pub(crate) struct Watched {
@@ -106,14 +106,12 @@ pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("SLOWEST_TICKS", ticks(SLOWEST, design.sample_time)),
         ("REGAINED_TICKS", ticks(REGAINED_AFTER, design.sample_time)),
         ("RAMP_TICKS", ticks(RAMP, design.sample_time)),
+        ("RETURN_TICKS", ticks(RETURN, design.sample_time)),
         ("STALE_TICKS", stale),
     ];
     let counts: String =
         counts.iter().map(|(name, count)| format!("static const uint32_t {name} = {count}u;\n")).collect();
-    let returning = match design.speed_given {
-        true => String::new(),
-        false => format!("static const real RETURNING = {};\n", tables.real.literal(returning(design))),
-    };
+    let returning = format!("static const real RETURNING = {};\n", tables.real.literal(returning(design)));
     tables.column("SAFE", &failsafe.safe) + &counts + &returning
 }
 
@@ -129,7 +127,12 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
             |ends| ends.map(|end| tables.real.literal(end)),
         );
         let name = one.name().to_ascii_uppercase();
-        format!("static const sensor SENSOR_{name} = {{{}, {}}};", numbers.join(", "), ends.join(", "))
+        let is_speed = u8::from(one.without == Without::Speed);
+        format!(
+            "static const sensor SENSOR_{name} = {{{}, {}, {is_speed}}};",
+            numbers.join(", "),
+            ends.join(", ")
+        )
     });
     let valid = |name: &str| match failsafe.stale_after {
         0.0 => "1".to_owned(),
@@ -206,7 +209,7 @@ pub(crate) fn reset(design: &ControllerDesign) -> String {
     let all = watched(design);
     let each = all.iter().map(|one| {
         let name = one.name();
-        format!("    fresh.sensors.watched_{name} = (@prefix@_watched){{in->{name}, in->{name}, NEVER, 0u, 0u}};\n")
+        format!("    fresh.sensors.watched_{name} = (@prefix@_watched){{in->{name}, in->{name}, in->{name}, NEVER, 0u, 0u}};\n")
     });
     let first = "    for (int j = 0; j < COMMANDS; j++) fresh.sensors.from[j] = t.commands[j];\n    \
                  fresh.sensors.failed_for = 0u;\n    fresh.sensors.changed = 0;\n    fresh.sensors.judged = 0;\n";

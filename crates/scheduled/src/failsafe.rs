@@ -26,7 +26,7 @@ pub enum Health {
 }
 
 /// Time constant with which the speed without its sensor is taken to return to V_r, s.
-const RETURN: f64 = 0.5;
+pub const RETURN: f64 = 0.5;
 
 /// A value that has been the same for longer is that of a vehicle that does not move, not of a slow sensor, s.
 pub const SLOWEST: f64 = 0.2;
@@ -41,6 +41,8 @@ pub struct Reading {
     pub last: f64,
     /// What is believed: the last value, or what is expected without it.
     pub believed: f64,
+    /// The mean of a speed that is believed, over [`RETURN`].
+    pub mean: f64,
     /// For how many ticks the value has been the same; [`NEVER`] before the first.
     pub same: u32,
     /// For how many ticks the sensor has been lost; 0 if it is believed.
@@ -56,6 +58,8 @@ struct Watched {
     sensor: Sensor,
     range: [f64; 2],
     without: Without,
+    /// Part of the way to V_r that a speed that is lost is taken to go in a tick.
+    returning: f64,
     /// The signal from which its rate follows.
     from: Option<usize>,
 }
@@ -89,7 +93,7 @@ pub struct Supervised {
 /// plausible and, t after it was lost, not farther than `error + drift t` from what is expected. Without it
 ///
 /// ```text
-/// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/0.5 s)) (V_r - u_(k-1))
+/// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/0.5 s)) (V_r - u_(k-1)), from its mean over 0.5 s
 /// a depth                      z_k = z_(k-1) - Ts u_(k-1) (theta_(k-1) - theta_0(u_(k-1))),  its reference held
 /// pitch, pitch rate or heave   the last value, and the commands go to the safe ones in [`RAMP`]
 /// ```
@@ -101,8 +105,6 @@ pub struct Supervisor {
     watched: Vec<Watched>,
     safe: Vec<f64>,
     sample_time: f64,
-    /// Part of the way to V_r that a speed that is lost is taken to go in a tick.
-    returning: f64,
     /// The inputs as the autopilot gets them.
     inputs: Inputs,
     state: Supervised,
@@ -117,14 +119,14 @@ impl Supervisor {
             let sensor = design.failsafe.as_ref()?.sensors.get(&port.name)?.clone();
             let (range, without) = (port.range.unwrap_or(any), design.without(signal));
             let from = sensor.from.as_ref().and_then(|name| design.place(name));
-            Some(Watched { signal, sensor, range, without, from })
+            let returning = returning(design);
+            Some(Watched { signal, sensor, range, without, returning, from })
         };
         let watched: Vec<Watched> = design.signals.iter().enumerate().filter_map(sensor).collect();
         let commands = autopilot.outputs().commands.clone();
         Self {
             safe: design.failsafe.as_ref().map_or_else(Vec::new, |failsafe| failsafe.safe.clone()),
             sample_time: design.sample_time,
-            returning: returning(design),
             inputs: inputs.clone(),
             state: Supervised {
                 readings: watched.iter().map(|one| Reading::new(inputs.measured[one.signal])).collect(),
@@ -217,7 +219,7 @@ impl Supervisor {
             let expected = match (self.watched[place].without, self.watched[place].from) {
                 _ if lost_for == 0 => continue,
                 (Without::Speed, _) if !speed_given => {
-                    believed + self.returning * (autopilot.filtered_speed - believed)
+                    believed + self.watched[place].returning * (autopilot.filtered_speed - believed)
                 }
                 (Without::Depth, Some(from)) => {
                     let forward_speed = self.believed(*speed);
@@ -242,6 +244,7 @@ impl Supervisor {
     /// [`TickError`].
     pub fn follow(&mut self, autopilot: &mut Autopilot, applied: &[f64]) -> Result<(), TickError> {
         autopilot.check_applied(applied)?;
+        self.inputs.check(&autopilot.plan.signals)?;
         self.state.commands.copy_from_slice(applied);
         self.state.failed_for = 0;
         if self.has_failed() {
@@ -257,6 +260,7 @@ impl Supervisor {
     /// # Errors
     /// [`TickError`].
     pub fn tick(&mut self, autopilot: &mut Autopilot) -> Result<bool, TickError> {
+        self.inputs.check(&autopilot.plan.signals)?;
         if self.has_failed() {
             self.go_to_safe();
             autopilot.skip();
@@ -291,7 +295,7 @@ impl Supervisor {
 impl Reading {
     /// Of a sensor that is believed.
     fn new(value: f64) -> Self {
-        Self { last: value, believed: value, same: NEVER, lost_for: 0, plausible_for: 0 }
+        Self { last: value, believed: value, mean: value, same: NEVER, lost_for: 0, plausible_for: 0 }
     }
 }
 
@@ -315,9 +319,18 @@ impl Watched {
         if reading.lost_for == 0 {
             if plausible {
                 reading.believed = value;
-            } else {
-                reading.lost_for = 1;
-                reading.plausible_for = 0;
+                if changed {
+                    reading.mean += self.returning * (value - reading.mean);
+                }
+                return;
+            }
+            reading.lost_for = 1;
+            reading.plausible_for = 0;
+            if self.without == Without::Speed {
+                // The controller has integrated the noise of a value that did not change.
+                let most = ticks(RETURN, sample_time);
+                let part = f64::from(reading.same.min(most)) / f64::from(most);
+                reading.believed = reading.mean - part * (reading.believed - reading.mean);
             }
             return;
         }
@@ -327,6 +340,7 @@ impl Watched {
         if reading.plausible_for >= ticks(REGAINED_AFTER, sample_time) {
             reading.lost_for = 0;
             reading.believed = value;
+            reading.mean = value;
         }
     }
 }

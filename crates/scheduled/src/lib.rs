@@ -51,7 +51,7 @@ pub use design::{
 };
 pub use error::{DesignError, TickError};
 pub use failsafe::{
-    Health, NEVER, RAMP, REGAINED_AFTER, Reading, SLOWEST, Supervised, Supervisor, returning, ticks,
+    Health, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor, returning, ticks,
 };
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;

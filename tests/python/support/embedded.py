@@ -20,8 +20,10 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror
 M4 = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-ffreestanding", "-nostdlib")
 MORE, LARGE = 2, 4096
 """Numbers that hold the status after the outputs, and any state."""
-SIZES = {"pitch": 0.1, "speed": 1.5, "pitch_rate": 0.1, "heave": 0.1}
-"""How far a signal moves in the random ticks (rad, m/s, rad/s, m/s)."""
+SIZES = {"pitch": 0.1, "speed": 1.5, "pitch_rate": 0.1, "heave": 0.1, "age": 0.25}
+"""How far a signal or an age moves in the random ticks (rad, m/s, rad/s, m/s, s)."""
+NEVER = 0xFFFFFFFF
+"""Ticks after which no measurement is stale."""
 
 
 def gcc() -> list[str | Path]:
@@ -79,11 +81,26 @@ class Exported:
     def constant(self, name: str) -> float:
         """Return a constant of the header."""
         text = self.header.read_text(encoding="utf-8")
-        return float(re.search(rf"#define \w+_{name} (\S+)", text)[1].rstrip("u"))
+        found = re.search(rf"#define \w+?_{name} (\S+)", text)[1].rstrip("u")
+        return float(int(found, 16) if found.startswith("0x") else found)
+
+    def has(self, name: str) -> bool:
+        """Whether the header has a constant."""
+        return re.search(rf"#define \w+?_{name} ", self.header.read_text(encoding="utf-8")) is not None
+
+    def without_noise(self) -> Exported:
+        """Let measurements stay the same for ever, as those of a simulation do in trim."""
+        text = self.source.read_text(encoding="utf-8")
+        text, count = re.subn(r"STALE_TICKS = \d+u;", f"STALE_TICKS = {NEVER}u;", text)
+        assert count == 1
+        self.source.write_text(text, encoding="utf-8")
+        return self
 
     def ticks(self) -> list[str]:
         """Return the options by which a driver makes its random ticks."""
-        signals = [name.removesuffix("_reference") for name in self.members("inputs")]
+        names = self.members("inputs")
+        signals = ["age" if name.endswith("_age") else name.removesuffix("_reference") for name in names]
+        lost = {name: self.constant(f"LOST_{name}") for name in ("SPEED", "DEPTH") if self.has(f"LOST_{name}")}
         middle = (self.constant("SPEED_MINIMUM") + self.constant("SPEED_MAXIMUM")) / 2.0
         return [
             f'-DHEADER="{self.name}.h"',
@@ -91,6 +108,9 @@ class Exported:
             f"-DSAMPLE_TIME={self.constant('SAMPLE_TIME')!r}",
             f"-DMIDDLE={{{', '.join(repr(middle) if s == 'speed' else '0.0' for s in signals)}}}",
             f"-DSIZES={{{', '.join(repr(SIZES[signal]) for signal in signals)}}}",
+            f"-DSENSORS={signals.count('age')}",
+            f"-DSTALE_AFTER={self.constant('STALE_AFTER')!r}",
+            *(f"-DLOST_{name}={int(lost.get(name, 0))}u" for name in ("SPEED", "DEPTH")),
             f"-I{self.folder}",
             f"-I{DRIVERS}",
         ]
@@ -125,9 +145,11 @@ class Shell:
         self.library, self.name = ctypes.CDLL(str(library)), exported.name
         wide = f"typedef double {self.name}_real;" in exported.header.read_text(encoding="utf-8")
         real = ctypes.c_double if wide else ctypes.c_float
-        self.inputs, self.outputs = exported.members("inputs"), exported.members("outputs")
+        members = exported.members("inputs")
+        self.inputs = [name for name in members if not name.endswith("_age")]
+        self.outputs = exported.members("outputs")
         self.names = {number: name for name, number in references.items()}
-        self.taken = (real * len(self.inputs))()
+        self.taken = (real * len(members))()
         self.given = (real * (len(self.outputs) + MORE))()
         self.state = (ctypes.c_double * LARGE)()
         self.is_ready = False

@@ -147,7 +147,9 @@ static void put_out(const tick *t, @prefix@_outputs *out)
 
 @fade@
 @follow@
+
 @safe@
+
 int @prefix@_init(@prefix@_state *state, @prefix@_outputs *out)
 {
     const @prefix@_inputs level = {@level@};

@@ -1,6 +1,7 @@
 /* How a sensor moves, and what it can measure. */
 typedef struct {
     real error, rate, drift, least, most;
+    int is_speed;
 } sensor;
 
 @sensors@
@@ -25,8 +26,19 @@ static int judge(@prefix@_watched *one, const sensor *of, real value, int valid)
     one->last = value;
     one->same = changed ? 0u : since;
     if (one->lost_for == 0u) {
-        if (plausible) one->believed = value;
-        if (!plausible) one->lost_for = 1u, one->plausible_for = 0u;
+        if (plausible) {
+            one->believed = value;
+            if (changed) one->mean += RETURNING * (value - one->mean);
+            return 0;
+        }
+        one->lost_for = 1u;
+        one->plausible_for = 0u;
+        if (of->is_speed) {
+            /* The controller has integrated the noise of a value that did not change. */
+            const uint32_t same = one->same < RETURN_TICKS ? one->same : RETURN_TICKS;
+            const real share = (real)same / (real)RETURN_TICKS;
+            one->believed = one->mean - share * (one->believed - one->mean);
+        }
         return 0;
     }
     one->lost_for = counted(one->lost_for);
@@ -35,6 +47,7 @@ static int judge(@prefix@_watched *one, const sensor *of, real value, int valid)
     if (one->plausible_for < REGAINED_TICKS) return 0;
     one->lost_for = 0u;
     one->believed = value;
+    one->mean = value;
     return 1;
 }
 

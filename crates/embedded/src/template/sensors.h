@@ -2,6 +2,7 @@
 typedef struct {
     @prefix@_real last;
     @prefix@_real believed; /* the last value, or what is expected without it */
+    @prefix@_real mean;
     uint32_t same, lost_for, plausible_for;
 } @prefix@_watched;
 
