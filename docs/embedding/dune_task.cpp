@@ -1,10 +1,13 @@
-// A DUNE task around the autopilot that `squid export vehicles/squid` writes: to be copied, and changed where it says so.
+// A DUNE task around the autopilot that `squid export vehicles/squid` writes: to be copied, and changed where it says
+// so.
 //
-// It belongs into src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the vehicle its
-// Execution Frequency is 1/SQUID_SAMPLE_TIME.
+// It belongs into src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the vehicle
+// its Execution Frequency is 1/SQUID_SAMPLE_TIME.
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
 
 #include <DUNE/DUNE.hpp>
 
@@ -18,41 +21,69 @@ namespace Control
     {
       using DUNE_NAMESPACES;
 
+      //! What has not spoken is no number, and is refused.
+      static constexpr squid_real c_none = std::numeric_limits<squid_real>::quiet_NaN();
+      //! Missed ticks are made up for; after more than this the autopilot starts anew.
+      static constexpr long c_most_made_up = 5;
+      //! The loops that engage it, all of them.
+      static constexpr uint32_t c_loops = IMC::CL_PITCH | IMC::CL_SPEED;
+
       struct Task: public DUNE::Tasks::Periodic
       {
         squid_state m_state;
         squid_inputs m_in;
         squid_outputs m_out;
-        //! Whether the autopilot was started at the present inputs.
-        bool m_running;
-        //! Whether a reference was limited at the last tick, so that it is said once, when it begins.
-        bool m_limited;
-        //! When the last tick was run, and after what gap the autopilot starts anew (s).
-        double m_last;
-        static constexpr double c_longest_gap = 5 * SQUID_SAMPLE_TIME;
+        //! What the thrusters were told last, by this task or by others.
+        squid_commands m_applied;
+        //! When the last messages of the sensors came, and when the last tick was due (s).
+        double m_heard_estimate, m_heard_speed, m_last;
+        //! The loops that are enabled, and in which scope.
+        uint32_t m_loops, m_scope_ref;
+        //! Whether it was engaged at the last tick, has ever started, and needs no reset.
+        bool m_was_active, m_started, m_running;
+        //! What the entity state says.
+        std::string m_said;
 
         Task(const std::string& name, Tasks::Context& ctx):
           DUNE::Tasks::Periodic(name, ctx),
-          m_running(false),
-          m_limited(false),
-          m_last(0.0)
+          m_in{c_none, c_none, c_none, c_none, c_none, 0.0, 0.0, 0.0},
+          m_applied{c_none, c_none, c_none},
+          m_heard_estimate(0.0),
+          m_heard_speed(0.0),
+          m_last(0.0),
+          m_loops(0),
+          m_scope_ref(0),
+          m_was_active(false),
+          m_started(false),
+          m_running(false)
         {
-          const squid_real none = std::numeric_limits<squid_real>::quiet_NaN();
           squid_init(&m_state, &m_out);
-          // What has not come yet is no number, and is refused.
-          m_in = {none, none, none, none, none};
           bind<IMC::EstimatedState>(this);
+          bind<IMC::WaterVelocity>(this);
           bind<IMC::DesiredPitch>(this);
           bind<IMC::DesiredSpeed>(this);
+          bind<IMC::SetThrusterActuation>(this);
+          bind<IMC::ControlLoops>(this);
         }
 
         void
         consume(const IMC::EstimatedState* msg)
         {
+          if (msg->getSource() != getSystemId())
+            return;
           m_in.pitch = msg->theta;
           m_in.pitch_rate = msg->q;
-          // Change: the speed is to be that through the water; this one may be over ground.
-          m_in.speed = msg->u;
+          m_heard_estimate = Clock::get();
+        }
+
+        //! Change: where the speed through the water comes from, along the body axis.
+        void
+        consume(const IMC::WaterVelocity* msg)
+        {
+          if (msg->getSource() != getSystemId() || (msg->validity & IMC::WaterVelocity::VAL_VEL_X) == 0)
+            return;
+          m_in.speed = msg->x;
+          m_heard_speed = Clock::get();
         }
 
         void
@@ -66,6 +97,42 @@ namespace Control
         {
           if (msg->speed_units == IMC::SUNITS_METERS_PS)
             m_in.speed_reference = msg->value;
+        }
+
+        //! What others tell the thrusters. Change: their numbers, and the thrust in N that a value stands for.
+        void
+        consume(const IMC::SetThrusterActuation* msg)
+        {
+          switch (msg->id)
+          {
+            case 0:
+              m_applied.lower = msg->value;
+              break;
+            case 1:
+              m_applied.upper_port = msg->value;
+              break;
+            case 2:
+              m_applied.upper_starboard = msg->value;
+              break;
+          }
+        }
+
+        //! Manoeuvres enable the loops that they need; where one ends or is aborted they are disabled.
+        void
+        consume(const IMC::ControlLoops* msg)
+        {
+          if (msg->scope_ref < m_scope_ref)
+            return;
+          m_scope_ref = msg->scope_ref;
+          if (msg->enable == IMC::ControlLoops::CL_ENABLE)
+            m_loops |= msg->mask;
+          else
+            m_loops &= ~msg->mask;
+          const bool engage = (m_loops & c_loops) == c_loops;
+          if (engage && !isActive())
+            requestActivation();
+          else if (!engage && isActive())
+            requestDeactivation();
         }
 
         //! Change: the numbers of your thrusters, and what they take for a thrust in N.
@@ -82,27 +149,74 @@ namespace Control
         task(void)
         {
           const double now = Clock::get();
-          const bool anew = !m_running || now - m_last > c_longest_gap;
-          const int code = anew ? squid_reset(&m_state, &m_in, &m_out) : squid_step(&m_state, &m_in, &m_out);
-          m_last = now;
+          const long due = std::lround((now - m_last) / SQUID_SAMPLE_TIME);
+          // After a gap DUNE calls once for each period that was missed.
+          if (m_running && due == 0)
+            return;
+          const bool anew = !m_running || due > c_most_made_up;
+          m_last = anew ? now : m_last + due * SQUID_SAMPLE_TIME;
+          m_in.pitch_age = now - m_heard_estimate;
+          m_in.speed_age = now - m_heard_speed;
+          m_in.pitch_rate_age = m_in.pitch_age;
 
-          if (code == SQUID_BAD_INPUT)
-            debug("an input is missing or no number: the last commands hold");
+          int code = SQUID_OK;
+          if (anew)
+          {
+            // If this is refused it goes on from where it was.
+            code = squid_reset(&m_state, &m_in, &m_out);
+            m_running = code == SQUID_OK;
+            m_started |= m_running;
+          }
+          // Something has not spoken yet.
+          if (!m_started)
+            return report(code);
+
+          const bool engaged = isActive();
+          const bool follow = anew || !engaged || !m_was_active;
+          const bool followed = follow && squid_follow(&m_state, &m_in, &m_applied) == SQUID_OK;
+          for (long i = anew ? 1 : due; i > 0; i--)
+            code = squid_step(&m_state, &m_in, &m_out);
+          // After an input that was refused the last commands hold. With nothing to follow it begins to act by a reset.
+          m_running = (code == SQUID_OK || (code == SQUID_BAD_INPUT && m_running)) && (engaged || followed);
+          m_was_active = engaged;
+
+          if (engaged)
+          {
+            m_applied = {m_out.lower, m_out.upper_port, m_out.upper_starboard};
+            actuate(0, m_out.lower);
+            actuate(1, m_out.upper_port);
+            actuate(2, m_out.upper_starboard);
+          }
+          report(code);
+        }
+
+        //! Sets the entity state where it changes.
+        void
+        report(int code)
+        {
+          IMC::EntityState::StateEnum state = m_started ? IMC::EntityState::ESTA_FAULT : IMC::EntityState::ESTA_BOOT;
+          const char* words;
+          if (!m_started)
+            words = "an input has not come yet: nothing is commanded";
+          else if (code == SQUID_BAD_INPUT)
+            words = "an input is no number: the last commands hold";
           else if (code != SQUID_OK)
-            err("the autopilot starts anew");
-          if ((m_out.status & SQUID_OUT_OF_RANGE) != 0u)
-            war("the speed is out of range");
-          const bool limited = (m_out.status & SQUID_REFERENCE_LIMITED) != 0u;
-          if (limited && !m_limited)
-            war("a reference is not used as it is asked");
-          m_limited = limited;
-          if ((m_out.status & SQUID_STUCK_SPEED) != 0u)
-            war("the measured speed does not move");
-          m_running = code == SQUID_OK || (code == SQUID_BAD_INPUT && m_running);
-
-          actuate(0, m_out.lower);
-          actuate(1, m_out.upper_port);
-          actuate(2, m_out.upper_starboard);
+            words = "nothing could be computed: it starts anew";
+          else if ((m_out.status & SQUID_FAILED) != 0u)
+            words = "pitch or pitch rate is lost: the commands go to safe";
+          else if ((m_out.status & SQUID_LOST_SPEED) != 0u)
+            words = "the speed is lost";
+          else if ((m_out.status & SQUID_OUT_OF_RANGE) != 0u)
+            words = "the speed is out of range";
+          else
+          {
+            state = IMC::EntityState::ESTA_NORMAL;
+            words = isActive() ? "active" : "idle";
+          }
+          if (m_said == words)
+            return;
+          m_said = words;
+          setEntityState(state, m_said);
         }
       };
     }

@@ -1,0 +1,9 @@
+// Stands in for the message of ROS 2; see rclcpp.hpp.
+#pragma once
+
+namespace std_msgs::msg
+{
+struct Bool {
+  bool data;
+};
+}  // namespace std_msgs::msg
