@@ -1,8 +1,8 @@
 // A DUNE task around the autopilot that `squid export vehicles/squid` writes: to be copied, and changed where it says
 // so.
 //
-// It belongs into src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the vehicle
-// its Execution Frequency is 1/SQUID_SAMPLE_TIME.
+// It belongs into src/Control/AUV/NAME/Task.cpp, with squid.h and squid.c beside it. In the configuration of the
+// vehicle its Execution Frequency is 1/SQUID_SAMPLE_TIME.
 
 #include <cmath>
 #include <cstdint>
