@@ -89,13 +89,15 @@ namespace Control
         void
         consume(const IMC::DesiredPitch* msg)
         {
-          m_in.pitch_reference = msg->value;
+          // Else the last one stays.
+          if (std::isfinite(msg->value))
+            m_in.pitch_reference = msg->value;
         }
 
         void
         consume(const IMC::DesiredSpeed* msg)
         {
-          if (msg->speed_units == IMC::SUNITS_METERS_PS)
+          if (msg->speed_units == IMC::SUNITS_METERS_PS && std::isfinite(msg->value))
             m_in.speed_reference = msg->value;
         }
 

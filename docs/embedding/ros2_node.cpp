@@ -54,7 +54,9 @@ private:
   template <typename Message, typename Number>
   void take(const std::string & topic, Number & number)
   {
-    const auto callback = [&number](const Message & message) { number = message.data; };
+    const auto callback = [&number](const Message & message) {
+      if (std::isfinite(message.data)) number = message.data;  // else the last one stays
+    };
     subscriptions_.push_back(create_subscription<Message>(topic, 1, callback));
   }
 

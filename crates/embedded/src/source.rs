@@ -21,12 +21,8 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
     let sizes = tables.sizes();
     let rows = design.trim.speed.len();
     let math = functions(design, tables.real);
-    let finite = |measured: bool| {
-        let all = inputs(design).into_iter().filter(|input| measured || !input.measured);
-        let each: Vec<String> = all.map(|input| format!("is_finite(in->{})", input.name)).collect();
-        each.join(" &&\n          ")
-    };
-    let all_finite = finite(true);
+    let all_finite =
+        join(&inputs(design), " &&\n          ", |input| format!("is_finite(in->{})", input.name));
     let own = vec![
         (
             "libm",
@@ -152,7 +148,6 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ),
         ("functions_of_sensors", failsafe::functions(design, tables)),
         ("look", failsafe::look(design).to_owned()),
-        ("wanted_finite", finite(false)),
         ("keep_sensors", failsafe::keep(design).to_owned()),
         ("safe", safe(design, tables.real)),
     ];

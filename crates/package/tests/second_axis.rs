@@ -46,6 +46,7 @@ static SIGNALS: [Signal; 3] = [
         range: None,
         largest_step: LargestStep::Of(5.0),
         nominal: 1.0,
+        error: 0.1,
     },
     Signal {
         name: "drift",
@@ -58,6 +59,7 @@ static SIGNALS: [Signal; 3] = [
         range: None,
         largest_step: LargestStep::Range,
         nominal: 0.1,
+        error: 0.1,
     },
     Signal {
         name: "speed",
@@ -70,6 +72,7 @@ static SIGNALS: [Signal; 3] = [
         range: None,
         largest_step: LargestStep::Range,
         nominal: 1.0,
+        error: 0.1,
     },
 ];
 

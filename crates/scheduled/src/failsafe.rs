@@ -244,7 +244,6 @@ impl Supervisor {
     /// [`TickError`].
     pub fn follow(&mut self, autopilot: &mut Autopilot, applied: &[f64]) -> Result<(), TickError> {
         autopilot.check_applied(applied)?;
-        self.inputs.check(&autopilot.plan.signals)?;
         self.state.commands.copy_from_slice(applied);
         self.state.failed_for = 0;
         if self.has_failed() {
@@ -260,7 +259,6 @@ impl Supervisor {
     /// # Errors
     /// [`TickError`].
     pub fn tick(&mut self, autopilot: &mut Autopilot) -> Result<bool, TickError> {
-        self.inputs.check(&autopilot.plan.signals)?;
         if self.has_failed() {
             self.go_to_safe();
             autopilot.skip();

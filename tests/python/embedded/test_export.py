@@ -147,7 +147,7 @@ def test_a_number_that_was_changed_is_named(copied: Exported, run_squid: Run, ta
         ("rho - theta", "theta - rho", "it has theta where squid writes rho"),
         ("    put_out(", "// \\\n    put_out(", "which squid never writes"),
         ("#include <float.h>", "#if 0\n#include <float.h>", "where squid writes include"),
-        ("return SQUID_OK;\n}\n", "return SQUID_OK;\n}\nint more;\n", "where squid writes its end"),
+        ("|= lost;\n    put_out(&t, out);\n    return code;\n}\n", "|= lost;\n    put_out(&t, out);\n    return code;\n}\nint more;\n", "where squid writes its end"),
     ],
 )
 def test_code_that_was_changed_is_reported(

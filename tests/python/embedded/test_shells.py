@@ -265,12 +265,13 @@ def test_a_reference_that_falls_silent_is_kept(shell: Shell) -> None:
     assert np.array_equal(flight.commands(), whole.commands())
 
 
-@pytest.mark.parametrize("wanted", WANTED)
-def test_commands_hold_while_a_reference_is_no_number(shell: Shell, wanted: str) -> None:
-    flight = shell.fly(calls(10.0, set_to(math.nan, wanted, end=6.0)))
-    held = flight.commands(FAULT - TICK, 6.0)
-    assert (held == held[0]).all() and "no number" in flight.ticks[round(5.5 / TICK)].words
-    assert flight.largest_change() < JUMP and (flight.commands(6.0, 7.0) != held[0]).any()
+def test_a_reference_that_is_no_number_is_not_taken(shell: Shell) -> None:
+    """Nor does it hide that a sensor falls silent."""
+    wrong = [set_to(math.nan, wanted) for wanted in WANTED]
+    flight, whole = shell.fly(calls(15.0, both(*wrong))), shell.fly(calls(15.0))
+    assert np.array_equal(flight.commands(), whole.commands())
+    blind = shell.fly(calls(15.0, both(both(*wrong), silent("pitch", begin=8.0))))
+    assert blind.is_safe(8.0 + SAFE_WITHIN) and blind.shows(FAILED, "lost")
 
 
 @pytest.mark.parametrize("period", [0.026, 0.034, 0.08])

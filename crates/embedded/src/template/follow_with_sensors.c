@@ -1,6 +1,5 @@
     @prefix@_sensors all;
     @prefix@_inputs used;
-    if (!(@wanted_finite@)) return @PREFIX@_BAD_INPUT;
     const unsigned lost = look(state, in, &all, &used);
     const int code = (lost & @PREFIX@_FAILED) != 0u ? @PREFIX@_OK : follow(state, &used, got);
     if (code != @PREFIX@_OK) return code;

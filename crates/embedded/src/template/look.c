@@ -1,6 +1,5 @@
     @prefix@_sensors all;
     @prefix@_inputs used;
-    if (!(@wanted_finite@)) return @PREFIX@_BAD_INPUT;
     const unsigned lost = look(state, in, &all, &used);
     if ((lost & @PREFIX@_FAILED) != 0u) {
         go_to_safe(state, &all, lost, out);
