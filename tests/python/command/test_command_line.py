@@ -252,7 +252,7 @@ def test_an_envelope_that_cannot_be(
     [
         (["stale = 1"], 1, "unknown key 'failsafe.stale' (did you mean 'stale_after'?)"),
         (["stale_after = -1"], 1, "'failsafe.stale_after' is -1; it must be from 0, for never, to 60 (s)"),
-        (['safe = "surface"'], 1, "'failsafe.safe' is \"surface\"; it must be \"slow\" or \"stop\""),
+        (['safe = "surface"'], 1, '\'failsafe.safe\' is "surface"; it must be "slow" or "stop"'),
     ],
 )
 def test_a_failsafe_that_cannot_be(

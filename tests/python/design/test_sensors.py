@@ -1,7 +1,7 @@
 """Sensors that fail in flight, through the FMUs: what is flown without them, and how they come back.
 
-Without a judge of its sensors a depth that read 0 pitched REMUS 100 down by 66 deg, a speed of 0 gave full thrust, and a
-frozen pitch made it tumble.
+Where nothing judged them, a depth that read 0 pitched REMUS 100 down by 66 deg, a speed of 0 gave full thrust,
+and a frozen pitch made it tumble.
 """
 
 from __future__ import annotations
@@ -49,6 +49,7 @@ class Flown:
     measured: set[str]
 
     def during(self, start: float, end: float) -> np.ndarray:
+        """Say of each tick whether it is in a time (s)."""
         return (start - 1e-9 <= self.time) & (self.time < end - 1e-9)
 
     def change(self, tick: int) -> float:
@@ -71,7 +72,10 @@ def fly(packages: Packages, speed: float, fault: Fault, duration: float, *, step
     ranges = limits(packages)
     kept: dict[str, list[float]] = {name: [] for name in ("pitch", "speed", "depth")}
     status, commands = [], []
-    with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller", quiet=True) as controller:
+    with (
+        Slave(packages.plant, "plant") as plant,
+        Slave(packages.controller, "controller", quiet=True) as controller,
+    ):
         flight = Flight(packages, plant, controller, speed)
         controller.set("stale_after", STALE_AFTER)
         level = dict(flight.wanted)
@@ -100,12 +104,18 @@ def between(start: float, end: float, **values: float) -> Fault:
     return lambda time, _: values if start <= time < end else {}
 
 
+def invalid(start: float, end: float, name: str) -> Fault:
+    """Return a fault that says that a measurement is not valid for a time."""
+    return lambda time, _: {f"{name}_valid": not start <= time < end}
+
+
 def frozen(start: float, end: float, *names: str) -> Fault:
     """Return a fault that holds what was measured."""
     held: dict[str, float] = {}
 
     def fault(time: float, read: dict[str, float]) -> dict[str, float]:
         if not start <= time < end:
+            held.clear()
             return {}
         held.update({name: held.get(name, read[name]) for name in names})
         return held
@@ -141,7 +151,7 @@ def test_without_the_speed(each: Packages, reads: str) -> None:
     fault = {
         "zero": between(10.0, 40.0, speed=0.0),
         "frozen": frozen(10.0, 40.0, "speed"),
-        "invalid": lambda time, _: {"speed_valid": not 10.0 <= time < 40.0},
+        "invalid": invalid(10.0, 40.0, "speed"),
     }[reads]
     for speed in each_speed(each):
         flown = fly(each, speed, fault, 50.0)
@@ -160,7 +170,7 @@ def test_without_the_depth(deep: Packages, reads: str, step: bool) -> None:
     """For 10 s: the depth is kept within 3 m, and the pitch of level flight within 5 deg; a dive ends level."""
     fault = {
         "zero": between(15.0, 25.0, depth=0.0),
-        "invalid": lambda time, _: {"depth_valid": not 15.0 <= time < 25.0},
+        "invalid": invalid(15.0, 25.0, "depth"),
     }[reads]
     for speed in each_speed(deep):
         flown = fly(deep, speed, fault, 45.0, step=step)
@@ -181,7 +191,7 @@ FAULTS = {
     "frozen": (frozen(13.0, 25.0, "pitch", "pitch_rate"), STALE_AFTER),
     "pitch": (between(13.0, 25.0, pitch=0.8), 0.0),
     "rate": (between(13.0, 25.0, pitch_rate=-3.0), 0.0),
-    "invalid": (between(13.0, 25.0, pitch_valid=0.0), 0.0),
+    "invalid": (invalid(13.0, 25.0, "pitch"), 0.0),
 }
 
 
@@ -190,8 +200,7 @@ def test_without_pitch(each: Packages, which: str) -> None:
     """In a step: the commands are the safe ones within a second, nothing tumbles, and it takes over again."""
     fault, found = FAULTS[which]
     for speed in each_speed(each):
-        restore = {"pitch_valid": 1.0} if which == "invalid" else {}
-        flown = fly(each, speed, lambda time, read: restore | fault(time, read), 60.0)
+        flown = fly(each, speed, fault, 60.0)
         assert (flown.status[flown.during(13.0 + found + 0.02, 25.0)] == FAILED).all()
         at_end = flown.during(13.0 + found + 0.54, 25.0)
         assert np.abs(flown.commands[at_end] - safe(each)).max() < 1e-9

@@ -18,6 +18,8 @@ from fly.stages import ROOT
 pytestmark = pytest.mark.change
 
 FROZEN = SQUID / "frozen"
+LAST = "t.status |= lost;\n    put_out(&t, out);\n    return code;\n}"
+"""The end of the source."""
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +149,7 @@ def test_a_number_that_was_changed_is_named(copied: Exported, run_squid: Run, ta
         ("rho - theta", "theta - rho", "it has theta where squid writes rho"),
         ("    put_out(", "// \\\n    put_out(", "which squid never writes"),
         ("#include <float.h>", "#if 0\n#include <float.h>", "where squid writes include"),
-        ("|= lost;\n    put_out(&t, out);\n    return code;\n}\n", "|= lost;\n    put_out(&t, out);\n    return code;\n}\nint more;\n", "where squid writes its end"),
+        (f"{LAST}\n", f"{LAST}\nint more;\n", "where squid writes its end"),
     ],
 )
 def test_code_that_was_changed_is_reported(

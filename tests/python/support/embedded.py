@@ -100,7 +100,9 @@ class Exported:
         """Return the options by which a driver makes its random ticks."""
         names = self.members("inputs")
         signals = ["age" if name.endswith("_age") else name.removesuffix("_reference") for name in names]
-        lost = {name: self.constant(f"LOST_{name}") for name in ("SPEED", "DEPTH") if self.has(f"LOST_{name}")}
+        lost = {
+            name: self.constant(f"LOST_{name}") for name in ("SPEED", "DEPTH") if self.has(f"LOST_{name}")
+        }
         middle = (self.constant("SPEED_MINIMUM") + self.constant("SPEED_MAXIMUM")) / 2.0
         return [
             f'-DHEADER="{self.name}.h"',
