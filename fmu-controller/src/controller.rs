@@ -155,7 +155,8 @@ impl Model for Controller {
             let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
             let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
             let own = || inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
-            let of_all = engagement().into_iter().chain([stale_after()]).filter(|_| index == 0);
+            let judged = self.axes.iter().any(|axis| axis.design().failsafe.is_some());
+            let of_all = engagement().into_iter().chain(judged.then(stale_after)).filter(|_| index == 0);
             let valid = own().filter_map(|input| validity(input, design));
             let own = own().map(|input| input.variable(design)).chain(of_all).chain(valid);
             let all = own.chain(outputs(design, &prefix));

@@ -266,6 +266,10 @@ mod tests {
             scale: 0.1,
         };
         controller.controller_inputs.extend(measured.iter().map(input));
+        if let Some(failsafe) = &mut controller.failsafe {
+            let pitch = failsafe.sensors["pitch"].clone();
+            failsafe.sensors.extend(measured.iter().map(|(signal, _)| ((*signal).to_owned(), pitch.clone())));
+        }
         let lft = &mut controller.lft;
         for row in lft.by.iter_mut().chain(&mut lft.duy).chain(&mut lft.dty) {
             row.extend(measured.iter().map(|_| 0.0));

@@ -191,7 +191,8 @@ impl Supervisor {
     /// Judges the sensors, once before each tick. `valid` says of each signal whether its measured value is valid;
     /// a value that is the same for `stale_after` \[s\] is not plausible, if that is above 0.
     pub fn judge(&mut self, autopilot: &Autopilot, inputs: &Inputs, valid: &[bool], stale_after: f64) {
-        self.inputs.clone_from(inputs);
+        self.inputs.measured.copy_from_slice(&inputs.measured);
+        self.inputs.references.copy_from_slice(&inputs.references);
         self.expect(autopilot);
         let stale = if stale_after > 0.0 { ticks(stale_after, self.sample_time) } else { u32::MAX };
         for (one, reading) in self.watched.iter().zip(&mut self.state.readings) {

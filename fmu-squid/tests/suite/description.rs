@@ -65,6 +65,7 @@ fn describes_itself_from_the_files() {
         "scheduling_parameter",
         "speed_out_of_range",
         "reference_limited",
+        "status",
         "trim_pitch",
         "pitch_reference_used",
         "speed_reference_used",

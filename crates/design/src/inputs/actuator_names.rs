@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 /// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
 /// record.
-const RESERVED: [&str; 46] = [
+const RESERVED: [&str; 51] = [
     "applied_given",
     "current_horizontal",
     "current_vertical",
@@ -28,9 +28,11 @@ const RESERVED: [&str; 46] = [
     "path_speed",
     "pitch",
     "pitch_rate",
+    "pitch_rate_valid",
     "pitch_reference",
     "pitch_reference_used",
     "pitch_step",
+    "pitch_valid",
     "ramp_duration",
     "ramp_start",
     "reference_limited",
@@ -42,6 +44,9 @@ const RESERVED: [&str; 46] = [
     "speed_reference",
     "speed_reference_used",
     "speed_to",
+    "speed_valid",
+    "stale_after",
+    "status",
     "step_end",
     "step_time",
     "surge_over_ground",
@@ -58,8 +63,9 @@ const RESERVED: [&str; 46] = [
 /// A variable of plants of vehicles with a given speed.
 const GIVEN: &str = "given_speed";
 
-/// Variables of the FMUs of designs that track depth.
-const OF_DEPTH: [&str; 3] = ["depth_reference", "depth_reference_used", "depth_step"];
+/// Variables of the FMUs of designs that track or measure depth or heave.
+const OF_OTHERS: [&str; 5] =
+    ["depth_reference", "depth_reference_used", "depth_step", "depth_valid", "heave_valid"];
 
 /// The variables of an actuator.
 fn variables_of(name: &str) -> [String; 4] {
@@ -73,7 +79,7 @@ fn variables_of(name: &str) -> [String; 4] {
 pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
     let reserved =
-        RESERVED.into_iter().chain(OF_DEPTH).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
+        RESERVED.into_iter().chain(OF_OTHERS).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
     let mut taken: BTreeSet<String> = reserved.map(str::to_owned).collect();
     for actuator in &vehicle.actuators {
         for name in variables_of(&actuator.name) {
