@@ -132,9 +132,11 @@ impl Axis {
         self.supervisor.health(&self.autopilot)
     }
 
-    /// Whether all sensors are believed.
+    /// Whether the next tick believes all sensors, as the last one did.
     pub(crate) fn is_complete(&self) -> bool {
-        self.supervisor.is_complete()
+        let mut next = self.supervisor.clone();
+        next.judge(&self.autopilot, &self.inputs, &self.valid, self.stale_after);
+        next.is_complete()
     }
 
     /// Restarts at a time in s, with outputs for the present inputs.

@@ -53,7 +53,7 @@ impl Axis {
         if self.follows() || self.applied.given {
             return Err(ControllerError::UsesApplied);
         }
-        if !self.is_complete() {
+        if !initial && !self.is_complete() {
             return Err(ControllerError::SensorLost);
         }
         let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;

@@ -73,8 +73,8 @@ pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)
         (
             "stale_after",
             format!(
-                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long, is lost; \
-                 0 for never */",
+                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long, is \
+                 lost; 0 for never */",
                 failsafe.stale_after
             ),
         ),
@@ -209,7 +209,11 @@ pub(crate) fn reset(design: &ControllerDesign) -> String {
     let all = watched(design);
     let each = all.iter().map(|one| {
         let name = one.name();
-        format!("    fresh.sensors.watched_{name} = (@prefix@_watched){{in->{name}, in->{name}, in->{name}, NEVER, 0u, 0u}};\n")
+        let value = format!("in->{name}");
+        format!(
+            "    fresh.sensors.watched_{name} =\n        \
+             (@prefix@_watched){{{value}, {value}, {value}, NEVER, 0u, 0u}};\n"
+        )
     });
     let first = "    for (int j = 0; j < COMMANDS; j++) fresh.sensors.from[j] = t.commands[j];\n    \
                  fresh.sensors.failed_for = 0u;\n    fresh.sensors.changed = 0;\n    fresh.sensors.judged = 0;\n";
@@ -255,10 +259,11 @@ pub(crate) fn about(design: &ControllerDesign) -> &'static str {
     if design.failsafe.is_none() {
         return "Measurements are taken as they come: this design has no limits to what its sensors may say.";
     }
-    "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than STALE_AFTER \
-     or the same for so long, is not finite or out of its range, or moves faster than the vehicle can; the status has its \
-     bit. It is believed again after half a second in which it was plausible. Without the speed its loop is open; without \
-     the depth it is reckoned from pitch and speed, and its reference held; without anything else the commands go to \
-     the safe ones in half a second, FAILED. Commands do not jump when a sensor comes back. Nothing is proved of a \
-     loop without a sensor."
+    "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than \
+     STALE_AFTER or the same for so long, is not finite or out of its range, or moves faster than the vehicle can; the \
+     status has its bit. It is believed again after half a second in which it was plausible. Without the speed its \
+     loop is open; without the depth it is reckoned from pitch and speed, and its reference held; without anything \
+     else the commands go to the safe ones in half a second, FAILED, whatever the references are. When a sensor comes \
+     back the first command is the last one. Nothing is proved of a loop without a \
+     sensor."
 }

@@ -154,8 +154,8 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
              comparisons. {}",
             linked(design, real)
         ),
-        "A reference that is infinite or not a number: refused with BAD_INPUT. Nothing is changed, and the last commands \
-         hold, as if the tick were missed."
+        "A reference that is infinite or not a number: refused with BAD_INPUT, as is anything at a reset. Nothing is \
+         changed, and the last commands hold, as if the tick were missed."
             .to_owned(),
         format!(
             "A measured speed outside {from} to {to} m/s along the path: rho is held at the end of its range, and the \

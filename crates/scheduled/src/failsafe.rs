@@ -164,9 +164,9 @@ impl Supervisor {
         self.lost().any(|without| without == Without::Nothing)
     }
 
-    /// Whether all sensors are believed.
+    /// Whether all sensors are believed, and were at the last tick.
     pub fn is_complete(&self) -> bool {
-        self.lost().next().is_none()
+        self.lost().next().is_none() && !self.state.changed
     }
 
     /// How the autopilot is.

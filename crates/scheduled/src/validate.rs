@@ -303,9 +303,10 @@ impl ControllerDesign {
         }
         length(format_args!("failsafe.sensors"), failsafe.sensors.len(), measured().count())?;
         for (name, Sensor { error, rate, drift, from }) in &failsafe.sensors {
-            if let Some(from) = from.as_ref().filter(|from| self.place(from).is_none()) {
+            let trimmed = || self.trimmed().map(|place| self.signals[place].name.as_str());
+            if let Some(from) = from.as_ref().filter(|from| !trimmed().any(|name| name == *from)) {
                 let (key, found) = (format!("failsafe.sensors.{name}.from"), from.clone());
-                return Err(DesignError::BadText { key, found, allowed: one_of(names()) });
+                return Err(DesignError::BadText { key, found, allowed: one_of(trimmed()) });
             }
             for (last, value) in [("error", *error), ("rate", *rate), ("drift", *drift)] {
                 not_negative(format_args!("failsafe.sensors.{name}.{last}"), value)?;

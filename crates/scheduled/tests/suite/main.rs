@@ -7,6 +7,7 @@ mod discretisation;
 mod envelope;
 #[path = "../example/mod.rs"]
 mod example;
+mod failsafe;
 mod follow;
 mod law;
 mod limits;

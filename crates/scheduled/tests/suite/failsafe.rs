@@ -1,0 +1,130 @@
+//! When a sensor is lost, when it is believed again, and what is refused in the frozen design.
+
+use crate::example::{self, PITCH, SPEED};
+use scheduled::{
+    Autopilot, ControllerDesign, Failsafe, Health, Inputs, REGAINED_AFTER, Sensor, Supervisor, ticks,
+};
+
+/// A design whose sensors of pitch and speed are judged; nothing at rest changes.
+fn design() -> ControllerDesign {
+    let sensor = Sensor { error: 0.1, rate: 1.0, drift: 0.0, from: None };
+    let sensors = ["pitch", "speed"].map(|name| (name.to_owned(), sensor.clone()));
+    let mut design = example::design();
+    let safe = vec![5.0; design.actuators.len()];
+    design.failsafe = Some(Failsafe { stale_after: 0.5, safe, sensors: sensors.into() });
+    design
+}
+
+struct Flown {
+    autopilot: Autopilot,
+    supervisor: Supervisor,
+    inputs: Inputs,
+    stale_after: f64,
+}
+
+impl Flown {
+    fn new() -> Self {
+        let design = design();
+        let mut autopilot = Autopilot::new(&design).unwrap();
+        let inputs = autopilot.level(1.5);
+        autopilot.initialise(0.0, &inputs).unwrap();
+        let supervisor = Supervisor::new(&design, &autopilot, &inputs);
+        Self { autopilot, supervisor, inputs, stale_after: 0.0 }
+    }
+
+    fn tick(&mut self, valid: bool) -> Health {
+        let mut all = vec![true; self.inputs.measured.len()];
+        all[PITCH] = valid;
+        self.supervisor.judge(&self.autopilot, &self.inputs, &all, self.stale_after);
+        self.supervisor.tick(&mut self.autopilot).unwrap();
+        self.supervisor.health(&self.autopilot)
+    }
+
+    fn measure(&mut self, signal: usize, value: f64) -> Health {
+        self.inputs.measured[signal] = value;
+        self.tick(true)
+    }
+}
+
+#[test]
+fn a_change_is_a_fault_from_where_the_vehicle_cannot_move() {
+    // The first value is any; a tick later 0.1 + 0.02, after ten ticks and more 0.1 + 0.2.
+    for (change, same, lost) in
+        [(0.119, 0, false), (0.121, 0, true), (0.299, 9, false), (0.301, 9, true), (0.301, 200, true)]
+    {
+        let mut flown = Flown::new();
+        let first = flown.measure(PITCH, 0.9);
+        assert_ne!(first, Health::Failed);
+        (0..same).for_each(|_| assert_ne!(flown.tick(true), Health::Failed));
+        assert_eq!(flown.measure(PITCH, 0.9 - change) == Health::Failed, lost, "{change} after {same}");
+    }
+}
+
+#[test]
+fn what_is_no_number_invalid_or_out_of_range_is_lost_at_once() {
+    for value in [f64::NAN, f64::INFINITY, 1.6] {
+        assert_eq!(Flown::new().measure(PITCH, value), Health::Failed);
+    }
+    assert_eq!(Flown::new().tick(false), Health::Failed);
+    let mut flown = Flown::new();
+    flown.tick(true);
+    assert_eq!(flown.measure(SPEED, 0.0), Health::SpeedLost);
+}
+
+#[test]
+fn the_same_for_half_a_second_is_lost_where_it_counts() {
+    let lost_at = |stale_after: f64| {
+        let mut flown = Flown { stale_after, ..Flown::new() };
+        (0..100).find(|_| flown.tick(true) == Health::Failed)
+    };
+    // The first tick reads it for the first time.
+    assert_eq!((lost_at(0.5), lost_at(0.1), lost_at(0.0)), (Some(25), Some(5), None));
+}
+
+#[test]
+fn it_is_believed_again_where_it_was_and_the_command_goes_on() {
+    let regained = u64::from(ticks(REGAINED_AFTER, 0.02));
+    for (value, comes_back) in [(0.05, true), (0.5, false)] {
+        let mut flown = Flown::new();
+        flown.tick(true);
+        assert_eq!(flown.tick(false), Health::Failed);
+        (0..50).for_each(|_| assert_eq!(flown.tick(false), Health::Failed));
+        assert!(flown.supervisor.commands().iter().all(|one| (one - 5.0).abs() < 1e-12), "the safe ones");
+        let ticks = flown.autopilot.ticks();
+        flown.measure(PITCH, value);
+        let back =
+            (0..200).find(|_| flown.tick(true) != Health::Failed).map(|_| flown.autopilot.ticks() - ticks);
+        // The jump to a value is no change that the vehicle makes; then it has to stay plausible.
+        assert_eq!(back.is_some(), comes_back, "{value}");
+        assert!(back.is_none_or(|after| after >= regained && after <= regained + 1), "{back:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_its_key() {
+    let message = |change: fn(&mut Failsafe)| {
+        let mut design = design();
+        change(design.failsafe.as_mut().unwrap());
+        design.validate().unwrap_err().to_string()
+    };
+    for (words, expected) in [
+        (message(|f| f.stale_after = -1.0), "failsafe.stale_after is -1"),
+        (message(|f| f.safe[0] = 101.0), "failsafe.safe[0] is 101, but must be within the actuator's limits"),
+        (message(|f| f.safe.truncate(1)), "failsafe.safe has 1 entries"),
+        (message(|f| f.sensors.clear()), "failsafe.sensors has 0 entries"),
+        (
+            message(|f| f.sensors.get_mut("speed").unwrap().error = f64::NAN),
+            "failsafe.sensors.speed.error is NaN",
+        ),
+        (
+            message(|f| f.sensors.get_mut("speed").unwrap().from = Some("depth".into())),
+            "failsafe.sensors.speed.from is 'depth'",
+        ),
+    ] {
+        assert!(words.starts_with(expected), "{words}");
+    }
+    let mut other = design();
+    let sensor = Sensor { error: 0.1, rate: 1.0, drift: 0.0, from: None };
+    other.failsafe.as_mut().unwrap().sensors.insert("heave".into(), sensor);
+    assert!(other.validate().unwrap_err().to_string().contains("'heave'"));
+}
