@@ -98,8 +98,8 @@ pub struct Supervised {
 /// pitch, pitch rate or heave   the last value, and the commands go to the safe ones in [`RAMP`]
 /// ```
 ///
-/// When a sensor is believed again, the autopilot follows its own commands once, see [`Autopilot::follow`], so that they
-/// do not jump. Nothing is proved of a loop without a sensor.
+/// When a sensor is believed again, the autopilot follows its own commands once, see [`Autopilot::follow`]: its first
+/// command is the last one. Nothing is proved of a loop without a sensor.
 #[derive(Debug, Clone)]
 pub struct Supervisor {
     watched: Vec<Watched>,
