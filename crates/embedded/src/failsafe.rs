@@ -3,7 +3,9 @@
 use crate::inputs::{Input, inputs, reference};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
-use scheduled::{ControllerDesign, RAMP, REGAINED_AFTER, RETURN, SLOWEST, Without, returning, ticks};
+use scheduled::{
+    ControllerDesign, LONGEST, RAMP, REGAINED_AFTER, RETURN, SLOWEST, Without, returning, ticks,
+};
 
 /// A sensor that is judged.
 pub(crate) struct Watched {
@@ -106,6 +108,7 @@ pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("SLOWEST_TICKS", ticks(SLOWEST, design.sample_time)),
         ("REGAINED_TICKS", ticks(REGAINED_AFTER, design.sample_time)),
         ("RAMP_TICKS", ticks(RAMP, design.sample_time)),
+        ("LONGEST_TICKS", ticks(LONGEST, design.sample_time)),
         ("RETURN_TICKS", ticks(RETURN, design.sample_time)),
         ("STALE_TICKS", stale),
     ];

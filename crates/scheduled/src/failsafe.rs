@@ -31,6 +31,9 @@ pub const RETURN: f64 = 0.5;
 /// A value that has been the same for longer is that of a vehicle that does not move, not of a slow sensor, s.
 pub const SLOWEST: f64 = 0.2;
 
+/// What is expected of a sensor that is lost is not worse than after this time, s.
+pub const LONGEST: f64 = 10.0;
+
 /// For how many ticks a value has been the same that no tick has read yet.
 pub const NEVER: u32 = u32::MAX;
 
@@ -90,7 +93,8 @@ pub struct Supervised {
 /// ```
 ///
 /// where n Ts is [`SLOWEST`] at most. One that is not is lost. It is believed again when for [`REGAINED_AFTER`] it was
-/// plausible and, t after it was lost, not farther than `error + drift t` from what is expected. Without it
+/// plausible and, t after it was lost, not farther than `error + drift min(t, LONGEST)` from what is expected; one that
+/// stays farther is lost until the autopilot is initialised. Without it
 ///
 /// ```text
 /// a speed is taken to be       u_k = u_(k-1) + (1 - exp(-Ts/0.5 s)) (V_r - u_(k-1)), from its mean over 0.5 s
@@ -334,7 +338,8 @@ impl Watched {
             return;
         }
         reading.lost_for = next(reading.lost_for);
-        let is_near = within(reading.believed, drift, reading.lost_for);
+        let longest = reading.lost_for.min(ticks(LONGEST, sample_time));
+        let is_near = within(reading.believed, drift, longest);
         reading.plausible_for = if plausible && is_near { next(reading.plausible_for) } else { 0 };
         if reading.plausible_for >= ticks(REGAINED_AFTER, sample_time) {
             reading.lost_for = 0;

@@ -51,7 +51,8 @@ pub use design::{
 };
 pub use error::{DesignError, TickError};
 pub use failsafe::{
-    Health, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor, returning, ticks,
+    Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor,
+    returning, ticks,
 };
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 const LEVEL: f64 = 0.1;
 
 /// Part of the largest speed by which the speed without its sensor may leave V_r each second.
-const CREEP: f64 = 0.01;
+const CREEP: f64 = 0.003;
 
 /// The sensors of each signal, at the speeds of these level trims.
 ///

@@ -42,7 +42,8 @@ static int judge(@prefix@_watched *one, const sensor *of, real value, int valid)
         return 0;
     }
     one->lost_for = counted(one->lost_for);
-    const int is_near = near(value, one->believed, of, of->drift, one->lost_for);
+    const uint32_t longest = one->lost_for < LONGEST_TICKS ? one->lost_for : LONGEST_TICKS;
+    const int is_near = near(value, one->believed, of, of->drift, longest);
     one->plausible_for = plausible && is_near ? counted(one->plausible_for) : 0u;
     if (one->plausible_for < REGAINED_TICKS) return 0;
     one->lost_for = 0u;

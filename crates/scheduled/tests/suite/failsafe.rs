@@ -24,7 +24,13 @@ struct Flown {
 
 impl Flown {
     fn new() -> Self {
-        let design = design();
+        Self::drifting(0.0)
+    }
+
+    fn drifting(drift: f64) -> Self {
+        let mut design = design();
+        let sensors = design.failsafe.as_mut().unwrap().sensors.values_mut();
+        sensors.for_each(|sensor| sensor.drift = drift);
         let mut autopilot = Autopilot::new(&design).unwrap();
         let inputs = autopilot.level(1.5);
         autopilot.initialise(0.0, &inputs).unwrap();
@@ -97,6 +103,18 @@ fn it_is_believed_again_where_it_was_and_the_command_goes_on() {
         // The jump to a value is no change that the vehicle makes; then it has to stay plausible.
         assert_eq!(back.is_some(), comes_back, "{value}");
         assert!(back.is_none_or(|after| after >= regained && after <= regained + 1), "{back:?}");
+    }
+}
+
+/// A sensor that has been lost for long may be off by 0.1 and the drift of ten seconds, and no more.
+#[test]
+fn a_sensor_that_stays_away_stays_lost() {
+    for (value, comes_back) in [(1.05, true), (1.15, false)] {
+        let mut flown = Flown::drifting(0.1);
+        flown.tick(true);
+        flown.measure(SPEED, flown.inputs.measured[SPEED] - value);
+        let lost = (0..5000).filter(|_| flown.tick(true) == Health::SpeedLost).count();
+        assert_eq!(lost < 5000, comes_back, "{value}: {lost} ticks");
     }
 }
 
