@@ -159,27 +159,6 @@ fn there_are_none_while_applied_commands_are_used() {
     assert!(refused("engaged", false) && refused("applied_given", true));
 }
 
-/// Where the next tick does without a sensor: one that is said to be invalid, and one that jumps.
-#[test]
-fn there_are_none_while_a_sensor_is_lost() {
-    let description = SQUID.describe::<Controller>().description;
-    let of = |name: &str| u32::try_from(description.position(name).unwrap()).unwrap();
-    let mut now = SQUID.instance::<Controller>(Interface::CoSimulation);
-    now.exit_initialization(&mut Silent).unwrap();
-    let derive = |now: &mut Instance<Controller>| {
-        let (of, by) = ([of("lower")], [of("pitch")]);
-        now.directional_derivative(&of, &by, &[1.0], &mut [0.0], &mut Silent).is_ok()
-    };
-    now.step(0.0, 0.02, &mut Silent).unwrap();
-    assert!(derive(&mut now));
-    now.set(&[of("speed_valid")], |_| false).unwrap();
-    assert!(!derive(&mut now));
-    now.set(&[of("speed_valid")], |_| true).unwrap();
-    assert!(derive(&mut now));
-    now.set(&[of("pitch")], |_| 0.8).unwrap();
-    assert!(!derive(&mut now));
-}
-
 /// In a flight: the commands of the tick that the next step begins with, by setting, stepping and getting.
 fn hold_at_the_next_tick(case: Case, at: &[f64], direction: &[f64], ticks: i32) {
     let (inputs, place, seed, outputs) = around(case, at, direction);

@@ -18,6 +18,7 @@ from conftest import REMUS100, Run, kept
 from flights import limits
 from fly.master import Slave
 from fly.package import Packages
+from fmpy.fmi1 import FMICallException
 from test_engagement import DEGREE, Flight, speeds
 
 pytestmark = pytest.mark.change
@@ -225,6 +226,26 @@ def test_masters_with_long_steps_are_no_fault(squid: Packages) -> None:
             controller.set("pitch_rate", 0.3 * math.cos(phase))
             controller.step_to(0.1 * (step + 1))
             assert controller.get("status") <= LIMITED
+
+
+def test_no_derivatives_without_a_sensor(squid: Packages) -> None:
+    """Where the next tick does without one: it is said to be invalid, or jumps."""
+    with Slave(squid.controller, "controller", quiet=True) as controller:
+        controller.begin()
+        controller.ready()
+        controller.step_to(0.02)
+        (of,), (by,) = controller.references(["lower"]), controller.references(["pitch"])
+
+        def derive() -> float:
+            return controller.fmu.getDirectionalDerivative([of], [by], [1.0])[0]
+
+        assert derive() != 0.0
+        for name, value, back in (("speed_valid", 0.0, 1.0), ("pitch", 0.8, controller.get("pitch"))):
+            controller.set(name, value)
+            with pytest.raises(FMICallException):
+                derive()
+            controller.set(name, back)
+            assert derive() != 0.0
 
 
 def test_a_state_restored_knows_its_sensors(squid: Packages) -> None:

@@ -73,6 +73,7 @@ def measuring_the_pitch_rate(design: str) -> str:
     for pattern, becomes, times in (
         ('"certified": true', '"certified": false', 1),
         (r'  "controller_inputs": \[.*?\n  \],', listed.removeprefix("{\n").removesuffix("\n}") + ",", 1),
+        (r'"sensors": \{\n', '"sensors": {\n"pitch_rate": {"error": 0.2, "rate": 2.0, "drift": 2.0},\n', 1),
         (r'"(?:By|Duy|Dty)": \[\n.*?\n    \]', one_column_more, 3),
     ):
         design, count = re.subn(pattern, becomes, design, flags=re.DOTALL)

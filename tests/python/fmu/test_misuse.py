@@ -111,7 +111,7 @@ def test_a_slow_vehicle_warns_once_per_entry(squid: Packages, capsys: pytest.Cap
     with Slave(squid.controller, "slow") as controller:
         controller.begin()
         controller.ready()
-        for k, speed in enumerate([1.0, 0.1, 0.1, 0.1, 1.0, 0.1]):
+        for k, speed in enumerate([1.0, 0.45, 0.1, 0.1, 0.6, 1.0, 0.45]):
             controller.set("speed", speed)
             controller.step_to((k + 1) * 0.1)
     assert capsys.readouterr().out.count("outside the scheduled range") == 2

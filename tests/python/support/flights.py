@@ -38,8 +38,10 @@ def sample_time(packages: Packages) -> float:
 
 
 def engagement(packages: Packages) -> set[str]:
-    """Return the inputs of the controller that say what the actuators get, and from whom."""
-    return {"engaged", "applied_given", *(f"{name}_applied" for name in limits(packages))}
+    """Return the inputs of the controller that say what the actuators get and from whom, and which sensors are valid."""
+    design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
+    valid = (f"{name}_valid" for name in design["failsafe"]["sensors"])
+    return {"engaged", "applied_given", *(f"{name}_applied" for name in limits(packages)), *valid}
 
 
 def limits(packages: Packages) -> dict[str, tuple[float, float]]:
