@@ -61,6 +61,15 @@ def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Pa
     assert all(loop[name][0] == loop[name.removesuffix("_output")][0] for name in outputs)
 
 
+SENSOR = """      "pitch_rate": {
+        "error": 0.2,
+        "rate": 2.0,
+        "drift": 2.0
+      },
+"""
+"""What its sensor may say, before that of the speed."""
+
+
 def measuring_the_pitch_rate(design: str) -> str:
     """Give a frozen design a further input, the pitch rate, without any effect; numbers stay as they are written."""
     further = {"signal": "pitch_rate", "kind": "measurement", "unit": "rad/s", "scale": 0.1}
@@ -73,7 +82,7 @@ def measuring_the_pitch_rate(design: str) -> str:
     for pattern, becomes, times in (
         ('"certified": true', '"certified": false', 1),
         (r'  "controller_inputs": \[.*?\n  \],', listed.removeprefix("{\n").removesuffix("\n}") + ",", 1),
-        (r'"sensors": \{\n', '"sensors": {\n"pitch_rate": {"error": 0.2, "rate": 2.0, "drift": 2.0},\n', 1),
+        (r'(?=      "speed": \{\n        "error")', SENSOR, 1),
         (r'"(?:By|Duy|Dty)": \[\n.*?\n    \]', one_column_more, 3),
     ):
         design, count = re.subn(pattern, becomes, design, flags=re.DOTALL)

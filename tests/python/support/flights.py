@@ -38,9 +38,11 @@ def sample_time(packages: Packages) -> float:
 
 
 def engagement(packages: Packages) -> set[str]:
-    """Return the inputs of the controller that say what the actuators get and from whom, and which sensors are valid."""
-    design = json.loads((packages.folder / "controller.json").read_text(encoding="utf-8"))
-    valid = (f"{name}_valid" for name in design["failsafe"]["sensors"])
+    """Return the inputs of the controller that say what the actuators get, from whom, and which sensors are valid."""
+    inputs = [
+        v.name for v in read_model_description(packages.controller).modelVariables if v.causality == "input"
+    ]
+    valid = (f"{name}_valid" for name in inputs if f"{name}_valid" in inputs)
     return {"engaged", "applied_given", *(f"{name}_applied" for name in limits(packages)), *valid}
 
 
