@@ -42,7 +42,7 @@ typedef struct {
 @applied@
 } @prefix@_commands;
 
-/* Bits of the status: all is computed as always, but the caller may want to know. */
+/* Bits of the status. */
 #define @PREFIX@_OUT_OF_RANGE 0x1u /* the measured speed is outside the scheduled range, and rho is held at its end */
 #define @PREFIX@_LIMITED 0x2u /* a command that this tick computed was cut off at its limit */
 #define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference is not used as it is asked: it is limited to the envelope, or on its way after following */
