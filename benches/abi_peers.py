@@ -1,6 +1,6 @@
 """Time a step of the controller through the C ABI, against pythonfmu and hand-written C with the same law.
 
-Run `python3 run.py fly` first, or give a folder with FMUs as argument. Writes a table to docs/benchmarks.md.
+Run `python3 run.py fly` first, which builds the command and the binaries. Writes a table to docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -18,13 +18,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from page import ROOT, in_environment, put
+from page import ROOT, full_order, in_environment, put, squid
 
 if TYPE_CHECKING:
     import numpy as np
 
 HERE = ROOT / "benches" / "abi"
-FOLDER = ROOT / "build" / "squid" / "design"
 SIGNALS = ("pitch", "speed", "pitch_rate")
 INPUTS = (*SIGNALS, "pitch_reference", "speed_reference")
 COUNT, SLOW_COUNT = 20_000, 2_000
@@ -211,20 +210,20 @@ def rows(design: dict, fmu: Path) -> list[str]:
     return lines
 
 
-def packaged() -> tuple[dict, Path]:
-    """Return design and controller's FMU in the folder on the command line, or in that of the main job."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
-    controllers = list(folder.glob("*_controller.fmu"))
-    if len(controllers) != 1:
-        raise SystemExit(f"{folder} holds {len(controllers)} controllers; run `python3 run.py fly` first")
-    with zipfile.ZipFile(controllers[0]) as archive:
-        return json.loads(archive.read("resources/controller.json")), controllers[0]
+def packaged(folder: Path) -> tuple[dict, Path]:
+    """Return the design that is compared, and its controller's FMU; the law by hand has no anti-windup."""
+    vehicle, out = full_order(folder, anti_windup=False)
+    squid("package", vehicle, "--out", out)
+    fmu = out / "squid_controller.fmu"
+    with zipfile.ZipFile(fmu) as archive:
+        return json.loads(archive.read("resources/controller.json")), fmu
 
 
 def main() -> int:
     """Measure, and write the table."""
     in_environment(__file__, "abi", HERE / "requirements.txt")
-    put("abi", rows(*packaged()))
+    with tempfile.TemporaryDirectory() as name:
+        put("abi", rows(*packaged(Path(name))))
     return 0
 
 

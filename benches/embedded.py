@@ -1,6 +1,6 @@
 """Time a tick of the C that `squid export` writes, against C by hand with the same law, in one run.
 
-Run `python3 run.py fly` first. Writes a table to docs/benchmarks.md.
+Run `python3 run.py fly` first, which builds the command. Writes a table to docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from pathlib import Path
 
 from abi_peers import constant
 from abi_peers import law_of as matrices_of
-from page import ROOT, in_environment, put
+from page import ROOT, full_order, in_environment, put, squid
 
 HERE = ROOT / "benches" / "embedded"
-DESIGN = ROOT / "build" / "squid" / "design"
 COUNT, ROUNDS = 20_000, 101
 AGREEMENT = 1e-9
 """Of the range of an actuator."""
@@ -65,10 +64,10 @@ def commands_of(actuators: list[dict]) -> str:
 
 def rows(folder: Path) -> list[str]:
     """Check that both compute the same commands, measure them in turn, and return the table."""
-    from fly import build, platforms
+    from fly import platforms
 
-    words = [build.squid(), "export", ROOT / "vehicles" / "squid", "--out", DESIGN, "--to", folder]
-    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
+    vehicle, design_folder = full_order(folder, anti_windup=True)
+    squid("export", vehicle, "--out", design_folder, "--to", folder)
     design = json.loads((folder / "controller.json").read_text(encoding="utf-8"))
     (folder / "law.h").write_text(law_of(design), encoding="utf-8")
     lines = ["| compiler | C by hand, ns a tick | squid export, ns a tick | ratio |", "|---|---|---|---|"]

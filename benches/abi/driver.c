@@ -99,9 +99,10 @@ int main(int argc, char **argv) {
         int worst = 0;
         const double begin = now();
         for (long k = 0; k < count; k++) {
-            /* A bounded, ever changing course of the inputs, with references within their limits; cheap beside a step. */
-            const double a = (double)(k % 101) / 101.0, b = (double)(k % 37) / 37.0;
-            const double v = 1.0 + (18.0 / 37.0) * (1.0 - fabs((double)(k % 100) / 50.0 - 1.0)); /* The mean of the speed. */
+            /* A bounded, ever changing course of the inputs, with references within their limits and measurements that no
+             * vehicle is too slow for; cheap beside a step. */
+            const double a = (double)(k % 101) / 101.0, b = 1.0 - fabs((double)(k % 74) / 37.0 - 1.0);
+            const double v = 1.0 + 0.5 * (1.0 - fabs((double)(k % 100) / 50.0 - 1.0)); /* The mean of the speed. */
             const double inputs[5] = {0.05 * (a - 0.5), 1.0 + 0.5 * b, 0.05 * (a - b), 0.05 * (b - 0.5), v};
             worst |= set(c, in, ins, inputs) | step(c, (double)k * size, size, 1) | get(c, out, outs, values);
         }

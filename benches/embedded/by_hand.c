@@ -101,10 +101,12 @@ static int rising(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* A bounded, ever changing course of the inputs, with references within their limits; cheap beside a tick. */
+/* A bounded, ever changing course of the inputs, with references within their limits and measurements that no vehicle is
+ * too slow for; cheap beside a tick. */
 static squid_inputs inputs(long k)
 {
-    const double a = (double)(k % 101) / 101.0, b = (double)(k % 37) / 37.0, c = fabs((double)(k % 100) / 50.0 - 1.0);
+    const double a = (double)(k % 101) / 101.0, b = 1.0 - fabs((double)(k % 74) / 37.0 - 1.0);
+    const double c = fabs((double)(k % 100) / 50.0 - 1.0);
     const squid_inputs in = {0.05 * (a - 0.5), 1.0 + 0.5 * b, 0.05 * (a - b), 0.05 * (b - 0.5), 1.0 + 0.5 * c};
     return in;
 }

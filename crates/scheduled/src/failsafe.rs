@@ -63,6 +63,9 @@ struct Watched {
     without: Without,
     /// Part of the way to V_r that a speed that is lost is taken to go in a tick.
     returning: f64,
+    /// [`SLOWEST`] and [`REGAINED_AFTER`] in ticks.
+    slowest: u32,
+    regained_after: u32,
     /// The signal from which its rate follows.
     from: Option<usize>,
 }
@@ -123,8 +126,9 @@ impl Supervisor {
             let sensor = design.failsafe.as_ref()?.sensors.get(&port.name)?.clone();
             let (range, without) = (port.range.unwrap_or(any), design.without(signal));
             let from = sensor.from.as_ref().and_then(|name| design.place(name));
+            let [slowest, regained_after] = [SLOWEST, REGAINED_AFTER].map(|time| ticks(time, design.sample_time));
             let returning = returning(design);
-            Some(Watched { signal, sensor, range, without, returning, from })
+            Some(Watched { signal, sensor, range, without, returning, slowest, regained_after, from })
         };
         let watched: Vec<Watched> = design.signals.iter().enumerate().filter_map(sensor).collect();
         let commands = autopilot.outputs().commands.clone();
@@ -313,7 +317,7 @@ impl Watched {
         let changed = is_first || value != reading.last;
         let since = next(reading.same);
         let in_range = self.range[0] <= value && value <= self.range[1];
-        let interval = since.min(ticks(SLOWEST, sample_time));
+        let interval = since.min(self.slowest);
         let moves_as_it_may = is_first || within(reading.last, rate, interval);
         let is_stale = !changed && since >= stale;
         let plausible = valid && value.is_finite() && in_range && moves_as_it_may && !is_stale;
@@ -341,7 +345,7 @@ impl Watched {
         let longest = reading.lost_for.min(ticks(LONGEST, sample_time));
         let is_near = within(reading.believed, drift, longest);
         reading.plausible_for = if plausible && is_near { next(reading.plausible_for) } else { 0 };
-        if reading.plausible_for >= ticks(REGAINED_AFTER, sample_time) {
+        if reading.plausible_for >= self.regained_after {
             reading.lost_for = 0;
             reading.believed = value;
             reading.mean = value;
