@@ -1,4 +1,4 @@
-//! An underwater vehicle in the vertical plane: from a file of coefficients to its motion.
+//! An underwater vehicle: from a file of coefficients to its motion.
 //!
 //! ```text
 //! vehicle.toml -> Vehicle -> Dynamics -> trim -> linearise
@@ -9,10 +9,12 @@
 //! - [`Vehicle::parse`]: a vehicle file becomes [`Coefficients`] and [`Actuator`]s, or a list of its mistakes;
 //!   [`Vehicle::to_json`] and [`Vehicle::from_json`] exchange a vehicle with other programs;
 //! - [`COEFFICIENTS`]: the table of every coefficient, which drives reading, validation and documentation;
-//! - [`Dynamics`]: the nonlinear longitudinal equations of motion, over any [`Scalar`];
+//! - [`Dynamics`]: the nonlinear equations of motion, over any [`Scalar`], those of surge, heave and pitch and those of
+//!   sway, roll and yaw; all but these moves in the vertical plane alone;
 //! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
 //!   what is asked of the [`Pitch`];
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
+//! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in all six degrees of freedom;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
 //!   [`Parameter`] of vehicle and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
@@ -43,12 +45,13 @@ mod words;
 
 pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
-pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force};
+pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force, lateral_actuator_force};
 pub use motion::level::{Branch, Pitch, Speed};
 pub use motion::linearise::{Linearisation, linearise, linearise_with};
 pub use motion::parameter::{Parameter, UnknownParameter};
 pub use motion::trim::{Trim, climb, trim, trim_with};
 pub use motion::trim_error::TrimError;
+pub use motion::turn::{Turn, linearise_turn, turn};
 /// A number with its derivative in one direction.
 pub use num_dual::Dual64;
 pub use scalar::Scalar;
@@ -69,7 +72,9 @@ pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
 pub use vehicle::ballast::Ballast;
-pub use vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
+pub use vehicle::coefficients::{
+    COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients, DefaultValue,
+};
 pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};

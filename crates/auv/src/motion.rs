@@ -10,3 +10,4 @@ pub(crate) mod linearise;
 pub(crate) mod parameter;
 pub(crate) mod trim;
 pub(crate) mod trim_error;
+pub(crate) mod turn;

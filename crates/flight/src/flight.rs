@@ -300,7 +300,7 @@ impl Start {
             let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
             plant.set_current(current + gauss_markov)?;
             plant.set_given_speed(forward_speed)?;
-            let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
+            let State { motion: Motion { u, w, q, theta, .. }, x, depth } = plant.state();
             let clearance =
                 conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
             if out_of_water(clearance) {
@@ -342,13 +342,13 @@ pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error
 
 /// A state with an offset added to each signal; an offset of 0 changes no bit.
 fn displaced(state: State, by: Each<f64>) -> State {
-    let State { motion: Motion { u, w, q, theta }, depth, .. } = state;
+    let State { motion: Motion { u, w, q, theta, .. }, depth, .. } = state;
     let mut motion = [u, w, q, theta, depth];
     for (value, by) in motion.iter_mut().zip(state_of(by)).filter(|(_, by)| *by != 0.0) {
         *value += by;
     }
     let [u, w, q, theta, depth] = motion;
-    State { motion: Motion { u, w, q, theta }, depth, ..state }
+    State { motion: Motion::in_plane(u, w, q, theta), depth, ..state }
 }
 
 /// A step of one actuator's command.

@@ -91,7 +91,7 @@ fn strength(speed: f64) -> f64 {
 
 impl Sway {
     fn new() -> Self {
-        let effect = Effect::ThrusterGroup { X_T: 0.0, Z_T: 0.0, M_T: 0.0 };
+        let effect = Effect::thruster_group(0.0, 0.0, 0.0);
         let (name, curve) = ("side_thruster".to_owned(), None);
         Self {
             actuators: vec![Actuator { name, min: -40.0, max: 40.0, lag: 0.2, rate: None, curve, effect }],

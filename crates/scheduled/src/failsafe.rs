@@ -126,7 +126,8 @@ impl Supervisor {
             let sensor = design.failsafe.as_ref()?.sensors.get(&port.name)?.clone();
             let (range, without) = (port.range.unwrap_or(any), design.without(signal));
             let from = sensor.from.as_ref().and_then(|name| design.place(name));
-            let [slowest, regained_after] = [SLOWEST, REGAINED_AFTER].map(|time| ticks(time, design.sample_time));
+            let [slowest, regained_after] =
+                [SLOWEST, REGAINED_AFTER].map(|time| ticks(time, design.sample_time));
             let returning = returning(design);
             Some(Watched { signal, sensor, range, without, returning, slowest, regained_after, from })
         };

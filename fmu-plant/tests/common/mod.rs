@@ -55,7 +55,7 @@ pub fn squid_at_a_given_speed() -> Resources {
     let mut vehicle = vehicle("squid");
     vehicle.coefficients.surge = Surge::Given { lag: 0.8 };
     for actuator in &mut vehicle.actuators {
-        actuator.effect = Effect::ControlSurface { Z_uu_delta: -9.0, M_uu_delta: -7.0, X_uu_delta2: 0.0 };
+        actuator.effect = Effect::planes(-9.0, -7.0, 0.0);
         (actuator.min, actuator.max) = (-0.6, 0.6);
     }
     of(&vehicle, [0.5, 1.75, 3.0])

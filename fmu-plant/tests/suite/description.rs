@@ -1,7 +1,7 @@
 //! What the plant says of itself, and which files it refuses.
 
 use crate::common::{prepare, remus100, squid, vehicle};
-use auv::{COEFFICIENTS, LpvModel};
+use auv::LpvModel;
 use fmi2::Resources;
 use fmi2::model_description::{Causality, Kind, ScalarVariable, Variability};
 use fmu_plant::{LPV_RESOURCE, VEHICLE_RESOURCE, describe};
@@ -74,7 +74,7 @@ fn every_coefficient_is_a_parameter_and_what_can_change_in_flight_is_tunable() {
         let vehicle = vehicle(name);
         let variables = describe(&resources).unwrap().description.variables;
         let mut flight = prepare(&resources, &[]);
-        for (position, spec) in COEFFICIENTS.iter().enumerate() {
+        for (position, spec) in vehicle.coefficients.acting().enumerate() {
             let entry = variable(&variables, spec.key);
             let in_flight = ["weight", "buoyancy", "x_G", "z_G"].contains(&spec.key);
             let variability = if in_flight { Variability::Tunable } else { Variability::Fixed };
@@ -84,7 +84,7 @@ fn every_coefficient_is_a_parameter_and_what_can_change_in_flight_is_tunable() {
             assert_eq!(start_of(&variables, spec.key), value, "{}", spec.key);
             flight.set(spec.key, value + 1e-3 * (position as f64 + 1.0));
         }
-        for (position, spec) in COEFFICIENTS.iter().enumerate() {
+        for (position, spec) in vehicle.coefficients.acting().enumerate() {
             let expected = (spec.get)(&vehicle.coefficients) + 1e-3 * (position as f64 + 1.0);
             let found = (spec.get)(&flight.instance.model().settings.coefficients);
             assert_eq!(found, expected, "{} sets itself and nothing else", spec.key);

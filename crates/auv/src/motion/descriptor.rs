@@ -119,7 +119,7 @@ impl<D: Scalar> Point<D> {
                     a.effect.map(|key, value| seeded(Parameter::Effect { actuator, key }, value))
                 })
                 .collect(),
-            motion: Motion { u: cos * trim.speed, w: sin * trim.speed, q: D::from(0.0), theta: incidence },
+            motion: Motion::in_plane(cos * trim.speed, sin * trim.speed, D::from(0.0), incidence),
             depth: D::from(trim.depth),
             outputs: trim
                 .actuators
@@ -134,8 +134,8 @@ impl<D: Scalar> Point<D> {
     /// `column`.
     fn force(&self, column: usize, unit: D) -> [D; STATES.len()] {
         let added = |place: usize, value: D| if place == column { value + unit } else { value };
-        let Motion { u, w, q, theta } = self.motion;
-        let motion = Motion { u: added(0, u), w: added(1, w), q: added(2, q), theta: added(3, theta) };
+        let Motion { u, w, q, theta, .. } = self.motion;
+        let motion = Motion::in_plane(added(0, u), added(1, w), added(2, q), added(3, theta));
         let zero = [D::from(0.0); 3];
         let pairs = self.effects.iter().zip(&self.outputs).enumerate();
         let actuators = pairs.fold(zero, |sum, (i, (effect, output))| {

@@ -1,7 +1,11 @@
-//! Nonlinear longitudinal dynamics: surge, heave and pitch by Kirchhoff's equations with the forces on the hull.
+//! Nonlinear dynamics in six degrees of freedom by Kirchhoff's equations with the forces on the hull.
 //!
-//! Axes are those of SNAME (1950): x forward, z down, pitch positive bow up, origin fixed in the body. All velocities
-//! are through the water; a steady, uniform current moves the water and the vehicle in it alike.
+//! Axes are those of SNAME (1950): x forward, y to starboard, z down; roll positive starboard down, pitch bow up, yaw
+//! bow to starboard; origin fixed in the body, in its plane of symmetry. All velocities are through the water; a
+//! steady, uniform current moves the water and the vehicle in it alike.
+//!
+//! The mass matrix of a hull whose port and starboard are alike has two blocks: surge, heave and pitch, and sway, roll
+//! and yaw. So have the equations; what couples the two are the forces.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -14,24 +18,63 @@ use nalgebra::Matrix3;
 /// The least Reynolds number at which the ITTC-57 line is evaluated; below it the friction coefficient is constant.
 pub const LEAST_REYNOLDS_NUMBER: f64 = 1e4;
 
-/// The motion of the vehicle through the water, x = \[u w q theta\].
+/// The motion of the vehicle through the water.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<D = f64> {
     /// Surge velocity \[m/s\].
     pub u: D,
+    /// Sway velocity \[m/s\], positive to starboard.
+    pub v: D,
     /// Heave velocity \[m/s\], positive down.
     pub w: D,
-    /// Pitch rate \[rad/s\].
+    /// Angular velocity about the body's x axis \[rad/s\].
+    pub p: D,
+    /// Angular velocity about the body's y axis \[rad/s\].
     pub q: D,
+    /// Angular velocity about the body's z axis \[rad/s\].
+    pub r: D,
+    /// Roll \[rad\], positive starboard down.
+    pub phi: D,
     /// Pitch \[rad\], positive bow up.
     pub theta: D,
 }
 
 impl<D: Scalar> Motion<D> {
-    /// Returns how fast the depth grows in still water \[m/s\]: `z' = w cos(theta) - u sin(theta)`.
+    /// Motion in the vertical plane: v = p = r = phi = 0.
+    pub fn in_plane(u: D, w: D, q: D, theta: D) -> Self {
+        let zero = D::from(0.0);
+        Self { u, v: zero, w, p: zero, q, r: zero, phi: zero, theta }
+    }
+
+    /// Returns how fast the depth grows in still water \[m/s\]: `z' = (v sin(phi) + w cos(phi)) cos(theta) - u
+    /// sin(theta)`.
     pub fn sinking(&self) -> D {
-        let (sin, cos) = self.theta.sin_cos();
-        self.w * cos - self.u * sin
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        (self.w * cos_phi + self.v * sin_phi) * cos - self.u * sin
+    }
+
+    /// Returns \[phi' theta' psi'\], psi the heading:
+    ///
+    /// ```text
+    /// phi'   = p + tan(theta) (q sin(phi) + r cos(phi))
+    /// theta' = q cos(phi) - r sin(phi)
+    /// psi'   = (q sin(phi) + r cos(phi))/cos(theta)
+    /// ```
+    ///
+    /// Source: Fossen (2011), eq. 2.28. Not defined where the hull is upright.
+    pub fn turning(&self) -> [D; 3] {
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        let heading = (self.q * sin_phi + self.r * cos_phi) / cos;
+        [self.p + heading * sin, self.q * cos_phi - self.r * sin_phi, heading]
+    }
+
+    /// Returns the velocity north, east and down at a heading psi.
+    pub fn velocity(&self, heading: D) -> [D; 3] {
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        let across = self.v * cos_phi - self.w * sin_phi;
+        let ahead = self.u * cos + (self.v * sin_phi + self.w * cos_phi) * sin;
+        let (sin_psi, cos_psi) = heading.sin_cos();
+        [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, self.sinking()]
     }
 }
 
@@ -40,6 +83,8 @@ impl<D: Scalar> Motion<D> {
 pub struct Dynamics<D = f64> {
     coefficients: Coefficients<D>,
     inverse_mass: Matrix3<f64>,
+    /// That of sway, roll and yaw, where the vehicle moves so.
+    inverse_lateral: Option<Matrix3<f64>>,
 }
 
 impl Dynamics {
@@ -48,13 +93,15 @@ impl Dynamics {
     /// # Errors
     /// [`CoefficientError`] if a coefficient is not allowed or the mass matrix is not positive definite.
     pub fn new(coefficients: &Coefficients) -> Result<Self, CoefficientError> {
-        Ok(Self { coefficients: coefficients.clone(), inverse_mass: inverse_mass(coefficients)? })
+        let (inverse_mass, inverse_lateral) = inverse_masses(coefficients)?;
+        Ok(Self { coefficients: coefficients.clone(), inverse_mass, inverse_lateral })
     }
 
     /// The same over scalars that carry derivatives, with the coefficients as constants among them.
     pub fn lifted<D: Scalar>(&self) -> Dynamics<D> {
         let coefficients = self.coefficients.map(|_, value| D::from(value));
-        Dynamics { coefficients, inverse_mass: self.inverse_mass }
+        let Self { inverse_mass, inverse_lateral, .. } = *self;
+        Dynamics { coefficients, inverse_mass, inverse_lateral }
     }
 
     /// The coefficients.
@@ -74,8 +121,8 @@ impl Dynamics {
     pub(crate) fn set_ballast(&mut self, ballast: &Ballast) -> Result<(), CoefficientError> {
         let before = self.coefficients.ballast();
         self.coefficients.set_ballast(ballast);
-        match inverse_mass(&self.coefficients) {
-            Ok(inverse) => self.inverse_mass = inverse,
+        match inverse_masses(&self.coefficients) {
+            Ok(inverses) => (self.inverse_mass, self.inverse_lateral) = inverses,
             Err(error) => {
                 self.coefficients.set_ballast(&before);
                 return Err(error);
@@ -85,18 +132,30 @@ impl Dynamics {
     }
 }
 
-/// Checks the coefficients and inverts the mass matrix.
-fn inverse_mass(coefficients: &Coefficients) -> Result<Matrix3<f64>, CoefficientError> {
-    coefficients.check()?;
-    let singular = CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue: 0.0 };
-    coefficients.mass_matrix().try_inverse().ok_or(singular)
+/// Checks the coefficients and inverts the two blocks of the mass matrix.
+fn inverse_masses(c: &Coefficients) -> Result<(Matrix3<f64>, Option<Matrix3<f64>>), CoefficientError> {
+    c.check()?;
+    let inverse = |numbers, matrix: Matrix3<f64>| {
+        let singular = CoefficientError::MassMatrixNotPositiveDefinite { numbers, least_eigenvalue: 0.0 };
+        matrix.try_inverse().ok_or(singular)
+    };
+    let lateral =
+        c.has_lateral().then(|| inverse("mass, I_xx, I_zz", c.lateral_mass_matrix())).transpose()?;
+    Ok((inverse("mass, I_yy", c.mass_matrix())?, lateral))
 }
 
 impl<D: Scalar> Dynamics<D> {
     /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
     /// damping + drag + actuators`.
     pub fn acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
-        self.response(self.coefficients.force(motion, depth, actuators))
+        product(&self.inverse_mass, self.coefficients.force(motion, depth, actuators))
+    }
+
+    /// Returns \[v' p' r'\] under the force \[Y K N\] of the actuators; zero of a vehicle that stays in the vertical
+    /// plane.
+    pub fn lateral_acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+        let Some(inverse) = &self.inverse_lateral else { return [D::from(0.0); 3] };
+        product(inverse, self.coefficients.lateral_force(motion, depth, actuators))
     }
 
     /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
@@ -104,16 +163,7 @@ impl<D: Scalar> Dynamics<D> {
     pub(crate) fn pushed(&self, load: [D; 3]) -> [D; 3] {
         let [surge, heave, pitch] = load;
         let surge = if self.coefficients.surge.is_given() { D::from(0.0) } else { surge };
-        self.response([surge, heave, pitch])
-    }
-
-    fn response(&self, force: [D; 3]) -> [D; 3] {
-        let row = |i: usize| {
-            force[0] * self.inverse_mass[(i, 0)]
-                + force[1] * self.inverse_mass[(i, 1)]
-                + force[2] * self.inverse_mass[(i, 2)]
-        };
-        [row(0), row(1), row(2)]
+        product(&self.inverse_mass, [surge, heave, pitch])
     }
 
     /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\], and a speed `given` \[m/s\] for a
@@ -142,7 +192,22 @@ impl<D: Scalar> Dynamics<D> {
     }
 }
 
-/// Adds up the forces of all actuators at surge speed `u`.
+fn product<D: Scalar>(matrix: &Matrix3<f64>, force: [D; 3]) -> [D; 3] {
+    let row = |i: usize| force[0] * matrix[(i, 0)] + force[1] * matrix[(i, 1)] + force[2] * matrix[(i, 2)];
+    [row(0), row(1), row(2)]
+}
+
+/// Adds up the forces \[Y K N\] of all actuators at surge speed `u`.
+pub fn lateral_actuator_force<D: Scalar>(
+    actuators: &[Actuator],
+    u: D,
+    outputs: impl IntoIterator<Item = D>,
+) -> [D; 3] {
+    let pairs = actuators.iter().zip(outputs);
+    pairs.fold([D::from(0.0); 3], |sum, (actuator, output)| add(sum, actuator.lateral_force(u, output)))
+}
+
+/// Adds up the forces \[X Z M\] of all actuators at surge speed `u`.
 pub fn actuator_force<D: Scalar>(
     actuators: &[Actuator],
     u: D,

@@ -1,6 +1,7 @@
 //! The forces on the hull: inertial, restoring, lift, damping, drag.
 //!
-//! They are written over coefficients that may carry derivatives, as the motion may.
+//! They are written over coefficients that may carry derivatives, as the motion may. In the vertical plane, at v = p = r
+//! = phi = 0, what couples it to sway, roll and yaw is zero.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -14,7 +15,7 @@ impl<D: Scalar> Coefficients<D> {
     pub(crate) fn force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
         let parts = [
             self.coriolis(motion),
-            self.restoring(motion.theta, depth),
+            self.restoring(motion, depth),
             self.lift(motion),
             self.damping(motion),
             self.cross_flow(motion),
@@ -24,25 +25,92 @@ impl<D: Scalar> Coefficients<D> {
         [if self.surge.is_given() { actuators[0] } else { surge }, heave, pitch]
     }
 
-    /// Kirchhoff's inertial terms: `-q p_z`, `q p_x`, `u p_z - w p_x`, with the momenta `p_x = (m - X_u') u + m z_G
-    /// q` and `p_z = (m - Z_w') w - (m x_G + Z_q') q`; the Munk moment is among them.
-    fn coriolis(&self, motion: &Motion<D>) -> [D; 3] {
-        let c = self;
-        let Motion { u, w, q, .. } = *motion;
-        let p_x = u * (c.mass - c.X_u_dot) + q * (c.mass * c.z_G);
-        let p_z = w * (c.mass - c.Z_w_dot) - q * (c.mass * c.x_G + c.Z_q_dot);
-        [-(q * p_z), q * p_x, u * p_z - w * p_x]
+    /// The same of sway force, roll moment and yaw moment.
+    pub(crate) fn lateral_force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+        let parts = [
+            self.lateral_coriolis(motion),
+            self.lateral_restoring(motion, depth),
+            self.lateral_lift(motion),
+            self.lateral_damping(motion),
+            self.lateral_cross_flow(motion),
+        ];
+        parts.into_iter().fold(actuators, add)
     }
 
-    /// Weight and buoyancy: `-(W - B) sin`, `(W - B) cos`, `-(z_G W - z_B B) sin - (x_G W - x_B B) cos`.
-    fn restoring(&self, theta: D, depth: D) -> [D; 3] {
+    /// The momentum P of vehicle and water along the body's axes.
+    ///
+    /// ```text
+    /// P_x = (m - X_u') u + m z_G q
+    /// P_y = (m - Y_v') v - (m z_G + Y_p') p + (m x_G - Y_r') r
+    /// P_z = (m - Z_w') w - (m x_G + Z_q') q
+    /// ```
+    fn momentum(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
-        let (sin, cos) = theta.sin_cos();
+        let Motion { u, v, w, p, q, r, .. } = *motion;
+        [
+            u * (c.mass - c.X_u_dot) + q * (c.mass * c.z_G),
+            v * (c.mass - c.Y_v_dot) - p * (c.mass * c.z_G + c.Y_p_dot) + r * (c.mass * c.x_G - c.Y_r_dot),
+            w * (c.mass - c.Z_w_dot) - q * (c.mass * c.x_G + c.Z_q_dot),
+        ]
+    }
+
+    /// Their angular momentum L about the origin.
+    ///
+    /// ```text
+    /// L_x = (I_xx - K_p') p - K_r' r - (m z_G + Y_p') v
+    /// L_y = (I_yy - M_q') q + m z_G u - (m x_G + M_w') w
+    /// L_z = (I_zz - N_r') r - K_r' p + (m x_G - Y_r') v
+    /// ```
+    fn angular_momentum(&self, motion: &Motion<D>) -> [D; 3] {
+        let c = self;
+        let Motion { u, v, w, p, q, r, .. } = *motion;
+        [
+            p * (c.I_xx - c.K_p_dot) - r * c.K_r_dot - v * (c.mass * c.z_G + c.Y_p_dot),
+            q * (c.I_yy - c.M_q_dot) + u * (c.mass * c.z_G) - w * (c.mass * c.x_G + c.M_w_dot),
+            r * (c.I_zz - c.N_r_dot) - p * c.K_r_dot + v * (c.mass * c.x_G - c.Y_r_dot),
+        ]
+    }
+
+    /// Kirchhoff's inertial terms `-omega x P` and `-omega x L - v x P` along x and z and about y; the Munk moment is
+    /// among them.
+    fn coriolis(&self, motion: &Motion<D>) -> [D; 3] {
+        let Motion { u, w, p, q, r, .. } = *motion;
+        let ([p_x, p_y, p_z], [l_x, _, l_z]) = (self.momentum(motion), self.angular_momentum(motion));
+        [r * p_y - q * p_z, q * p_x - p * p_y, u * p_z - w * p_x + (p * l_z - r * l_x)]
+    }
+
+    /// The same along y and about x and z.
+    fn lateral_coriolis(&self, motion: &Motion<D>) -> [D; 3] {
+        let Motion { u, v, w, p, q, r, .. } = *motion;
+        let ([p_x, p_y, p_z], [l_x, l_y, l_z]) = (self.momentum(motion), self.angular_momentum(motion));
+        [p * p_z - r * p_x, r * l_y - q * l_z + (w * p_y - v * p_z), q * l_x - p * l_y + (v * p_x - u * p_y)]
+    }
+
+    /// `W - B`, `z_G W - z_B B` and `x_G W - x_B B` at a depth.
+    fn weight_and_buoyancy(&self, depth: D) -> [D; 3] {
+        let c = self;
         let buoyancy = (depth - c.reference_depth) * c.buoyancy_gradient + c.buoyancy;
-        let excess = -(buoyancy - c.weight);
-        let righting = -(buoyancy * c.z_B - c.z_G * c.weight);
-        let trimming = -(buoyancy * c.x_B - c.x_G * c.weight);
-        [-(excess * sin), excess * cos, -(righting * sin) - trimming * cos]
+        [
+            -(buoyancy - c.weight),
+            -(buoyancy * c.z_B - c.z_G * c.weight),
+            -(buoyancy * c.x_B - c.x_G * c.weight),
+        ]
+    }
+
+    /// Weight and buoyancy, with c_phi for cos(phi): `-(W - B) sin`, `(W - B) cos c_phi`, `-(z_G W - z_B B) sin - (x_G
+    /// W - x_B B) cos c_phi`.
+    fn restoring(&self, motion: &Motion<D>, depth: D) -> [D; 3] {
+        let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
+        let ((sin, cos), cos_phi) = (motion.theta.sin_cos(), motion.phi.cos());
+        [-(excess * sin), excess * cos * cos_phi, -(righting * sin) - trimming * cos * cos_phi]
+    }
+
+    /// The same about the other axes, with s_phi for sin(phi): `(W - B) cos s_phi`, `-(z_G W - z_B B) cos s_phi`, `(x_G
+    /// W - x_B B) cos s_phi`.
+    fn lateral_restoring(&self, motion: &Motion<D>, depth: D) -> [D; 3] {
+        let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
+        let across = motion.theta.cos() * motion.phi.sin();
+        [excess * across, -(righting * across), trimming * across]
     }
 
     /// Lift and its moment: `Z_uw u w + Z_uq u q` and `M_uw u w + M_uq u q + M_uu u|u|`.
@@ -52,6 +120,14 @@ impl<D: Scalar> Coefficients<D> {
         let force = u * w * c.Z_uw + u * q * c.Z_uq;
         let moment = u * w * c.M_uw + u * q * c.M_uq + u * u.abs() * c.M_uu;
         [D::from(0.0), force, moment]
+    }
+
+    /// `Y_uv u v + Y_up u p + Y_ur u r`, and the same with K and N.
+    fn lateral_lift(&self, motion: &Motion<D>) -> [D; 3] {
+        let c = self;
+        let Motion { u, v, p, r, .. } = *motion;
+        let of = |by_v: D, by_p: D, by_r: D| u * (v * by_v + p * by_p + r * by_r);
+        [of(c.Y_uv, c.Y_up, c.Y_ur), of(c.K_uv, c.K_up, c.K_ur), of(c.N_uv, c.N_up, c.N_ur)]
     }
 
     /// Linear damping, whatever the speed, and cross-flow drag: `X_u u`, `Z_w w + Z_ww w|w| + Z_qq q|q| + Z_q q` and
@@ -65,6 +141,16 @@ impl<D: Scalar> Coefficients<D> {
         [u * c.X_u, heave, pitch]
     }
 
+    /// `Y_v v + Y_vv v|v| + Y_rr r|r| + Y_r r`, `K_p p + K_pp p|p|` and `N_r r + N_rr r|r| + N_vv v|v| + N_v v`.
+    fn lateral_damping(&self, motion: &Motion<D>) -> [D; 3] {
+        let c = self;
+        let Motion { v, p, r, .. } = *motion;
+        let (vv, rr) = (v * v.abs(), r * r.abs());
+        let sway = v * c.Y_v + vv * c.Y_vv + rr * c.Y_rr + r * c.Y_r;
+        let yaw = r * c.N_r + rr * c.N_rr + vv * c.N_vv + v * c.N_v;
+        [sway, p * c.K_p + p * p.abs() * c.K_pp, yaw]
+    }
+
     /// Cross-flow drag of the sections of the hull: `-rho/2 C_d ∫ b v|v| dx` and `rho/2 C_d ∫ x b v|v| dx` with
     /// `v = w - x q`.
     ///
@@ -73,6 +159,14 @@ impl<D: Scalar> Coefficients<D> {
         let [force, moment] = self.hull.cross_flow(motion.w, motion.q);
         let factor = self.density * self.C_d * 0.5;
         [D::from(0.0), -(force * factor), moment * factor]
+    }
+
+    /// The same across: `-rho/2 C_d ∫ b V|V| dx` and `-rho/2 C_d ∫ x b V|V| dx` with `V = v + x r`; the sections are as
+    /// high as they are broad.
+    fn lateral_cross_flow(&self, motion: &Motion<D>) -> [D; 3] {
+        let [force, moment] = self.hull.cross_flow(motion.v, -motion.r);
+        let factor = self.density * self.C_d * 0.5;
+        [-(force * factor), D::from(0.0), -(moment * factor)]
     }
 
     /// Returns the surge force of drag: `X_uu u|u| - rho/2 (C_f k S_w + C_d A) u|u|`.

@@ -28,7 +28,7 @@ impl Speed {
             Self::Path(speed) => (cos * speed, sin * speed),
             Self::Forward(speed) => (D::from(speed), sin / cos * speed),
         };
-        Motion { u, w, q: D::from(0.0), theta: incidence }
+        Motion::in_plane(u, w, D::from(0.0), incidence)
     }
 }
 

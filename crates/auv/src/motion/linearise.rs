@@ -150,8 +150,8 @@ pub fn linearise_with(
     let mut jacobian = DMatrix::zeros(all, all + inputs);
     for seed in 0..all + inputs {
         let part = |i: usize, value: f64| Dual64::new(value, if i == seed { 1.0 } else { 0.0 });
-        let Motion { u, w, q, theta } = trim.motion();
-        let motion = Motion { u: part(0, u), w: part(1, w), q: part(2, q), theta: part(3, theta) };
+        let Motion { u, w, q, theta, .. } = trim.motion();
+        let motion = Motion::in_plane(part(0, u), part(1, w), part(2, q), part(3, theta));
         let outputs = trim.actuators.iter().enumerate().map(|(i, &output)| part(all + i, output));
         let force = actuator_force(&vehicle.actuators, motion.u, outputs);
         let [du, dw, dq] = dynamics.acceleration(&motion, part(4, trim.depth), force);

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::motion::trim::Trim;
 use crate::vehicle::Vehicle;
-use crate::vehicle::coefficients::COEFFICIENTS;
+use crate::vehicle::coefficients::{COEFFICIENTS, is_lateral};
 use crate::words::nearest;
 
 /// A number on which the linear motion depends.
@@ -41,13 +41,13 @@ pub struct UnknownParameter {
 }
 
 impl Parameter {
-    /// Returns every coefficient that acts on a vehicle, and those of its actuators, in the order of the vehicle file.
+    /// Returns every coefficient that acts on a vehicle in the vertical plane, and those of its actuators, in the order of the vehicle file.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let acts = |key: &&'static str| vehicle.coefficients.surge.uses(key);
         let coefficients = vehicle.coefficients.acting().map(|spec| Self::Coefficient(spec.key));
         let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
             let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
-            keys.filter(acts).map(move |key| Self::Effect { actuator, key })
+            keys.filter(|key| !is_lateral(key) && acts(key)).map(move |key| Self::Effect { actuator, key })
         });
         coefficients.chain(effects).collect()
     }
@@ -83,10 +83,10 @@ impl Parameter {
         match self {
             Self::Coefficient(key) => COEFFICIENTS.iter().find(|s| s.key == key).map_or("", |s| s.unit),
             Self::Effect { key, .. } => match key {
-                "x" | "z" | "M_T" => "m",
-                "X_T" | "Z_T" => "1",
-                "Z_uu_delta" => "kg/(m.rad)",
-                "M_uu_delta" => "kg/rad",
+                "x" | "y" | "z" | "torque" | "K_T" | "M_T" | "N_T" => "m",
+                "X_T" | "Y_T" | "Z_T" => "1",
+                "Y_uu_delta" | "Z_uu_delta" => "kg/(m.rad)",
+                "K_uu_delta" | "M_uu_delta" | "N_uu_delta" => "kg/rad",
                 "X_uu_delta2" => "kg/(m.rad2)",
                 _ => "rad",
             },

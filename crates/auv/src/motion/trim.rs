@@ -38,7 +38,7 @@ pub struct Trim {
 impl Trim {
     /// Returns the trimmed motion.
     pub fn motion(&self) -> Motion {
-        Motion { u: self.forward_speed, w: self.heave, q: 0.0, theta: self.pitch }
+        Motion::in_plane(self.forward_speed, self.heave, 0.0, self.pitch)
     }
 }
 

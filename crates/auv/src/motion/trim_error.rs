@@ -21,6 +21,22 @@ pub enum TrimError {
     /// The pitch is not a number.
     #[error("the pitch of a climb is {} rad, and must be a finite number", Rounded(*pitch))]
     PitchNotFinite { pitch: f64 },
+    /// The rate of a turn is not a number that can be reached.
+    #[error("the rate of the turn is {} rad/s, and must be a finite number", Rounded(*rate))]
+    RateNotFinite { rate: f64 },
+    /// The vehicle has no inertia in roll.
+    #[error(
+        "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is missing \
+            then in the vehicle file"
+    )]
+    NoLateral,
+    /// No motion and outputs make a steady turn.
+    #[error(
+        "no steady turn of {} deg/s at {} m/s and {} m: no outputs of the actuators balance it at constant depth \
+            (nearest with {} m/s2 or rad/s2 left)",
+        Rounded(*rate_deg), Rounded(*speed), Rounded(*depth), Rounded(*residual)
+    )]
+    NoTurn { speed: f64, depth: f64, rate_deg: f64, residual: f64 },
     /// No incidence and outputs balance the forces.
     #[error(
         "no level trim at {} m/s and {} m: lift and actuators do not balance a weight of {} N, a buoyancy of \

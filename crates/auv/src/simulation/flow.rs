@@ -58,7 +58,7 @@ impl ODE<f64, Body> for Flow<'_> {
                 model.derivative(speed + gained, [u, w, q, theta], outputs)
             }
             Model::Nonlinear => {
-                let motion = Motion { u, w, q, theta };
+                let motion = Motion::in_plane(u, w, q, theta);
                 self.dynamics.rate(self.actuators, &motion, self.depth + sunk, given, outputs)
             }
         };

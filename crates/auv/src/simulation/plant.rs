@@ -141,7 +141,7 @@ impl Plant {
 
     /// Sets position and motion.
     pub fn set_state(&mut self, state: &State) {
-        let Motion { u, w, q, theta } = state.motion;
+        let Motion { u, w, q, theta, .. } = state.motion;
         self.body = [u, w, q, theta, state.x, state.depth];
     }
 
@@ -362,7 +362,7 @@ impl Plant {
     /// Position, and motion through the water.
     pub fn state(&self) -> State {
         let [u, w, q, theta, x, depth] = self.body;
-        State { motion: Motion { u, w, q, theta }, x, depth }
+        State { motion: Motion::in_plane(u, w, q, theta), x, depth }
     }
 
     /// The actuators.
@@ -449,7 +449,7 @@ mod tests {
         }
         let [(ramp, _), (stairs, _)] = plants;
         assert_eq!(ramp.commands[0], 220.0, "the input has moved along");
-        let (Motion { u, w, q, theta }, other) = (ramp.state().motion, stairs.state().motion);
+        let (Motion { u, w, q, theta, .. }, other) = (ramp.state().motion, stairs.state().motion);
         for (one, other) in [(u, other.u), (w, other.w), (q, other.q), (theta, other.theta)] {
             assert!((one - other).abs() < 1e-6 * (1.0 + other.abs()), "{one} and {other}");
         }

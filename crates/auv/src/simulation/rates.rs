@@ -72,7 +72,7 @@ impl<D: Scalar> Instant<D> {
     /// The motion through the water.
     pub fn motion(&self) -> Motion<D> {
         let (u_c, w_c) = self.current();
-        Motion { u: self.surge - u_c, w: self.heave - w_c, q: self.pitch_rate, theta: self.pitch }
+        Motion::in_plane(self.surge - u_c, self.heave - w_c, self.pitch_rate, self.pitch)
     }
 }
 

@@ -80,7 +80,7 @@ impl Plant {
                 return Err(SimulationError::TrimActuators { found, expected }.into());
             }
         }
-        let Motion { u, w, q, theta } = state.motion;
+        let Motion { u, w, q, theta, .. } = state.motion;
         let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
         let speeds = [snapshot.operating_speed, snapshot.given_speed];
         let others = [snapshot.time, speeds[0], speeds[1], snapshot.integrator_step];

@@ -78,18 +78,18 @@ pub enum FileProblem {
     MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
     /// A moment of inertia that no body has.
     #[error(
-        "'mass.I_yy' is {} kg.m2, about the origin; it must be above mass (x_G^2 + z_G^2) = {} kg.m2, that of all the \
-         mass in one point (I_yy about the centre of gravity, or another unit?)",
+        "'mass.{key}' is {} kg.m2, about the origin; it must be above mass {arm} = {} kg.m2, that of all the mass in one \
+         point ({key} about the centre of gravity, or another unit?)",
         rounded(*inertia), rounded(*of_a_point)
     )]
-    Inertia { inertia: f64, of_a_point: f64 },
+    Inertia { key: &'static str, arm: &'static str, inertia: f64, of_a_point: f64 },
     /// The mass matrix is not positive definite.
     #[error(
-        "the mass matrix (mass, I_yy, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
+        "the mass matrix ({numbers}, x_G, z_G and [added_mass]) is not positive definite: its least eigenvalue is {}; \
          it must be above zero",
         rounded(*least_eigenvalue)
     )]
-    MassMatrixNotPositiveDefinite { least_eigenvalue: f64 },
+    MassMatrixNotPositiveDefinite { numbers: &'static str, least_eigenvalue: f64 },
     /// The coefficients, taken together, are not allowed.
     #[error("{source}")]
     Coefficient { source: CoefficientError },

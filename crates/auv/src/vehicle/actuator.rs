@@ -10,33 +10,44 @@ use crate::vehicle::allowed::Allowed;
 /// What an actuator does to the hull.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect<D = f64> {
-    /// A thruster; its output is a thrust T \[N\].
+    /// A thruster; its output is a thrust T \[N\] along `e = (cos(direction) cos(azimuth), cos(direction)
+    /// sin(azimuth), sin(direction))`.
     ///
-    /// `X = T cos(direction)`, `Z = T sin(direction)`, `M = z X - x Z`.
+    /// `(X, Y, Z) = T e`, `(K, M, N) = T ((x, y, z) x e + torque e)`; in the vertical plane `X = T cos(direction)`,
+    /// `Z = T sin(direction)`, `M = z X - x Z`.
     Thruster {
         /// Position forward of the origin \[m\].
         x: D,
+        /// Position to starboard of the origin \[m\].
+        y: D,
         /// Position below the origin \[m\].
         z: D,
-        /// Direction of positive thrust \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
+        /// Direction of positive thrust in the vertical plane \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
         direction: D,
+        /// How far this is turned to starboard \[rad\]: pi/2 pushes the vehicle to starboard.
+        azimuth: D,
+        /// Moment about the direction per thrust \[m\], by the torque of the propeller.
+        torque: D,
     },
     /// Several thrusters under one command, for instance a couple; its output T is the thrust of one with a share of 1
-    /// \[N\].
-    ///
-    /// `X = X_T T`, `Z = Z_T T`, `M = M_T T`, with the sums over the thrusters `X_T = sum share cos(direction)`,
-    /// `Z_T = sum share sin(direction)`, `M_T = sum share (z cos(direction) - x sin(direction))`.
+    /// \[N\], and each number the sum over the thrusters of their shares times that of a thruster.
     ThrusterGroup {
         /// Surge force per output \[1\].
         X_T: D,
+        /// Sway force per output \[1\].
+        Y_T: D,
         /// Heave force per output \[1\].
         Z_T: D,
+        /// Roll moment per output \[m\].
+        K_T: D,
         /// Pitch moment per output \[m\].
         M_T: D,
+        /// Yaw moment per output \[m\].
+        N_T: D,
     },
     /// A control surface; its output is a deflection delta \[rad\].
     ///
-    /// `Z = Z_uu_delta u|u| delta`, `M = M_uu_delta u|u| delta`, `X = X_uu_delta2 u|u| delta^2`. Published models
+    /// `Z = Z_uu_delta u|u| delta`, and the same with M, Y, K and N; `X = X_uu_delta2 u|u| delta^2`. Published models
     /// print u^2; u|u| is the same ahead and has the right sign astern.
     ControlSurface {
         /// Heave force per u|u| delta \[kg/(m.rad)\].
@@ -45,6 +56,12 @@ pub enum Effect<D = f64> {
         M_uu_delta: D,
         /// Surge force per u|u| delta^2 \[kg/(m.rad2)\], zero or negative.
         X_uu_delta2: D,
+        /// Sway force per u|u| delta \[kg/(m.rad)\].
+        Y_uu_delta: D,
+        /// Roll moment per u|u| delta \[kg/rad\].
+        K_uu_delta: D,
+        /// Yaw moment per u|u| delta \[kg/rad\].
+        N_uu_delta: D,
     },
 }
 
@@ -102,6 +119,11 @@ impl Actuator {
         self.effect.map(|_, value| D::from(value)).force(u, output)
     }
 
+    /// Returns sway force, roll moment and yaw moment of an output at a surge speed `u` through the water.
+    pub fn lateral_force<D: Scalar>(&self, u: D, output: D) -> [D; 3] {
+        self.effect.map(|_, value| D::from(value)).lateral_force(u, output)
+    }
+
     /// Returns the force per output about zero, that of a control surface at a surge speed of 1 m/s.
     pub fn force_per_output(&self) -> Force {
         let [there, back] = [1.0, -1.0].map(|output| self.force(1.0, output));
@@ -149,26 +171,67 @@ impl<D: Scalar> Effect<D> {
     /// Returns surge force, heave force and pitch moment of an output at a surge speed `u` through the water.
     pub(crate) fn force(&self, u: D, output: D) -> [D; 3] {
         match *self {
-            Self::Thruster { x, z, direction } => {
-                let (sin, cos) = direction.sin_cos();
-                [output * cos, output * sin, output * (z * cos - x * sin)]
+            Self::Thruster { x, z, direction, azimuth, torque, .. } => {
+                let [ahead, across, down] = axis(direction, azimuth);
+                [output * ahead, output * down, output * (z * ahead - x * down + torque * across)]
             }
-            Self::ThrusterGroup { X_T, Z_T, M_T } => [output * X_T, output * Z_T, output * M_T],
-            Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
+            Self::ThrusterGroup { X_T, Z_T, M_T, .. } => [output * X_T, output * Z_T, output * M_T],
+            Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2, .. } => {
                 let deflection = u * u.abs() * output;
                 [deflection * output * X_uu_delta2, deflection * Z_uu_delta, deflection * M_uu_delta]
             }
         }
     }
+
+    /// Returns sway force, roll moment and yaw moment.
+    pub(crate) fn lateral_force(&self, u: D, output: D) -> [D; 3] {
+        match *self {
+            Self::Thruster { x, y, z, direction, azimuth, torque } => {
+                let [ahead, across, down] = axis(direction, azimuth);
+                let roll = y * down - z * across + torque * ahead;
+                let yaw = x * across - y * ahead + torque * down;
+                [output * across, output * roll, output * yaw]
+            }
+            Self::ThrusterGroup { Y_T, K_T, N_T, .. } => [output * Y_T, output * K_T, output * N_T],
+            Self::ControlSurface { Y_uu_delta, K_uu_delta, N_uu_delta, .. } => {
+                let deflection = u * u.abs() * output;
+                [deflection * Y_uu_delta, deflection * K_uu_delta, deflection * N_uu_delta]
+            }
+        }
+    }
+}
+
+/// The direction of a thrust.
+fn axis<D: Scalar>(direction: D, azimuth: D) -> [D; 3] {
+    let ((sin, cos), (to_starboard, ahead)) = (direction.sin_cos(), azimuth.sin_cos());
+    [cos * ahead, cos * to_starboard, sin]
 }
 
 impl Effect {
+    /// A thruster in the vertical plane.
+    pub const fn thruster(x: f64, z: f64, direction: f64) -> Self {
+        Self::Thruster { x, y: 0.0, z, direction, azimuth: 0.0, torque: 0.0 }
+    }
+
+    /// A group of thrusters in the vertical plane, or alike to port and starboard.
+    pub const fn thruster_group(X_T: f64, Z_T: f64, M_T: f64) -> Self {
+        Self::ThrusterGroup { X_T, Y_T: 0.0, Z_T, K_T: 0.0, M_T, N_T: 0.0 }
+    }
+
+    /// Stern planes.
+    pub const fn planes(Z_uu_delta: f64, M_uu_delta: f64, X_uu_delta2: f64) -> Self {
+        let (Y_uu_delta, K_uu_delta, N_uu_delta) = (0.0, 0.0, 0.0);
+        Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2, Y_uu_delta, K_uu_delta, N_uu_delta }
+    }
+
     /// One of each kind, with every number zero.
-    pub(crate) const ALL: [Self; 3] = [
-        Self::Thruster { x: 0.0, z: 0.0, direction: 0.0 },
-        Self::ThrusterGroup { X_T: 0.0, Z_T: 0.0, M_T: 0.0 },
-        Self::ControlSurface { Z_uu_delta: 0.0, M_uu_delta: 0.0, X_uu_delta2: 0.0 },
-    ];
+    pub(crate) const ALL: [Self; 3] =
+        [Self::thruster(0.0, 0.0, 0.0), Self::thruster_group(0.0, 0.0, 0.0), Self::planes(0.0, 0.0, 0.0)];
+
+    /// Returns whether it has a sway force, roll moment or yaw moment.
+    pub(crate) fn has_lateral(&self) -> bool {
+        self.lateral_force(1.0, 1.0).into_iter().any(|one| one != 0.0)
+    }
 
     /// Its name in a vehicle file.
     pub(crate) fn kind(&self) -> &'static str {
@@ -180,13 +243,18 @@ impl Effect {
     }
 
     /// Its numbers with their keys in a vehicle file.
-    pub(crate) fn numbers(&self) -> [(&'static str, f64); 3] {
+    pub(crate) fn numbers(&self) -> [(&'static str, f64); 6] {
         match self.map(|key, value| (key, value)) {
-            Effect::Thruster { x, z, direction } => [x, z, direction],
-            Effect::ThrusterGroup { X_T, Z_T, M_T } => [X_T, Z_T, M_T],
-            Effect::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => {
-                [Z_uu_delta, M_uu_delta, X_uu_delta2]
-            }
+            Effect::Thruster { x, y, z, direction, azimuth, torque } => [x, y, z, direction, azimuth, torque],
+            Effect::ThrusterGroup { X_T, Y_T, Z_T, K_T, M_T, N_T } => [X_T, Y_T, Z_T, K_T, M_T, N_T],
+            Effect::ControlSurface {
+                Z_uu_delta,
+                M_uu_delta,
+                X_uu_delta2,
+                Y_uu_delta,
+                K_uu_delta,
+                N_uu_delta,
+            } => [Z_uu_delta, M_uu_delta, X_uu_delta2, Y_uu_delta, K_uu_delta, N_uu_delta],
         }
     }
 }
@@ -214,16 +282,36 @@ impl<C: Copy> Effect<C> {
     /// Turns every number into `f(key, value)`, with the key of the vehicle file.
     pub fn map<D>(&self, f: impl Fn(&'static str, C) -> D) -> Effect<D> {
         match *self {
-            Self::Thruster { x, z, direction } => {
-                Effect::Thruster { x: f("x", x), z: f("z", z), direction: f("direction", direction) }
-            }
-            Self::ThrusterGroup { X_T, Z_T, M_T } => {
-                Effect::ThrusterGroup { X_T: f("X_T", X_T), Z_T: f("Z_T", Z_T), M_T: f("M_T", M_T) }
-            }
-            Self::ControlSurface { Z_uu_delta, M_uu_delta, X_uu_delta2 } => Effect::ControlSurface {
+            Self::Thruster { x, y, z, direction, azimuth, torque } => Effect::Thruster {
+                x: f("x", x),
+                y: f("y", y),
+                z: f("z", z),
+                direction: f("direction", direction),
+                azimuth: f("azimuth", azimuth),
+                torque: f("torque", torque),
+            },
+            Self::ThrusterGroup { X_T, Y_T, Z_T, K_T, M_T, N_T } => Effect::ThrusterGroup {
+                X_T: f("X_T", X_T),
+                Y_T: f("Y_T", Y_T),
+                Z_T: f("Z_T", Z_T),
+                K_T: f("K_T", K_T),
+                M_T: f("M_T", M_T),
+                N_T: f("N_T", N_T),
+            },
+            Self::ControlSurface {
+                Z_uu_delta,
+                M_uu_delta,
+                X_uu_delta2,
+                Y_uu_delta,
+                K_uu_delta,
+                N_uu_delta,
+            } => Effect::ControlSurface {
                 Z_uu_delta: f("Z_uu_delta", Z_uu_delta),
                 M_uu_delta: f("M_uu_delta", M_uu_delta),
                 X_uu_delta2: f("X_uu_delta2", X_uu_delta2),
+                Y_uu_delta: f("Y_uu_delta", Y_uu_delta),
+                K_uu_delta: f("K_uu_delta", K_uu_delta),
+                N_uu_delta: f("N_uu_delta", N_uu_delta),
             },
         }
     }

@@ -15,6 +15,8 @@ use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
 use crate::words::Rounded;
 
+use DefaultValue::{Axisymmetric, Number, Required};
+
 const EIGENVALUE_ITERATIONS: usize = 1000;
 
 /// One row of [`COEFFICIENTS`]: everything about a coefficient but its value.
@@ -28,8 +30,8 @@ pub struct CoefficientSpec {
     pub unit: &'static str,
     /// The values that it may take.
     pub allowed: Allowed,
-    /// The value if the file does not give it; `None` if the file must.
-    pub default: Option<f64>,
+    /// The value if the file does not give it.
+    pub default: DefaultValue,
     /// What it is, in one line.
     pub meaning: &'static str,
     /// Reads it.
@@ -38,15 +40,44 @@ pub struct CoefficientSpec {
     pub set: fn(&mut Coefficients, f64),
 }
 
+/// The value of a coefficient that a vehicle file does not give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DefaultValue {
+    /// The file must give it.
+    Required,
+    /// A number.
+    Number(f64),
+    /// That of a hull that is the same when it is turned by 90 deg about its axis: this factor of another coefficient.
+    Axisymmetric(&'static str, f64),
+}
+
+impl CoefficientSpec {
+    /// Returns whether a vehicle file must give it.
+    pub fn is_required(&self) -> bool {
+        self.default == Required
+    }
+
+    /// Returns whether it belongs to sway, roll and yaw alone.
+    pub fn is_lateral(&self) -> bool {
+        is_lateral(self.key)
+    }
+}
+
+/// Whether a number belongs to sway, roll and yaw alone, by its key in a vehicle file: the first letter of a symbol is
+/// that of the force or moment.
+pub(crate) fn is_lateral(key: &str) -> bool {
+    key.starts_with(['Y', 'K', 'N']) || ["I_xx", "I_zz", "y", "azimuth", "torque"].contains(&key)
+}
+
 /// Writes the struct and the table from one list, so that they always agree.
 macro_rules! coefficients {
     ($($section:literal { $($key:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
-        /// Every coefficient of the longitudinal model, in SI units; see [`COEFFICIENTS`] for their table.
+        /// Every coefficient of the model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
         /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
         ///
-        /// `Z_uw`, `Z_uq`, `M_uw` and `M_uq` are the lift and viscous parts alone: added-mass cross terms and the Munk
-        /// moment come from the added masses.
+        /// `Z_uw`, `M_uq`, `N_uv` and their like are the lift and viscous parts alone: added-mass cross terms and the Munk
+        /// moment come from the added masses. With I_xx = 0 the vehicle moves in the vertical plane alone.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Coefficients<D = f64> {
             $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)*
@@ -80,10 +111,10 @@ macro_rules! coefficients {
         },)*)*];
 
         impl Default for Coefficients {
-            /// Takes the default of every coefficient, and zero where the file must give a value.
+            /// Takes the number that is the default of a coefficient, and zero for the others.
             fn default() -> Self {
                 Self {
-                    $($($key: { const DEFAULT: Option<f64> = $default; DEFAULT.unwrap_or(0.0) },)*)*
+                    $($($key: { if let Number(value) = $default { value } else { 0.0 } },)*)*
                     hull: Hull::default(),
                     surge: Surge::Free,
                 }
@@ -94,58 +125,87 @@ macro_rules! coefficients {
 
 coefficients! {
     "mass" {
-        mass ["kg"] Positive None, "Mass in air, with the water that it encloses";
-        weight ["N"] Positive None, "Weight W = mass times gravity";
-        x_G ["m"] Any Some(0.0), "Centre of gravity forward of the origin";
-        z_G ["m"] Any None, "Centre of gravity below the origin";
-        I_yy ["kg.m2"] Positive None, "Moment of inertia in pitch about the origin";
+        mass ["kg"] Positive Required, "Mass in air, with the water that it encloses";
+        weight ["N"] Positive Required, "Weight W = mass times gravity";
+        x_G ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
+        z_G ["m"] Any Required, "Centre of gravity below the origin";
+        I_yy ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
+        I_xx ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the vertical \
+            plane alone";
+        I_zz ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
     }
     "buoyancy" {
-        buoyancy ["N"] Positive None, "Buoyancy B at the reference depth";
-        reference_depth ["m"] NonNegative Some(0.0), "Depth at which the buoyancy is given";
-        buoyancy_gradient ["N/m"] Any Some(0.0), "Change of buoyancy per metre of depth, dB/dz";
-        x_B ["m"] Any Some(0.0), "Centre of buoyancy forward of the origin";
-        z_B ["m"] Any Some(0.0), "Centre of buoyancy below the origin";
+        buoyancy ["N"] Positive Required, "Buoyancy B at the reference depth";
+        reference_depth ["m"] NonNegative Number(0.0), "Depth at which the buoyancy is given";
+        buoyancy_gradient ["N/m"] Any Number(0.0), "Change of buoyancy per metre of depth, dB/dz";
+        x_B ["m"] Any Number(0.0), "Centre of buoyancy forward of the origin";
+        z_B ["m"] Any Number(0.0), "Centre of buoyancy below the origin";
     }
     "water" {
-        density ["kg/m3"] Positive None, "Density of the water";
-        kinematic_viscosity ["m2/s"] Positive Some(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
+        density ["kg/m3"] Positive Required, "Density of the water";
+        kinematic_viscosity ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
             degC: 1.19e-6)";
     }
     "added_mass" {
-        X_u_dot ["kg"] NonPositive None, "Surge force per surge acceleration";
-        Z_w_dot ["kg"] NonPositive None, "Heave force per heave acceleration";
-        Z_q_dot ["kg.m"] Any None, "Heave force per pitch acceleration";
-        M_w_dot ["kg.m"] Any None, "Pitch moment per heave acceleration";
-        M_q_dot ["kg.m2"] NonPositive None, "Pitch moment per pitch acceleration";
+        X_u_dot ["kg"] NonPositive Required, "Surge force per surge acceleration";
+        Z_w_dot ["kg"] NonPositive Required, "Heave force per heave acceleration";
+        Z_q_dot ["kg.m"] Any Required, "Heave force per pitch acceleration";
+        M_w_dot ["kg.m"] Any Required, "Pitch moment per heave acceleration";
+        M_q_dot ["kg.m2"] NonPositive Required, "Pitch moment per pitch acceleration";
+        Y_v_dot ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "Sway force per sway acceleration";
+        Y_p_dot ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway acceleration";
+        Y_r_dot ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment per sway \
+            acceleration";
+        K_p_dot ["kg.m2"] NonPositive Number(0.0), "Roll moment per roll acceleration";
+        K_r_dot ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll acceleration";
+        N_r_dot ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
     }
     "lift" {
-        Z_uw ["kg/m"] Any None, "Heave force per u w: lift of hull and fixed fins";
-        Z_uq ["kg"] Any None, "Heave force per u q";
-        M_uw ["kg"] Any None, "Pitch moment per u w, beyond the Munk moment";
-        M_uq ["kg.m"] Any None, "Pitch moment per u q: damping by the fixed fins";
+        Z_uw ["kg/m"] Any Required, "Heave force per u w: lift of hull and fixed fins";
+        Z_uq ["kg"] Any Required, "Heave force per u q";
+        M_uw ["kg"] Any Required, "Pitch moment per u w, beyond the Munk moment";
+        M_uq ["kg.m"] Any Required, "Pitch moment per u q: damping by the fixed fins";
+        Y_uv ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per u v: lift of hull and fixed fins";
+        Y_up ["kg"] Any Number(0.0), "Sway force per u p";
+        Y_ur ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per u r";
+        K_uv ["kg"] Any Number(0.0), "Roll moment per u v";
+        K_up ["kg.m"] Any Number(0.0), "Roll moment per u p: damping by the fixed fins";
+        K_ur ["kg.m"] Any Number(0.0), "Roll moment per u r";
+        N_uv ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per u v, beyond the Munk moment";
+        N_up ["kg.m"] Any Number(0.0), "Yaw moment per u p";
+        N_ur ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per u r: damping by the fixed fins";
     }
     "damping" {
-        X_u ["kg/s"] NonPositive Some(0.0), "Surge force per u: linear damping";
-        Z_w ["kg/s"] NonPositive Some(0.0), "Heave force per w: linear damping";
-        Z_q ["kg.m/s"] Any Some(0.0), "Heave force per q: linear damping";
-        M_w ["kg.m/s"] Any Some(0.0), "Pitch moment per w: linear damping";
-        M_q ["kg.m2/s"] NonPositive Some(0.0), "Pitch moment per q: linear damping";
-        Z_ww ["kg/m"] NonPositive Some(0.0), "Heave force per w|w|: cross-flow drag";
-        Z_qq ["kg.m"] Any Some(0.0), "Heave force per q|q|: cross-flow drag";
-        M_ww ["kg"] Any Some(0.0), "Pitch moment per w|w|: cross-flow drag";
-        M_qq ["kg.m2"] NonPositive Some(0.0), "Pitch moment per q|q|: cross-flow drag";
-        M_uu ["kg"] Any Some(0.0), "Pitch moment per u|u|: asymmetry of the hull";
+        X_u ["kg/s"] NonPositive Number(0.0), "Surge force per u: linear damping";
+        Z_w ["kg/s"] NonPositive Number(0.0), "Heave force per w: linear damping";
+        Z_q ["kg.m/s"] Any Number(0.0), "Heave force per q: linear damping";
+        M_w ["kg.m/s"] Any Number(0.0), "Pitch moment per w: linear damping";
+        M_q ["kg.m2/s"] NonPositive Number(0.0), "Pitch moment per q: linear damping";
+        Z_ww ["kg/m"] NonPositive Number(0.0), "Heave force per w|w|: cross-flow drag";
+        Z_qq ["kg.m"] Any Number(0.0), "Heave force per q|q|: cross-flow drag";
+        M_ww ["kg"] Any Number(0.0), "Pitch moment per w|w|: cross-flow drag";
+        M_qq ["kg.m2"] NonPositive Number(0.0), "Pitch moment per q|q|: cross-flow drag";
+        M_uu ["kg"] Any Number(0.0), "Pitch moment per u|u|: asymmetry of the hull";
+        Y_v ["kg/s"] NonPositive Axisymmetric("Z_w", 1.0), "Sway force per v: linear damping";
+        Y_r ["kg.m/s"] Any Axisymmetric("Z_q", -1.0), "Sway force per r: linear damping";
+        Y_vv ["kg/m"] NonPositive Axisymmetric("Z_ww", 1.0), "Sway force per v|v|: cross-flow drag";
+        Y_rr ["kg.m"] Any Axisymmetric("Z_qq", -1.0), "Sway force per r|r|: cross-flow drag";
+        K_p ["kg.m2/s"] NonPositive Number(0.0), "Roll moment per p: linear damping";
+        K_pp ["kg.m2"] NonPositive Number(0.0), "Roll moment per p|p|: damping of the hull and its fins";
+        N_v ["kg.m/s"] Any Axisymmetric("M_w", -1.0), "Yaw moment per v: linear damping";
+        N_r ["kg.m2/s"] NonPositive Axisymmetric("M_q", 1.0), "Yaw moment per r: linear damping";
+        N_vv ["kg"] Any Axisymmetric("M_ww", -1.0), "Yaw moment per v|v|: cross-flow drag";
+        N_rr ["kg.m2"] NonPositive Axisymmetric("M_qq", 1.0), "Yaw moment per r|r|: cross-flow drag";
     }
     "hull" {
-        C_d ["1"] NonNegative Some(0.0), "Drag coefficient of the hull's sections in cross flow";
+        C_d ["1"] NonNegative Number(0.0), "Drag coefficient of the hull's sections in cross flow";
     }
     "drag" {
-        X_uu ["kg/m"] NonPositive Some(0.0), "Surge force per u|u|: a constant drag coefficient";
-        length ["m"] Positive Some(1.0), "Length L of the hull in the Reynolds number";
-        wetted_area ["m2"] NonNegative Some(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
-        form_factor ["1"] NonNegative Some(1.0), "Form factor on the friction of a flat plate";
-        drag_area ["m2"] NonNegative Some(0.0), "Drag area C_d A of appendages and base";
+        X_uu ["kg/m"] NonPositive Number(0.0), "Surge force per u|u|: a constant drag coefficient";
+        length ["m"] Positive Number(1.0), "Length L of the hull in the Reynolds number";
+        wetted_area ["m2"] NonNegative Number(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
+        form_factor ["1"] NonNegative Number(1.0), "Form factor on the friction of a flat plate";
+        drag_area ["m2"] NonNegative Number(0.0), "Drag area C_d A of appendages and base";
     }
 }
 
@@ -158,11 +218,11 @@ pub enum CoefficientError {
     NotAllowed { key: &'static str, found: f64, unit: &'static str, allowed: Allowed },
     /// The mass matrix, added mass included, is not positive definite.
     #[error(
-        "the mass matrix (mass, I_yy, x_G, z_G and the added masses) is not positive definite: \
+        "the mass matrix ({numbers}, x_G, z_G and the added masses) is not positive definite: \
          its least eigenvalue is {}, and must be above zero",
         Rounded(*least_eigenvalue)
     )]
-    MassMatrixNotPositiveDefinite { least_eigenvalue: f64 },
+    MassMatrixNotPositiveDefinite { numbers: &'static str, least_eigenvalue: f64 },
 }
 
 impl<D: Scalar> Coefficients<D> {
@@ -195,13 +255,63 @@ impl<D: Scalar> Coefficients<D> {
             self.I_yy - self.M_q_dot,
         )
     }
+
+    /// Returns the mass matrix of sway, roll and yaw, added mass included; it is coupled to that of surge, heave and
+    /// pitch nowhere, because port and starboard are alike.
+    ///
+    /// ```text
+    /// [ m - Y_v'          -(m z_G + Y_p')   m x_G - Y_r' ]
+    /// [ -(m z_G + Y_p')   I_xx - K_p'       -K_r'        ]
+    /// [ m x_G - Y_r'      -K_r'             I_zz - N_r'  ]
+    /// ```
+    ///
+    /// Source: as of [`Coefficients::mass_matrix`].
+    pub fn lateral_mass_matrix(&self) -> Matrix3<D> {
+        let m = self.mass;
+        let (by_roll, by_yaw, roll_yaw) =
+            (-(m * self.z_G + self.Y_p_dot), m * self.x_G - self.Y_r_dot, -self.K_r_dot);
+        Matrix3::new(
+            m - self.Y_v_dot,
+            by_roll,
+            by_yaw,
+            by_roll,
+            self.I_xx - self.K_p_dot,
+            roll_yaw,
+            by_yaw,
+            roll_yaw,
+            self.I_zz - self.N_r_dot,
+        )
+    }
 }
 
 impl Coefficients {
-    /// Returns the rows of [`COEFFICIENTS`] that act on the motion: at a given speed those along the hull do not.
+    /// Returns the rows of [`COEFFICIENTS`] that act on the motion in the vertical plane: at a given speed those along
+    /// the hull do not.
     pub fn acting(&self) -> impl Iterator<Item = &'static CoefficientSpec> + use<> {
         let surge = self.surge;
-        COEFFICIENTS.iter().filter(move |spec| surge.uses(spec.key))
+        COEFFICIENTS.iter().filter(move |spec| !spec.is_lateral() && surge.uses(spec.key))
+    }
+
+    /// Returns whether the vehicle moves out of the vertical plane: whether I_xx is given.
+    pub fn has_lateral(&self) -> bool {
+        self.I_xx > 0.0
+    }
+
+    /// Gives the lateral coefficients that are not `given` their values of an axisymmetric hull, and returns their
+    /// keys; of a vehicle that stays in the vertical plane all are zero.
+    pub fn complete(&mut self, given: impl Fn(&str) -> bool) -> Vec<&'static str> {
+        if !self.has_lateral() {
+            return vec![];
+        }
+        let missing = COEFFICIENTS.iter().filter(|spec| spec.is_lateral() && !given(spec.key));
+        let missing: Vec<&CoefficientSpec> = missing.collect();
+        for spec in &missing {
+            if let Axisymmetric(key, factor) = spec.default {
+                let of = COEFFICIENTS.iter().find(|other| other.key == key);
+                (spec.set)(self, of.map_or(0.0, |other| factor * (other.get)(self)));
+            }
+        }
+        missing.into_iter().map(|spec| spec.key).collect()
     }
 
     /// Returns the buoyancy at a depth \[m\]: B(z) = B + dB/dz (z - z_ref).
@@ -226,15 +336,8 @@ impl Coefficients {
             // Pitch is moved by a given surge, and does not move it.
             mass[(2, 0)] = 0.0;
         }
-        let symmetric = (mass + mass.transpose()) * 0.5;
-        // Without a limit the decomposition would never end for entries that are not finite.
-        let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);
-        let least_eigenvalue = eigenvalues.map_or(f64::NAN, |decomposition| decomposition.eigenvalues.min());
-        if least_eigenvalue > 0.0 {
-            Ok(())
-        } else {
-            Err(CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue })
-        }
+        is_positive("mass, I_yy", mass)?;
+        if self.has_lateral() { is_positive("mass, I_xx, I_zz", self.lateral_mass_matrix()) } else { Ok(()) }
     }
 
     /// Splits combined lift coefficients, as many theses print them, and keeps the lift and viscous parts.
@@ -244,6 +347,7 @@ impl Coefficients {
     ///
     /// ```text
     /// Z_uq += X_u',   M_uw += Z_w' - X_u',   M_uq += Z_q'
+    /// Y_ur -= X_u',   N_uv -= Y_v' - X_u',   N_ur -= Y_r',   N_up -= Y_p'
     /// ```
     ///
     /// Source: Prestero (2001) prints the combined form; Lamb, Hydrodynamics (1932), ch. VI, has the subtracted terms.
@@ -251,5 +355,25 @@ impl Coefficients {
         self.Z_uq += self.X_u_dot;
         self.M_uw += self.Z_w_dot - self.X_u_dot;
         self.M_uq += self.Z_q_dot;
+        if !self.has_lateral() {
+            return;
+        }
+        self.Y_ur -= self.X_u_dot;
+        self.N_uv -= self.Y_v_dot - self.X_u_dot;
+        self.N_ur -= self.Y_r_dot;
+        self.N_up -= self.Y_p_dot;
+    }
+}
+
+/// Refuses a mass matrix whose symmetric part is not positive definite.
+fn is_positive(numbers: &'static str, mass: Matrix3<f64>) -> Result<(), CoefficientError> {
+    let symmetric = (mass + mass.transpose()) * 0.5;
+    // Without a limit the decomposition would never end for entries that are not finite.
+    let eigenvalues = SymmetricEigen::try_new(symmetric, f64::EPSILON, EIGENVALUE_ITERATIONS);
+    let least_eigenvalue = eigenvalues.map_or(f64::NAN, |decomposition| decomposition.eigenvalues.min());
+    if least_eigenvalue > 0.0 {
+        Ok(())
+    } else {
+        Err(CoefficientError::MassMatrixNotPositiveDefinite { numbers, least_eigenvalue })
     }
 }

@@ -14,6 +14,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::toml_file::{Document, FileError, FileProblem, Table, cited};
+use crate::vehicle::actuator::Actuator;
 use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients};
 use crate::vehicle::file::units::Units;
 use crate::vehicle::surge::Surge;
@@ -53,6 +54,7 @@ impl Vehicle {
         let units = Units::read(&root);
         let coefficients = coefficients(&root, &units, &mut sources);
         let actuators = actuator_tables::read(&root, &units, &mut sources);
+        check_lateral(&root, &coefficients, &actuators, &sources);
         let geometry = geometry_table::read(&root, &mut sources);
         let published_linear_model = published_model::read(&root).map(Arc::new);
         document.check()?;
@@ -93,7 +95,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
     let mut combined = false;
     for name in names {
         let specs: Vec<&CoefficientSpec> = COEFFICIENTS.iter().filter(|s| s.section == name).collect();
-        let required: Vec<&str> = specs.iter().filter(|s| s.default.is_none()).map(|s| s.key).collect();
+        let required: Vec<&str> = specs.iter().filter(|s| s.is_required()).map(|s| s.key).collect();
         let table = if required.is_empty() {
             root.table(name)
         } else {
@@ -123,12 +125,41 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
             check_density(&table, &coefficients);
         }
     }
+    // A hull that is axisymmetric is so in either form.
+    coefficients.complete(|key| sources.contains_key(key));
     if combined {
         coefficients.split_combined_lift();
     } else if let Some(table) = root.table("added_mass").filter(|_| surge.is_given()) {
         table.requires(SURGE_MASS, "surge force per surge acceleration, of which the Munk moment is made");
     }
     coefficients
+}
+
+/// Records what is missing of a vehicle that moves out of the vertical plane: its inertia in roll, and damping there.
+fn check_lateral(
+    root: &Table<'_>,
+    coefficients: &Coefficients,
+    actuators: &[Actuator],
+    sources: &BTreeMap<String, String>,
+) {
+    let needs = |section: &str, key: &str, meaning: String| {
+        let key = format!("{section}.{key}");
+        root.table(section).as_ref().unwrap_or(root).problem(FileProblem::MissingKey { key, meaning });
+    };
+    if coefficients.has_lateral() {
+        let damping = ["K_up", "K_p", "K_pp"];
+        if !damping.iter().any(|key| sources.contains_key(*key)) {
+            let meaning = "roll moment per u p, or K_p or K_pp in [damping]: without damping the vehicle rolls for ever";
+            needs("lift", "K_up", meaning.to_owned());
+        }
+        return;
+    }
+    let given = COEFFICIENTS.iter().find(|spec| spec.is_lateral() && sources.contains_key(spec.key));
+    let given = given.map(|spec| spec.key);
+    let moved = actuators.iter().find(|one| one.effect.has_lateral()).map(|one| one.name.as_str());
+    if let Some(of) = given.or(moved).filter(|key| *key != "I_xx") {
+        needs("mass", "I_xx", format!("moment of inertia in roll about the origin, which '{of}' needs"));
+    }
 }
 
 /// The added mass of surge.
@@ -147,7 +178,7 @@ fn section_entry(
     coefficients: &mut Coefficients,
     sources: &mut BTreeMap<String, String>,
 ) {
-    if spec.default.is_none() && !table.requires(spec.key, spec.meaning) {
+    if spec.is_required() && !table.requires(spec.key, spec.meaning) {
         return;
     }
     if let Some((value, source)) = units.quantity(table, spec.key, &[spec.unit], spec.allowed) {
@@ -169,13 +200,20 @@ fn check_weight(table: &Table<'_>, coefficients: &Coefficients) -> bool {
     known && !off
 }
 
-/// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above
-/// `m (x_G^2 + z_G^2)`, where all of the mass is in one point.
+/// Records a moment of inertia that no body with this centre of gravity has: about the origin it is above that of all
+/// of the mass in one point.
 fn check_inertia(table: &Table<'_>, coefficients: &Coefficients) {
     let c = coefficients;
-    let (inertia, of_a_point) = (c.I_yy, c.mass * (c.x_G * c.x_G + c.z_G * c.z_G));
-    if c.mass > 0.0 && inertia > 0.0 && inertia <= of_a_point {
-        table.blame("I_yy", FileProblem::Inertia { inertia, of_a_point });
+    let (ahead, below) = (c.x_G * c.x_G, c.z_G * c.z_G);
+    for (key, arm, inertia, square) in [
+        ("I_yy", "(x_G^2 + z_G^2)", c.I_yy, ahead + below),
+        ("I_xx", "z_G^2", c.I_xx, below),
+        ("I_zz", "x_G^2", c.I_zz, ahead),
+    ] {
+        let of_a_point = c.mass * square;
+        if c.mass > 0.0 && inertia > 0.0 && inertia <= of_a_point {
+            table.blame(key, FileProblem::Inertia { key, arm, inertia, of_a_point });
+        }
     }
 }
 
@@ -193,8 +231,8 @@ fn check_density(table: &Table<'_>, coefficients: &Coefficients) {
 fn check_matrix(root: &Table<'_>, coefficients: &Coefficients) {
     match coefficients.check() {
         Ok(()) => {}
-        Err(CoefficientError::MassMatrixNotPositiveDefinite { least_eigenvalue }) => {
-            let problem = FileProblem::MassMatrixNotPositiveDefinite { least_eigenvalue };
+        Err(CoefficientError::MassMatrixNotPositiveDefinite { numbers, least_eigenvalue }) => {
+            let problem = FileProblem::MassMatrixNotPositiveDefinite { numbers, least_eigenvalue };
             root.table("added_mass").as_ref().unwrap_or(root).problem(problem);
         }
         Err(source @ CoefficientError::NotAllowed { .. }) => {

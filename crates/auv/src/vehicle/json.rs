@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::allowed::Allowed;
-use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
+use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients, is_lateral};
 use crate::vehicle::geometry::Geometry;
 use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
@@ -34,7 +34,8 @@ struct File {
     name: String,
     status: String,
     description: String,
-    /// By the keys of [`COEFFICIENTS`]; one that is left out has its default, as in a vehicle file.
+    /// By the keys of [`COEFFICIENTS`]; one that is left out has its default, as in a vehicle file. Those of sway, roll
+    /// and yaw are left out where the vehicle has none.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     coefficients: Numbers,
     /// Of the [`Hull`]; left out if there are none.
@@ -56,7 +57,8 @@ struct File {
 struct Row {
     name: String,
     kind: String,
-    /// [`LIMITS`], [`RATE`], and the numbers of the [`Effect`] by their keys in a vehicle file.
+    /// [`LIMITS`], [`RATE`], and the numbers of the [`Effect`] by their keys in a vehicle file; those of sway, roll and
+    /// yaw are left out where they are 0.
     #[serde(deserialize_with = "maps_duplicate_key_is_error::deserialize")]
     numbers: Numbers,
     /// Left out if there is none.
@@ -119,6 +121,7 @@ impl Vehicle {
             description: self.description.clone(),
             coefficients: COEFFICIENTS
                 .iter()
+                .filter(|spec| self.coefficients.has_lateral() || !spec.is_lateral())
                 .map(|spec| (spec.key.to_owned(), (spec.get)(&self.coefficients)))
                 .collect(),
             stations: self.coefficients.hull.stations().to_vec(),
@@ -141,7 +144,8 @@ fn row(actuator: &Actuator) -> Row {
     let Actuator { name, min, max, lag, rate, curve, effect } = actuator;
     let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
     numbers.extend(rate.map(|rate| (RATE.to_owned(), rate)));
-    numbers.extend(effect.numbers().map(|(key, value)| (key.to_owned(), value)));
+    let of_effect = effect.numbers().into_iter().filter(|(key, value)| !is_lateral(key) || *value != 0.0);
+    numbers.extend(of_effect.map(|(key, value)| (key.to_owned(), value)));
     Row { name: name.clone(), kind: effect.kind().to_owned(), numbers, curve: curve.clone() }
 }
 
@@ -198,13 +202,14 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
 
 #[inline]
 fn read_coefficients(numbers: &Numbers) -> Result<Coefficients, JsonProblem> {
-    let required = COEFFICIENTS.iter().filter(|spec| spec.default.is_none()).map(|spec| spec.key);
-    let optional = COEFFICIENTS.iter().filter(|spec| spec.default.is_some()).map(|spec| spec.key);
+    let required = COEFFICIENTS.iter().filter(|spec| spec.is_required()).map(|spec| spec.key);
+    let optional = COEFFICIENTS.iter().filter(|spec| !spec.is_required()).map(|spec| spec.key);
     only("coefficients", numbers, &required.collect::<Vec<_>>(), &optional.collect::<Vec<_>>())?;
     let mut coefficients = Coefficients::default();
     for spec in COEFFICIENTS {
         numbers.get(spec.key).into_iter().for_each(|number| (spec.set)(&mut coefficients, *number));
     }
+    coefficients.complete(|key| numbers.contains_key(key));
     coefficients.check()?;
     Ok(coefficients)
 }
@@ -236,8 +241,11 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
             "thruster, thruster_group or control_surface",
         ));
     };
-    let keys: Vec<&str> = LIMITS.into_iter().chain(effect.numbers().map(|(key, _)| key)).collect();
-    only(&name, &numbers, &keys, &[RATE])?;
+    let of_effect = effect.numbers().map(|(key, _)| key);
+    let (optional, required): (Vec<&str>, Vec<&str>) = of_effect.into_iter().partition(|key| is_lateral(key));
+    let required: Vec<&str> = LIMITS.into_iter().chain(required).collect();
+    let optional: Vec<&str> = optional.into_iter().chain([RATE]).collect();
+    only(&name, &numbers, &required, &optional)?;
     for (key, value) in &numbers {
         let allowed = allowed(key);
         if !allowed.contains(*value) {
@@ -256,7 +264,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         let found = format!("for other outputs than {min} to {max}");
         return Err(not_allowed(&format!("{name}.curve"), found, "that of a thruster, and reach its limits"));
     }
-    let effect = effect.map(|key, _| numbers[key]);
+    let effect = effect.map(|key, _| numbers.get(key).copied().unwrap_or(0.0));
     Ok(Actuator { name, min, max, lag, rate, curve, effect })
 }
 

@@ -20,7 +20,11 @@ pub fn bluerov2_heavy() -> Vehicle {
 }
 
 fn vehicle(name: &str) -> Vehicle {
+    Vehicle::parse(&text(name), "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The text of a vehicle file.
+pub fn text(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
-    let text = std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap();
-    Vehicle::parse(&text, "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
+    std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap()
 }

@@ -33,7 +33,7 @@ fn close(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
 #[test]
 fn acceleration_as_computed_by_hand() {
     let c = Coefficients { Z_uw: -3.0, M_uw: -2.0, M_q: -1.0, X_uu: -0.25, ..plain() };
-    let motion = Motion { u: 2.0, w: 1.0, q: 0.5, theta: 0.0 };
+    let motion = Motion::in_plane(2.0, 1.0, 0.5, 0.0);
     // X = -(m - Z_w') w q + X_uu u|u|                    = -20 * 0.5 - 0.25 * 4 = -11
     // Z = (m - X_u') u q + Z_uw u w                      =  12 * 1 - 3 * 2      =   6
     // M = -(Z_w' - X_u') u w + M_uw u w + M_q q          =   8 * 2 - 2 * 2 - 0.5 = 11.5
@@ -64,7 +64,7 @@ fn coupled_acceleration_as_computed_by_hand() {
         M_w: -4.5,
         ..plain()
     };
-    let motion = Motion { u: 1.5, w: -0.4, q: 0.2, theta: std::f64::consts::FRAC_PI_6 };
+    let motion = Motion::in_plane(1.5, -0.4, 0.2, std::f64::consts::FRAC_PI_6);
     let (sin, cos) = (0.5, 0.75_f64.sqrt());
     // m z_G = 1, m x_G + Z_q' = m x_G + M_w' = 1.
     let x = -20.0 * -0.4 * 0.2 + 0.2 * 0.2 - (98.0 - 100.0) * sin - 2.5 * 1.5;
@@ -111,7 +111,7 @@ fn friction_is_the_ittc_line() {
 #[test]
 fn signs_are_those_of_the_field() {
     let dynamics = |c: &Coefficients| Dynamics::new(c).unwrap();
-    let rest = Motion { u: 0.0, w: 0.0, q: 0.0, theta: 0.0 };
+    let rest = Motion::in_plane(0.0, 0.0, 0.0, 0.0);
     let heavy = Coefficients { weight: 99.0, ..plain() };
     assert!(dynamics(&heavy).acceleration(&rest, 0.0, NO_FORCE)[1] > 0.0, "a heavy vehicle sinks");
     let low = Coefficients { z_G: 0.05, ..plain() };
@@ -138,7 +138,7 @@ fn signs_are_those_of_the_field() {
     assert!(force[0] > 0.0 && force[2] > 0.0, "the lower thruster pushes on and lifts the bow");
     let planes = remus100().actuators[1].force(1.5, 0.1);
     assert!(planes[1] < 0.0 && planes[2] < 0.0, "positive stern planes lift the stern and put the bow down");
-    let vertical = auv::Effect::Thruster { x: 0.5, z: 0.0, direction: std::f64::consts::FRAC_PI_2 };
+    let vertical = auv::Effect::thruster(0.5, 0.0, std::f64::consts::FRAC_PI_2);
     let force = auv::Actuator { effect: vertical, ..squid.actuators[0].clone() }.force(0.0, 1.0);
     close(force, [0.0, 1.0, -0.5], 1e-15);
 }
@@ -240,7 +240,7 @@ fn perturbed(vehicle: &Vehicle, trim: &Trim, seed: usize, step: f64) -> [f64; 4]
     let mut values = vec![trim.forward_speed, trim.heave, 0.0, trim.pitch];
     values.extend(&trim.actuators);
     values[seed] += step;
-    let motion = Motion { u: values[0], w: values[1], q: values[2], theta: values[3] };
+    let motion = Motion::in_plane(values[0], values[1], values[2], values[3]);
     let force = actuator_force(&vehicle.actuators, motion.u, values[4..].iter().copied());
     let [du, dw, dq] = Dynamics::new(&vehicle.coefficients).unwrap().acceleration(&motion, trim.depth, force);
     [du, dw, dq, motion.q]

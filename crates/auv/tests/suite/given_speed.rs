@@ -179,7 +179,7 @@ fn the_speed_follows_what_is_given_and_nothing_else() {
 fn a_surge_pushes_heave_and_pitch_by_its_inertia() {
     let vehicle = remus();
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
-    let motion = Motion { u: 1.6, w: 0.05, q: 0.1, theta: 0.2 };
+    let motion = Motion::in_plane(1.6, 0.05, 0.1, 0.2);
     let at = |given: f64| dynamics.rate(&vehicle.actuators, &motion, 20.0, given, [0.05].into_iter());
     let (held, pushed) = (at(1.6), at(1.6 + 0.7 * 0.5));
     assert_eq!((held[0], pushed[3]), (0.0, 0.1));

@@ -20,8 +20,7 @@ fn drag(stations: &[[f64; 2]], w: f64, q: f64) -> [f64; 2] {
         hull: Hull::new(stations).unwrap(),
         ..Coefficients::default()
     };
-    let [_, z, m] =
-        Dynamics::new(&c).unwrap().acceleration(&Motion { u: 0.0, w, q, theta: 0.0 }, 0.0, [0.0; 3]);
+    let [_, z, m] = Dynamics::new(&c).unwrap().acceleration(&Motion::in_plane(0.0, w, q, 0.0), 0.0, [0.0; 3]);
     [z, m]
 }
 
@@ -107,12 +106,12 @@ proptest! {
         let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
         let h = 1e-6;
         let at = |dw: f64, dq: f64| {
-            dynamics.acceleration(&Motion { u: 1.0, w: w + dw, q: q + dq, theta: 0.0 }, 50.0, [0.0; 3])
+            dynamics.acceleration(&Motion::in_plane(1.0, w + dw, q + dq, 0.0), 50.0, [0.0; 3])
         };
         let seeded = |dw: f64, dq: f64| {
             let dual = auv::Dual64::new;
             let zero = auv::Dual64::from(0.0);
-            let motion = Motion { u: dual(1.0, 0.0), w: dual(w, dw), q: dual(q, dq), theta: zero };
+            let motion = Motion::in_plane(dual(1.0, 0.0), dual(w, dw), dual(q, dq), zero);
             dynamics.lifted().acceleration(&motion, auv::Dual64::from(50.0), [zero; 3]).map(|d| d.eps)
         };
         for (dw, dq) in [(1.0, 0.0), (0.0, 1.0)] {

@@ -14,6 +14,7 @@ mod properties;
 mod published_figures;
 mod rate_limit;
 mod simulation;
+mod six_dof;
 mod trim;
 mod vehicle_file;
 mod vehicle_json;

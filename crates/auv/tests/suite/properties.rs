@@ -37,7 +37,7 @@ prop_compose! {
 
 prop_compose! {
     fn motion()(u in -5.0..5.0, w in -2.0..2.0, q in -1.0..1.0, theta in -1.5..1.5) -> Motion {
-        Motion { u, w, q, theta }
+        Motion::in_plane(u, w, q, theta)
     }
 }
 

@@ -17,7 +17,7 @@ fn trimmed(vehicle: &Vehicle, speed: f64) -> (Plant, Trim) {
 
 /// Kinetic energy, added mass included, and the energy of weight and buoyancy.
 fn energy(c: &Coefficients, state: &State) -> f64 {
-    let Motion { u, w, q, theta } = state.motion;
+    let Motion { u, w, q, theta, .. } = state.motion;
     let nu = nalgebra::Vector3::new(u, w, q);
     let (sin, cos) = theta.sin_cos();
     let depth_of = |x: f64, z: f64| state.depth - x * sin + z * cos;
@@ -37,7 +37,7 @@ fn undamped_motion_conserves_energy() {
     for (label, weight, buoyancy) in [("neutral", 0.0, 0.0), ("weight alone", c.weight, 0.98 * c.weight)] {
         (vehicle.coefficients.weight, vehicle.coefficients.buoyancy) = (weight.max(1e-9), buoyancy.max(1e-9));
         let mut plant = Plant::new(&vehicle).unwrap();
-        let start = State { motion: Motion { u: 1.2, w: 0.3, q: -0.2, theta: 0.4 }, x: 0.0, depth: 10.0 };
+        let start = State { motion: Motion::in_plane(1.2, 0.3, -0.2, 0.4), x: 0.0, depth: 10.0 };
         plant.set_state(&start);
         let before = energy(&vehicle.coefficients, &start);
         plant.advance(3.0).unwrap();
@@ -55,7 +55,7 @@ fn undamped_motion_conserves_energy() {
 fn rk4(vehicle: &Vehicle, trim: &Trim, commands: &[f64], duration: f64, steps: usize) -> Vec<f64> {
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let rate = |y: &[f64]| -> Vec<f64> {
-        let motion = Motion { u: y[0], w: y[1], q: y[2], theta: y[3] };
+        let motion = Motion::in_plane(y[0], y[1], y[2], y[3]);
         let force = actuator_force(&vehicle.actuators, y[0], y[6..].iter().copied());
         let [du, dw, dq] = dynamics.acceleration(&motion, y[5], force);
         let (sin, cos) = y[3].sin_cos();
@@ -95,7 +95,7 @@ fn an_independent_method_finds_the_same_motion() {
         }
         plant.advance(60.0).unwrap();
         let expected = rk4(&vehicle, &trim, &commands, 60.0, 60_000);
-        let State { motion: Motion { u, w, q, theta }, x, depth } = plant.state();
+        let State { motion: Motion { u, w, q, theta, .. }, x, depth } = plant.state();
         for (found, expected) in [u, w, q, theta, x, depth].iter().chain(plant.outputs()).zip(&expected) {
             assert!(
                 (found - expected).abs() < 2e-9 * (1.0 + expected.abs()),

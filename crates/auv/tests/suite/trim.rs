@@ -73,7 +73,7 @@ fn squid_with_vertical() -> Vehicle {
     let mut vehicle = squid();
     let mut vertical = vehicle.actuators[0].clone();
     vertical.name = "vertical".into();
-    vertical.effect = Effect::Thruster { x: 0.0, z: 0.0, direction: std::f64::consts::FRAC_PI_2 };
+    vertical.effect = Effect::thruster(0.0, 0.0, std::f64::consts::FRAC_PI_2);
     vehicle.actuators.push(vertical);
     vehicle
 }
@@ -119,7 +119,7 @@ fn what_cannot_be_trimmed_is_refused_with_numbers() {
 
     let mut axial = squid();
     axial.actuators.truncate(1);
-    axial.actuators[0].effect = Effect::Thruster { x: 0.0, z: 0.0, direction: 0.0 };
+    axial.actuators[0].effect = Effect::thruster(0.0, 0.0, 0.0);
     let error = trim(&axial, Speed::Path(1.0), 50.0).unwrap_err();
     assert!(matches!(error, TrimError::NotFound { residual, .. } if residual > 1e-4), "{error}");
     let text = error.to_string();

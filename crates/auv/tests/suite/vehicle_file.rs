@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{remus100, squid};
-use auv::{Allowed, COEFFICIENTS, Effect, Status, Vehicle};
+use auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, Status, Vehicle};
 
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
@@ -38,7 +38,7 @@ fn both_vehicles_read_as_they_are_written() {
     assert_eq!(squid.coefficients.buoyancy_at(50.0), 658.1606198442163);
     let names: Vec<&str> = squid.actuators.iter().map(|a| a.name.as_str()).collect();
     assert_eq!(names, ["lower", "upper_port", "upper_starboard"]);
-    assert_eq!(squid.actuators[0].effect, Effect::Thruster { x: 0.0, z: 0.2, direction: 0.0 });
+    assert_eq!(squid.actuators[0].effect, Effect::thruster(0.0, 0.2, 0.0));
     assert_eq!((squid.actuators[1].min, squid.actuators[1].max, squid.actuators[1].lag), (-60.0, 100.0, 0.2));
     assert!(squid.sources["M_uw"].contains("Hoerner"));
     assert!(squid.sources["lower.max"].contains("assumed"));
@@ -56,7 +56,8 @@ fn unknown_keys() {
     refused(
         "Z_uw = {",
         "Zuw = {",
-        "unknown key 'lift.Zuw' (did you mean 'Z_uw'?); allowed here: Z_uw, Z_uq, M_uw, M_uq, convention",
+        "unknown key 'lift.Zuw' (did you mean 'Z_uw'?); allowed here: Z_uw, Z_uq, M_uw, M_uq, Y_uv, Y_up, Y_ur, K_uv, \
+         K_up, K_ur, N_uv, N_up, N_ur, convention",
     );
     refused(
         "form_factor = {",
@@ -76,11 +77,11 @@ fn unknown_keys() {
         "z = { value = 0.2, units = \"m\"",
         "unknown key 'thruster.z.units' (did you mean 'unit'?); allowed here: value, unit, source",
     );
-    let (two, line) = message(SQUID, key, "y = { value = 0.2, unit = \"m\"");
+    let (two, line) = message(SQUID, key, "height = { value = 0.2, unit = \"m\"");
     let header = line_of(SQUID, "[[thruster]]");
     let missing = format!("vehicle.toml:{header}: missing key 'thruster.z': position below the origin");
-    let allowed = "allowed here: name, x, z, direction, curve, T_nn, min, max, lag, rate";
-    assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.y'; {allowed}"));
+    let allowed = "allowed here: name, x, y, z, direction, azimuth, torque, curve, T_nn, min, max, lag, rate";
+    assert_eq!(two, format!("{missing}\nvehicle.toml:{line}: unknown key 'thruster.height'; {allowed}"));
     refused(
         "status =",
         "state =",
@@ -132,7 +133,7 @@ fn thrusters_under_one_command_act_as_their_sum() {
     assert_eq!(
         message("share", "part"),
         "missing key 'thruster_group.thruster.share': thrust of this one for that of the command\nv.toml:124: \
-         unknown key 'thruster_group.thruster.part'; allowed here: share, x, z, direction"
+         unknown key 'thruster_group.thruster.part'; allowed here: share, x, y, z, direction, azimuth, torque"
             .replace("124", &(SQUID.lines().count() + 8).to_string())
     );
     let without = &GROUP[GROUP.find("[[thruster_group.thruster]]").unwrap()..];
@@ -450,7 +451,14 @@ fn the_table_of_coefficients_is_sound() {
     for (i, spec) in COEFFICIENTS.iter().enumerate() {
         assert!(COEFFICIENTS[..i].iter().all(|other| other.key != spec.key), "{} twice", spec.key);
         assert!(!spec.meaning.is_empty() && !spec.unit.is_empty());
-        assert!(spec.default.is_none_or(|default| spec.allowed.contains(default)), "{}", spec.key);
+        match spec.default {
+            DefaultValue::Required => {}
+            DefaultValue::Number(default) => assert!(spec.allowed.contains(default), "{}", spec.key),
+            DefaultValue::Axisymmetric(of, factor) => {
+                assert!(spec.is_lateral() && factor.abs() == 1.0, "{}", spec.key);
+                assert!(COEFFICIENTS.iter().any(|other| other.key == of && !other.is_lateral()), "{of}");
+            }
+        }
         let mut coefficients = squid().coefficients;
         (spec.set)(&mut coefficients, -7.5);
         assert_eq!((spec.get)(&coefficients), -7.5, "{}", spec.key);

@@ -58,7 +58,7 @@ fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
     plant
 }
 
-fn numbers(State { motion: Motion { u, w, q, theta }, x, depth }: State) -> [f64; 6] {
+fn numbers(State { motion: Motion { u, w, q, theta, .. }, x, depth }: State) -> [f64; 6] {
     [u, w, q, theta, x, depth]
 }
 

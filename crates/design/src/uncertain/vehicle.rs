@@ -148,7 +148,7 @@ mod tests {
         let start = [u, w, q, theta];
         let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
         let rate = |at: &[f64]| {
-            let motion = Motion { u: at[0], w: at[1], q: at[2], theta: at[3] };
+            let motion = Motion::in_plane(at[0], at[1], at[2], at[3]);
             dynamics.rate(&vehicle.actuators, &motion, depth, 0.0, at[4..].iter().copied())
         };
         assert!(rate(&start).iter().all(|v| v.abs() < 1e-9), "no trim: {:?}", rate(&start));

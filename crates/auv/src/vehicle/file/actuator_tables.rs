@@ -14,11 +14,23 @@ use crate::vehicle::file::units::Units;
 use crate::words::{number, rounded};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
-const THRUSTER: [&str; 10] = ["name", "x", "z", "direction", CURVE, SQUARE, "min", "max", "lag", "rate"];
+const THRUSTER: [&str; 13] =
+    ["name", "x", "y", "z", "direction", "azimuth", "torque", CURVE, SQUARE, "min", "max", "lag", "rate"];
 const THRUSTER_GROUP: [&str; 8] = ["name", "thruster", CURVE, SQUARE, "min", "max", "lag", "rate"];
-const MEMBER: [&str; 4] = ["share", "x", "z", "direction"];
-const CONTROL_SURFACE: [&str; 8] =
-    ["name", "Z_uu_delta", "M_uu_delta", "X_uu_delta2", "min", "max", "lag", "rate"];
+const MEMBER: [&str; 7] = ["share", "x", "y", "z", "direction", "azimuth", "torque"];
+const CONTROL_SURFACE: [&str; 11] = [
+    "name",
+    "Z_uu_delta",
+    "M_uu_delta",
+    "X_uu_delta2",
+    "Y_uu_delta",
+    "K_uu_delta",
+    "N_uu_delta",
+    "min",
+    "max",
+    "lag",
+    "rate",
+];
 
 /// Beyond 90 deg a surface would stand backwards \[rad\]; a little more, for what rounding adds.
 const FARTHEST_DEFLECTION: f64 = std::f64::consts::FRAC_PI_2 + 1e-9;
@@ -84,46 +96,70 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn thruster(self, sources: &mut Sources) -> Option<Actuator> {
-        let x = self.optional("x", &["m"], sources);
-        let z = self.required("z", &["m"], "position below the origin", sources);
-        let direction = self.optional("direction", &ANGLES, sources);
+        let effect = self.one_thruster(sources);
         let driven = self.thrust(sources);
-        let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
-        self.finish(driven?, effect)
+        self.finish(driven?, effect?)
+    }
+
+    /// Place, direction and torque of a thruster.
+    fn one_thruster(&self, sources: &mut Sources) -> Option<Effect> {
+        let [x, y] = ["x", "y"].map(|key| self.optional(key, &["m"], sources));
+        let z = self.required("z", &["m"], "position below the origin", sources);
+        let [direction, azimuth] = ["direction", "azimuth"].map(|key| self.optional(key, &ANGLES, sources));
+        let torque = self.optional("torque", &["m"], sources);
+        let (azimuth, torque) = (azimuth?, torque?);
+        Some(Effect::Thruster { x: x?, y: y?, z: z?, direction: direction?, azimuth, torque })
     }
 
     fn thruster_group(self, sources: &mut Sources) -> Option<Actuator> {
         let meaning = "[[thruster_group.thruster]], once for each thruster of the group";
         let members = self.table.requires("thruster", meaning).then(|| self.table.tables("thruster"))?;
-        let mut sums = Some([0.0; 3]);
+        let mut sums = Some([[0.0; 3]; 2]);
         for (place, table) in members.iter().enumerate() {
             table.allow_only(&MEMBER);
             let name = format!("{}.{}", self.name, place + 1);
             let reader = Reader { name, table, units: self.units };
             let share =
                 reader.required("share", &["1"], "thrust of this one for that of the command", sources);
-            let x = reader.optional("x", &["m"], sources);
-            let z = reader.required("z", &["m"], "position below the origin", sources);
-            let direction = reader.optional("direction", &ANGLES, sources);
-            let force = (|| {
-                let effect = Effect::Thruster { x: x?, z: z?, direction: direction? };
-                Some(effect.force(0.0, share?))
-            })();
-            sums = sums.zip(force).map(|(sum, force): ([f64; 3], _)| add(sum, force));
+            let effect = reader.one_thruster(sources);
+            let force = effect
+                .zip(share)
+                .map(|(effect, share)| [effect.force(0.0, share), effect.lateral_force(0.0, share)]);
+            let both = |(sum, force): ([[f64; 3]; 2], [[f64; 3]; 2])| [0, 1].map(|i| add(sum[i], force[i]));
+            sums = sums.zip(force).map(both);
         }
         let driven = self.thrust(sources);
-        let [X_T, Z_T, M_T] = sums?;
-        self.finish(driven?, Effect::ThrusterGroup { X_T, Z_T, M_T })
+        let [[X_T, Z_T, M_T], [Y_T, K_T, N_T]] = sums?;
+        self.finish(driven?, Effect::ThrusterGroup { X_T, Y_T, Z_T, K_T, M_T, N_T })
     }
 
+    /// A surface needs force and moment in one of the two planes, those of the other are 0 unless they are given.
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
-        let (force, moment) = ("heave force per u|u| delta", "pitch moment per u|u| delta");
-        let heave = self.required("Z_uu_delta", &["kg/(m.rad)"], force, sources);
-        let pitch = self.required("M_uu_delta", &["kg/rad"], moment, sources);
-        let surge = self.optional("X_uu_delta2", &["kg/(m.rad2)"], sources);
+        let steers = ["Y_uu_delta", "N_uu_delta"].iter().any(|key| self.table.has(key));
+        let dives = !steers || ["Z_uu_delta", "M_uu_delta"].iter().any(|key| self.table.has(key));
+        let mut number = |key: &str, unit: &str, meaning: &str, needed: bool| {
+            let there = !needed || self.table.requires(key, meaning);
+            there.then(|| self.optional(key, &[unit], sources)).flatten()
+        };
+        let (force, moment) = ("kg/(m.rad)", "kg/rad");
+        let heave = number("Z_uu_delta", force, "heave force per u|u| delta", dives);
+        let pitch = number("M_uu_delta", moment, "pitch moment per u|u| delta", dives);
+        let sway = number("Y_uu_delta", force, "sway force per u|u| delta", steers);
+        let yaw = number("N_uu_delta", moment, "yaw moment per u|u| delta", steers);
+        let roll = number("K_uu_delta", moment, "", false);
+        let surge = number("X_uu_delta2", "kg/(m.rad2)", "", false);
         let limits = self.limits([&ANGLES, &["rad/s", "deg/s"]], None, sources);
         let limits = limits.filter(|limits| self.can_be_deflected(limits));
-        let effect = Effect::ControlSurface { Z_uu_delta: heave?, M_uu_delta: pitch?, X_uu_delta2: surge? };
+        let (Z_uu_delta, M_uu_delta, X_uu_delta2) = (heave?, pitch?, surge?);
+        let (Y_uu_delta, K_uu_delta, N_uu_delta) = (sway?, roll?, yaw?);
+        let effect = Effect::ControlSurface {
+            Z_uu_delta,
+            M_uu_delta,
+            X_uu_delta2,
+            Y_uu_delta,
+            K_uu_delta,
+            N_uu_delta,
+        };
         self.finish((limits?, None), effect)
     }
 

@@ -1,0 +1,82 @@
+//! What a vehicle file says of sway, roll and yaw, and what stands for the rest.
+
+use super::*;
+
+fn refused(text: &str) -> String {
+    Vehicle::parse(text, "v.toml").unwrap_err().to_string()
+}
+
+/// All but what is given is that of an axisymmetric hull; the two forms of lift agree on it.
+#[test]
+fn what_is_missing_is_that_of_an_axisymmetric_hull() {
+    let c = remus().coefficients;
+    let pairs = [
+        (c.I_zz, c.I_yy),
+        (c.Y_v_dot, c.Z_w_dot),
+        (c.Y_r_dot, -c.Z_q_dot),
+        (c.N_r_dot, c.M_q_dot),
+        (c.Y_uv, c.Z_uw),
+        (c.Y_ur, -c.Z_uq),
+        (c.N_uv, -c.M_uw),
+        (c.N_ur, c.M_uq),
+        (c.Y_vv, c.Z_ww),
+        (c.Y_rr, -c.Z_qq),
+        (c.N_vv, -c.M_ww),
+    ];
+    for (lateral, plane) in pairs {
+        assert_eq!(lateral, plane);
+    }
+    assert_eq!((c.N_rr, c.K_pp, c.I_xx), (-94.0, -0.13, 0.177));
+    // Prestero (2001) prints combined coefficients: Y_ur 5.22, N_uv -24, N_ur -2, with the same moment and forces.
+    let printed = [
+        ("[lift]", r#"Y_ur = { value = 5.22, unit = "kg", source = "Prestero (2001)" }"#),
+        ("[lift]", r#"N_uv = { value = -24.0, unit = "kg", source = "Prestero (2001)" }"#),
+        ("[lift]", r#"N_ur = { value = -2.0, unit = "kg.m", source = "Prestero (2001)" }"#),
+    ];
+    assert_eq!(remus_with(&printed).coefficients, c);
+}
+
+#[test]
+fn a_file_says_what_a_turning_vehicle_needs() {
+    let without = |place: usize| {
+        let mut lines = LATERAL.to_vec();
+        lines.remove(place);
+        refused(&with(&lines))
+    };
+    let inertia = without(0);
+    assert!(
+        inertia.contains("missing key 'mass.I_xx': moment of inertia in roll about the origin"),
+        "{inertia}"
+    );
+    assert!(inertia.contains("which 'K_p_dot' needs"), "{inertia}");
+    let damping = without(2);
+    assert!(
+        damping.contains("missing key 'lift.K_up': roll moment per u p, or K_p or K_pp in [damping]"),
+        "{damping}"
+    );
+    let rudder = refused(&with(&[]));
+    assert!(rudder.contains("which 'rudder' needs"), "{rudder}");
+    let half = refused(&with(&LATERAL).replace("N_uu_delta = ", "K_uu_delta = "));
+    assert!(half.contains("missing key 'control_surface.N_uu_delta': yaw moment per u|u| delta"), "{half}");
+    let light = refused(&with(&LATERAL).replace("value = 0.177", "value = 0.01"));
+    assert!(
+        light.contains("'mass.I_xx' is 0.01 kg.m2, about the origin; it must be above mass z_G^2"),
+        "{light}"
+    );
+    let added = refused(&with(&LATERAL).replace("value = -0.0704", "value = 0.0704"));
+    assert!(added.contains("K_p_dot"), "{added}");
+}
+
+#[test]
+fn a_vehicle_that_turns_comes_back_from_json() {
+    let vehicle = remus();
+    let json = vehicle.to_json().unwrap();
+    let read = Vehicle::from_json(&json, "vehicle.json").unwrap();
+    assert_eq!((&read.coefficients, &read.actuators), (&vehicle.coefficients, &vehicle.actuators));
+    // What is left out has its default there, too.
+    let short: String =
+        json.lines().filter(|line| !line.contains("\"N_uv\"")).map(|l| format!("{l}\n")).collect();
+    assert_eq!(Vehicle::from_json(&short, "vehicle.json").unwrap().coefficients, vehicle.coefficients);
+    let planar = crate::common::remus100().to_json().unwrap();
+    assert!(!planar.contains("I_xx") && !planar.contains("Y_uu_delta") && !planar.contains("azimuth"));
+}

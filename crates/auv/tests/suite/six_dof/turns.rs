@@ -1,0 +1,157 @@
+//! Steady turns, and the linear motion about them.
+
+use super::*;
+use auv::{Turn, linearise_turn, turn};
+use nalgebra::{Complex, DMatrix};
+
+const DEPTH: f64 = 0.0;
+
+fn steady(vehicle: &Vehicle, speed: f64, rate_deg: f64) -> Turn {
+    turn(vehicle, speed, rate_deg.to_radians(), DEPTH).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Another implementation of the same equations.
+#[test]
+fn level_turns_are_those_of_another_implementation() {
+    let found = steady(&remus(), 1.54, 10.0);
+    let m = found.motion;
+    let deg = f64::to_degrees;
+    for (name, found, expected, tolerance) in [
+        ("u", m.u, 1.53769056, 1e-8),
+        ("v", m.v, -0.06560701, 1e-8),
+        ("w", m.w, -0.05294765, 1e-8),
+        ("phi", deg(m.phi), 1.56895, 1e-5),
+        ("theta", deg(m.theta), -2.03821, 1e-5),
+        ("thrust", found.actuators[0], 4.947990, 1e-6),
+        ("stern planes", deg(found.actuators[1]), -6.97645, 1e-5),
+        ("rudder", deg(found.actuators[2]), -3.77689, 1e-5),
+        ("radius", found.radius(), 8.823550, 1e-6),
+    ] {
+        assert!((found - expected).abs() < tolerance, "{name}: {found} instead of {expected}");
+    }
+    // At half the rate the rudder is on the other side: the hull is directionally unstable.
+    let slow = steady(&remus(), 1.54, 5.0);
+    assert!((deg(slow.actuators[2]) - 1.144472).abs() < 1e-6, "{slow:?}");
+    assert!((slow.actuators[0] - 4.360372).abs() < 1e-6, "{slow:?}");
+}
+
+#[test]
+fn turns_are_alike_to_both_sides_and_end_in_the_trim() {
+    let vehicle = remus();
+    let (port, starboard) = (steady(&vehicle, 1.7, -8.0), steady(&vehicle, 1.7, 8.0));
+    let Motion { v, p, r, phi, .. } = port.motion;
+    let mirrored = Motion { v: -v, p: -p, r: -r, phi: -phi, ..port.motion };
+    let numbers = |m: Motion| [m.u, m.v, m.w, m.p, m.q, m.r, m.phi, m.theta];
+    for (a, b) in numbers(mirrored).iter().zip(numbers(starboard.motion)) {
+        assert!((a - b).abs() < 1e-12, "{port:?} {starboard:?}");
+    }
+    let level = auv::trim(&vehicle, auv::Speed::Path(1.7), DEPTH).unwrap();
+    let straight = steady(&vehicle, 1.7, 0.0);
+    assert!((straight.motion.theta - level.pitch).abs() < 1e-12 && straight.radius().is_infinite());
+    for (a, b) in straight.actuators.iter().zip(&level.actuators) {
+        assert!((a - b).abs() < 1e-12, "{straight:?} {level:?}");
+    }
+}
+
+/// The torque of the propeller is balanced by the weight below the buoyancy: `z_G W cos(theta) sin(phi) = k_Q T`.
+#[test]
+fn the_torque_of_a_propeller_rolls() {
+    let torque = -0.543 / 3.86;
+    let line = format!(r#"torque = {{ value = {torque}, unit = "m", source = "Prestero (2001)" }}"#);
+    let vehicle = remus_with(&[("[[thruster]]", &line)]);
+    let straight = steady(&vehicle, 1.54, 0.0);
+    let moment = torque * straight.actuators[0];
+    let by_hand = (moment / (0.0196 * 299.0 * straight.motion.theta.cos())).asin();
+    // A little of it is carried by the hull, which sways.
+    assert!((straight.motion.phi - by_hand).abs() < 2e-4, "{straight:?} {by_hand}");
+    // Another implementation: -5.3164 deg under 0.543 N m.
+    let at_its_torque = straight.motion.phi.to_degrees() * 0.543 / moment.abs();
+    assert!((at_its_torque + 5.3164).abs() < 0.02, "{straight:?}");
+}
+
+/// From straight flight at 1.54 m/s, under a rudder of 4 deg for 120 s; another implementation of the same equations.
+#[test]
+fn a_free_turn_is_that_of_another_implementation() {
+    let vehicle = remus();
+    let straight = steady(&vehicle, 1.54, 0.0);
+    let Motion { u, w, theta, .. } = straight.motion;
+    let outputs = [straight.actuators[0], straight.actuators[1], 4f64.to_radians()];
+    let start = [u, 0.0, w, 0.0, 0.0, 0.0, 0.0, theta, 0.0, 10.0];
+    let [u, v, w, p, q, r, phi, theta, _, depth] =
+        (0..12_000).fold(start, |x, _| step(&vehicle, x, outputs, 0.01));
+    let motion = Motion { u, v, w, p, q, r, phi, theta };
+    assert!((r.to_degrees() + 8.4734).abs() < 2e-3, "{motion:?}");
+    assert!((u - 1.2844).abs() < 2e-4, "{motion:?}");
+    assert!((depth - 10.0 - 7.8).abs() < 0.1, "{depth}");
+    let radius = u.hypot(v).hypot(w) / r.abs();
+    assert!((radius - 8.703).abs() < 2e-3, "{radius}");
+    // The speed over ground is that through the water, whatever the heading.
+    let [north, east, down] = motion.velocity(0.7);
+    assert!((north.hypot(east).hypot(down) - u.hypot(v).hypot(w)).abs() < 1e-12 && down == motion.sinking());
+}
+
+/// The states v, p, r and phi among those of a turn.
+fn lateral(a: &DMatrix<f64>) -> DMatrix<f64> {
+    a.view((4, 4), (4, 4)).into_owned()
+}
+
+/// In straight flight the two planes do not couple, and the plane is that of the longitudinal model.
+#[test]
+fn planes_decouple_in_straight_flight() {
+    let vehicle = remus();
+    for speed in [1.4, 1.54, 2.2] {
+        let (a, b) = linearise_turn(&vehicle, &steady(&vehicle, speed, 0.0)).unwrap();
+        for (i, j) in (0..4).flat_map(|i| (4..8).map(move |j| (i, j))) {
+            assert_eq!([a[(i, j)], a[(j, i)]], [0.0; 2], "{i} {j}");
+        }
+        assert_eq!(b.view((0, 2), (4, 1)).amax(), 0.0, "the rudder pitches");
+        assert_eq!(b.view((4, 0), (4, 2)).amax(), 0.0, "planes and propeller yaw");
+        let level = auv::trim(&vehicle, auv::Speed::Path(speed), DEPTH).unwrap();
+        let plane = auv::linearise(&vehicle, &level).unwrap();
+        let off = (a.view((0, 0), (4, 4)) - &plane.a).amax().max((b.rows(0, 4) - &plane.b).amax());
+        assert!(off < 1e-9, "{off}");
+        // In a turn they do.
+        let (turning, _) = linearise_turn(&vehicle, &steady(&vehicle, speed, 8.0)).unwrap();
+        assert!(turning.view((0, 4), (4, 4)).amax() > 0.1);
+    }
+}
+
+/// Another implementation: directionally unstable, with next to no damping in roll.
+#[test]
+fn lateral_poles_are_those_of_another_implementation() {
+    let vehicle = remus();
+    for (speed, unstable, stable) in
+        [(1.4, 0.9552, -2.1236), (1.54, 1.0503, -2.3343), (1.8, 1.2267, -2.7255), (2.2, 1.4976, -3.3267)]
+    {
+        let (a, b) = linearise_turn(&vehicle, &steady(&vehicle, speed, 0.0)).unwrap();
+        let poles = lateral(&a).complex_eigenvalues();
+        let has = |expected: Complex<f64>, tolerance: f64| {
+            poles.iter().any(|pole| (pole - expected).norm() < tolerance)
+        };
+        assert!(has(Complex::from(unstable), 1e-4) && has(Complex::from(stable), 1e-4), "{poles}");
+        let roll = poles.iter().find(|pole| pole.im > 0.0).unwrap();
+        assert!((roll.im - 4.96).abs() < 0.02 && -0.033 < roll.re && roll.re < -0.017, "{poles}");
+        // The rudder that holds a slow turn is opposite to the one that begins it.
+        let gain = -(lateral(&a).try_inverse().unwrap() * b.view((4, 2), (4, 1)))[2];
+        assert!(gain > 0.98 && gain < 1.6 && b[(6, 2)] < 0.0, "{gain}");
+    }
+}
+
+#[test]
+fn what_cannot_turn_says_so() {
+    let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH).unwrap_err().to_string();
+    assert_eq!(
+        planar,
+        "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is \
+         missing then in the vehicle file"
+    );
+    let mut without = remus();
+    without.actuators.truncate(2);
+    let refused = turn(&without, 1.5, 0.1, DEPTH).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("no steady turn of ") && refused.contains("deg/s at 1.5 m/s and 0 m"),
+        "{refused}"
+    );
+    let refused = turn(&remus(), 1.5, f64::INFINITY, DEPTH).unwrap_err().to_string();
+    assert!(refused.contains("must be a finite number"), "{refused}");
+}
