@@ -14,6 +14,7 @@
 //! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
 //!   what is asked of the [`Pitch`];
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
+//! - [`Lateral`]: the linear motion in sway, roll and yaw; [`Vehicle::in_plane`]: the vehicle without it;
 //! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in all six degrees of freedom;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
 //!   [`Parameter`] of vehicle and trim;
@@ -46,6 +47,7 @@ mod words;
 pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
 pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force, lateral_actuator_force};
+pub use motion::lateral::Lateral;
 pub use motion::level::{Branch, Pitch, Speed};
 pub use motion::linearise::{Linearisation, linearise, linearise_with};
 pub use motion::parameter::{Parameter, UnknownParameter};

@@ -5,6 +5,7 @@ pub(crate) mod branch;
 pub(crate) mod descriptor;
 pub(crate) mod dynamics;
 mod forces;
+pub(crate) mod lateral;
 pub(crate) mod level;
 pub(crate) mod linearise;
 pub(crate) mod parameter;

@@ -8,6 +8,7 @@ mod file;
 pub(crate) mod geometry;
 pub(crate) mod hull;
 pub(crate) mod json;
+mod plane;
 mod plausible;
 pub(crate) mod surge;
 

@@ -22,8 +22,10 @@ use std::path::{Path, PathBuf};
 pub struct Inputs {
     /// The vehicle's directory, as an absolute path.
     pub directory: PathBuf,
-    /// The vehicle.
+    /// The vehicle in the vertical plane.
     pub vehicle: Vehicle,
+    /// The vehicle as its file has it.
+    pub whole: Vehicle,
     /// The design.
     pub design: DesignFile,
     /// The uncertain coefficients of the design, in the order of the vehicle file.
@@ -104,7 +106,8 @@ impl Inputs {
     ) -> Result<Self, InputError> {
         actuator_names::check(&vehicle.0, files[0])?;
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
-        let (vehicle, mut design) = (vehicle.0, design.0);
+        let (whole, mut design) = (vehicle.0, design.0);
+        let vehicle = whole.in_plane();
         design.states = Longitudinal { vehicle: &vehicle, file: &design }.states();
         check_states(&design, files[1])?;
         if design.sea.is_some() && vehicle.geometry.is_none() {
@@ -118,6 +121,7 @@ impl Inputs {
             uncertain: uncertain.transpose()?.unwrap_or_default(),
             hashes,
             vehicle,
+            whole,
             design,
         })
     }

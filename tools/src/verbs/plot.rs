@@ -26,7 +26,7 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     check_plot(&to)?;
     let actuators = match vehicle {
-        Some(directory) => read_vehicle(&directory.join("vehicle.toml"))?.actuators,
+        Some(directory) => read_vehicle(&directory.join("vehicle.toml"))?.in_plane().actuators,
         None => Vec::new(),
     };
     let mut record = read_record(path)?;

@@ -1,5 +1,6 @@
 //! `squid show`: trims, models and controllers as tables.
 
+mod lateral;
 mod tables;
 mod uncertainty;
 mod values;
@@ -8,9 +9,9 @@ use crate::cli::{DEFAULT_DESIGN, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
-use auv::Vehicle;
+use auv::{Lateral, Vehicle};
 use base::progress::Progress;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
@@ -55,6 +56,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         let found = linearise::linearise_at(&inputs.vehicle, &inputs.design, v)?;
         say(&tables::speed(&inputs.vehicle, &found));
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
+        show_lateral(&inputs.whole, v, inputs.design.depth, &mut shown);
     }
     if asked.fit || all {
         let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
@@ -93,11 +95,30 @@ fn vehicle_alone(which: &Which) -> Result<Option<Vehicle>, Error> {
 }
 
 /// Trim, A, B and eigenvalues of a vehicle without a design, at the depth at which its buoyancy is given.
-fn of_the_vehicle(vehicle: &Vehicle, speed: f64) -> Result<(), Error> {
-    vehicle.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
-    let found = linearise::linearise_vehicle(vehicle, vehicle.coefficients.reference_depth, speed)?;
+fn of_the_vehicle(whole: &Vehicle, speed: f64) -> Result<(), Error> {
+    let vehicle = &whole.in_plane();
+    whole.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
+    let depth = vehicle.coefficients.reference_depth;
+    let found = linearise::linearise_vehicle(vehicle, depth, speed)?;
     say(&tables::speed(vehicle, &found));
-    Ok(answer(&json!({ "at_speed": linearise::to_json(vehicle, &found) }))?)
+    let mut shown = Map::new();
+    shown.insert("at_speed".into(), linearise::to_json(vehicle, &found));
+    show_lateral(whole, speed, depth, &mut shown);
+    Ok(answer(&shown)?)
+}
+
+/// Sway, roll and yaw of a vehicle that has them.
+fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, shown: &mut Map<String, Value>) {
+    if !vehicle.coefficients.has_lateral() {
+        return;
+    }
+    match Lateral::at(vehicle, speed, depth) {
+        Ok(found) => {
+            say(&lateral::words(vehicle, &found));
+            shown.insert("lateral".into(), lateral::to_json(vehicle, &found));
+        }
+        Err(reason) => say(&format!("WARNING: sway, roll and yaw are not shown: {reason}")),
+    }
 }
 
 /// The stored controller, or one designed for this output only.

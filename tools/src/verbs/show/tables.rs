@@ -126,7 +126,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
 }
 
 /// A table of as many columns side by side as fit, the others below.
-fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
+pub fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
     let width = |j: usize| columns[j].len().max(11) + 1;
     let mut out = String::new();
     let mut from = 0;
@@ -150,7 +150,7 @@ fn table(m: &Mat, rows: &[&str], columns: &[&str]) -> String {
 }
 
 /// Real modes one a line, complex pairs once, with damping.
-fn modes(values: &[Complex<f64>]) -> String {
+pub fn modes(values: &[Complex<f64>]) -> String {
     let shown = values.iter().filter(|v| v.im >= 0.0);
     shown
         .map(|v| {

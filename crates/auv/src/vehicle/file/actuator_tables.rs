@@ -62,6 +62,9 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
             actuators.extend(name.and(actuator));
         }
     }
+    if !actuators.is_empty() && !actuators.iter().any(Actuator::acts_in_plane) {
+        root.problem(FileProblem::NoActuator);
+    }
     actuators
 }
 

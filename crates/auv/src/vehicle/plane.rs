@@ -1,0 +1,68 @@
+//! A vehicle in the vertical plane alone, and what moves it out of it.
+
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
+
+use crate::vehicle::Vehicle;
+use crate::vehicle::actuator::{Actuator, Effect};
+use crate::vehicle::coefficients::{COEFFICIENTS, is_lateral};
+
+impl Vehicle {
+    /// Returns the vehicle as it moves in the vertical plane: without the coefficients of sway, roll and yaw, without
+    /// the actuators that act there alone, and without what the others do there. A thruster with an azimuth becomes a
+    /// group of one.
+    #[must_use]
+    pub fn in_plane(&self) -> Self {
+        let mut plane = self.clone();
+        for spec in COEFFICIENTS.iter().filter(|spec| spec.is_lateral()) {
+            (spec.set)(&mut plane.coefficients, 0.0);
+        }
+        plane.actuators =
+            self.actuators.iter().filter(|one| one.acts_in_plane()).map(Actuator::in_plane).collect();
+        let of_plane = |key: &str| match key.split_once('.') {
+            // Of an actuator, or of a thruster of its group.
+            Some((name, number)) => {
+                let number = number.rsplit('.').next().unwrap_or(number);
+                let gone = self.actuators.iter().any(|one| one.name == name && !one.acts_in_plane());
+                !(gone || is_lateral(number))
+            }
+            None => !is_lateral(key),
+        };
+        let sources = self.sources.iter().filter(|(key, _)| of_plane(key));
+        plane.sources = sources.map(|(key, source)| (key.clone(), source.clone())).collect();
+        plane
+    }
+
+    /// Returns the lateral coefficients that the vehicle file does not say, and that are those of an axisymmetric hull
+    /// or zero, with their values; none of a vehicle that stays in the vertical plane.
+    pub fn supposed(&self) -> Vec<(&'static str, f64)> {
+        let c = &self.coefficients;
+        let missing =
+            COEFFICIENTS.iter().filter(|spec| spec.is_lateral() && !self.sources.contains_key(spec.key));
+        let all = missing.map(|spec| (spec.key, (spec.get)(c)));
+        if c.has_lateral() { all.collect() } else { vec![] }
+    }
+}
+
+impl Actuator {
+    /// Returns whether it moves the vehicle in the vertical plane, or does nothing at all.
+    pub fn acts_in_plane(&self) -> bool {
+        let alone = self.effect.map(|key, value| if key == "X_uu_delta2" { 0.0 } else { value });
+        alone.force(1.0, 1.0) != [0.0; 3] || !self.effect.has_lateral()
+    }
+
+    /// Returns whether it sways, rolls or yaws the vehicle.
+    pub fn acts_out_of_plane(&self) -> bool {
+        self.effect.has_lateral()
+    }
+
+    fn in_plane(&self) -> Self {
+        let effect = match self.effect {
+            Effect::Thruster { azimuth, .. } if azimuth != 0.0 => {
+                let [X_T, Z_T, M_T] = self.effect.force(0.0, 1.0);
+                Effect::thruster_group(X_T, Z_T, M_T)
+            }
+            _ => self.effect.map(|key, value| if is_lateral(key) { 0.0 } else { value }),
+        };
+        Self { effect, ..self.clone() }
+    }
+}

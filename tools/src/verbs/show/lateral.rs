@@ -1,0 +1,91 @@
+//! Sway, roll and yaw in `squid show`.
+
+use super::tables::{modes, table};
+use auv::{Actuator, Lateral, Vehicle};
+use serde_json::{Value, json};
+use squid_design::numbers::{decimals, readable};
+
+/// The actuators that act out of the vertical plane, with their places.
+fn steering(vehicle: &Vehicle) -> impl Iterator<Item = (usize, &Actuator)> {
+    vehicle.actuators.iter().enumerate().filter(|(_, one)| one.acts_out_of_plane())
+}
+
+/// The linear model, its poles, what the actuators turn, and turns at constant depth.
+pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
+    let speed = found.straight.speed;
+    let mut out = format!("Sway, roll and yaw about straight level flight at V = {speed:.3} m/s\n");
+    if !vehicle.supposed().is_empty() {
+        let keys: Vec<&str> = vehicle.supposed().into_iter().map(|(key, _)| key).collect();
+        out += &format!("  as of an axisymmetric hull, not said by the vehicle file: {}\n", keys.join(", "));
+    }
+    out += &format!("  roll               {:>9} deg\n", decimals(found.straight.motion.phi.to_degrees(), 4));
+    let steering: Vec<(usize, &Actuator)> = steering(vehicle).collect();
+    let names: Vec<&str> = steering.iter().map(|(_, one)| one.name.as_str()).collect();
+    out += &format!("\nA, x = [{}] in m/s, rad/s, rad/s, rad\n", Lateral::STATES.join(" "));
+    out += &table(&found.a, &Lateral::STATES, &Lateral::STATES);
+    if names.is_empty() {
+        return out + "\nNo actuator sways, rolls or yaws the vehicle: it has no heading to control.\n";
+    }
+    let places: Vec<usize> = steering.iter().map(|(place, _)| *place).collect();
+    out += "\nB, in x' per N or rad\n";
+    out += &table(&found.b.select_columns(&places), &Lateral::STATES, &names);
+    out += &format!("\nEigenvalues of A (1/s)\n{}", modes(&found.eigenvalues()));
+    if !found.is_stable() {
+        out += "  Straight flight is unstable: a steady turn may need the output that turns the other way at first.\n";
+    }
+    out += "\nRate of yaw r in a slow steady turn by one actuator alone\n";
+    for (place, one) in &steering {
+        let (factor, unit) = readable(one.unit());
+        let gain = found.gain(*place).map(|gain| gain.to_degrees() / factor);
+        let words = gain.map_or("none".to_owned(), |gain| format!("{} deg/s per {unit}", decimals(gain, 4)));
+        let first = if found.b[(2, *place)] < 0.0 { "port" } else { "starboard" };
+        out += &format!("  {:<18} {words}; a positive output turns to {first} at first\n", one.name);
+    }
+    out += "\nSteady turns to starboard at constant depth\n  deg/s  radius, m  roll, deg  pitch, deg";
+    let all: Vec<(usize, &Actuator)> = vehicle.actuators.iter().enumerate().collect();
+    for (_, one) in &all {
+        out += &format!("  {}, {}", one.name, readable(one.unit()).1);
+    }
+    for turn in &found.turns {
+        let [roll, pitch] = [turn.motion.phi, turn.motion.theta].map(f64::to_degrees);
+        out += &format!(
+            "\n  {:>5}  {:>9}  {:>9}  {:>10}",
+            decimals(turn.rate.to_degrees(), 2),
+            decimals(turn.radius(), 2),
+            decimals(roll, 2),
+            decimals(pitch, 2)
+        );
+        for (place, one) in &all {
+            let (factor, unit) = readable(one.unit());
+            let width = one.name.len() + unit.len() + 2;
+            out += &format!("  {:>width$}", decimals(factor * turn.actuators[*place], 2));
+        }
+    }
+    out + "\n"
+}
+
+/// The same as JSON, in SI units.
+pub fn to_json(vehicle: &Vehicle, found: &Lateral) -> Value {
+    let rows = |m: &nalgebra::DMatrix<f64>| {
+        m.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>()
+    };
+    let turns = found.turns.iter().map(|turn| {
+        let m = turn.motion;
+        json!({
+            "rate": turn.rate, "radius": turn.radius(), "actuators": turn.actuators,
+            "u": m.u, "v": m.v, "w": m.w, "phi": m.phi, "theta": m.theta,
+        })
+    });
+    let gains = steering(vehicle).map(|(place, one)| (one.name.clone(), json!(found.gain(place))));
+    json!({
+        "states": Lateral::STATES,
+        "A": rows(&found.a),
+        "B": rows(&found.b),
+        "actuators": vehicle.actuators.iter().map(|one| &one.name).collect::<Vec<_>>(),
+        "eigenvalues": found.eigenvalues().iter().map(|v| [v.re, v.im]).collect::<Vec<_>>(),
+        "yaw_rate_per_output": gains.collect::<serde_json::Map<String, Value>>(),
+        "supposed": vehicle.supposed().into_iter().map(|(key, v)| (key.to_owned(), json!(v)))
+            .collect::<serde_json::Map<String, Value>>(),
+        "turns": turns.collect::<Vec<_>>(),
+    })
+}
