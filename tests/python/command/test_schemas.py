@@ -273,6 +273,38 @@ def test_a_rate_is_one_that_is_read(run_squid: Run, tmp_path: Path, keys: dict, 
     assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
 
 
+RUDDER = {"Y_uu_delta": number(10.0, "kg/(m.rad)"), "N_uu_delta": number(-8.0, "kg/rad")}
+PLANES = {"Z_uu_delta": number(-10.0, "kg/(m.rad)"), "M_uu_delta": number(-8.0, "kg/rad")}
+ROLL = {"mass": {"I_xx": number(0.5, "kg.m2")}, "lift": {"K_up": number(-0.7, "kg.m")}}
+
+
+@pytest.mark.parametrize(
+    ("surface", "sections", "allowed"),
+    [
+        (RUDDER, ROLL, True),
+        (PLANES | RUDDER, ROLL, True),
+        (PLANES, {}, True),
+        (PLANES, {"mass": ROLL["mass"]}, False),
+        (PLANES, {"mass": ROLL["mass"], "damping": {"K_pp": number(-0.1, "kg.m2")}}, True),
+        (PLANES, {"lift": ROLL["lift"]}, False),
+        (PLANES, {"added_mass": {"Y_v_dot": number(-60.0, "kg")}}, False),
+        ({"N_uu_delta": RUDDER["N_uu_delta"]}, ROLL, False),
+        (PLANES | {"Y_uu_delta": RUDDER["Y_uu_delta"]}, ROLL, False),
+        ({}, {}, False),
+    ],
+)
+def test_what_a_vehicle_that_turns_needs(
+    run_squid: Run, tmp_path: Path, surface: dict, sections: dict, allowed: bool
+) -> None:
+    vehicle = example("vehicle")
+    ends = {"min": number(-10.0, "deg"), "max": number(10.0, "deg"), "lag": number(0.1, "s")}
+    vehicle["control_surface"] = [{"name": "surface"} | surface | ends]
+    for section, more in sections.items():
+        vehicle[section] |= more
+    assert bool(complaints(run_squid, tmp_path, "vehicle", vehicle)) != allowed
+    assert Draft202012Validator(SCHEMAS["vehicle"]).is_valid(vehicle) == allowed
+
+
 @pytest.mark.parametrize(
     ("delay", "allowed"), [(-0.5, False), (-1.0, False), (0.0, True), (10.0, True), (11.0, False)]
 )

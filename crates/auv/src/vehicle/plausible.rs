@@ -44,6 +44,26 @@ impl Vehicle {
                 rounded(c.M_uq)
             )
         });
+        let with_motion = [
+            ("Y_uv", c.Y_uv, "sway force Y_uv u v", "v", "the lift of a hull"),
+            ("N_ur", c.N_ur, "yaw moment N_ur u r", "r", "the damping by fins"),
+            ("K_up", c.K_up, "roll moment K_up u p", "p", "the damping by fins"),
+        ];
+        let lateral = with_motion.into_iter().filter(|(_, value, ..)| *value > 0.0).map(
+            |(key, value, what, motion, usual)| {
+                format!(
+                    "the {what} acts in the direction of {motion}: without the terms of added mass {key} is {}, where \
+                     {usual} is negative",
+                    rounded(value)
+                )
+            },
+        );
+        let round = (c.I_xx > c.I_yy.max(c.I_zz)).then(|| {
+            format!(
+                "'I_xx' is {} kg.m2, more than 'I_yy' and 'I_zz': a hull is longer than broad; check its axis",
+                rounded(c.I_xx)
+            )
+        });
         let added = [("Z_w_dot", -c.Z_w_dot, "mass", c.mass), ("M_q_dot", -c.M_q_dot, "I_yy", c.I_yy)];
         let added = added.into_iter().filter(|(_, added, _, own)| *added > ADDED * own).map(
             |(key, added, of, own)| {
@@ -74,6 +94,7 @@ impl Vehicle {
             });
         let inertia = self.inertia();
         let of_coefficients = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
+        let of_coefficients = of_coefficients.chain(lateral).chain(round);
         of_coefficients.chain(lags).chain(surfaces.flatten()).collect()
     }
 

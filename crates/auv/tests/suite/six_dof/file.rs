@@ -1,6 +1,7 @@
 //! What a vehicle file says of sway, roll and yaw, and what stands for the rest.
 
 use super::*;
+use auv::Effect;
 
 fn refused(text: &str) -> String {
     Vehicle::parse(text, "v.toml").unwrap_err().to_string()
@@ -79,4 +80,37 @@ fn a_vehicle_that_turns_comes_back_from_json() {
     assert_eq!(Vehicle::from_json(&short, "vehicle.json").unwrap().coefficients, vehicle.coefficients);
     let planar = crate::common::remus100().to_json().unwrap();
     assert!(!planar.contains("I_xx") && !planar.contains("Y_uu_delta") && !planar.contains("azimuth"));
+}
+
+#[test]
+fn unlikely_numbers_are_remarked_on() {
+    assert_eq!(remus().doubts(), Vec::<String>::new());
+    let with_motion = remus_with(&[("[lift]", &K_UP.replace("-0.722", "0.722"))]).doubts();
+    let expected = "the roll moment K_up u p acts in the direction of p: without the terms of added mass K_up is \
+                    0.722, where the damping by fins is negative";
+    assert_eq!(with_motion, [expected]);
+    let mut broad = remus();
+    broad.coefficients.I_xx = 5.0;
+    assert!(
+        broad.doubts()[0].starts_with("'I_xx' is 5 kg.m2, more than 'I_yy' and 'I_zz'"),
+        "{:?}",
+        broad.doubts()
+    );
+}
+
+/// Without its numbers out of it, a vehicle in the vertical plane is the vehicle that never had them.
+#[test]
+fn a_vehicle_in_the_plane_has_nothing_out_of_it() {
+    let torque = r#"torque = { value = -0.14, unit = "m", source = "a test" }"#;
+    let mut plane = remus_with(&[("[[thruster]]", torque), ("[lift]", K_UP)]).in_plane();
+    assert_eq!(plane, crate::common::remus100());
+    assert_eq!(plane.in_plane(), plane);
+    assert_eq!(crate::common::squid().in_plane(), crate::common::squid());
+    assert!(plane.supposed().is_empty() && remus().supposed().iter().any(|one| one.0 == "N_uv"));
+    // A thruster that is turned aside pushes ahead with a part of its thrust.
+    plane.actuators[0].effect =
+        Effect::Thruster { x: 0.3, y: 0.2, z: 0.1, direction: 0.2, azimuth: 0.5, torque: 0.1 };
+    let aside = plane.in_plane().actuators[0].clone();
+    assert_eq!(aside.force(0.0, 2.0), plane.actuators[0].force(0.0, 2.0));
+    assert_eq!(aside.lateral_force(0.0, 2.0), [0.0; 3]);
 }

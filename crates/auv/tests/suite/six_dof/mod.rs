@@ -25,6 +25,9 @@ max = { value = 13.6, unit = "deg", source = "Prestero (2001)" }
 lag = { value = 0.1, unit = "s", source = "assumed" }
 "#;
 
+/// Damping of roll by the fins.
+const K_UP: &str = r#"K_up = { value = -0.722, unit = "kg.m", source = "of four fins" }"#;
+
 /// The file of the REMUS 100 with more lines below the headers of its sections.
 fn with(lines: &[(&str, &str)]) -> String {
     let text = lines.iter().fold(text("remus100"), |text, (section, line)| {

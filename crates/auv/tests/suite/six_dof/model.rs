@@ -23,8 +23,6 @@ fn axisymmetric() -> Vehicle {
     vehicle
 }
 
-const K_UP: &str = r#"K_up = { value = -0.722, unit = "kg.m", source = "of four fins" }"#;
-
 prop_compose! {
     fn motion()(
         u in -2.0..2.0, v in -0.5..0.5, w in -0.5..0.5,
