@@ -19,7 +19,13 @@ pub fn bluerov2_heavy() -> Vehicle {
     vehicle("bluerov2_heavy")
 }
 
+/// A vehicle in the vertical plane.
 fn vehicle(name: &str) -> Vehicle {
+    whole(name).in_plane()
+}
+
+/// A vehicle as its file has it.
+pub fn whole(name: &str) -> Vehicle {
     Vehicle::parse(&text(name), "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
 }
 

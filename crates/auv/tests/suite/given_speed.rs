@@ -17,7 +17,7 @@ fn text() -> String {
 }
 
 fn nps() -> Vehicle {
-    Vehicle::parse(&text(), "vehicle.toml").unwrap()
+    Vehicle::parse(&text(), "vehicle.toml").unwrap().in_plane()
 }
 
 /// REMUS 100 with its stern planes alone, whose incidence and deflection change with the speed.

@@ -34,38 +34,36 @@ fn what_is_missing_is_that_of_an_axisymmetric_hull() {
         ("[lift]", r#"N_uv = { value = -24.0, unit = "kg", source = "Prestero (2001)" }"#),
         ("[lift]", r#"N_ur = { value = -2.0, unit = "kg.m", source = "Prestero (2001)" }"#),
     ];
-    assert_eq!(remus_with(&printed).coefficients, c);
+    assert_eq!(read(&with(&printed)).coefficients, whole("remus100").coefficients);
 }
 
 #[test]
 fn a_file_says_what_a_turning_vehicle_needs() {
-    let without = |place: usize| {
-        let mut lines = LATERAL.to_vec();
-        lines.remove(place);
-        refused(&with(&lines))
-    };
-    let inertia = without(0);
+    let inertia = refused(&without(&["I_xx"]));
     assert!(
         inertia.contains("missing key 'mass.I_xx': moment of inertia in roll about the origin"),
         "{inertia}"
     );
     assert!(inertia.contains("which 'K_p_dot' needs"), "{inertia}");
-    let damping = without(2);
+    let damping = refused(&without(&["K_up", "K_pp"]));
     assert!(
         damping.contains("missing key 'lift.K_up': roll moment per u p, or K_p or K_pp in [damping]"),
         "{damping}"
     );
-    let rudder = refused(&with(&[]));
+    let rudder = refused(&without(&["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"]));
     assert!(rudder.contains("which 'rudder' needs"), "{rudder}");
-    let half = refused(&with(&LATERAL).replace("N_uu_delta = ", "K_uu_delta = "));
+    let half = refused(&without(&["N_uu_delta"]));
     assert!(half.contains("missing key 'control_surface.N_uu_delta': yaw moment per u|u| delta"), "{half}");
-    let light = refused(&with(&LATERAL).replace("value = 0.177", "value = 0.01"));
+    let light = refused(&text("remus100").replace("value = 0.177", "value = 0.01"));
     assert!(
         light.contains("'mass.I_xx' is 0.01 kg.m2, about the origin; it must be above mass z_G^2"),
         "{light}"
     );
-    let added = refused(&with(&LATERAL).replace("value = -0.0704", "value = 0.0704"));
+    let added = refused(&text("remus100").replace("value = -0.0704", "value = 0.0704"));
     assert!(added.contains("K_p_dot"), "{added}");
+    let plane = without(&["Z_uu_delta", "M_uu_delta"])
+        .replace("[[thruster]]", "[surge]\nspeed = \"given\"\n[[thrust]]");
+    assert!(refused(&plane).contains("missing key 'control_surface.Z_uu_delta'"), "{}", refused(&plane));
 }
 
 #[test]
@@ -85,7 +83,7 @@ fn a_vehicle_that_turns_comes_back_from_json() {
 #[test]
 fn unlikely_numbers_are_remarked_on() {
     assert_eq!(remus().doubts(), Vec::<String>::new());
-    let with_motion = remus_with(&[("[lift]", &K_UP.replace("-0.722", "0.722"))]).doubts();
+    let with_motion = read(&text("remus100").replace("value = -0.722", "value = 0.722")).doubts();
     let expected = "the roll moment K_up u p acts in the direction of p: without the terms of added mass K_up is \
                     0.722, where the damping by fins is negative";
     assert_eq!(with_motion, [expected]);
@@ -102,8 +100,13 @@ fn unlikely_numbers_are_remarked_on() {
 #[test]
 fn a_vehicle_in_the_plane_has_nothing_out_of_it() {
     let torque = r#"torque = { value = -0.14, unit = "m", source = "a test" }"#;
-    let mut plane = remus_with(&[("[[thruster]]", torque), ("[lift]", K_UP)]).in_plane();
-    assert_eq!(plane, crate::common::remus100());
+    let lateral = ["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"];
+    let text = without(&lateral);
+    let (planar, _) = text.split_once("# A positive deflection pushes to starboard").unwrap();
+    let never = read(planar);
+    let mut plane = read(&with(&[("[[thruster]]", torque)])).in_plane();
+    plane.published_linear_model = None;
+    assert_eq!(plane, never);
     assert_eq!(plane.in_plane(), plane);
     assert_eq!(crate::common::squid().in_plane(), crate::common::squid());
     assert!(plane.supposed().is_empty() && remus().supposed().iter().any(|one| one.0 == "N_uv"));

@@ -4,47 +4,32 @@ mod file;
 mod model;
 mod turns;
 
-use crate::common::text;
+use crate::common::{text, whole};
 use auv::{Dynamics, Motion, Vehicle, actuator_force, lateral_actuator_force};
 
-/// Prestero's numbers for sway, roll and yaw, by section; all others are those of an axisymmetric hull.
-const LATERAL: [(&str, &str); 4] = [
-    ("[mass]", "I_xx = { value = 0.177, unit = \"kg.m2\", source = \"Prestero (2001)\" }"),
-    ("[added_mass]", "K_p_dot = { value = -0.0704, unit = \"kg.m2\", source = \"Prestero (2001)\" }"),
-    ("[damping]", "K_pp = { value = -0.13, unit = \"kg.m2\", source = \"Prestero (2001)\" }"),
-    ("[damping]", "N_rr = { value = -94.0, unit = \"kg.m2\", source = \"Prestero (2001)\" }"),
-];
-
-const RUDDER: &str = r#"
-[[control_surface]]
-name = "rudder"
-Y_uu_delta = { value = 9.64, unit = "kg/(m.rad)", source = "Prestero (2001)" }
-N_uu_delta = { value = -6.15, unit = "kg/rad", source = "Prestero (2001)" }
-min = { value = -13.6, unit = "deg", source = "Prestero (2001)" }
-max = { value = 13.6, unit = "deg", source = "Prestero (2001)" }
-lag = { value = 0.1, unit = "s", source = "assumed" }
-"#;
-
-/// Damping of roll by the fins.
-const K_UP: &str = r#"K_up = { value = -0.722, unit = "kg.m", source = "of four fins" }"#;
-
-/// The file of the REMUS 100 with more lines below the headers of its sections.
+/// The text of the file of the REMUS 100 with more lines below the headers of its sections.
 fn with(lines: &[(&str, &str)]) -> String {
-    let text = lines.iter().fold(text("remus100"), |text, (section, line)| {
+    lines.iter().fold(text("remus100"), |text, (section, line)| {
         assert!(text.contains(section), "{section}");
         text.replacen(section, &format!("{section}\n{line}"), 1)
-    });
-    text + RUDDER
+    })
 }
 
-/// The REMUS 100 with a rudder, and more lines.
-fn remus_with(lines: &[(&str, &str)]) -> Vehicle {
-    let lines: Vec<(&str, &str)> = LATERAL.iter().chain(lines).copied().collect();
-    Vehicle::parse(&with(&lines), "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
+/// The text of that file without the lines that begin with `key = `.
+fn without(keys: &[&str]) -> String {
+    let is_kept = |line: &&str| !keys.iter().any(|key| line.starts_with(&format!("{key} = ")));
+    text("remus100").lines().filter(is_kept).map(|line| format!("{line}\n")).collect()
 }
 
+fn read(text: &str) -> Vehicle {
+    Vehicle::parse(text, "vehicle.toml").unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The REMUS 100 as Prestero has it, without damping of roll in proportion to the speed.
 fn remus() -> Vehicle {
-    remus_with(&[])
+    let mut vehicle = whole("remus100");
+    vehicle.coefficients.K_up = 0.0;
+    vehicle
 }
 
 /// \[u' v' w' p' q' r'\] of the REMUS 100 under thrust \[N\], stern planes and rudder \[rad\].

@@ -17,7 +17,7 @@ fn acceleration_is_that_of_another_implementation() {
 
 /// Without gravity and with the rudder of the stern planes turned by 90 deg: a vehicle that is the same all round.
 fn axisymmetric() -> Vehicle {
-    let mut vehicle = remus_with(&[("[lift]", K_UP)]);
+    let mut vehicle = whole("remus100");
     let c = &mut vehicle.coefficients;
     (c.z_G, c.weight, c.N_rr) = (0.0, c.buoyancy, c.M_qq);
     vehicle
