@@ -160,8 +160,15 @@ def read_vehicle(path):
         _actuator(kind, table)
         for kind in ("thruster", "thruster_group", "control_surface")
         for table in tables.get(kind, [])
+        if _acts_in_plane(table)
     ]
     return Vehicle(tables["vehicle"]["name"], c, actuators)
+
+
+def _acts_in_plane(table):
+    """Return whether an actuator acts in the vertical plane: rudders and groups of turned thrusters do not."""
+    steers = "Y_uu_delta" in table and "Z_uu_delta" not in table
+    return not steers and not any("azimuth" in member for member in table.get("thruster", []))
 
 
 def _rigid_body(c, u, w, q):

@@ -9,7 +9,7 @@ use crate::cli::{DEFAULT_DESIGN, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
-use auv::{Lateral, Vehicle};
+use auv::{Lateral, Pitch, Vehicle};
 use base::progress::Progress;
 use serde_json::{Map, Value};
 use squid_design::certify::controller_of;
@@ -56,7 +56,8 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         let found = linearise::linearise_at(&inputs.vehicle, &inputs.design, v)?;
         say(&tables::speed(&inputs.vehicle, &found));
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
-        show_lateral(&inputs.whole, v, inputs.design.depth, &mut shown);
+        let (depth, pitch) = inputs.design.level();
+        show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
     }
     if asked.fit || all {
         let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
@@ -103,16 +104,16 @@ fn of_the_vehicle(whole: &Vehicle, speed: f64) -> Result<(), Error> {
     say(&tables::speed(vehicle, &found));
     let mut shown = Map::new();
     shown.insert("at_speed".into(), linearise::to_json(vehicle, &found));
-    show_lateral(whole, speed, depth, &mut shown);
+    show_lateral(whole, speed, depth, &found.trim.rule, &mut shown);
     Ok(answer(&shown)?)
 }
 
 /// Sway, roll and yaw of a vehicle that has them.
-fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, shown: &mut Map<String, Value>) {
+fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, pitch: &Pitch, shown: &mut Map<String, Value>) {
     if !vehicle.coefficients.has_lateral() {
         return;
     }
-    match Lateral::at(vehicle, speed, depth) {
+    match Lateral::at(vehicle, speed, depth, pitch) {
         Ok(found) => {
             say(&lateral::words(vehicle, &found));
             shown.insert("lateral".into(), lateral::to_json(vehicle, &found));

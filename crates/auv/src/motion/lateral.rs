@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
+use crate::motion::level::Pitch;
 use crate::motion::trim_error::TrimError;
 use crate::motion::turn::{Turn, linearise_turn, turn};
 use crate::vehicle::Vehicle;
@@ -27,19 +28,21 @@ impl Lateral {
     /// The rates of the turns \[rad/s\].
     pub const RATES: [f64; 4] = [0.05, 0.1, 0.15, 0.2];
 
-    /// Finds it at a speed V \[m/s\] along the path and a depth \[m\]. A turn that no outputs balance is left out.
+    /// Finds it at a speed V \[m/s\] along the path and a depth \[m\], at the pitch of level trim. A turn that no outputs
+    /// balance is left out.
     ///
     /// # Errors
     /// [`TrimError`]: no straight flight; a vehicle that stays in the vertical plane.
-    pub fn at(vehicle: &Vehicle, speed: f64, depth: f64) -> Result<Self, TrimError> {
-        let straight = turn(vehicle, speed, 0.0, depth)?;
+    pub fn at(vehicle: &Vehicle, speed: f64, depth: f64, pitch: &Pitch) -> Result<Self, TrimError> {
+        let at_rate = |rate: f64| turn(vehicle, speed, rate, depth, pitch);
+        let straight = at_rate(0.0)?;
         let (a, b) = linearise_turn(vehicle, &straight)?;
         let (n, m) = (Self::STATES.len(), b.ncols());
         Ok(Self {
             a: a.view((n, n), (n, n)).into_owned(),
             b: b.view((n, 0), (n, m)).into_owned(),
             straight,
-            turns: Self::RATES.iter().filter_map(|rate| turn(vehicle, speed, *rate, depth).ok()).collect(),
+            turns: Self::RATES.iter().filter_map(|rate| at_rate(*rate).ok()).collect(),
         })
     }
 

@@ -13,8 +13,8 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force, lateral_actuator_force};
-use crate::motion::level::Speed;
-use crate::motion::trim::trim;
+use crate::motion::level::{Pitch, Speed};
+use crate::motion::trim::trim_with;
 use crate::motion::trim_error::TrimError;
 use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
@@ -56,17 +56,18 @@ const STATES: usize = 5;
 const EQUATIONS: usize = 8;
 
 /// Finds the steady turn at a speed V \[m/s\] along the path, a rate of the heading \[rad/s\] and a depth \[m\], from
-/// straight level trim on. Where several outputs balance it, it is one near the trim.
+/// straight level trim on, with its pitch if that is held. Where several outputs balance it, it is one near the trim.
 ///
 /// # Errors
-/// [`TrimError`]: as of [`trim`]; no such turn; a vehicle that stays in the vertical plane.
-pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64) -> Result<Turn, TrimError> {
+/// [`TrimError`]: as of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
+pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch) -> Result<Turn, TrimError> {
     if !vehicle.coefficients.has_lateral() {
         return Err(TrimError::NoLateral);
     }
-    let level = trim(vehicle, Speed::Path(speed), depth)?;
+    let level = trim_with(vehicle, Speed::Path(speed), depth, pitch)?;
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
-    let balance = Balance { vehicle, dynamics, speed, depth };
+    let is_held = matches!(pitch, Pitch::Held(_));
+    let balance = Balance { vehicle, dynamics, speed, depth, is_held };
     let start = [level.forward_speed, 0.0, level.heave, 0.0, level.pitch];
     let mut unknown = DVector::from_iterator(
         STATES + level.actuators.len(),
@@ -101,6 +102,8 @@ struct Balance<'a> {
     dynamics: Dynamics<Dual64>,
     speed: f64,
     depth: f64,
+    /// Whether theta stays as it is.
+    is_held: bool,
 }
 
 impl Balance<'_> {
@@ -117,7 +120,8 @@ impl Balance<'_> {
     /// the largest residual.
     fn newton(&self, rate: f64, unknown: &mut DVector<f64>) -> f64 {
         let reach = self.vehicle.actuators.iter().map(Actuator::reach);
-        let scale: Vec<f64> = std::iter::repeat_n(1.0, STATES).chain(reach).collect();
+        let held = if self.is_held { 0.0 } else { 1.0 };
+        let scale: Vec<f64> = [1.0, 1.0, 1.0, 1.0, held].into_iter().chain(reach).collect();
         let n = unknown.len();
         let mut residual = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {

@@ -16,7 +16,10 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
     let mut out = format!("Sway, roll and yaw about straight level flight at V = {speed:.3} m/s\n");
     if !vehicle.supposed().is_empty() {
         let keys: Vec<&str> = vehicle.supposed().into_iter().map(|(key, _)| key).collect();
-        out += &format!("  as of an axisymmetric hull, not said by the vehicle file: {}\n", keys.join(", "));
+        out += &format!(
+            "  not said by the vehicle file, as of an axisymmetric hull or 0: {}\n",
+            keys.join(", ")
+        );
     }
     out += &format!("  roll               {:>9} deg\n", decimals(found.straight.motion.phi.to_degrees(), 4));
     let steering: Vec<(usize, &Actuator)> = steering(vehicle).collect();
@@ -58,10 +61,14 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
         for (place, one) in &all {
             let (factor, unit) = readable(one.unit());
             let width = one.name.len() + unit.len() + 2;
-            out += &format!("  {:>width$}", decimals(factor * turn.actuators[*place], 2));
+            let output = turn.actuators[*place];
+            let mark = if (one.min..=one.max).contains(&output) { "" } else { "*" };
+            out += &format!("  {:>width$}", format!("{mark}{}", decimals(factor * output, 2)));
         }
     }
-    out + "\n"
+    let is_beyond = |(one, output): (&Actuator, &f64)| !(one.min..=one.max).contains(output);
+    let beyond = |turn: &auv::Turn| vehicle.actuators.iter().zip(&turn.actuators).any(is_beyond);
+    out + if found.turns.iter().any(beyond) { "\n  * beyond the limits of the actuator\n" } else { "\n" }
 }
 
 /// The same as JSON, in SI units.

@@ -1,13 +1,13 @@
 //! Steady turns, and the linear motion about them.
 
 use super::*;
-use auv::{Lateral, Turn, linearise_turn, turn};
+use auv::{Lateral, Pitch, Turn, linearise_turn, turn};
 use nalgebra::{Complex, DMatrix};
 
 const DEPTH: f64 = 0.0;
 
 fn steady(vehicle: &Vehicle, speed: f64, rate_deg: f64) -> Turn {
-    turn(vehicle, speed, rate_deg.to_radians(), DEPTH).unwrap_or_else(|error| panic!("{error}"))
+    turn(vehicle, speed, rate_deg.to_radians(), DEPTH, &Pitch::Free).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Another implementation of the same equations.
@@ -159,7 +159,7 @@ fn lateral_models_of_the_vehicles_are_those_of_another_implementation() {
         (whole("squid"), 2.0, -0.1854, f64::NAN),
         (whole("squid"), 3.0, -0.2169, f64::NAN),
     ] {
-        let found = Lateral::at(&vehicle, speed, 50.0).unwrap();
+        let found = Lateral::at(&vehicle, speed, 50.0, &Pitch::Free).unwrap();
         let pole = found.eigenvalues().into_iter().max_by(|a, b| a.re.total_cmp(&b.re)).unwrap();
         let name = &vehicle.name;
         // Neither pitch in trim nor roll was in all of the other models.
@@ -206,19 +206,28 @@ fn two_models_of_one_vehicle_contradict_each_other() {
         _ => value,
     });
     for (speed, poles, gain) in [(1.4, [-0.2565, -1.6193], -2.43), (2.2, [-0.2793, -2.3845], -5.41)] {
-        let found = Lateral::at(&vehicle, speed, DEPTH).unwrap();
+        let found = Lateral::at(&vehicle, speed, DEPTH, &Pitch::Free).unwrap();
         for pole in poles {
             let near = |one: &Complex<f64>| (one - pole).norm() < 0.02 * pole.abs();
             assert!(found.eigenvalues().iter().any(near), "{pole}: {:?}", found.eigenvalues());
         }
         assert!((found.gain(2).unwrap() - gain).abs() < 0.02 * gain.abs(), "{:?}", found.gain(2));
-        assert!(!Lateral::at(&remus(), speed, DEPTH).unwrap().is_stable());
+        assert!(!Lateral::at(&remus(), speed, DEPTH, &Pitch::Free).unwrap().is_stable());
     }
+}
+
+/// A box turns on the spot at the pitch at which it is held, by the thrusters that yaw it.
+#[test]
+fn a_held_pitch_is_held_in_a_turn() {
+    let vehicle = whole("bluerov2_heavy");
+    let found = turn(&vehicle, 0.3, 0.2, DEPTH, &Pitch::Held(0.0)).unwrap();
+    assert_eq!(found.motion.theta, 0.0);
+    assert!(found.actuators[3] > 0.0 && found.motion.r > 0.19, "{found:?}");
 }
 
 #[test]
 fn what_cannot_turn_says_so() {
-    let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH).unwrap_err().to_string();
+    let planar = turn(&crate::common::remus100(), 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
     assert_eq!(
         planar,
         "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is \
@@ -226,11 +235,11 @@ fn what_cannot_turn_says_so() {
     );
     let mut without = remus();
     without.actuators.truncate(2);
-    let refused = turn(&without, 1.5, 0.1, DEPTH).unwrap_err().to_string();
+    let refused = turn(&without, 1.5, 0.1, DEPTH, &Pitch::Free).unwrap_err().to_string();
     assert!(
         refused.starts_with("no steady turn of ") && refused.contains("deg/s at 1.5 m/s and 0 m"),
         "{refused}"
     );
-    let refused = turn(&remus(), 1.5, f64::INFINITY, DEPTH).unwrap_err().to_string();
+    let refused = turn(&remus(), 1.5, f64::INFINITY, DEPTH, &Pitch::Free).unwrap_err().to_string();
     assert!(refused.contains("must be a finite number"), "{refused}");
 }
