@@ -245,7 +245,7 @@ mod tests {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let read = |name: &str| {
             let text = base::files::read(&vehicles.join(name).join("vehicle.toml")).unwrap();
-            Vehicle::parse(&text, "vehicle.toml").unwrap()
+            Vehicle::parse(&text, "vehicle.toml").unwrap().in_plane()
         };
         for name in ["squid", "remus100", "lauv", "tethys", "bluerov2_heavy"] {
             for authority in range(&read(name)).unwrap() {

@@ -53,6 +53,7 @@ const BAD_FIT: f64 = 0.05;
 /// # Errors
 /// [`Error::NoRange`], [`Error::NoAuthority`], and the errors of the model.
 pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
+    let vehicle = &vehicle.in_plane();
     let range = range(vehicle)?;
     let text = text(vehicle, &range, ORDERS[0])?;
     let design = DesignFile::parse(&text, "design.toml", "design")?;

@@ -83,7 +83,7 @@ fn a_first_design_needs_only_the_vehicle() {
 }
 
 fn vehicle(file: &Path) -> Vehicle {
-    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap()
+    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap().in_plane()
 }
 
 /// Thrusters hold the box-shaped ROV level at rest, so its speed range starts at rest.

@@ -18,7 +18,7 @@ pub const DEPTH: f64 = 50.0;
 pub fn vehicle(name: &str) -> Vehicle {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
     let text = std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap();
-    Vehicle::parse(&text, "vehicle.toml").unwrap()
+    Vehicle::parse(&text, "vehicle.toml").unwrap().in_plane()
 }
 
 /// A and B as parabolas through the linearisations at the ends and the middle of the speeds.

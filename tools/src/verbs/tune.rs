@@ -184,7 +184,7 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
     }
     let file = directory.join("vehicle.toml");
     let vehicle = read_vehicle(&file)?;
-    let text = start(&vehicle.in_plane())?;
+    let text = start(&vehicle)?;
     let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
     let words = format!(
         "begun from the vehicle: {} to {} m/s, steps of {:.1} deg",

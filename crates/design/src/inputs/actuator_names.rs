@@ -120,7 +120,7 @@ mod tests {
         for name in vehicle.actuators.iter().flat_map(|one| variables_of(&one.name)) {
             assert!(found.remove(&name), "{name}");
         }
-        for spec in COEFFICIENTS {
+        for spec in COEFFICIENTS.iter().filter(|spec| !spec.is_lateral()) {
             assert!(found.remove(spec.key), "{}", spec.key);
         }
         assert_eq!(found, RESERVED.map(str::to_owned).into());

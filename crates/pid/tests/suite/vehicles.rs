@@ -8,7 +8,7 @@ pub const SCHEDULING: (f64, f64) = (1.8, 0.4);
 
 pub fn vehicle(name: &str) -> Vehicle {
     let path = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
-    Vehicle::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap()
+    Vehicle::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap().in_plane()
 }
 
 /// References of an output and of speed; pitch, speed, pitch rate and depth are measured, each in a unit of its own.
