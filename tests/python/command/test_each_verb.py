@@ -135,3 +135,21 @@ def test_completions_and_pages_know_every_verb(run_squid: Run, tmp_path: Path) -
     for verb in set(found) - {"help"}:
         assert f"squid__subcmd__{verb}" in script or f"squid__{verb}" in script, verb
         assert (tmp_path / f"squid-{verb}.1").read_text(encoding="utf-8").startswith(".ie")
+
+
+def test_show_has_sway_roll_and_yaw(run_squid: Run) -> None:
+    """Of a vehicle that turns, beside the plane; the rudder of a directionally unstable hull changes its sign."""
+    done = run_squid("show", ROOT / "vehicles" / "remus100", "--speed", "1.54", "--json")
+    shown = json.loads(done.stdout)
+    assert list(shown["at_speed"]["trim"]["actuators"]) == ["propeller", "stern_planes"]
+    lateral = shown["lateral"]
+    assert lateral["states"] == ["v", "p", "r", "phi"] and lateral["actuators"][2] == "rudder"
+    assert lateral["supposed"]["N_uv"] == pytest.approx(10.57) and "N_rr" not in lateral["supposed"]
+    assert max(real for real, _ in lateral["eigenvalues"]) > 0.0
+    assert lateral["B"][2][2] < 0.0 < lateral["yaw_rate_per_output"]["rudder"]
+    rudder = [turn["actuators"][2] for turn in lateral["turns"]]
+    assert rudder[0] > 0.0 > rudder[-1]
+    words = run_squid("show", ROOT / "vehicles" / "remus100", "--speed", "1.54").stdout
+    assert "Straight flight is unstable" in words and "a positive output turns to port at first" in words
+    planar = run_squid("show", ROOT / "vehicles" / "sparus2", "--speed", "0.3", "--json")
+    assert "lateral" not in json.loads(planar.stdout)

@@ -28,8 +28,8 @@ impl Lateral {
     /// The rates of the turns \[rad/s\].
     pub const RATES: [f64; 4] = [0.05, 0.1, 0.15, 0.2];
 
-    /// Finds it at a speed V \[m/s\] along the path and a depth \[m\], at the pitch of level trim. A turn that no outputs
-    /// balance is left out.
+    /// Finds it at a speed V \[m/s\] along the path and a depth \[m\], at the pitch of level trim. A turn that no
+    /// outputs balance is left out.
     ///
     /// # Errors
     /// [`TrimError`]: no straight flight; a vehicle that stays in the vertical plane.

@@ -41,7 +41,8 @@ pub struct UnknownParameter {
 }
 
 impl Parameter {
-    /// Returns every coefficient that acts on a vehicle in the vertical plane, and those of its actuators, in the order of the vehicle file.
+    /// Returns every coefficient that acts on a vehicle in the vertical plane, and those of its actuators, in the order
+    /// of the vehicle file.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let acts = |key: &&'static str| vehicle.coefficients.surge.uses(key);
         let coefficients = vehicle.coefficients.acting().map(|spec| Self::Coefficient(spec.key));

@@ -26,8 +26,8 @@ pub enum TrimError {
     RateNotFinite { rate: f64 },
     /// The vehicle has no inertia in roll.
     #[error(
-        "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is missing \
-            then in the vehicle file"
+        "the vehicle moves in the vertical plane alone, and does not turn: give 'mass.I_xx' and what it says is \
+            missing then in the vehicle file"
     )]
     NoLateral,
     /// No motion and outputs make a steady turn.

@@ -6,8 +6,8 @@
 //! p = -Omega sin(theta)   q = Omega cos(theta) sin(phi)   r = Omega cos(theta) cos(phi)
 //! ```
 //!
-//! The unknowns are u, v, w, phi, theta and the outputs of the actuators; the equations are `u' = v' = w' = p' = q' = r'
-//! = 0`, `z' = 0` and `u^2 + v^2 + w^2 = V^2`. Source: Fossen (2011), section 9.3, for the states of a steady turn.
+//! The unknowns are u, v, w, phi, theta and the outputs of the actuators; the equations are `u' = v' = w' = 0`, `p' = q'
+//! = r' = 0`, `z' = 0` and `u^2 + v^2 + w^2 = V^2`. Source: Fossen (2011), section 9.3, for the states of a steady turn.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
@@ -56,7 +56,8 @@ const STATES: usize = 5;
 const EQUATIONS: usize = 8;
 
 /// Finds the steady turn at a speed V \[m/s\] along the path, a rate of the heading \[rad/s\] and a depth \[m\], from
-/// straight level trim on, with its pitch if that is held. Where several outputs balance it, it is one near the trim.
+/// straight level trim on. A pitch that is held is held in the turn, too, where outputs can. Where several outputs
+/// balance it, it is one near the trim.
 ///
 /// # Errors
 /// [`TrimError`]: as of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
@@ -66,28 +67,31 @@ pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch)
     }
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch)?;
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
-    let is_held = matches!(pitch, Pitch::Held(_));
-    let balance = Balance { vehicle, dynamics, speed, depth, is_held };
-    let start = [level.forward_speed, 0.0, level.heave, 0.0, level.pitch];
-    let mut unknown = DVector::from_iterator(
-        STATES + level.actuators.len(),
-        start.into_iter().chain(level.actuators.iter().copied()),
-    );
     let steps = (rate.abs() / RATE_STEP).ceil().max(1.0);
     if !steps.is_finite() {
         return Err(TrimError::RateNotFinite { rate });
     }
-    let mut residual = f64::INFINITY;
-    for step in 1..=steps as usize {
-        let at = rate * (step as f64 / steps);
-        residual = balance.newton(at, &mut unknown);
-        if residual.is_nan() || residual >= RESIDUAL_TOLERANCE {
-            return Err(TrimError::NoTurn { speed, depth, rate_deg: at.to_degrees(), residual });
+    let found = |is_held: bool| {
+        let balance = Balance { vehicle, dynamics: dynamics.clone(), speed, depth, is_held };
+        let start = [level.forward_speed, 0.0, level.heave, 0.0, level.pitch];
+        let all = start.into_iter().chain(level.actuators.iter().copied());
+        let mut unknown = DVector::from_iterator(STATES + level.actuators.len(), all);
+        let mut residual = f64::INFINITY;
+        for step in 1..=steps as usize {
+            let at = rate * (step as f64 / steps);
+            residual = balance.newton(at, &mut unknown);
+            if residual.is_nan() || residual >= RESIDUAL_TOLERANCE {
+                return Err(TrimError::NoTurn { speed, depth, rate_deg: at.to_degrees(), residual });
+            }
         }
+        let motion = motion([0, 1, 2, 3, 4].map(|i| unknown[i]), rate);
+        let actuators = unknown.iter().skip(STATES).copied().collect();
+        Ok(Turn { motion, speed, rate, depth, actuators, residual })
+    };
+    match pitch {
+        Pitch::Held(_) => found(true).or_else(|_| found(false)),
+        _ => found(false),
     }
-    let motion = motion([0, 1, 2, 3, 4].map(|i| unknown[i]), rate);
-    let actuators = unknown.iter().skip(STATES).copied().collect();
-    Ok(Turn { motion, speed, rate, depth, actuators, residual })
 }
 
 /// The motion of a steady turn.

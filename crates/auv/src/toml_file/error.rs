@@ -78,8 +78,8 @@ pub enum FileProblem {
     MassAndWeight { weight: f64, expected: f64, gravity: f64, tolerance: f64 },
     /// A moment of inertia that no body has.
     #[error(
-        "'mass.{key}' is {} kg.m2, about the origin; it must be above mass {arm} = {} kg.m2, that of all the mass in one \
-         point ({key} about the centre of gravity, or another unit?)",
+        "'mass.{key}' is {} kg.m2, about the origin; it must be above mass {arm} = {} kg.m2, that of all the mass in \
+         one point ({key} about the centre of gravity, or another unit?)",
         rounded(*inertia), rounded(*of_a_point)
     )]
     Inertia { key: &'static str, arm: &'static str, inertia: f64, of_a_point: f64 },

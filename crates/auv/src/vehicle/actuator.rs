@@ -22,7 +22,8 @@ pub enum Effect<D = f64> {
         y: D,
         /// Position below the origin \[m\].
         z: D,
-        /// Direction of positive thrust in the vertical plane \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it down.
+        /// Direction of positive thrust in the vertical plane \[rad\]: 0 pushes the vehicle forward, pi/2 pushes it
+        /// down.
         direction: D,
         /// How far this is turned to starboard \[rad\]: pi/2 pushes the vehicle to starboard.
         azimuth: D,

@@ -76,8 +76,8 @@ macro_rules! coefficients {
         ///
         /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
         ///
-        /// `Z_uw`, `M_uq`, `N_uv` and their like are the lift and viscous parts alone: added-mass cross terms and the Munk
-        /// moment come from the added masses. With I_xx = 0 the vehicle moves in the vertical plane alone.
+        /// `Z_uw`, `M_uq`, `N_uv` and their like are the lift and viscous parts alone: added-mass cross terms and the
+        /// Munk moment come from the added masses. With I_xx = 0 the vehicle moves in the vertical plane alone.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Coefficients<D = f64> {
             $($(#[doc = concat!($meaning, " \\[", $unit, "\\].")] pub $key: D,)*)*
@@ -130,8 +130,8 @@ coefficients! {
         x_G ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
         z_G ["m"] Any Required, "Centre of gravity below the origin";
         I_yy ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
-        I_xx ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the vertical \
-            plane alone";
+        I_xx ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the \
+            vertical plane alone";
         I_zz ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
     }
     "buoyancy" {

@@ -49,7 +49,8 @@ impl Vehicle {
             ("N_ur", c.N_ur, "yaw moment N_ur u r", "r", "the damping by fins"),
             ("K_up", c.K_up, "roll moment K_up u p", "p", "the damping by fins"),
         ];
-        let lateral = with_motion.into_iter().filter(|(key, value, ..)| *value > 0.0 && self.sources.contains_key(*key)).map(
+        let given = |key: &str| self.sources.contains_key(key);
+        let lateral = with_motion.into_iter().filter(|(key, value, ..)| *value > 0.0 && given(key)).map(
             |(key, value, what, motion, usual)| {
                 format!(
                     "the {what} acts in the direction of {motion}: without the terms of added mass {key} is {}, where \

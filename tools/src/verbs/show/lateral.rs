@@ -1,7 +1,7 @@
 //! Sway, roll and yaw in `squid show`.
 
 use super::tables::{modes, table};
-use auv::{Actuator, Lateral, Vehicle};
+use auv::{Actuator, Lateral, Turn, Vehicle};
 use serde_json::{Value, json};
 use squid_design::numbers::{decimals, readable};
 
@@ -44,31 +44,27 @@ pub fn words(vehicle: &Vehicle, found: &Lateral) -> String {
         let first = if found.b[(2, *place)] < 0.0 { "port" } else { "starboard" };
         out += &format!("  {:<18} {words}; a positive output turns to {first} at first\n", one.name);
     }
-    out += "\nSteady turns to starboard at constant depth\n  deg/s  radius, m  roll, deg  pitch, deg";
-    let all: Vec<(usize, &Actuator)> = vehicle.actuators.iter().enumerate().collect();
-    for (_, one) in &all {
-        out += &format!("  {}, {}", one.name, readable(one.unit()).1);
+    out += "\nSteady turns to starboard at constant depth\n";
+    let mut row = |name: &str, of: &dyn Fn(&Turn) -> String| {
+        let cells: String = found.turns.iter().map(|turn| format!("{:>12}", of(turn))).collect();
+        out += &format!("  {name:<24}{cells}\n");
+    };
+    row("rate, deg/s", &|turn| decimals(turn.rate.to_degrees(), 2));
+    row("radius, m", &|turn| decimals(turn.radius(), 2));
+    row("roll, deg", &|turn| decimals(turn.motion.phi.to_degrees(), 2));
+    row("pitch, deg", &|turn| decimals(turn.motion.theta.to_degrees(), 2));
+    let is_beyond = |one: &Actuator, output: f64| !(one.min..=one.max).contains(&output);
+    for (place, one) in vehicle.actuators.iter().enumerate() {
+        let (factor, unit) = readable(one.unit());
+        row(&format!("{}, {unit}", one.name), &|turn| {
+            let output = turn.actuators[place];
+            let mark = if is_beyond(one, output) { "*" } else { "" };
+            format!("{mark}{}", decimals(factor * output, 2))
+        });
     }
-    for turn in &found.turns {
-        let [roll, pitch] = [turn.motion.phi, turn.motion.theta].map(f64::to_degrees);
-        out += &format!(
-            "\n  {:>5}  {:>9}  {:>9}  {:>10}",
-            decimals(turn.rate.to_degrees(), 2),
-            decimals(turn.radius(), 2),
-            decimals(roll, 2),
-            decimals(pitch, 2)
-        );
-        for (place, one) in &all {
-            let (factor, unit) = readable(one.unit());
-            let width = one.name.len() + unit.len() + 2;
-            let output = turn.actuators[*place];
-            let mark = if (one.min..=one.max).contains(&output) { "" } else { "*" };
-            out += &format!("  {:>width$}", format!("{mark}{}", decimals(factor * output, 2)));
-        }
-    }
-    let is_beyond = |(one, output): (&Actuator, &f64)| !(one.min..=one.max).contains(output);
-    let beyond = |turn: &auv::Turn| vehicle.actuators.iter().zip(&turn.actuators).any(is_beyond);
-    out + if found.turns.iter().any(beyond) { "\n  * beyond the limits of the actuator\n" } else { "\n" }
+    let mut all = found.turns.iter().flat_map(|turn| vehicle.actuators.iter().zip(&turn.actuators));
+    let beyond = all.any(|(one, output)| is_beyond(one, *output));
+    out + if beyond { "  * beyond the limits of the actuator\n" } else { "" }
 }
 
 /// The same as JSON, in SI units.

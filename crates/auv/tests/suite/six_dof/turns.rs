@@ -178,8 +178,8 @@ fn lateral_models_of_the_vehicles_are_those_of_another_implementation() {
 }
 
 /// Two published models of the REMUS 100 contradict each other: by Prestero's it is directionally unstable, by the
-/// steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002) it is stable. Those were not seen
-/// in print: they are recalled, and how they change with the speed is inferred from poles at 1.4 and 2.2 m/s.
+/// steering coefficients after L. Fodrea (MSc thesis, Naval Postgraduate School, 2002) it is stable. Those were not
+/// seen in print: they are recalled, and how they change with the speed is inferred from poles at 1.4 and 2.2 m/s.
 #[test]
 fn two_models_of_one_vehicle_contradict_each_other() {
     let numbers = [
@@ -223,6 +223,10 @@ fn a_held_pitch_is_held_in_a_turn() {
     let found = turn(&vehicle, 0.3, 0.2, DEPTH, &Pitch::Held(0.0)).unwrap();
     assert_eq!(found.motion.theta, 0.0);
     assert!(found.actuators[3] > 0.0 && found.motion.r > 0.19, "{found:?}");
+    // One with planes, rudder and propeller cannot hold its pitch in a turn, and turns at another.
+    let found = Lateral::at(&whole("tethys"), 1.0, DEPTH, &Pitch::Held(0.0)).unwrap();
+    assert_eq!(found.straight.motion.theta, 0.0);
+    assert!(found.turns.len() == Lateral::RATES.len() && found.turns[3].motion.theta != 0.0, "{found:?}");
 }
 
 #[test]
