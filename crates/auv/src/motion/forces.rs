@@ -1,7 +1,7 @@
 //! The forces on the hull: inertial, restoring, lift, damping, drag.
 //!
-//! They are written over coefficients that may carry derivatives, as the motion may. In the vertical plane, where v, p, r
-//! and phi are 0, what couples it to sway, roll and yaw is zero.
+//! They are written over coefficients that may carry derivatives, as the motion may. In the vertical plane, where v, p,
+//! r and phi are 0, what couples it to sway, roll and yaw is zero.
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
@@ -161,8 +161,8 @@ impl<D: Scalar> Coefficients<D> {
         [D::from(0.0), -(force * factor), moment * factor]
     }
 
-    /// The same across: `-rho/2 C_d ∫ b V|V| dx` and `-rho/2 C_d ∫ x b V|V| dx` with `V = v + x r`; the sections are
-    /// as high as they are broad.
+    /// The same across: `-rho/2 C_d ∫ b V|V| dx` and `-rho/2 C_d ∫ x b V|V| dx` with `V = v + x r`; the sections
+    /// are as high as they are broad.
     fn lateral_cross_flow(&self, motion: &Motion<D>) -> [D; 3] {
         let [force, moment] = self.hull.cross_flow(motion.v, -motion.r);
         let factor = self.density * self.C_d * 0.5;

@@ -6,8 +6,8 @@
 //! p = -Omega sin(theta)   q = Omega cos(theta) sin(phi)   r = Omega cos(theta) cos(phi)
 //! ```
 //!
-//! The unknowns are u, v, w, phi, theta and the outputs of the actuators; the equations are `u' = v' = w' = 0`, `p' = q'
-//! = r' = 0`, `z' = 0` and `u^2 + v^2 + w^2 = V^2`. Source: Fossen (2011), section 9.3, for the states of a steady turn.
+//! The unknowns are u, v, w, phi, theta and the outputs of the actuators; the equations are `u' = v' = w' = 0`, `p' =
+//! q' = r' = 0`, `z' = 0` and `u^2 + v^2 + w^2 = V^2`.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
