@@ -155,13 +155,18 @@ fn check_lateral(
         }
         return;
     }
-    let given = COEFFICIENTS.iter().find(|spec| spec.is_lateral() && sources.contains_key(spec.key));
+    let of_roll = |spec: &&CoefficientSpec| spec.is_lateral() && spec.key != INERTIA_IN_ROLL;
+    let given = COEFFICIENTS.iter().filter(of_roll).find(|spec| sources.contains_key(spec.key));
     let given = given.map(|spec| spec.key);
-    let moved = actuators.iter().find(|one| one.effect.has_lateral()).map(|one| one.name.as_str());
-    if let Some(of) = given.or(moved).filter(|key| *key != "I_xx") {
-        needs("mass", "I_xx", format!("moment of inertia in roll about the origin, which '{of}' needs"));
+    let moved = actuators.iter().find(|one| one.acts_out_of_plane()).map(|one| one.name.as_str());
+    if let Some(of) = given.or(moved) {
+        let meaning = format!("moment of inertia in roll about the origin, above 0, which '{of}' needs");
+        needs("mass", INERTIA_IN_ROLL, meaning);
     }
 }
+
+/// With it a vehicle moves out of the vertical plane.
+const INERTIA_IN_ROLL: &str = "I_xx";
 
 /// The added mass of surge.
 const SURGE_MASS: &str = "X_u_dot";
