@@ -287,7 +287,7 @@ mod tests {
         assert!((norm.frequency - 0.98f64.sqrt()).abs() < 1e-4);
     }
 
-    /// A peak that is 0.14 % above the gain at infinity, which no pole's frequency shows; by a sweep of 2e5 frequencies.
+    /// A peak that is 0.14 % above the gain at infinity, which no pole's frequency shows; by a sweep over frequency.
     #[test]
     fn a_peak_little_above_the_feedthrough_is_found() {
         let g = StateSpace {
