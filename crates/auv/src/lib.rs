@@ -14,6 +14,7 @@
 //! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
 //!   what is asked of the [`Pitch`];
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
+//! - [`longitudinal`], [`lateral`]: states and signals of the two axes of an autopilot;
 //! - [`Lateral`]: the linear motion in sway, roll and yaw; [`Vehicle::in_plane`]: the vehicle without it;
 //! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in all six degrees of freedom;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
@@ -36,6 +37,7 @@
 //!
 //! Units are SI, angles are radians. This crate contains no control design and no co-simulation.
 
+pub mod lateral;
 pub mod longitudinal;
 mod motion;
 mod scalar;

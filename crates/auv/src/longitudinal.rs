@@ -61,6 +61,24 @@ pub const SPEED: usize = 1;
 /// The index of depth in [`SIGNALS`].
 pub const DEPTH: usize = 2;
 
+/// The forward speed, on which every axis is scheduled.
+pub const SPEED_SIGNAL: Signal = Signal {
+    name: "speed",
+    unit: "m/s",
+    units: &[Unit { name: "m/s", factor: 1.0 }],
+    measured: "forward speed through the water, along the body axis",
+    reference: Some(Reference {
+        name: "speed_reference",
+        wanted: "wanted forward speed through the water, along the body axis",
+    }),
+    state: "u",
+    level: Level::Scheduled,
+    range: None,
+    largest_step: LargestStep::Range,
+    nominal: 1.0,
+    error: 0.3,
+};
+
 /// Every signal that an autopilot can measure; first those that it can track.
 pub static SIGNALS: [Signal; 5] = [
     Signal {
@@ -76,22 +94,7 @@ pub static SIGNALS: [Signal; 5] = [
         nominal: 0.1,
         error: 5.0 * DEGREE,
     },
-    Signal {
-        name: "speed",
-        unit: "m/s",
-        units: &[Unit { name: "m/s", factor: 1.0 }],
-        measured: "forward speed through the water, along the body axis",
-        reference: Some(Reference {
-            name: "speed_reference",
-            wanted: "wanted forward speed through the water, along the body axis",
-        }),
-        state: "u",
-        level: Level::Scheduled,
-        range: None,
-        largest_step: LargestStep::Range,
-        nominal: 1.0,
-        error: 0.3,
-    },
+    SPEED_SIGNAL,
     Signal {
         name: "depth",
         unit: "m",
@@ -139,7 +142,7 @@ pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS
 /// How many signals can be tracked; they are the first of [`SIGNALS`].
 pub const TRACKED: usize = 3;
 
-/// A value for each row of [`SIGNALS`].
+/// A value for each signal of an axis; every axis has as many rows as [`SIGNALS`].
 pub type Each<T> = [T; SIGNALS.len()];
 
 /// A value for each row of [`SIGNALS`] that can be tracked.

@@ -3,9 +3,11 @@
 //!
 //! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
 
-use crate::longitudinal::STATES;
+use crate::lateral::is_lateral;
+use crate::{lateral, longitudinal};
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
+use signals::States;
 
 use crate::motion::dynamics::{Motion, add};
 use crate::motion::parameter::Parameter;
@@ -14,11 +16,12 @@ use crate::scalar::Scalar;
 use crate::vehicle::Vehicle;
 use crate::vehicle::coefficients::Coefficients;
 
-/// `M x' = C x + D (T - T0)` about a trim, with x = \[u w q theta z\] less its trim: without u at a given speed, and
-/// without z where the depth is no state.
+/// `M x' = C x + D (T - T0)` about a trim, with some of the states x = \[u w q theta z\], or of x = \[p phi v r psi\],
+/// less their trim: what is no state does not move.
 ///
 /// For n states M and C are n x n and D is n x m; the rows are surge force \[N\], heave force \[N\], pitch moment
-/// \[N.m\], theta' = q, and z'. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
+/// \[N.m\], theta' = q, and z'; or roll moment \[N.m\], phi', sway force \[N\], yaw moment \[N.m\], and psi' = r, where
+/// r is the rate of heading. A is `M^-1 C` and B is `M^-1 D`. M, C and D are affine in most coefficients, and no
 /// coefficient divides another.
 ///
 /// Source: A. Sutarto, A. Budiyono, Indian J. Geo-Marine Sci. 40(2), 2011, section 3A.
@@ -34,23 +37,23 @@ pub struct Descriptor {
 
 impl Descriptor {
     /// Returns M, C and D at a trim, which may be that of another vehicle with the same actuators.
-    pub fn at(vehicle: &Vehicle, trim: &Trim, depth: bool) -> Self {
-        differentiate((vehicle, trim, depth), &[], Dual64::new(0.0, 1.0), |d| d.re, |d| d.eps)
+    pub fn at(vehicle: &Vehicle, trim: &Trim, states: States) -> Self {
+        differentiate((vehicle, trim, states), &[], Dual64::new(0.0, 1.0), |d| d.re, |d| d.eps)
     }
 
     /// Returns the derivatives of M, C and D with respect to a parameter; all others and the trim are held.
-    pub fn derivative(vehicle: &Vehicle, trim: &Trim, depth: bool, by: Parameter) -> Self {
+    pub fn derivative(vehicle: &Vehicle, trim: &Trim, states: States, by: Parameter) -> Self {
         let zero = HyperDual64::from(0.0);
         let seeds = [(by, zero.derivative2())];
-        differentiate((vehicle, trim, depth), &seeds, zero.derivative1(), |d| d.eps2, |d| d.eps1eps2)
+        differentiate((vehicle, trim, states), &seeds, zero.derivative1(), |d| d.eps2, |d| d.eps1eps2)
     }
 
     /// Returns the second derivatives of M, C and D with respect to two parameters; all others and the trim are held.
-    pub fn second_derivative(vehicle: &Vehicle, trim: &Trim, depth: bool, by: [Parameter; 2]) -> Self {
+    pub fn second_derivative(vehicle: &Vehicle, trim: &Trim, states: States, by: [Parameter; 2]) -> Self {
         let zero = HyperHyperDual64::from(0.0);
         let seeds = [(by[0], zero.derivative2()), (by[1], zero.derivative3())];
         let unit = zero.derivative1();
-        differentiate((vehicle, trim, depth), &seeds, unit, |d| d.eps2eps3, |d| d.eps1eps2eps3)
+        differentiate((vehicle, trim, states), &seeds, unit, |d| d.eps2eps3, |d| d.eps1eps2eps3)
     }
 
     /// Returns `[M C D]`, n x (2 n + m).
@@ -67,35 +70,39 @@ impl Descriptor {
 /// Evaluates the forces with `seeds` added to the parameters and `unit` added to each state and input in turn;
 /// `mass_part` and `part` extract the derivatives wanted.
 fn differentiate<D: Scalar>(
-    (vehicle, trim, depth): (&Vehicle, &Trim, bool),
+    (vehicle, trim, states): (&Vehicle, &Trim, States),
     seeds: &[(Parameter, D)],
     unit: D,
     mass_part: impl Fn(&D) -> f64,
     part: impl Fn(&D) -> f64,
 ) -> Descriptor {
-    let point = Point::new(vehicle, trim, seeds);
-    let inputs = point.outputs.len();
-    let all = STATES.len();
-    let mut jacobian = DMatrix::zeros(all, all + inputs);
-    for column in 0..all + inputs {
-        let force = point.force(column, unit);
-        (0..all).for_each(|row| jacobian[(row, column)] = part(&force[row]));
+    let lateral = is_lateral(states);
+    let point = Point::new(vehicle, trim, lateral, seeds);
+    let all: States = if lateral { &lateral::STATES } else { &longitudinal::STATES };
+    // The states of a model lie side by side among all.
+    let first = all.iter().position(|state| Some(state) == states.first()).unwrap_or_default();
+    let (n, inputs) = (states.len(), point.outputs.len());
+    let (mut state, mut input) = (DMatrix::zeros(n, n), DMatrix::zeros(n, inputs));
+    for column in 0..n + inputs {
+        let seeded = if column < n { first + column } else { all.len() + column - n };
+        let force = point.force(seeded, unit);
+        for row in 0..n {
+            let entry = if column < n { &mut state[(row, column)] } else { &mut input[(row, column - n)] };
+            *entry = part(&force[first + row]);
+        }
     }
-    let inertia = point.coefficients.mass_matrix();
-    let mut mass = DMatrix::zeros(all, all);
-    (0..3).for_each(|i| (0..3).for_each(|j| mass[(i, j)] = mass_part(&inertia[(i, j)])));
-    (3..all).for_each(|i| mass[(i, i)] = mass_part(&D::from(1.0)));
-    let surge = vehicle.coefficients.surge;
-    let (first, n) = (surge.first(), surge.states(depth).len());
-    Descriptor {
-        mass: mass.view((first, first), (n, n)).into_owned(),
-        state: jacobian.view((first, first), (n, n)).into_owned(),
-        input: jacobian.view((first, all), (n, inputs)).into_owned(),
-    }
+    let mass = point.mass();
+    let mass = DMatrix::from_fn(n, n, |i, j| mass_part(&mass[first + i][first + j]));
+    Descriptor { mass, state, input }
 }
+
+/// The number of all states of a plane.
+const ALL: usize = longitudinal::STATES.len();
 
 /// A vehicle and its trim over scalars that carry derivatives.
 struct Point<D> {
+    /// Whether sway, roll and yaw move, or surge, heave and pitch.
+    lateral: bool,
     coefficients: Coefficients<D>,
     effects: Vec<crate::vehicle::actuator::Effect<D>>,
     motion: Motion<D>,
@@ -104,7 +111,7 @@ struct Point<D> {
 }
 
 impl<D: Scalar> Point<D> {
-    fn new(vehicle: &Vehicle, trim: &Trim, seeds: &[(Parameter, D)]) -> Self {
+    fn new(vehicle: &Vehicle, trim: &Trim, lateral: bool, seeds: &[(Parameter, D)]) -> Self {
         let seeded = |parameter: Parameter, value: f64| {
             let start = D::from(value);
             seeds.iter().filter(|(p, _)| *p == parameter).fold(start, |sum, (_, seed)| sum + *seed)
@@ -113,6 +120,7 @@ impl<D: Scalar> Point<D> {
         let (sin, cos) = incidence.sin_cos();
         let actuators = vehicle.actuators.iter().enumerate();
         Self {
+            lateral,
             coefficients: vehicle.coefficients.map(|key, value| seeded(Parameter::Coefficient(key), value)),
             effects: actuators
                 .map(|(actuator, a)| {
@@ -130,18 +138,48 @@ impl<D: Scalar> Point<D> {
         }
     }
 
-    /// Surge force, heave force, pitch moment, theta' and z', with `unit` added to the state or input with index
-    /// `column`.
-    fn force(&self, column: usize, unit: D) -> [D; STATES.len()] {
+    /// The rates of all states times the mass matrix, with `unit` added to the state or input with index `column`.
+    fn force(&self, column: usize, unit: D) -> [D; ALL] {
         let added = |place: usize, value: D| if place == column { value + unit } else { value };
-        let Motion { u, w, q, theta, .. } = self.motion;
-        let motion = Motion::in_plane(added(0, u), added(1, w), added(2, q), added(3, theta));
-        let zero = [D::from(0.0); 3];
         let pairs = self.effects.iter().zip(&self.outputs).enumerate();
-        let actuators = pairs.fold(zero, |sum, (i, (effect, output))| {
-            add(sum, effect.force(motion.u, added(STATES.len() + i, *output)))
-        });
+        let outputs = pairs.map(|(i, (effect, output))| (effect, added(ALL + i, *output)));
+        let zero = D::from(0.0);
+        let Motion { u, w, q, theta, .. } = self.motion;
+        if self.lateral {
+            let [p, phi, v, heading_rate] = [0, 1, 2, 3].map(|place| added(place, zero));
+            let r = heading_rate * theta.cos();
+            let motion = Motion { p, phi, v, r, ..self.motion };
+            let actuators = outputs
+                .fold([zero; 3], |sum, (effect, output)| add(sum, effect.lateral_force(motion.u, output)));
+            let [y, k, n] = self.coefficients.lateral_force(&motion, self.depth, actuators);
+            let [roll, ..] = motion.turning();
+            return [k, roll, y, n, heading_rate];
+        }
+        let motion = Motion::in_plane(added(0, u), added(1, w), added(2, q), added(3, theta));
+        let actuators =
+            outputs.fold([zero; 3], |sum, (effect, output)| add(sum, effect.force(motion.u, output)));
         let [x, z, m] = self.coefficients.force(&motion, added(4, self.depth), actuators);
         [x, z, m, motion.q, motion.sinking()]
+    }
+
+    /// The mass matrix of all states.
+    fn mass(&self) -> [[D; ALL]; ALL] {
+        let (zero, one) = (D::from(0.0), D::from(1.0));
+        let mut mass = [[zero; ALL]; ALL];
+        (0..ALL).for_each(|i| mass[i][i] = one);
+        // The places of u, w, q, or of v, p, r.
+        let (inertia, places) = if self.lateral {
+            (self.coefficients.lateral_mass_matrix(), [2, 0, 3])
+        } else {
+            (self.coefficients.mass_matrix(), [0, 1, 2])
+        };
+        let yaw = if self.lateral { self.motion.theta.cos() } else { one };
+        for (i, row) in places.into_iter().enumerate() {
+            for (j, column) in places.into_iter().enumerate() {
+                mass[row][column] =
+                    if self.lateral && j == 2 { inertia[(i, j)] * yaw } else { inertia[(i, j)] };
+            }
+        }
+        mass
     }
 }

@@ -1,11 +1,13 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
+use crate::lateral::is_lateral;
 use crate::longitudinal::{STATES, pitching};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 use signals::States;
 
 use crate::motion::balance::reaches_all;
+use crate::motion::descriptor::Descriptor;
 use crate::motion::dynamics::{Dynamics, Motion, actuator_force};
 use crate::motion::level::{Pitch, Speed};
 use crate::motion::trim::{Trim, trim_with};
@@ -17,7 +19,8 @@ use crate::vehicle::coefficients::CoefficientError;
 ///
 /// The state is x = \[u w q theta\] (m/s, m/s, rad/s, rad), or \[w q theta\] at a speed that is given, and behind them
 /// the depth z (m) where it is asked for, `z' = w cos(theta) - u sin(theta)`; the inputs T are the outputs of the
-/// actuators (N or rad), without their lag. Shapes for n states: A n x n, B n x m.
+/// actuators (N or rad), without their lag. Shapes for n states: A n x n, B n x m. The states may as well be those of
+/// [`lateral`](crate::lateral), \[v r psi\] with or without \[p phi\].
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// State matrix, n x n.
@@ -44,11 +47,6 @@ impl Linearisation {
         let mut values: Vec<_> = self.a.complex_eigenvalues().iter().copied().collect();
         values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
         values
-    }
-
-    /// Returns whether the depth is a state.
-    pub fn has_depth(&self) -> bool {
-        self.states.contains(&STATES[4])
     }
 
     /// Returns how states and actuators change in trim with the forward speed: `[x0'; u0']`, n + m, per m/s.
@@ -132,19 +130,23 @@ fn difference(vehicle: &Vehicle, trim: &Trim, states: usize) -> Option<DVector<f
 /// # Errors
 /// As [`linearise_with`].
 pub fn linearise(vehicle: &Vehicle, trim: &Trim) -> Result<Linearisation, CoefficientError> {
-    linearise_with(vehicle, trim, false)
+    linearise_with(vehicle, trim, vehicle.coefficients.surge.states(false))
 }
 
-/// The same, with the depth as the last state if it is to be one.
+/// The same with some states, one after the other in [`longitudinal::STATES`](STATES) or in
+/// [`lateral::STATES`](crate::lateral::STATES); what is no state does not move.
 ///
 /// # Errors
 /// [`CoefficientError`] if the vehicle's coefficients are not allowed.
 pub fn linearise_with(
     vehicle: &Vehicle,
     trim: &Trim,
-    depth: bool,
+    states: States,
 ) -> Result<Linearisation, CoefficientError> {
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
+    if is_lateral(states) {
+        return Ok(lateral(vehicle, trim, states));
+    }
     let inputs = vehicle.actuators.len();
     let all = STATES.len();
     let mut jacobian = DMatrix::zeros(all, all + inputs);
@@ -159,11 +161,26 @@ pub fn linearise_with(
         (0..all).for_each(|i| jacobian[(i, seed)] = column[i]);
     }
     let surge = vehicle.coefficients.surge;
-    let (first, states) = (surge.first(), surge.states(depth));
-    let n = states.len();
+    let (first, n) = (surge.first(), states.len());
     let a = jacobian.view((first, first), (n, n)).into_owned();
     let b = jacobian.view((first, all), (n, inputs)).into_owned();
     let by_given = surge.is_given().then(|| jacobian.column(0).rows(first, n).into_owned());
     let chosen_slope = is_redundant(vehicle, trim, &b).then(|| difference(vehicle, trim, n)).flatten();
     Ok(Linearisation { a, b, states, trim: trim.clone(), by_waves: None, chosen_slope, by_given })
+}
+
+/// Sway, roll and yaw, whose trim is zero at every speed. The mass matrix is positive definite.
+fn lateral(vehicle: &Vehicle, trim: &Trim, states: States) -> Linearisation {
+    let Descriptor { mass, state, input } = Descriptor::at(vehicle, trim, states);
+    let (n, inputs) = input.shape();
+    let inverse = mass.try_inverse().unwrap_or_else(|| DMatrix::zeros(n, n));
+    Linearisation {
+        a: &inverse * state,
+        b: inverse * input,
+        states,
+        trim: trim.clone(),
+        by_waves: None,
+        chosen_slope: Some(DVector::zeros(n + inputs)),
+        by_given: None,
+    }
 }

@@ -42,13 +42,16 @@ pub struct UnknownParameter {
 
 impl Parameter {
     /// Returns every coefficient that acts on a vehicle in the vertical plane, and those of its actuators, in the order
-    /// of the vehicle file.
+    /// of the vehicle file; of a vehicle that leaves it those of sway, roll and yaw, on which its level trim does not
+    /// depend.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
-        let acts = |key: &&'static str| vehicle.coefficients.surge.uses(key);
-        let coefficients = vehicle.coefficients.acting().map(|spec| Self::Coefficient(spec.key));
+        let lateral = vehicle.coefficients.has_lateral();
+        let acts = |key: &str| lateral == is_lateral(key) && vehicle.coefficients.surge.uses(key);
+        let coefficients = COEFFICIENTS.iter().map(|spec| spec.key).filter(|key| acts(key));
+        let coefficients = coefficients.map(Self::Coefficient);
         let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
             let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
-            keys.filter(|key| !is_lateral(key) && acts(key)).map(move |key| Self::Effect { actuator, key })
+            keys.filter(|key| acts(key)).map(move |key| Self::Effect { actuator, key })
         });
         coefficients.chain(effects).collect()
     }

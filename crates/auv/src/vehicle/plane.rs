@@ -32,6 +32,14 @@ impl Vehicle {
         plane
     }
 
+    /// Returns the vehicle as an axis of heading has it: with the actuators alone that yaw it and do nothing in the
+    /// vertical plane.
+    #[must_use]
+    pub fn yawing(&self) -> Self {
+        let yaws = |one: &&Actuator| !one.acts_in_plane() && one.lateral_force(1.0, 1.0)[2] != 0.0;
+        Self { actuators: self.actuators.iter().filter(yaws).cloned().collect(), ..self.clone() }
+    }
+
     /// Returns the lateral coefficients that the vehicle file does not say, and that are those of an axisymmetric hull
     /// or zero, with their values; none of a vehicle that stays in the vertical plane.
     pub fn supposed(&self) -> Vec<(&'static str, f64)> {

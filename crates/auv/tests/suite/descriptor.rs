@@ -1,16 +1,28 @@
 //! M, C and D against the linearisation, and their derivatives against their values elsewhere.
 
-use crate::common::{remus100, squid};
-use auv::{Descriptor, Parameter, Speed, Trim, Vehicle, linearise_with, trim};
+use crate::common::{remus100, squid, whole};
+use auv::{
+    Descriptor, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, lateral, linearise_with, longitudinal, trim,
+};
 use nalgebra::DMatrix;
+use signals::States;
 
-fn trimmed() -> Vec<(Vehicle, Trim)> {
-    [(squid(), 0.5, 50.0), (squid(), 2.0, 50.0), (remus100(), 1.5, 20.0)]
-        .map(|(vehicle, speed, depth)| {
+/// Vehicles in the vertical plane, and one that yaws, each with its trim and its states.
+fn trimmed() -> Vec<(Vehicle, Trim, States)> {
+    let vertical = [(squid(), 0.5, 50.0), (squid(), 2.0, 50.0), (remus100(), 1.5, 20.0)].into_iter();
+    let mut all: Vec<(Vehicle, Trim, States)> = vertical
+        .flat_map(|(vehicle, speed, depth)| {
+            let vehicle = vehicle.in_plane();
             let level = trim(&vehicle, Speed::Path(speed), depth).unwrap();
-            (vehicle, level)
+            [false, true].map(|depth| (vehicle.clone(), level.clone(), longitudinal::states(false, depth)))
         })
-        .into()
+        .collect();
+    for roll in [false, true] {
+        let level = trim(&remus100().in_plane(), Speed::Path(1.5), 20.0).unwrap();
+        let level = Trim { actuators: vec![0.0], ..level };
+        all.push((whole("remus100").yawing(), level, lateral::states(roll)));
+    }
+    all
 }
 
 fn close(found: &DMatrix<f64>, wanted: &DMatrix<f64>, scale: f64, what: &str) {
@@ -19,29 +31,61 @@ fn close(found: &DMatrix<f64>, wanted: &DMatrix<f64>, scale: f64, what: &str) {
 
 #[test]
 fn the_linearisation_follows() {
-    for ((vehicle, level), depth) in trimmed().into_iter().flat_map(|one| [(one.clone(), false), (one, true)])
-    {
-        let found = Descriptor::at(&vehicle, &level, depth);
-        let linear = linearise_with(&vehicle, &level, depth).unwrap();
-        assert_eq!((linear.has_depth(), linear.a.nrows()), (depth, 4 + usize::from(depth)));
+    for (vehicle, level, states) in trimmed() {
+        let found = Descriptor::at(&vehicle, &level, states);
+        let linear = linearise_with(&vehicle, &level, states).unwrap();
+        assert_eq!((linear.states, linear.a.nrows()), (states, states.len()));
         let inverse = found.mass.clone().try_inverse().unwrap();
         close(&(&inverse * &found.state), &linear.a, linear.a.amax(), "A");
         close(&(&inverse * &found.input), &linear.b, linear.b.amax(), "B");
     }
 }
 
+/// With roll the model of heading is that of straight flight in six degrees of freedom, whose r is cos(theta) times
+/// the rate of heading; without roll it is what is left when roll is held.
+#[test]
+fn heading_is_the_lateral_motion_of_straight_flight() {
+    let whole = whole("remus100");
+    let level = trim(&whole.in_plane(), Speed::Path(1.5), 20.0).unwrap();
+    let six = Lateral::at(&whole, 1.5, 20.0, &Pitch::Free).unwrap();
+    let rudder = whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
+    let of_axis = |roll: bool| {
+        let trim = Trim { actuators: vec![0.0], ..level.clone() };
+        linearise_with(&whole.yawing(), &trim, lateral::states(roll)).unwrap()
+    };
+    let (rolling, held) = (of_axis(true), of_axis(false));
+    let cos = level.pitch.cos();
+    // p, phi, v, r among v, p, r, phi.
+    let places = [1, 3, 0, 2];
+    let unit = |place: usize| if place == 2 { cos } else { 1.0 };
+    for (i, row) in places.into_iter().enumerate() {
+        for (j, column) in places.into_iter().enumerate() {
+            let expected = six.a[(row, column)] * unit(column) / unit(row);
+            assert!((rolling.a[(i, j)] - expected).abs() < 1e-9, "{i} {j}");
+        }
+        assert!((rolling.b[(i, 0)] - six.b[(row, rudder)] / unit(row)).abs() < 1e-9, "{i}");
+    }
+    assert_eq!(rolling.a.row(4).iter().copied().collect::<Vec<_>>(), [0.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(held.a.row(2).iter().copied().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+    let poles = held.a.view((0, 0), (2, 2)).into_owned().complex_eigenvalues();
+    for pole in poles.iter() {
+        let near = six.eigenvalues().iter().map(|other| (other - pole).norm()).fold(f64::INFINITY, f64::min);
+        assert!(near < 0.02 * pole.norm(), "{pole}");
+    }
+}
+
 /// One coefficient at a time, M, C and D are affine: the derivative gives the value anywhere, exactly. But for three.
 #[test]
 fn affine_in_all_but_length_viscosity_and_direction() {
-    for (vehicle, level) in trimmed() {
-        let here = Descriptor::at(&vehicle, &level, false).stacked();
+    for (vehicle, level, states) in trimmed() {
+        let here = Descriptor::at(&vehicle, &level, states).stacked();
         for parameter in Parameter::all(&vehicle) {
-            let derivative = Descriptor::derivative(&vehicle, &level, false, parameter).stacked();
+            let derivative = Descriptor::derivative(&vehicle, &level, states, parameter).stacked();
             let value = parameter.coefficient(&vehicle).unwrap();
             let mut off: f64 = 0.0;
             for step in [-0.7 * value, 0.3 * value + 0.01, 2.0 * value - 0.05] {
                 let there = parameter.with_value(&vehicle, value + step);
-                let change = Descriptor::at(&there, &level, false).stacked() - &here;
+                let change = Descriptor::at(&there, &level, states).stacked() - &here;
                 off = off.max((change - &derivative * step).amax() / here.amax());
             }
             let name = parameter.name(&vehicle);
@@ -55,19 +99,19 @@ fn affine_in_all_but_length_viscosity_and_direction() {
 /// Where two coefficients multiply, the second derivative holds all that is beyond the two first ones.
 #[test]
 fn second_derivatives_hold_what_two_coefficients_do_together() {
-    for (vehicle, level) in trimmed() {
-        let here = Descriptor::at(&vehicle, &level, false).stacked();
+    for (vehicle, level, states) in trimmed() {
+        let here = Descriptor::at(&vehicle, &level, states).stacked();
         let mut pairs = 0;
         let all = Parameter::all(&vehicle);
         for (i, p) in all.iter().enumerate() {
             for q in &all[i + 1..] {
                 let [dp, dq] = [p, q].map(|r| 0.3 * r.coefficient(&vehicle).unwrap() + 0.01);
-                let both = Descriptor::second_derivative(&vehicle, &level, false, [*p, *q]).stacked();
+                let both = Descriptor::second_derivative(&vehicle, &level, states, [*p, *q]).stacked();
                 let there = p.with_value(&vehicle, p.coefficient(&vehicle).unwrap() + dp);
                 let there = q.with_value(&there, q.coefficient(&vehicle).unwrap() + dq);
-                let first = |r: &Parameter| Descriptor::derivative(&vehicle, &level, false, *r).stacked();
+                let first = |r: &Parameter| Descriptor::derivative(&vehicle, &level, states, *r).stacked();
                 let change =
-                    Descriptor::at(&there, &level, false).stacked() - &here - first(p) * dp - first(q) * dq;
+                    Descriptor::at(&there, &level, states).stacked() - &here - first(p) * dp - first(q) * dq;
                 let bent = |r: &Parameter| {
                     ["length", "kinematic_viscosity", "direction"]
                         .iter()
@@ -80,24 +124,26 @@ fn second_derivatives_hold_what_two_coefficients_do_together() {
                 }
             }
         }
-        // At least mass with the centre of gravity, weight with it, buoyancy with its centre.
-        assert!(pairs >= 6, "{pairs}");
+        // At least mass with the centre of gravity, weight with it, buoyancy with its centre; in sway and yaw none.
+        assert!(pairs >= if lateral::is_lateral(states) { 0 } else { 6 }, "{pairs}");
     }
 }
 
 #[test]
 fn derivatives_by_the_trim_are_limits_of_differences() {
-    for (vehicle, level) in trimmed() {
+    for (vehicle, level, states) in trimmed() {
         let moved = |step: f64, parameter: Parameter| {
             let mut there = level.clone();
             match parameter {
                 Parameter::Output(i) => there.actuators[i] += step,
                 _ => there.incidence += step,
             }
-            Descriptor::at(&vehicle, &there, true).stacked()
+            Descriptor::at(&vehicle, &there, states).stacked()
         };
-        for parameter in [Parameter::Incidence, Parameter::Output(0), Parameter::Output(1)] {
-            let exact = Descriptor::derivative(&vehicle, &level, true, parameter).stacked();
+        for parameter in
+            [Parameter::Incidence].into_iter().chain((0..vehicle.actuators.len()).map(Parameter::Output))
+        {
+            let exact = Descriptor::derivative(&vehicle, &level, states, parameter).stacked();
             let step = 1e-5;
             let difference = (moved(step, parameter) - moved(-step, parameter)) / (2.0 * step);
             assert!((&difference - &exact).amax() < 1e-6 * (1.0 + exact.amax()), "{difference} {exact}");

@@ -63,7 +63,8 @@ fn the_linear_model_is_that_of_the_dive_plane() {
             }
         }
         assert_eq!(linear.a.row(2).iter().copied().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
-        let Descriptor { mass, state, input } = Descriptor::at(&vehicle, &level, false);
+        let Descriptor { mass, state, input } =
+            Descriptor::at(&vehicle, &level, vehicle.coefficients.surge.states(false));
         let inverse = mass.try_inverse().unwrap();
         assert!(
             (&inverse * state - &linear.a).amax() < 1e-12 && (inverse * input - &linear.b).amax() < 1e-12
@@ -99,8 +100,10 @@ fn the_depth_is_the_last_state_where_it_is_one() {
         [(remus100(), &["u", "w", "q", "theta", "z"][..]), (remus(), &["w", "q", "theta", "z"])]
     {
         let level = trim(&vehicle, Speed::Path(1.7), 20.0).unwrap();
-        let (deep, plain) =
-            (linearise_with(&vehicle, &level, true).unwrap(), linearise(&vehicle, &level).unwrap());
+        let (deep, plain) = (
+            linearise_with(&vehicle, &level, vehicle.coefficients.surge.states(true)).unwrap(),
+            linearise(&vehicle, &level).unwrap(),
+        );
         let n = all.len();
         assert_eq!(deep.states.iter().map(|state| state.symbol).collect::<Vec<_>>(), all);
         assert_eq!(deep.a.view((0, 0), (n - 1, n - 1)), plain.a);

@@ -141,7 +141,7 @@ fn a_hull_is_read_and_goes_through_json() {
     let vehicle = Vehicle::parse(&format!("{HULL}\n{SQUID}"), "v.toml").unwrap();
     assert_eq!(vehicle.coefficients.hull.stations(), [[-1.0, 0.0], [0.0, 0.25], [1.0, 0.0]]);
     assert_eq!((vehicle.coefficients.C_d, vehicle.sources["stations"].as_str()), (0.6, "a drawing"));
-    assert!(Parameter::named(&vehicle, "C_d").is_ok(), "it may be uncertain");
+    assert!(Parameter::named(&vehicle.in_plane(), "C_d").is_ok(), "it may be uncertain");
     let text = vehicle.to_json().unwrap();
     assert_eq!(Vehicle::from_json(&text, "v").unwrap(), vehicle);
     assert!(!squid().to_json().unwrap().contains("stations"));

@@ -119,7 +119,7 @@ fn thrusters_under_one_command_act_as_their_sum() {
     }
     assert_eq!(vehicle.sources["couple.2.share"], "s");
     assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
-    let parameter = auv::Parameter::named(&vehicle, "couple.M_T").unwrap();
+    let parameter = auv::Parameter::named(&vehicle.in_plane(), "couple.M_T").unwrap();
     assert!((parameter.coefficient(&vehicle).unwrap() - 1.1).abs() < 1e-15);
     let message = |from: &str, to: &str| {
         let text = format!("{SQUID}{}", GROUP.replacen(from, to, 1));

@@ -1,0 +1,150 @@
+//! The vehicle in sway, roll and yaw: its states, its signals, and its linear model as an axis of an autopilot has it.
+
+use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
+use std::f64::consts::PI;
+
+use crate::longitudinal::{Each, SPEED_SIGNAL};
+
+const DEGREE: f64 = PI / 180.0;
+
+/// The states of the linear model, x = \[p phi v r psi\], in their order. The r of an axis is the rate of heading,
+/// `psi' = r/cos(theta)` at the pitch of the trim.
+pub const STATES: [State; 5] = [
+    State {
+        symbol: "p",
+        unit: "rad/s",
+        name: "roll rate",
+        acts: "fins or thrusters that roll, or damping (K_up, K_p)",
+        shows: "measure 'roll'",
+    },
+    State {
+        symbol: "phi",
+        unit: "rad",
+        name: "roll",
+        acts: "fins or thrusters that roll, or a centre of gravity farther below that of buoyancy (z_G)",
+        shows: "measure 'roll'",
+    },
+    State {
+        symbol: "v",
+        unit: "m/s",
+        name: "sway speed",
+        acts: "a thruster that pushes sideways, or damping (Y_v, Y_uv)",
+        shows: "measure 'sway', or give the vehicle damping (Y_v, Y_uv)",
+    },
+    State {
+        symbol: "r",
+        unit: "rad/s",
+        name: "rate of heading",
+        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
+        shows: "measure 'heading_rate' or 'heading'",
+    },
+    State {
+        symbol: "psi",
+        unit: "rad",
+        name: "heading",
+        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
+        shows: "measure 'heading'",
+    },
+];
+
+/// The states of the linear model of an axis: \[v r psi\], with p and phi before them for one that measures roll.
+pub fn states(roll: bool) -> States {
+    static ALL: [State; 5] = STATES;
+    if roll { &ALL } else { &ALL[2..] }
+}
+
+/// Whether states are those of sway, roll and yaw.
+pub fn is_lateral(states: States) -> bool {
+    states.contains(&STATES[3])
+}
+
+/// The index of heading in [`SIGNALS`].
+pub const HEADING: usize = 0;
+
+/// The index of the heading's rate in [`SIGNALS`].
+pub const HEADING_RATE: usize = 2;
+
+/// The index of roll in [`SIGNALS`].
+pub const ROLL: usize = 3;
+
+/// Every signal that the axis of heading can have. The speed, which the longitudinal axis controls, has the place that
+/// it has there.
+pub static SIGNALS: Each<Signal> = [
+    Signal {
+        name: "heading",
+        unit: "rad",
+        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+        measured: "heading, clockwise from north",
+        reference: Some(Reference { name: "heading_reference", wanted: "wanted heading" }),
+        state: "psi",
+        level: Level::Start,
+        range: None,
+        largest_step: LargestStep::Of(PI),
+        nominal: 1.0,
+        error: 15.0 * DEGREE,
+    },
+    SPEED_SIGNAL,
+    Signal {
+        name: "heading_rate",
+        unit: "rad/s",
+        units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+        measured: "rate of heading",
+        reference: None,
+        state: "r",
+        level: Level::Zero,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 0.1,
+        error: 10.0 * DEGREE,
+    },
+    Signal {
+        name: "roll",
+        unit: "rad",
+        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+        measured: "roll angle",
+        reference: None,
+        state: "phi",
+        level: Level::Zero,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 0.1,
+        error: 15.0 * DEGREE,
+    },
+    Signal {
+        name: "sway",
+        unit: "m/s",
+        units: &[Unit { name: "m/s", factor: 1.0 }],
+        measured: "speed through the water, along the body y axis",
+        reference: None,
+        state: "v",
+        level: Level::Zero,
+        range: None,
+        largest_step: LargestStep::Range,
+        nominal: 0.1,
+        error: 0.3,
+    },
+];
+
+/// The interface of the axis of heading.
+pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_fits_together() {
+        assert_eq!(INTERFACE.scheduled(), Some(crate::longitudinal::SPEED));
+        assert_eq!(
+            ["heading", "heading_rate", "roll"].map(|name| INTERFACE.place(name)),
+            [Some(HEADING), Some(HEADING_RATE), Some(ROLL)]
+        );
+        for signal in SIGNALS.iter().filter(|signal| signal.name != "speed") {
+            let state = STATES.iter().find(|state| state.symbol == signal.state).unwrap();
+            assert_eq!(state.unit, signal.unit, "{}", signal.name);
+            assert_eq!(signal.is_among(states(false)), signal.name != "roll", "{}", signal.name);
+            assert!(signal.is_among(states(true)));
+        }
+        assert!(is_lateral(states(false)) && !is_lateral(crate::longitudinal::states(false, true)));
+    }
+}
