@@ -70,7 +70,7 @@ fn heading_is_the_lateral_motion_of_straight_flight() {
     let poles = held.a.view((0, 0), (2, 2)).into_owned().complex_eigenvalues();
     for pole in poles.iter() {
         let near = six.eigenvalues().iter().map(|other| (other - pole).norm()).fold(f64::INFINITY, f64::min);
-        assert!(near < 0.02 * pole.norm(), "{pole}");
+        assert!(near < 0.05 * pole.norm(), "the roll that turns bring moves them little: {pole}");
     }
 }
 
