@@ -13,3 +13,4 @@ pub(crate) mod slopes;
 pub(crate) mod snapshot;
 pub(crate) mod surroundings;
 pub(crate) mod water;
+mod whole;

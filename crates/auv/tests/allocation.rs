@@ -13,8 +13,8 @@ struct Swell;
 
 impl Water for Swell {
     fn at(&self, time: f64, _: f64, _: f64, _: f64) -> WaterMotion {
-        let velocity = Current { horizontal: 0.0, vertical: 0.1 * time.sin() };
-        let by_time = Current { horizontal: 0.0, vertical: 0.1 * time.cos() };
+        let velocity = Current { horizontal: 0.0, vertical: 0.1 * time.sin(), ..Current::default() };
+        let by_time = Current { horizontal: 0.0, vertical: 0.1 * time.cos(), ..Current::default() };
         WaterMotion { velocity, by_time, load: [0.0, 2.0 * time.cos(), 0.0], ..WaterMotion::default() }
     }
 
@@ -42,7 +42,13 @@ fn stepping_does_not_allocate() {
                 let time = f64::from(i) * 0.01;
                 plant.set_command(0, 5.0 + time).unwrap();
                 plant.set_operating_speed(1.0 + 0.1 * time).unwrap();
-                plant.set_current(Current { horizontal: 0.2 * time.sin(), vertical: 0.0 }).unwrap();
+                plant
+                    .set_current(Current {
+                        horizontal: 0.2 * time.sin(),
+                        vertical: 0.0,
+                        ..Current::default()
+                    })
+                    .unwrap();
                 plant.advance(time).unwrap();
             }
         });

@@ -129,7 +129,7 @@ impl Conditions {
     /// The present Gauss-Markov part of the current.
     pub(crate) fn gauss_markov(&self) -> Current {
         let horizontal = self.gauss_markov.as_ref().map_or(0.0, GaussMarkov::value);
-        Current { horizontal, vertical: 0.0 }
+        Current { horizontal, vertical: 0.0, ..Current::default() }
     }
 
     /// Advances the Gauss-Markov process by a time \[s\].

@@ -76,6 +76,16 @@ impl<D: Scalar> Motion<D> {
         let (sin_psi, cos_psi) = heading.sin_cos();
         [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, self.sinking()]
     }
+
+    /// Returns what a velocity north, east and down is along the body at a heading psi: the inverse of
+    /// [`Motion::velocity`].
+    pub fn along_body(&self, heading: D, [north, east, down]: [D; 3]) -> [D; 3] {
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        let (sin_psi, cos_psi) = heading.sin_cos();
+        let (ahead, across) = (north * cos_psi + east * sin_psi, east * cos_psi - north * sin_psi);
+        let level = ahead * sin + down * cos;
+        [ahead * cos - down * sin, across * cos_phi + level * sin_phi, level * cos_phi - across * sin_phi]
+    }
 }
 
 /// The equations of motion of one vehicle, its mass matrix inverted once.

@@ -5,8 +5,10 @@ use crate::simulation::integrator::Body;
 /// A steady, uniform current, in the earth frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
-    /// Horizontal velocity U_c \[m/s\].
+    /// Horizontal velocity U_c \[m/s\]: the way the vehicle faces, or north for one that turns.
     pub horizontal: f64,
+    /// Velocity east \[m/s\], which only a vehicle that turns meets.
+    pub east: f64,
     /// Vertical velocity W_c \[m/s\], positive down.
     pub vertical: f64,
 }
@@ -18,10 +20,16 @@ impl Current {
         (self.horizontal * cos - self.vertical * sin, self.horizontal * sin + self.vertical * cos)
     }
 
+    /// Returns the velocity north, east and down.
+    pub(crate) fn in_earth(self) -> [f64; 3] {
+        [self.horizontal, self.east, self.vertical]
+    }
+
     /// The current a time later \[s\], changing at constant rates.
     pub(crate) fn after(self, elapsed: f64, rates: Self) -> Self {
         Self {
             horizontal: self.horizontal + rates.horizontal * elapsed,
+            east: self.east + rates.east * elapsed,
             vertical: self.vertical + rates.vertical * elapsed,
         }
     }
@@ -31,7 +39,7 @@ impl std::ops::Add for Current {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self { horizontal: self.horizontal + other.horizontal, vertical: self.vertical + other.vertical }
+        self.after(1.0, other)
     }
 }
 

@@ -5,7 +5,7 @@ use differential_equations::ode::ODE;
 use crate::motion::dynamics::{Dynamics, Motion, add};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
-use crate::simulation::integrator::{Body, Equations};
+use crate::simulation::integrator::{Body, Equations, SWITCHES};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::Water;
@@ -40,16 +40,35 @@ pub(crate) struct Flow<'a> {
     pub(crate) water: Option<(&'a dyn Water, f64, f64)>,
 }
 
+impl Flow<'_> {
+    /// The outputs of the actuators a time later.
+    pub(crate) fn outputs_after(&self, time: f64) -> impl Iterator<Item = f64> {
+        let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
+        actuators.map(move |(i, ((actuator, start), command))| match self.slopes {
+            None => actuator.output_after(time, *start, *command),
+            Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
+        })
+    }
+
+    /// The current a time later, its rate, and the load.
+    pub(crate) fn outside(&self, time: f64) -> (Current, Current, [f64; 3]) {
+        match self.slopes {
+            None => (self.current, Current::default(), self.load),
+            Some(slopes) => (
+                self.current.after(time, slopes.current),
+                slopes.current,
+                add(self.load, slopes.load.map(|slope| slope * time)),
+            ),
+        }
+    }
+}
+
 impl ODE<f64, Body> for Flow<'_> {
     /// A changing current leaves the velocity over ground unchanged: the velocity through the water loses what the
     /// current gains. So it does in other water that moves, which pushes the vehicle besides, as a load from outside.
     fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
         let [u, w, q, theta, made, sunk] = *body;
-        let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
-        let outputs = actuators.map(|(i, ((actuator, start), command))| match self.slopes {
-            None => actuator.output_after(time, *start, *command),
-            Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
-        });
+        let outputs = self.outputs_after(time);
         let given = self.given + self.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let [du, dw, dq, dtheta] = match &self.model {
             Model::Frozen(frozen) => frozen.derivative([u, w, q, theta], outputs),
@@ -63,14 +82,8 @@ impl ODE<f64, Body> for Flow<'_> {
             }
         };
         let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);
-        let (current, (gained_u, gained_w), load) = match self.slopes {
-            None => (self.current, (0.0, 0.0), self.load),
-            Some(slopes) => (
-                self.current.after(time, slopes.current),
-                slopes.current.along_body(theta),
-                add(self.load, slopes.load.map(|slope| slope * time)),
-            ),
-        };
+        let (current, gained, load) = self.outside(time);
+        let (gained_u, gained_w) = if self.slopes.is_some() { gained.along_body(theta) } else { (0.0, 0.0) };
         let Some((water, start, x)) = self.water else {
             let (x_rate, depth_rate) = earth_velocity(body, current);
             let [push_u, push_w, push_q] = self.dynamics.pushed(load);
@@ -86,14 +99,14 @@ impl ODE<f64, Body> for Flow<'_> {
     }
 }
 
-impl Equations for Flow<'_> {
+impl Equations<6> for Flow<'_> {
     /// |u|, |w| and |q| have a corner at zero, and friction has one at the least Reynolds number. The LPV model has no
     /// corners.
-    fn switches(&self, body: &Body) -> [f64; 4] {
+    fn switches(&self, body: &Body) -> [f64; SWITCHES] {
         let [u, w, q, ..] = *body;
         match self.model {
-            Model::Nonlinear => [u, w, q, u.abs() - self.dynamics.least_friction_speed()],
-            Model::Frozen(_) | Model::Scheduled(..) => [1.0; 4],
+            Model::Nonlinear => [u, w, q, u.abs() - self.dynamics.least_friction_speed(), 1.0, 1.0, 1.0],
+            Model::Frozen(_) | Model::Scheduled(..) => [1.0; SWITCHES],
         }
     }
 }

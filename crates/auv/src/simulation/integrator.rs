@@ -31,12 +31,15 @@ const SMALLEST_MEAN_STEP: f64 = 1e-5;
 pub(crate) type Body = [f64; 6];
 
 /// Equations of motion with corners: each is smooth where none of its switches changes sign.
-pub(crate) trait Equations: ODE<f64, Body> {
+pub(crate) trait Equations<const N: usize>: ODE<f64, [f64; N]> {
     /// Returns the quantities whose sign picks a branch of the equations.
-    fn switches(&self, body: &Body) -> [f64; 4];
+    fn switches(&self, body: &[f64; N]) -> [f64; SWITCHES];
 }
 
-type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Body, 8, 12, 16>;
+/// The number of switches.
+pub(crate) const SWITCHES: usize = 7;
+
+type Dop853<const N: usize> = ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 8, 12, 16>;
 
 /// Why the equations of motion could not be integrated.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -77,12 +80,12 @@ impl Integrator {
     }
 
     /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
-    pub(crate) fn advance<F: Equations>(
+    pub(crate) fn advance<const N: usize, F: Equations<N>>(
         &mut self,
         equations: &F,
-        start: &Body,
+        start: &[f64; N],
         duration: f64,
-    ) -> Result<Body, IntegrationError> {
+    ) -> Result<[f64; N], IntegrationError> {
         let end = self.integrate(equations, start, duration);
         if end.is_err() {
             self.step = FIRST_STEP;
@@ -90,12 +93,12 @@ impl Integrator {
         end
     }
 
-    fn integrate<F: Equations>(
+    fn integrate<const N: usize, F: Equations<N>>(
         &mut self,
         equations: &F,
-        start: &Body,
+        start: &[f64; N],
         duration: f64,
-    ) -> Result<Body, IntegrationError> {
+    ) -> Result<[f64; N], IntegrationError> {
         if duration < SHORTEST_INTERVAL {
             return finite(euler(equations, 0.0, start, duration));
         }
@@ -139,13 +142,13 @@ impl Integrator {
         }
     }
 
-    fn restart<F: Equations>(
+    fn restart<const N: usize, F: Equations<N>>(
         &self,
-        method: &mut Dop853,
+        method: &mut Dop853<N>,
         equations: &F,
         time: f64,
         end: f64,
-        state: &Body,
+        state: &[f64; N],
     ) -> Result<(), IntegrationError> {
         method.h0 = self.step.clamp(SMALLEST_STEP, LARGEST_STEP).min(end - time);
         match method.init(equations, time, end, state) {
@@ -155,12 +158,12 @@ impl Integrator {
     }
 
     /// The method gives up after fifteen signs of stiffness, however slowly they come; that is no reason to stop.
-    fn recover<F: Equations>(
+    fn recover<const N: usize, F: Equations<N>>(
         &self,
-        method: &mut Dop853,
+        method: &mut Dop853<N>,
         equations: &F,
         duration: f64,
-        error: &Error<f64, Body>,
+        error: &Error<f64, [f64; N]>,
     ) -> Result<(), IntegrationError> {
         match *error {
             Error::Stiffness { t, y } => self.restart(method, equations, t, duration, &y),
@@ -169,8 +172,8 @@ impl Integrator {
     }
 }
 
-fn method() -> Dop853 {
-    Dop853::dop853()
+fn method<const N: usize>() -> Dop853<N> {
+    Dop853::<N>::dop853()
         .rtol(RELATIVE_TOLERANCE)
         .atol(ABSOLUTE_TOLERANCE)
         .h_max(LARGEST_STEP)
@@ -178,16 +181,16 @@ fn method() -> Dop853 {
 }
 
 /// Returns whether a switch changes sign from one state to the next.
-fn crosses(from: &[f64; 4], to: &[f64; 4]) -> bool {
+fn crosses(from: &[f64; SWITCHES], to: &[f64; SWITCHES]) -> bool {
     from.iter().zip(to).any(|(from, to)| from * to < 0.0 && (to - from).abs() > LEAST_SWING)
 }
 
-fn euler<F: Equations>(equations: &F, time: f64, body: &Body, step: f64) -> Body {
-    let mut rate = [0.0; 6];
+fn euler<const N: usize, F: Equations<N>>(equations: &F, time: f64, body: &[f64; N], step: f64) -> [f64; N] {
+    let mut rate = [0.0; N];
     equations.diff(time, body, &mut rate);
     std::array::from_fn(|i| body[i] + step * rate[i])
 }
 
-fn finite(body: Body) -> Result<Body, IntegrationError> {
+fn finite<const N: usize>(body: [f64; N]) -> Result<[f64; N], IntegrationError> {
     if body.iter().all(|value| value.is_finite()) { Ok(body) } else { Err(IntegrationError::NotFinite) }
 }

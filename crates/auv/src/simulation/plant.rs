@@ -13,6 +13,7 @@ use crate::simulation::integrator::{Body, Integrator};
 use crate::simulation::lpv_model::{LpvModel, LpvModelError};
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::Water;
+use crate::simulation::whole::{Side, WholeFlow, joined, motion_of, split};
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
 use crate::vehicle::ballast::Ballast;
@@ -32,10 +33,21 @@ pub enum Fidelity {
 pub struct State {
     /// Motion through the water.
     pub motion: Motion,
-    /// Horizontal distance in the earth frame, positive the way the vehicle faces \[m\].
+    /// Horizontal distance in the earth frame, positive the way the vehicle faces, or north for one that turns \[m\].
     pub x: f64,
     /// Depth \[m\].
     pub depth: f64,
+    /// Heading psi, clockwise from north, not wrapped \[rad\]; 0 of a vehicle in the vertical plane, as the next.
+    pub heading: f64,
+    /// Way made east \[m\].
+    pub east: f64,
+}
+
+impl State {
+    /// In the vertical plane.
+    pub fn in_plane(motion: Motion, x: f64, depth: f64) -> Self {
+        Self { motion, x, depth, heading: 0.0, east: 0.0 }
+    }
 }
 
 /// A vehicle in motion, with its workspace: no step allocates.
@@ -51,6 +63,10 @@ pub struct Plant {
     pub(crate) fidelity: Fidelity,
     pub(crate) time: f64,
     pub(crate) body: Body,
+    /// What leaves the vertical plane, of a vehicle that does.
+    pub(crate) side: Option<Side>,
+    /// Whether surge, heave and pitch are held.
+    pub(crate) is_held: bool,
     pub(crate) outputs: Vec<f64>,
     pub(crate) commands: Vec<f64>,
     pub(crate) current: Current,
@@ -79,6 +95,8 @@ impl Plant {
             fidelity: Fidelity::Nonlinear,
             time: 0.0,
             body: [0.0; 6],
+            side: vehicle.coefficients.has_lateral().then_some([0.0; 6]),
+            is_held: false,
             outputs: vec![0.0; inputs],
             commands: vec![0.0; inputs],
             current: Current::default(),
@@ -131,7 +149,7 @@ impl Plant {
             return Err(SimulationError::TrimActuators { found, expected });
         }
         self.time = time;
-        self.set_state(&State { motion: trim.motion(), x: 0.0, depth: trim.depth });
+        self.set_state(&State::in_plane(trim.motion(), 0.0, trim.depth));
         self.outputs.copy_from_slice(&trim.actuators);
         self.commands.copy_from_slice(&trim.actuators);
         self.operating_speed = trim.speed;
@@ -141,8 +159,17 @@ impl Plant {
 
     /// Sets position and motion.
     pub fn set_state(&mut self, state: &State) {
-        let Motion { u, w, q, theta, .. } = state.motion;
+        let Motion { u, v, w, p, q, r, phi, theta } = state.motion;
         self.body = [u, w, q, theta, state.x, state.depth];
+        self.side = self.side.map(|_| [v, p, r, phi, state.heading, state.east]);
+    }
+
+    /// Holds surge, heave and pitch from now on as they are in a trim, whatever acts there: a vehicle on which another
+    /// autopilot keeps level flight.
+    pub fn hold_level(&mut self, trim: &Trim) {
+        let Motion { u, w, q, theta, .. } = trim.motion();
+        self.body[..4].copy_from_slice(&[u, w, q, theta]);
+        self.is_held = true;
     }
 
     /// Commands an actuator \[N or rad\]; beyond its limits it goes to the limit.
@@ -167,6 +194,20 @@ impl Plant {
     pub fn set_current(&mut self, current: Current) -> Result<(), SimulationError> {
         finite("horizontal current", current.horizontal)?;
         finite("vertical current", current.vertical)?;
+        finite("current east", current.east)?;
+        if self.side.is_some() {
+            let mut state = self.state();
+            let [old, new] =
+                [self.current, current].map(|one| state.motion.along_body(state.heading, one.in_earth()));
+            state.motion.v += old[1] - new[1];
+            if !self.is_held {
+                state.motion.u += old[0] - new[0];
+                state.motion.w += old[2] - new[2];
+            }
+            self.set_state(&state);
+            self.current = current;
+            return Ok(());
+        }
         let theta = self.body[3];
         let (old, new) = (self.current.along_body(theta), current.along_body(theta));
         self.body[0] += old.0 - new.0;
@@ -259,9 +300,10 @@ impl Plant {
         if found != expected {
             return Err(SimulationError::TrimActuators { found, expected });
         }
-        let Current { horizontal, vertical } = slopes.current;
+        let Current { horizontal, east, vertical } = slopes.current;
         let speeds = [slopes.operating_speed, slopes.given_speed];
-        for &rate in [horizontal, vertical].iter().chain(&speeds).chain(&slopes.load).chain(&slopes.commands)
+        for &rate in
+            [horizontal, east, vertical].iter().chain(&speeds).chain(&slopes.load).chain(&slopes.commands)
         {
             finite("rate of an input", rate)?;
         }
@@ -310,10 +352,19 @@ impl Plant {
             water: self.water.as_deref().map(|water| (water, from, self.body[4])),
         };
         let [u, w, q, theta, x, depth] = self.body;
-        let end = self
-            .integrator
-            .advance(&flow, &[u, w, q, theta, 0.0, 0.0], duration)
-            .map_err(|source| SimulationError::Integration { from, to, source })?;
+        let start = [u, w, q, theta, 0.0, 0.0];
+        let failed = |source| SimulationError::Integration { from, to, source };
+        let end = match self.side {
+            None => self.integrator.advance(&flow, &start, duration).map_err(failed)?,
+            Some([v, p, r, phi, heading, east]) => {
+                let whole = WholeFlow { flow, is_held: self.is_held };
+                let start = joined(start, [v, p, r, phi, heading, 0.0]);
+                let end = self.integrator.advance(&whole, &start, duration).map_err(failed)?;
+                let (body, [v, p, r, phi, heading, made]) = split(&end);
+                self.side = Some([v, p, r, phi, heading, east + made]);
+                body
+            }
+        };
         self.body = [end[0], end[1], end[2], end[3], x + end[4], depth + end[5]];
         self.carry_inputs(duration);
         self.time = to;
@@ -361,8 +412,9 @@ impl Plant {
 
     /// Position, and motion through the water.
     pub fn state(&self) -> State {
-        let [u, w, q, theta, x, depth] = self.body;
-        State { motion: Motion::in_plane(u, w, q, theta), x, depth }
+        let [_, _, _, _, x, depth] = self.body;
+        let (motion, heading) = motion_of(&joined(self.body, self.side.unwrap_or_default()));
+        State { motion, x, depth, heading, east: self.side.map_or(0.0, |side| side[5]) }
     }
 
     /// The actuators.
@@ -431,7 +483,8 @@ mod tests {
         });
         for (plant, pieces) in &mut plants {
             let h = 1.0 / f64::from(*pieces);
-            let current = |time: f64| Current { horizontal: 0.3 * time, vertical: -0.2 * time };
+            let current =
+                |time: f64| Current { horizontal: 0.3 * time, vertical: -0.2 * time, ..Current::default() };
             for piece in 0..*pieces {
                 let (from, middle) = (f64::from(piece) * h, (f64::from(piece) + 0.5) * h);
                 let whole = *pieces == 1;

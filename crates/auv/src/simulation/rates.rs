@@ -284,7 +284,7 @@ mod tests {
 
     fn moves_as_its_rates_say(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
         plant.start(0.0, &trim(vehicle, Speed::Path(1.5), depth).unwrap()).unwrap();
-        plant.set_current(Current { horizontal: 0.3, vertical: -0.1 }).unwrap();
+        plant.set_current(Current { horizontal: 0.3, vertical: -0.1, ..Current::default() }).unwrap();
         for index in 0..vehicle.actuators.len() {
             plant.set_command(index, 0.7 * vehicle.actuators[index].max).unwrap();
         }

@@ -80,11 +80,15 @@ impl Plant {
                 return Err(SimulationError::TrimActuators { found, expected }.into());
             }
         }
-        let Motion { u, w, q, theta, .. } = state.motion;
-        let numbers = [u, w, q, theta, state.x, state.depth, current.horizontal, current.vertical];
+        let Motion { u, v, w, p, q, r, phi, theta } = state.motion;
+        let place = [state.x, state.east, state.depth, state.heading];
+        let numbers = [u, v, w, p, q, r, phi, theta].into_iter().chain(place).chain(current.in_earth());
         let speeds = [snapshot.operating_speed, snapshot.given_speed];
         let others = [snapshot.time, speeds[0], speeds[1], snapshot.integrator_step];
-        for &number in numbers.iter().chain(&others).chain(&snapshot.load).chain(outputs).chain(commands) {
+        for number in numbers {
+            finite("stored number", number)?;
+        }
+        for &number in others.iter().chain(&snapshot.load).chain(outputs).chain(commands) {
             finite("stored number", number)?;
         }
         self.set_fidelity(snapshot.fidelity)?;

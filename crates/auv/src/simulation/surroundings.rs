@@ -83,7 +83,7 @@ impl Surroundings {
 impl Water for Surroundings {
     /// The waves are those at the centre of buoyancy.
     fn at(&self, time: f64, x: f64, depth: f64, pitch: f64) -> WaterMotion {
-        let pair = |[horizontal, vertical]: [f64; 2]| Current { horizontal, vertical };
+        let pair = |[horizontal, vertical]: [f64; 2]| Current { horizontal, vertical, ..Current::default() };
         let (velocity, slope) = self.layers.as_ref().map_or((0.0, 0.0), |layers| layers.at(depth));
         let mut all = WaterMotion {
             velocity: pair([velocity, self.vertical]),

@@ -30,7 +30,7 @@ impl WaterMotion {
             let moved = part(&self.by_x) * x_rate + part(&self.by_depth) * depth_rate;
             part(&self.by_time) + moved + part(&self.by_pitch) * pitch_rate
         };
-        Current { horizontal: sum(|v| v.horizontal), vertical: sum(|v| v.vertical) }
+        Current { horizontal: sum(|v| v.horizontal), vertical: sum(|v| v.vertical), ..Current::default() }
     }
 }
 

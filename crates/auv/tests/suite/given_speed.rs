@@ -159,7 +159,7 @@ fn the_speed_follows_what_is_given_and_nothing_else() {
     close(plant.state().motion.u, plant.given_speed() - 0.05 * lag, 1e-9);
     plant.set_slopes(&Slopes::held(1)).unwrap();
     let before = plant.state().motion.u;
-    plant.set_current(Current { horizontal: 0.3, vertical: 0.1 }).unwrap();
+    plant.set_current(Current { horizontal: 0.3, vertical: 0.1, ..Current::default() }).unwrap();
     let Motion { u, theta, .. } = plant.state().motion;
     close(u - before, 0.1 * theta.sin() - 0.3 * theta.cos(), 1e-9);
     plant.advance(2.0 + 81.0 * lag).unwrap();

@@ -18,7 +18,7 @@ fn neutral() -> Vehicle {
 
 fn at_rest(vehicle: &Vehicle) -> Plant {
     let mut plant = Plant::new(vehicle).unwrap();
-    plant.set_state(&State { motion: Motion::in_plane(0.0, 0.0, 0.0, 0.0), x: 0.0, depth: 10.0 });
+    plant.set_state(&State::in_plane(Motion::in_plane(0.0, 0.0, 0.0, 0.0), 0.0, 10.0));
     plant
 }
 

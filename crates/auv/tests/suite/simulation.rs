@@ -37,7 +37,7 @@ fn undamped_motion_conserves_energy() {
     for (label, weight, buoyancy) in [("neutral", 0.0, 0.0), ("weight alone", c.weight, 0.98 * c.weight)] {
         (vehicle.coefficients.weight, vehicle.coefficients.buoyancy) = (weight.max(1e-9), buoyancy.max(1e-9));
         let mut plant = Plant::new(&vehicle).unwrap();
-        let start = State { motion: Motion::in_plane(1.2, 0.3, -0.2, 0.4), x: 0.0, depth: 10.0 };
+        let start = State::in_plane(Motion::in_plane(1.2, 0.3, -0.2, 0.4), 0.0, 10.0);
         plant.set_state(&start);
         let before = energy(&vehicle.coefficients, &start);
         plant.advance(3.0).unwrap();
@@ -95,7 +95,7 @@ fn an_independent_method_finds_the_same_motion() {
         }
         plant.advance(60.0).unwrap();
         let expected = rk4(&vehicle, &trim, &commands, 60.0, 60_000);
-        let State { motion: Motion { u, w, q, theta, .. }, x, depth } = plant.state();
+        let State { motion: Motion { u, w, q, theta, .. }, x, depth, .. } = plant.state();
         for (found, expected) in [u, w, q, theta, x, depth].iter().chain(plant.outputs()).zip(&expected) {
             assert!(
                 (found - expected).abs() < 2e-9 * (1.0 + expected.abs()),
@@ -116,7 +116,9 @@ fn the_cut_of_an_interval_does_not_matter() {
             plant.advance(to).unwrap();
             if !commanded && to >= 1.0 - 1e-12 {
                 plant.set_command(0, 20.0).unwrap();
-                plant.set_current(Current { horizontal: 0.3, vertical: -0.05 }).unwrap();
+                plant
+                    .set_current(Current { horizontal: 0.3, vertical: -0.05, ..Current::default() })
+                    .unwrap();
                 commanded = true;
             }
         }
@@ -176,7 +178,7 @@ fn a_steady_current_carries_the_vehicle_along() {
     let vehicle = squid();
     let (mut still, trim) = trimmed(&vehicle, 1.0);
     let (mut carried, _) = trimmed(&vehicle, 1.0);
-    carried.set_current(Current { horizontal: 0.7, vertical: 0.0 }).unwrap();
+    carried.set_current(Current { horizontal: 0.7, vertical: 0.0, ..Current::default() }).unwrap();
     carried.start(0.0, &trim).unwrap();
     for plant in [&mut still, &mut carried] {
         plant.set_command(0, 15.0).unwrap();
@@ -200,7 +202,7 @@ fn a_sudden_current_leaves_the_velocity_over_ground() {
     let (mut plant, _) = trimmed(&squid(), 1.0);
     plant.advance(1.0).unwrap();
     let before = plant.earth_velocity();
-    plant.set_current(Current { horizontal: -0.4, vertical: 0.1 }).unwrap();
+    plant.set_current(Current { horizontal: -0.4, vertical: 0.1, ..Current::default() }).unwrap();
     let after = plant.earth_velocity();
     assert!((before.0 - after.0).abs() < 1e-14 && (before.1 - after.1).abs() < 1e-14);
     assert!(plant.state().motion.u > 1.3, "against the stream the water comes faster");
@@ -237,7 +239,7 @@ fn misuse_is_refused_and_changes_nothing() {
         plant.set_command(3, 1.0),
         Err(SimulationError::NoSuchActuator { index: 3, actuators: 3 })
     ));
-    let infinite = Current { horizontal: f64::INFINITY, vertical: 0.0 };
+    let infinite = Current { horizontal: f64::INFINITY, vertical: 0.0, ..Current::default() };
     assert!(matches!(plant.set_current(infinite), Err(SimulationError::InputNotFinite { .. })));
     assert!(matches!(plant.set_operating_speed(f64::NAN), Err(SimulationError::InputNotFinite { .. })));
     assert!(matches!(plant.set_fidelity(Fidelity::Lpv), Err(SimulationError::NoLpvModel)));

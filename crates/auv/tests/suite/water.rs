@@ -18,11 +18,15 @@ impl Water for Linear {
         let sum = |part: fn(&Current) -> f64| {
             part(&by_time) * time + part(&by_x) * x + part(&by_depth) * (depth - 30.0)
         };
-        let velocity = Current { horizontal: sum(|v| v.horizontal), vertical: sum(|v| v.vertical) };
+        let velocity = Current {
+            horizontal: sum(|v| v.horizontal),
+            vertical: sum(|v| v.vertical),
+            ..Current::default()
+        };
         let mut motion = WaterMotion { velocity, ..self.motion };
         if let Some(vehicle) = &self.carried {
             let (sin, cos) = pitch.sin_cos();
-            let Current { horizontal, vertical } = by_time;
+            let Current { horizontal, vertical, .. } = by_time;
             let along = nalgebra::Vector3::new(
                 horizontal * cos - vertical * sin,
                 horizontal * sin + vertical * cos,
@@ -36,7 +40,7 @@ impl Water for Linear {
     fn load_slopes(&self, _: f64, _: f64, _: f64, pitch: f64) -> [[f64; 3]; 4] {
         let by_pitch = self.carried.as_ref().map_or([0.0; 3], |vehicle| {
             let (sin, cos) = pitch.sin_cos();
-            let Current { horizontal, vertical } = self.motion.by_time;
+            let Current { horizontal, vertical, .. } = self.motion.by_time;
             let turned = [-horizontal * sin - vertical * cos, horizontal * cos - vertical * sin, 0.0];
             (vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(turned)).into()
         });
@@ -45,7 +49,7 @@ impl Water for Linear {
 }
 
 fn current(horizontal: f64, vertical: f64) -> Current {
-    Current { horizontal, vertical }
+    Current { horizontal, vertical, ..Current::default() }
 }
 
 fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
@@ -58,7 +62,7 @@ fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
     plant
 }
 
-fn numbers(State { motion: Motion { u, w, q, theta, .. }, x, depth }: State) -> [f64; 6] {
+fn numbers(State { motion: Motion { u, w, q, theta, .. }, x, depth, .. }: State) -> [f64; 6] {
     [u, w, q, theta, x, depth]
 }
 

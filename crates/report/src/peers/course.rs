@@ -87,7 +87,7 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigu
         Demand {
             speed: if time < SPEED_AT { speed } else { speed + speed_step },
             above_trim: only(PITCH, if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 }),
-            current: Current { horizontal: 0.0, vertical: if time < GUST_AT { 0.0 } else { GUST } },
+            current: Current { vertical: if time < GUST_AT { 0.0 } else { GUST }, ..Current::default() },
         }
     };
     let course = Course { duration: END, demand };

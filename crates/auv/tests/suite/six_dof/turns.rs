@@ -1,8 +1,8 @@
 //! Steady turns, and the linear motion about them.
 
 use super::*;
-use auv::{Lateral, Pitch, Turn, linearise_turn, turn};
-use nalgebra::{Complex, DMatrix};
+use auv::{Current, Lateral, Pitch, Plant, State, Turn, linearise_turn, turn};
+use nalgebra::{Complex, DMatrix, DVector};
 
 const DEPTH: f64 = 0.0;
 
@@ -88,6 +88,94 @@ fn a_free_turn_is_that_of_another_implementation() {
     // The speed over ground is that through the water, whatever the heading.
     let [north, east, down] = motion.velocity(0.7);
     assert!((north.hypot(east).hypot(down) - u.hypot(v).hypot(w)).abs() < 1e-12 && down == motion.sinking());
+    let back = motion.along_body(0.7, [north, east, down]);
+    assert!(back.iter().zip([u, v, w]).all(|(found, wanted)| (found - wanted).abs() < 1e-12), "{back:?}");
+    // The plant flies the same turn.
+    let mut vehicle = vehicle;
+    vehicle.actuators.iter_mut().for_each(|actuator| actuator.lag = 0.0);
+    let flown = flown(&vehicle, &[outputs[2]], Current::default(), 120.0);
+    let m = flown.motion;
+    for (found, wanted) in [(m.u, u), (m.v, v), (m.w, w), (m.p, p), (m.q, q), (m.r, r), (m.phi, phi)] {
+        assert!((found - wanted).abs() < 1e-6, "{m:?} {motion:?}");
+    }
+    assert!((flown.depth - (depth - 10.0)).abs() < 1e-5 && flown.heading < -15.0, "{flown:?}");
+}
+
+/// A flight from level trim at 1.54 m/s in a current, with the rudder at each of these angles for as long \[rad, s\].
+fn flown(vehicle: &Vehicle, rudder: &[f64], current: Current, duration: f64) -> State {
+    let level = auv::trim(vehicle, auv::Speed::Path(1.54), DEPTH).unwrap();
+    let mut plant = Plant::new(vehicle).unwrap();
+    plant.set_current(current).unwrap();
+    plant.start(0.0, &level).unwrap();
+    for (k, angle) in rudder.iter().enumerate() {
+        plant.set_command(2, *angle).unwrap();
+        let (from, ticks) = (k as f64 * duration, (duration / 0.02).round());
+        (1..=ticks as usize).for_each(|tick| plant.advance(from + tick as f64 * 0.02).unwrap());
+    }
+    plant.state()
+}
+
+/// A steady current carries the vehicle along and changes nothing else; to port and starboard it flies alike; without a
+/// rudder it stays in the vertical plane, and flies as the vehicle that cannot leave it.
+#[test]
+fn currents_carry_and_both_sides_are_alike() {
+    let vehicle = remus();
+    let turn = [0.07, -0.05];
+    let still = flown(&vehicle, &turn, Current::default(), 10.0);
+    let current = Current { horizontal: 0.3, east: -0.4, vertical: 0.05 };
+    let carried = flown(&vehicle, &turn, current, 10.0);
+    let way = |s: &State| [s.x, s.east, s.depth];
+    for ((found, still), speed) in way(&carried).iter().zip(way(&still)).zip([0.3, -0.4, 0.05]) {
+        assert!((found - still - 20.0 * speed).abs() < 1e-9, "{carried:?}");
+    }
+    assert!((carried.heading - still.heading).abs() < 1e-10 && still.heading.abs() > 0.3, "{still:?}");
+    let mirrored = flown(&vehicle, &turn.map(|angle| -angle), Current::default(), 10.0);
+    assert_eq!((mirrored.motion.u, mirrored.depth), (still.motion.u, still.depth));
+    assert_eq!(
+        (mirrored.motion.r, mirrored.heading, mirrored.east),
+        (-still.motion.r, -still.heading, -still.east)
+    );
+    let mut planar = Plant::new(&vehicle.in_plane()).unwrap();
+    let mut whole = Plant::new(&vehicle).unwrap();
+    for plant in [&mut planar, &mut whole] {
+        let vehicle = if plant.actuators().len() == 2 { vehicle.in_plane() } else { vehicle.clone() };
+        plant.start(0.0, &auv::trim(&vehicle, auv::Speed::Path(1.54), DEPTH).unwrap()).unwrap();
+        plant.set_command(1, 0.1).unwrap();
+        (1..=500).for_each(|tick| plant.advance(f64::from(tick) * 0.02).unwrap());
+    }
+    let (one, other) = (planar.state(), whole.state());
+    assert_eq!((other.motion.v, other.motion.r, other.heading, other.east), (0.0, 0.0, 0.0, 0.0));
+    for (a, b) in [(one.motion.u, other.motion.u), (one.motion.theta, other.motion.theta), (one.x, other.x)] {
+        assert!((a - b).abs() < 1e-11 && a != 0.0, "{one:?} {other:?}");
+    }
+}
+
+/// With level flight held, the rudder turns the vehicle as the linear model of heading says.
+#[test]
+fn with_level_flight_held_heading_moves_by_its_linear_model() {
+    let vehicle = whole("remus100");
+    let level = auv::trim(&vehicle.in_plane(), auv::Speed::Path(1.54), DEPTH).unwrap();
+    let level = auv::Trim { actuators: vec![0.0], ..level };
+    let mut yawing = vehicle.yawing();
+    yawing.actuators[0].lag = 0.0;
+    let mut plant = Plant::new(&yawing).unwrap();
+    plant.start(0.0, &level).unwrap();
+    plant.hold_level(&level);
+    plant.set_command(0, 1e-4).unwrap();
+    (1..=50).for_each(|tick| plant.advance(f64::from(tick) * 0.02).unwrap());
+    let state = plant.state();
+    assert_eq!((state.motion.u, state.motion.theta, state.depth), (level.forward_speed, level.pitch, DEPTH));
+    let l = auv::linearise_with(&yawing, &level, auv::lateral::states(true)).unwrap();
+    let mut x = DVector::zeros(5);
+    for _ in 0..10_000 {
+        let rate = &l.a * &x + &l.b * 1e-4;
+        x += &(rate + &l.a * (&l.b * 1e-4 + &l.a * &x) * 5e-5) * 1e-4;
+    }
+    let found =
+        [state.motion.p, state.motion.phi, state.motion.v, state.motion.r / level.pitch.cos(), state.heading];
+    for (found, linear) in found.iter().zip(x.iter()) {
+        assert!((found - linear).abs() < 2e-3 * linear.abs() && linear.abs() > 1e-9, "{found} {linear}");
+    }
 }
 
 /// The states v, p, r and phi among those of a turn.
