@@ -4,6 +4,7 @@ use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, U
 use std::f64::consts::PI;
 
 use crate::longitudinal::{Each, SPEED_SIGNAL};
+use crate::motion::dynamics::Motion;
 
 const DEGREE: f64 = PI / 180.0;
 
@@ -79,6 +80,7 @@ pub static SIGNALS: Each<Signal> = [
         state: "psi",
         level: Level::Start,
         range: None,
+        circular: true,
         largest_step: LargestStep::Of(PI),
         nominal: 1.0,
         error: 15.0 * DEGREE,
@@ -93,6 +95,7 @@ pub static SIGNALS: Each<Signal> = [
         state: "r",
         level: Level::Zero,
         range: None,
+        circular: false,
         largest_step: LargestStep::Range,
         nominal: 0.1,
         error: 10.0 * DEGREE,
@@ -106,6 +109,7 @@ pub static SIGNALS: Each<Signal> = [
         state: "phi",
         level: Level::Zero,
         range: None,
+        circular: false,
         largest_step: LargestStep::Range,
         nominal: 0.1,
         error: 15.0 * DEGREE,
@@ -119,11 +123,22 @@ pub static SIGNALS: Each<Signal> = [
         state: "v",
         level: Level::Zero,
         range: None,
+        circular: false,
         largest_step: LargestStep::Range,
         nominal: 0.1,
         error: 0.3,
     },
 ];
+
+/// The signals in level flight at a forward speed \[m/s\].
+pub fn level(forward_speed: f64) -> Each<f64> {
+    [0.0, forward_speed, 0.0, 0.0, 0.0]
+}
+
+/// The signals of a vehicle that moves, at a heading \[rad\] that is not wrapped.
+pub fn measured(motion: &Motion, heading: f64) -> Each<f64> {
+    [heading, motion.u, motion.turning()[2], motion.phi, motion.v]
+}
 
 /// The interface of the axis of heading.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };

@@ -46,10 +46,10 @@ pub fn states(speed_given: bool, depth: bool) -> States {
     &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
 }
 
-/// The places of w, q and theta among states: every vehicle has these, one after the other.
-pub fn pitching(states: States) -> [usize; 3] {
-    let heave = states.iter().position(|state| state.symbol == "w").unwrap_or(0);
-    [heave, heave + 1, heave + 2]
+/// The places of w, q and theta among states, or of v, r and psi: every axis has these, one after the other.
+pub fn turning(states: States) -> [usize; 3] {
+    let across = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
+    [across, across + 1, across + 2]
 }
 
 /// The index of pitch in [`SIGNALS`].
@@ -74,6 +74,7 @@ pub const SPEED_SIGNAL: Signal = Signal {
     state: "u",
     level: Level::Scheduled,
     range: None,
+    circular: false,
     largest_step: LargestStep::Range,
     nominal: 1.0,
     error: 0.3,
@@ -90,6 +91,7 @@ pub static SIGNALS: [Signal; 5] = [
         state: "theta",
         level: Level::Trim,
         range: Some([-FRAC_PI_2, FRAC_PI_2]),
+        circular: false,
         largest_step: LargestStep::Of(PI / 6.0),
         nominal: 0.1,
         error: 5.0 * DEGREE,
@@ -104,6 +106,7 @@ pub static SIGNALS: [Signal; 5] = [
         state: "z",
         level: Level::Start,
         range: None,
+        circular: false,
         largest_step: LargestStep::Depth,
         nominal: 10.0,
         error: 1.0,
@@ -117,6 +120,7 @@ pub static SIGNALS: [Signal; 5] = [
         state: "q",
         level: Level::Zero,
         range: None,
+        circular: false,
         largest_step: LargestStep::Range,
         nominal: 0.1,
         error: 10.0 * DEGREE,
@@ -130,6 +134,7 @@ pub static SIGNALS: [Signal; 5] = [
         state: "w",
         level: Level::Trim,
         range: None,
+        circular: false,
         largest_step: LargestStep::Range,
         nominal: 0.1,
         error: 0.3,

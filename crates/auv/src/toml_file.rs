@@ -251,6 +251,11 @@ impl<'d> Table<'d> {
         self.requires(key, "a text in quotes").then(|| self.words(key, "a text in quotes")).flatten()
     }
 
+    /// Returns whether a key has this text.
+    pub fn is_text(&self, key: &str, text: &str) -> bool {
+        self.entries.get(key).is_some_and(|value| value.get_ref().as_str() == Some(text))
+    }
+
     fn words(&self, key: &str, expected: &str) -> Option<String> {
         let value = self.entries.get(key)?;
         let Some(text) = value.get_ref().as_str() else { return self.wrong_type(key, value, expected) };

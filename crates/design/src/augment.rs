@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn the_papers_weight_on_the_actuators_is_the_identity() {
         let inputs = shipped("squid", "paper");
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
         let (outputs, actuators) = (plant.d12().nrows(), inputs.vehicle.actuators.len());
         assert_eq!(outputs, inputs.design.tracked.len() + actuators);

@@ -86,9 +86,9 @@ mod tests {
         for (from, to, bends) in [(-0.5, 0.5, true), (-0.2, 0.5, true), (0.0, 0.5, false), (-0.5, 0.0, false)]
         {
             (inputs.design.speed_min, inputs.design.speed_max) = (from, to);
-            let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+            let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
             let reason = SynthesisError::Infeasible { stage: "test" };
-            let words = explain(&inputs.longitudinal(), &inputs.design, &model, reason).to_string();
+            let words = explain(&inputs.axis(), &inputs.design, &model, reason).to_string();
             assert_eq!(words.contains("bends at rest"), bends, "{words}");
             assert!(!bends || words.contains(&format!("from {from} to {to} m/s")), "{words}");
         }

@@ -8,8 +8,8 @@ mod reweighted;
 use crate::axis::VehicleModel;
 use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
-use crate::linearise::{Longitudinal, TRIM_ROWS};
-use auv::longitudinal::{SIGNALS, SPEED};
+use crate::linearise::{LevelFlight, TRIM_ROWS};
+use auv::longitudinal::SPEED;
 use auv::{Pitch, Vehicle};
 use base::files::read;
 use pid::Pid;
@@ -22,8 +22,10 @@ use std::path::{Path, PathBuf};
 pub struct Inputs {
     /// The vehicle's directory, as an absolute path.
     pub directory: PathBuf,
-    /// The vehicle in the vertical plane.
+    /// The vehicle as the axis of the design has it: in the vertical plane, or with what yaws it.
     pub vehicle: Vehicle,
+    /// The vehicle in the vertical plane, which is in level trim.
+    pub plane: Vehicle,
     /// The vehicle as its file has it.
     pub whole: Vehicle,
     /// The design.
@@ -41,8 +43,8 @@ impl Inputs {
     }
 
     /// The vehicle as the design has it.
-    pub fn longitudinal(&self) -> Longitudinal<'_> {
-        Longitudinal { vehicle: &self.vehicle, file: &self.design }
+    pub fn axis(&self) -> LevelFlight<'_> {
+        LevelFlight { vehicle: &self.vehicle, plane: &self.plane, file: &self.design }
     }
 
     /// Whether the design declares anything uncertain.
@@ -107,20 +109,25 @@ impl Inputs {
         actuator_names::check(&vehicle.0, files[0])?;
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
         let (whole, mut design) = (vehicle.0, design.0);
-        let vehicle = whole.in_plane();
-        design.states = Longitudinal { vehicle: &vehicle, file: &design }.states();
+        let plane = whole.in_plane();
+        let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
+        design.states = LevelFlight { vehicle: &vehicle, plane: &plane, file: &design }.states();
         check_states(&design, files[1])?;
+        if design.sea.is_some() && design.is_lateral() {
+            return Err(InputError::SeaOfHeading { file: files[1].into() });
+        }
         if design.sea.is_some() && vehicle.geometry.is_none() {
             return Err(InputError::NoGeometry { file: files[1].into() });
         }
         design.pitch =
-            Pitch::over(&vehicle, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
+            Pitch::over(&plane, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
         let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(&vehicle, files[1]));
         Ok(Self {
             directory: PathBuf::new(),
             uncertain: uncertain.transpose()?.unwrap_or_default(),
             hashes,
             vehicle,
+            plane,
             whole,
             design,
         })
@@ -160,6 +167,19 @@ impl Inputs {
     }
 }
 
+/// The vehicle with what yaws it.
+fn yawing(whole: &Vehicle, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
+    let file = |file: &str| file.to_owned();
+    if !whole.coefficients.has_lateral() {
+        return Err(InputError::NoLateral { design: file(design), vehicle: file(vehicle) });
+    }
+    let yawing = whole.yawing();
+    if yawing.actuators.is_empty() {
+        return Err(InputError::NothingYaws { design: file(design), vehicle: file(vehicle) });
+    }
+    Ok(yawing)
+}
+
 /// Checks that the tracked, measured and required signals depend on the states of the vehicle; `file` is for messages.
 fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
     let tracked = design.tracked.iter().map(|t| ("track.output", t.signal));
@@ -167,7 +187,7 @@ fn check_states(design: &DesignFile, file: &str) -> Result<(), InputError> {
     let unknown = tracked.chain(measured).find(|(_, signal)| !signal.is_among(design.states));
     let required =
         ["speed_rise", "speed_settling"].into_iter().find(|key| design.require.limit(key).is_some());
-    let required = required.filter(|_| !SIGNALS[SPEED].is_among(design.states));
+    let required = required.filter(|_| !design.interface.signals[SPEED].is_among(design.states));
     let key = match (unknown, required) {
         (Some((key, signal)), _) => format!("{key} = \"{}\"", signal.name),
         (None, Some(key)) => format!("require.{key}"),

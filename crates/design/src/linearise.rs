@@ -2,12 +2,16 @@
 
 pub mod envelope;
 pub mod sensors;
+pub mod turning;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
-use auv::longitudinal::{INTERFACE, measured};
-use auv::{Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, linearise_with, trim_with, trims};
+use auv::longitudinal::measured;
+use auv::{
+    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, lateral, linearise, linearise_with, trim_with,
+    trims,
+};
 use lpv::matrix::{Mat, block, to_rows};
 use scheduled::{ReferenceLimits, Sensor};
 use serde_json::{Map, Value, json};
@@ -17,16 +21,18 @@ use std::collections::BTreeMap;
 /// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
-/// The longitudinal vehicle, in the level flight of a design file.
+/// A vehicle in the level flight of a design file, as one axis: surge, heave and pitch, or sway and yaw.
 #[derive(Debug, Clone, Copy)]
-pub struct Longitudinal<'a> {
-    /// The vehicle.
+pub struct LevelFlight<'a> {
+    /// The vehicle as the axis has it.
     pub vehicle: &'a Vehicle,
-    /// The design file: its depth, its pitch in trim, its waves, and whether depth is a state.
+    /// The vehicle in the vertical plane, which is in trim: the same for surge, heave and pitch.
+    pub plane: &'a Vehicle,
+    /// The design file: its depth, its pitch in trim, its waves, and what it measures.
     pub file: &'a DesignFile,
 }
 
-impl VehicleModel for Longitudinal<'_> {
+impl VehicleModel for LevelFlight<'_> {
     fn name(&self) -> &str {
         &self.vehicle.name
     }
@@ -36,47 +42,53 @@ impl VehicleModel for Longitudinal<'_> {
     }
 
     fn interface(&self) -> &'static Interface {
-        &INTERFACE
+        self.file.interface
     }
 
     fn states(&self) -> States {
-        self.vehicle.coefficients.surge.states(self.file.has_depth())
+        if self.file.is_lateral() {
+            lateral::states(self.file.uses(lateral::ROLL))
+        } else {
+            self.vehicle.coefficients.surge.states(self.file.has_depth())
+        }
     }
 
     fn actuators(&self) -> &[Actuator] {
         &self.vehicle.actuators
     }
 
+    /// The axis of heading takes the speed as the other one makes it.
     fn speed_given(&self) -> bool {
-        self.vehicle.coefficients.surge.is_given()
+        self.file.is_lateral() || self.vehicle.coefficients.surge.is_given()
     }
 
     fn trims(&self, speeds: &[f64]) -> Result<Vec<OperatingPoint>, ModelError> {
-        Ok(self.level(speeds)?.iter().map(operating_point).collect())
+        Ok(self.level(speeds)?.iter().map(|trim| operating_point(trim, self.states())).collect())
     }
 
     fn trim_slopes(&self, speeds: &[f64]) -> Result<Vec<Mat>, ModelError> {
         let slope = |trim: &Trim| {
-            let l = linearise_with(self.vehicle, trim, self.file.has_depth())?;
+            let l = linearise_with(self.vehicle, trim, self.states())?;
             Ok(column(&l.trim_slope(&self.vehicle.actuators)))
         };
         self.level(speeds)?.iter().map(slope).collect()
     }
 
     fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
-        envelope::envelope(self.vehicle, self.file, &self.level(speeds)?)
+        let find = if self.file.is_lateral() { turning::envelope } else { envelope::envelope };
+        find(self.vehicle, self.file, &self.level(speeds)?)
     }
 
     fn sensors(&self, speeds: &[f64]) -> Result<BTreeMap<String, Sensor>, ModelError> {
-        sensors::sensors(self.vehicle, &self.level(speeds)?)
+        sensors::sensors(self, &self.level(speeds)?)
     }
 
     fn linearise(&self, speed: f64) -> Result<Linearisation, ModelError> {
-        Ok(Linearisation::of(&linearise_at(self.vehicle, self.file, speed)?, &self.vehicle.actuators))
+        Ok(Linearisation::of(&self.at(speed)?, &self.vehicle.actuators))
     }
 }
 
-impl Longitudinal<'_> {
+impl LevelFlight<'_> {
     /// The ends of the envelope at increasing speeds, nose down and up, of references of pitch or of depth.
     ///
     /// # Errors
@@ -86,59 +98,69 @@ impl Longitudinal<'_> {
         Ok(self.level(speeds)?.iter().map(both).collect())
     }
 
-    /// The level trims at increasing speeds.
-    fn level(&self, speeds: &[f64]) -> Result<Vec<Trim>, ModelError> {
+    /// The level trims at increasing speeds, on one branch.
+    ///
+    /// # Errors
+    /// [`ModelError::Trim`]: no trim at a speed, or trims that do not lie on one branch.
+    pub fn level(&self, speeds: &[f64]) -> Result<Vec<Trim>, ModelError> {
         let (depth, pitch) = self.file.level();
-        trims(self.vehicle, depth, speeds, pitch).map_err(ModelError::Trim)
+        let found = trims(self.plane, depth, speeds, pitch).map_err(ModelError::Trim)?;
+        Ok(found.into_iter().map(|trim| self.own(trim)).collect())
+    }
+
+    /// A trim with the outputs of the axis: those that yaw are at 0 in straight flight.
+    fn own(&self, trim: Trim) -> Trim {
+        if self.file.is_lateral() {
+            Trim { actuators: vec![0.0; self.vehicle.actuators.len()], ..trim }
+        } else {
+            trim
+        }
+    }
+
+    /// Linearises the vehicle about the level trim at a speed V along the path \[m/s\]: `x' = A x + B u`, with the
+    /// states of the axis in SI units and one input per actuator, as deviations from the trim. If the design has a
+    /// `[sea]`, the linearisation includes its waves.
+    ///
+    /// # Errors
+    /// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
+    pub fn at(&self, speed: f64) -> Result<auv::Linearisation, ModelError> {
+        let (depth, pitch) = self.file.level();
+        let level = trim_with(self.plane, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
+        let still = linearise_with(self.vehicle, &self.own(level), self.states())?;
+        match self.file.sea.as_ref().zip(self.vehicle.geometry) {
+            None => Ok(still),
+            Some((sea, geometry)) => {
+                Ok(still.in_waves(&Dynamics::new(&self.vehicle.coefficients)?, geometry, &sea.regular())?)
+            }
+        }
     }
 }
 
 impl Linearisation {
-    /// The longitudinal motion of a vehicle with these actuators.
+    /// The motion of a vehicle with these actuators.
     pub fn of(l: &auv::Linearisation, actuators: &[Actuator]) -> Self {
         Self {
             a: l.a.clone(),
             b: l.b.clone(),
             states: l.states,
-            trim: operating_point(&l.trim),
+            trim: operating_point(&l.trim, l.states),
             trim_slope: column(&l.trim_slope(actuators)),
             by_waves: l.by_waves.clone(),
         }
     }
 }
 
-fn operating_point(trim: &Trim) -> OperatingPoint {
-    OperatingPoint {
-        speed: trim.speed,
-        signals: measured([trim.forward_speed, trim.heave, 0.0, trim.pitch, trim.depth]).to_vec(),
-        actuators: trim.actuators.clone(),
-    }
+fn operating_point(trim: &Trim, states: States) -> OperatingPoint {
+    let signals = if lateral::is_lateral(states) {
+        lateral::level(trim.forward_speed)
+    } else {
+        measured([trim.forward_speed, trim.heave, 0.0, trim.pitch, trim.depth])
+    };
+    OperatingPoint { speed: trim.speed, signals: signals.to_vec(), actuators: trim.actuators.clone() }
 }
 
 fn column(vector: &nalgebra::DVector<f64>) -> Mat {
     Mat::from_column_slice(vector.len(), 1, vector.as_slice())
-}
-
-/// Linearises the vehicle about the level trim of a design at a speed V along the path \[m/s\]: `x' = A x + B u`, with
-/// the states of the vehicle, [`auv::Surge::states`], in SI units and one input per actuator, as deviations from the
-/// trim. If the design has a `[sea]`, the linearisation includes its waves.
-///
-/// # Errors
-/// [`ModelError::Trim`] with the speed and the reason; [`ModelError::Waves`].
-pub fn linearise_at(
-    vehicle: &Vehicle,
-    file: &DesignFile,
-    speed: f64,
-) -> Result<auv::Linearisation, ModelError> {
-    let (depth, pitch) = file.level();
-    let level = trim_with(vehicle, Speed::Path(speed), depth, pitch).map_err(ModelError::Trim)?;
-    let still = linearise_with(vehicle, &level, file.has_depth())?;
-    match file.sea.as_ref().zip(vehicle.geometry) {
-        None => Ok(still),
-        Some((sea, geometry)) => {
-            Ok(still.in_waves(&Dynamics::new(&vehicle.coefficients)?, geometry, &sea.regular())?)
-        }
-    }
 }
 
 /// Linearises a vehicle without a design, about the level trim at a depth \[m\].
@@ -152,7 +174,7 @@ pub fn linearise_vehicle(
 ) -> Result<auv::Linearisation, ModelError> {
     let pitch = Pitch::over(vehicle, depth, &[speed], None);
     let level = trim_with(vehicle, Speed::Path(speed), depth, &pitch).map_err(ModelError::Trim)?;
-    Ok(linearise_with(vehicle, &level, false)?)
+    Ok(linearise(vehicle, &level)?)
 }
 
 /// Trim, A, B and eigenvalues at one speed as JSON.
@@ -174,15 +196,6 @@ pub fn to_json(vehicle: &Vehicle, l: &auv::Linearisation) -> Value {
         "B": to_rows(&l.b),
         "eigenvalues": l.eigenvalues().iter().map(|v| [v.re, v.im]).collect::<Vec<_>>(),
     })
-}
-
-/// The trims of a design at [`TRIM_ROWS`] speeds.
-///
-/// # Errors
-/// [`ModelError::Trim`]: no trim at a speed, or trims that do not lie on one branch.
-pub fn trim_table(vehicle: &Vehicle, file: &DesignFile) -> Result<Vec<Trim>, ModelError> {
-    let (depth, pitch) = file.level();
-    trims(vehicle, depth, &file.spread(TRIM_ROWS), pitch).map_err(ModelError::Trim)
 }
 
 /// `[A B]`.

@@ -81,7 +81,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     for words in inputs.doubts() {
         progress.done("", &format!("WARNING: {words}"));
     }
-    let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
+    let (vehicle, file) = (&inputs.axis(), &inputs.design);
     progress.done("design", &format!("{}: {}", file.source(), file.description));
     let model = Model::new(vehicle, file)?;
     progress.done("trim", &trim_line(inputs, &model));
@@ -116,7 +116,7 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
     progress.done("verdict", &verdict.to_string());
     let FinishedAxis { synthesised, checks, proof, sampled, controller } = axis;
     let Synthesised { model, plant, design } = synthesised;
-    let frozen = Frozen { controller, plant: lpv_model(&inputs.vehicle, file, &model)? };
+    let frozen = Frozen { controller, plant: lpv_model(inputs, &model)? };
     Ok(Finished { model, plant, design, checks, proof, sampled, frozen, robust, verdict })
 }
 
@@ -188,7 +188,7 @@ fn smaller(
     full: Design,
     progress: &Progress,
 ) -> Design {
-    let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
+    let (vehicle, file) = (&inputs.axis(), &inputs.design);
     let whole = full.slow.is_some() || file.controller.is_some();
     let Some(share) = file.reduce.filter(|_| !whole) else { return full };
     let judged = |design: &Design| {
@@ -387,6 +387,15 @@ fn vehicle_line(inputs: &Inputs) -> String {
 }
 
 fn trim_line(inputs: &Inputs, model: &Model) -> String {
+    if inputs.design.is_lateral() {
+        let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
+        return format!(
+            "straight and level at {} speeds, {low:.2} to {high:.2} m/s, {:.0} m deep: another autopilot keeps speed, \
+             pitch and depth",
+            model.grid.len(),
+            inputs.design.depth
+        );
+    }
     let (first, last) = (&model.grid[0].1.trim, &model.grid[model.grid.len() - 1].1.trim);
     let angle = |trim: &OperatingPoint| decimals(trim.signals[PITCH].to_degrees(), 2);
     let default = inputs.design.pitch_asked.is_none();
@@ -432,16 +441,17 @@ fn fit_line(inputs: &Inputs, model: &Model) -> String {
         let each = errors.iter().map(|e| format!("order {}: {:.2} %", e.order, 100.0 * of(e)));
         each.collect::<Vec<_>>().join(", ")
     };
-    let most = frequency::pitching_actuator(&inputs.vehicle.actuators, model);
+    let most = frequency::turning_actuator(&inputs.vehicle.actuators, model);
     format!(
         "order {} in rho; rms residual of A against its variation over speed: {}\n\
          largest error of the frequency response, in the scales of the design: {}\n\
-         and from {} to pitch alone: {}",
+         and from {} to {} alone: {}",
         inputs.design.order,
         each.join(", "),
         responses(&|e| e.scaled),
         inputs.vehicle.actuators[most].name,
-        responses(&|e| e.channels[(1, most)])
+        frequency::angle(inputs.design.states).name,
+        responses(&|e| e.of_angle(most))
     )
 }
 

@@ -27,14 +27,13 @@ use crate::certify::verify;
 use crate::check::{CHECKED_SPEEDS, check};
 use crate::error::{Error, StoreError};
 use crate::fit::Model;
-use crate::fit::frequency::{Errors, OUTPUTS, errors};
+use crate::fit::frequency::{Errors, errors, outputs};
 use crate::inputs::Inputs;
 use crate::run::Finished;
 use crate::store::freeze::Frozen;
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
 use crate::verdict::row::StoredRow;
-use auv::longitudinal::SIGNALS;
 use auv::{Actuator, LpvModel, LpvModelError};
 use base::files::{Files, read, reading};
 use certificate::{Certificate, Theorem};
@@ -43,6 +42,7 @@ use scheduled::ControllerDesign;
 use scheduled::Manoeuvre;
 use serde::Serialize;
 use serde_json::Value;
+use signals::States;
 use std::path::{Path, PathBuf};
 
 /// The default output directory: `build/VEHICLE/DESIGN`.
@@ -63,8 +63,8 @@ pub fn default_directory(inputs: &Inputs) -> PathBuf {
 pub struct Stored {
     /// The frozen controller.
     pub controller: ControllerDesign,
-    /// The frozen LPV model.
-    pub plant: LpvModel,
+    /// The frozen LPV model, of surge, heave and pitch alone.
+    pub plant: Option<LpvModel>,
     /// The default manoeuvre.
     pub manoeuvre: Manoeuvre,
     /// The text of the certificate, or why there is none.
@@ -114,7 +114,7 @@ impl Stored {
     pub fn prove_sampled(&self, inputs: &Inputs) -> Result<Theorem, String> {
         let text = self.sampled.as_ref().ok_or_else(|| format!("there is no {}", sampled::CERTIFICATE))?;
         let certificate = parse(text, sampled::CERTIFICATE).map_err(|e| e.to_string())?;
-        let (vehicle, design) = (inputs.longitudinal(), &inputs.design);
+        let (vehicle, design) = (inputs.axis(), &inputs.design);
         sampled::check_controller(&self.controller, design.delay_ticks(), &certificate)
             .map_err(|e| e.to_string())?;
         let model = Model::new(&vehicle, design).map_err(|e| e.to_string())?;
@@ -142,12 +142,12 @@ impl Stored {
     /// Checks what the proof does not cover: the plant and the ball of the certificate, scales and trims, the frozen
     /// loops.
     fn check_unproved_parts(&self, inputs: &Inputs, certificate: &Certificate) -> Result<(), Error> {
-        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
-        verify::check_inputs(certificate, &inputs.longitudinal(), &inputs.design, &model)?;
-        unedited::check(&self.controller, &self.plant, inputs, &model)?;
+        let model = Model::new(&inputs.axis(), &inputs.design)?;
+        verify::check_inputs(certificate, &inputs.axis(), &inputs.design, &model)?;
+        unedited::check(&self.controller, self.plant.as_ref(), inputs, &model)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let bound = self.controller.gamma.bound;
-        check(&inputs.longitudinal(), &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
+        check(&inputs.axis(), &inputs.design, &plant, &controller_of(&self.controller.lft)?, bound)
             .map(|_| ())
     }
 }
@@ -211,13 +211,13 @@ struct ChannelFigures {
     error: f64,
 }
 
-fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> ResponseFigures {
+fn response_figures((actuators, states): (&[Actuator], States), errors: Option<&Errors>) -> ResponseFigures {
     let channel = |(i, to): (usize, &'static str), j: usize| ChannelFigures {
         from: actuators[j].name.clone(),
         to,
         error: errors.map_or(f64::NAN, |e| e.channels[(i, j)]),
     };
-    let outputs = OUTPUTS.into_iter().map(|place| SIGNALS[place].name).enumerate();
+    let outputs = outputs(states).into_iter().map(|signal| signal.name).enumerate();
     ResponseFigures {
         scaled: errors.map_or(f64::NAN, |e| e.scaled),
         channels: outputs
@@ -235,7 +235,10 @@ fn response_figures(actuators: &[Actuator], errors: Option<&Errors>) -> Response
 pub fn save(directory: &Path, inputs: &Inputs, finished: &Finished) -> Result<(), Error> {
     let to = |name: &str| directory.join(name);
     let mut files = Files::default();
-    files.add(to("plant.json"), finished.frozen.plant.to_json()?);
+    match &finished.frozen.plant {
+        Some(plant) => files.add(to("plant.json"), plant.to_json()?),
+        None => files.remove(to("plant.json")),
+    }
     files.add(to("manoeuvre.json"), inputs.design.manoeuvre.to_json()?);
     let continuous = finished.proof.as_ref().ok().map(|proof| &proof.certificate);
     let sampled = finished.sampled.as_ref().ok().map(|proof| &proof.certificate);
@@ -284,12 +287,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
     }
-    let plant_path = directory.join("plant.json");
-    let plant_file = plant_path.display().to_string();
-    let plant = LpvModel::from_json(&read(&plant_path)?, &plant_file).map_err(|reason| match reason {
-        LpvModelError::NotJson { .. } => StoreError::LpvModel(reason),
-        reason => StoreError::BadPlant { path: plant_file, reason },
-    })?;
+    let plant = (!inputs.design.is_lateral()).then(|| lpv_model(directory)).transpose()?;
     let certificate_path = directory.join("certificate.json");
     let certificate = if certificate_path.is_file() {
         Ok(read(&certificate_path)?)
@@ -301,6 +299,17 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let robust = stored::stored(directory)?;
     let (manoeuvre, rows) = (inputs.design.manoeuvre.clone(), rows(directory));
     Ok(Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows })
+}
+
+/// The stored LPV model.
+fn lpv_model(directory: &Path) -> Result<LpvModel, Error> {
+    let path = directory.join("plant.json");
+    let file = path.display().to_string();
+    let found = LpvModel::from_json(&read(&path)?, &file).map_err(|reason| match reason {
+        LpvModelError::NotJson { .. } => StoreError::LpvModel(reason),
+        reason => StoreError::BadPlant { path: file, reason },
+    })?;
+    Ok(found)
 }
 
 /// The figures of a stored design; `None` if they cannot be read.
@@ -350,7 +359,7 @@ fn figures<'a>(inputs: &'a Inputs, f: &'a Finished) -> Figures<'a> {
                 rms_relative: r.a.relative_rms,
                 largest_norm: r.ab.norms.iter().copied().fold(0.0, f64::max),
                 frequency_response: response_figures(
-                    &inputs.vehicle.actuators,
+                    (&inputs.vehicle.actuators, inputs.design.states),
                     responses.iter().find(|e| e.order == r.order),
                 ),
             })

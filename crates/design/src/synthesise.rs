@@ -208,7 +208,7 @@ mod tests {
         let plant = augment(
             &inputs.vehicle.actuators,
             &inputs.design,
-            Model::new(&inputs.longitudinal(), &inputs.design).unwrap().linear(),
+            Model::new(&inputs.axis(), &inputs.design).unwrap().linear(),
         )
         .unwrap();
         (inputs, plant)
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn designs_near_the_default_have_no_fast_modes_either() {
         let mut inputs = shipped("squid", "design");
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let (given, limit) = (inputs.design.clone(), fastest_sampled(inputs.design.sample_time));
         let changes: [fn(&mut DesignFile); 3] = [
             |file| file.tracked[0].weight.bandwidth *= 1.04,

@@ -26,7 +26,6 @@ pub mod vehicle;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::linearise::linearise_at;
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::UncertainModel;
 use crate::uncertain::pencil::Pencil;
@@ -63,7 +62,7 @@ pub fn over_range(inputs: &Inputs, model: &Model, fidelity: Fidelity) -> Result<
     let vehicle = &inputs.vehicle;
     let speeds = model.grid.iter().map(|(_, l)| l.trim.speed);
     let nominals: Vec<Linearisation> =
-        speeds.map(|speed| linearise_at(vehicle, &inputs.design, speed)).collect::<Result<_, _>>()?;
+        speeds.map(|speed| inputs.axis().at(speed)).collect::<Result<_, _>>()?;
     let mut ranges = Vec::new();
     for nominal in &nominals {
         ranges.push(trim_range(inputs, nominal)?);

@@ -1,6 +1,7 @@
 //! What the header and the source have for sensors that fail, in the order of [`scheduled::Supervisor`].
 
 use crate::inputs::{Input, inputs, reference};
+use crate::references::near;
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use scheduled::{
@@ -83,8 +84,8 @@ pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)
         ("ages", of(&|(_, one)| format!("    @prefix@_real {}_age; /* s since it was measured */\n", one.name()))),
         (
             "lost_bits",
-            "#define @PREFIX@_FAILED 0x8u /* pitch, pitch rate or heave are lost: the commands go to the safe ones, \
-             and all else holds */\n"
+            "#define @PREFIX@_FAILED 0x8u /* a sensor is lost without which nothing flies: the commands go to the \
+             safe ones, and all else holds */\n"
                 .to_owned()
                 + &of(&bit),
         ),
@@ -143,8 +144,10 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
     };
     let judge = all.iter().map(|one| {
         let (name, upper) = (one.name(), one.name().to_ascii_uppercase());
+        let signal = &design.signals[one.input.signal];
+        let value = near(signal, format!("in->{name}"), &format!("all->watched_{name}.last"));
         format!(
-            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, in->{name}, {});",
+            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value}, {});",
             valid(name)
         )
     });

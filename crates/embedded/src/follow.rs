@@ -2,7 +2,7 @@
 
 use crate::failsafe;
 use crate::inputs::{reference, references};
-use crate::references::{ends, is_kept, is_speed, keep_references, limit, wanted_speed};
+use crate::references::{ends, is_kept, is_speed, keep_references, limit, near, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};
@@ -55,12 +55,14 @@ fn begin(design: &ControllerDesign) -> String {
         let name = reference(signal);
         let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
         let from = if measured { format!("in->{}", signal.name) } else { format!("in->{name}") };
+        let from = near(signal, from, &format!("next.last_{name}"));
         let range = design.envelope.get(&signal.name).and_then(|limits| limits.range.as_ref());
         let used = range.map_or(from.clone(), |[least, most]| {
             format!("clamp({from}, {}, {})", limit("LEAST", signal, least), limit("MOST", signal, most))
         });
         let mut text = format!("    const real from_{name} = {used};\n");
-        text += &format!("    next.difference_{name} = from_{name} - in->{name};\n");
+        let asked = near(signal, format!("in->{name}"), &format!("from_{name}"));
+        text += &format!("    next.difference_{name} = from_{name} - {asked};\n");
         if is_kept(design, signal) {
             text += &format!("    next.last_{name} = from_{name};\n");
         }

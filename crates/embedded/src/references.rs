@@ -31,9 +31,16 @@ pub(crate) fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
     references(design).map(|(_, signal)| signal).filter(|signal| is_kept(design, signal))
 }
 
+/// A value of a signal near another: of an angle that comes back to itself the nearest.
+pub(crate) fn near(signal: &Port, value: String, to: &str) -> String {
+    if signal.circular { format!("nearest({value}, {to})") } else { value }
+}
+
 /// Whether the state keeps the reference of a signal.
 pub(crate) fn is_kept(design: &ControllerDesign, signal: &Port) -> bool {
-    has_rate(design, signal) || design.place(&signal.name).is_some_and(|place| needs_last(design, place))
+    signal.circular
+        || has_rate(design, signal)
+        || design.place(&signal.name).is_some_and(|place| needs_last(design, place))
 }
 
 /// The limits of the references that are followed, by their names in the source.
@@ -74,6 +81,8 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
     let begins = signal.level == Level::Start && measured && limits.rate.is_some();
     let asked =
         if begins { format!("(is_reset ? in->{} : in->{name})", signal.name) } else { format!("in->{name}") };
+    let last = format!("is_reset ? in->{} : state->last_{name}", signal.name);
+    let asked = near(signal, asked, &last);
     let mut text = format!("    t->{name} = {asked} + state->difference_{name};\n");
     if let Some([least, most]) = &limits.range {
         let [least, most] = [limit("LEAST", signal, least), limit("MOST", signal, most)];
@@ -87,5 +96,6 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
             "    if (!is_reset)\n        t->{name} = clamp(t->{name}, {slowest},\n            {fastest});\n"
         );
     }
-    text + &format!("    if (t->{name} != in->{name}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")
+    let wanted = near(signal, format!("in->{name}"), &format!("t->{name}"));
+    text + &format!("    if (t->{name} != {wanted}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")
 }

@@ -3,12 +3,13 @@
 use crate::inputs::{inputs, keeps_commands, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
-use crate::references::{ends, is_speed, keep_references, kept, limited, scheduled, wanted_speed};
+use crate::references::{ends, is_speed, keep_references, kept, limited, near, scheduled, wanted_speed};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use crate::{failsafe, follow};
 use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO};
 use signals::Law;
+use std::f64::consts::TAU;
 
 /// What stands in for [`FARTHEST`] and [`ROUNDING_OF_RHO`] where a float cannot hold the one, or rounds by more than
 /// the other.
@@ -52,6 +53,14 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             "limit",
             if ends(design).iter().any(|(_, end)| matches!(end, OverSpeed::Table(_))) {
                 include_str!("template/limit.c").to_owned()
+            } else {
+                String::new()
+            },
+        ),
+        (
+            "nearest",
+            if design.signals.iter().any(|signal| signal.circular) {
+                include_str!("template/nearest.c").to_owned()
             } else {
                 String::new()
             },
@@ -200,7 +209,9 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         }
     }
     let double = tables.real == Real::Double;
+    let turns = design.signals.iter().any(|signal| signal.circular);
     let scalars = [
+        ("TURN", turns.then_some(TAU)),
         ("CENTRE", Some(design.scheduling.centre)),
         ("HALF_RANGE", Some(design.scheduling.half_range)),
         ("FILTER", tables.autopilot.filter()),
@@ -251,13 +262,18 @@ fn y(design: &ControllerDesign, real: Real) -> String {
         let signal = design.signals.iter().find(|signal| signal.name == *name);
         let reference =
             signal.and_then(|signal| signal.reference.as_ref()).map_or("", |reference| &reference.name);
+        let measured = format!("in->{name}");
+        let measured = match signal {
+            Some(signal) => near(signal, measured, &format!("t->{reference}")),
+            None => measured,
+        };
         let taken = match input.kind {
             Kind::Error => {
                 let scale = real.literal(input.scale);
-                return format!("    y[{index}] = (t->{reference} - in->{name}) / {scale};\n");
+                return format!("    y[{index}] = (t->{reference} - {measured}) / {scale};\n");
             }
             Kind::Reference => format!("t->{reference}"),
-            Kind::Measurement => format!("in->{name}"),
+            Kind::Measurement => measured,
         };
         let level = match signal.map(|signal| (signal.level, signal.start)) {
             Some((Level::Trim, _)) => format!("({taken} - t->trim_{name})"),

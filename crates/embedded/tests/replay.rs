@@ -7,6 +7,7 @@ use design::example::{SIGNALS, SPEED, TRACKED};
 use design::{Random, random};
 use scheduled::{Autopilot, ControllerDesign, Health, Inputs, Supervisor, TickError};
 use squid_embedded::{Real, Standing, compare as compare_sources, export};
+use std::f64::consts::TAU;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -90,6 +91,13 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
     let row = |_| {
         for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number += random.between(-0.1, 0.1);
+        }
+        // An angle that comes back to itself jumps by turns, and in half a turn either way is as short.
+        if let Some(place) = design.signals.iter().position(|signal| signal.circular) {
+            let turned = [0.5 * TAU, TAU, -3.0 * TAU][random.below(3)];
+            let which = random.below(30);
+            inputs.measured[place] += if which == 0 { turned } else { 0.0 };
+            inputs.references[place] += if which == 1 { turned } else { 0.0 };
         }
         if random.one_of(40) {
             inputs = at_rest(design);

@@ -3,11 +3,12 @@
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
-use auv::{Current, Motion, Pitch, Plant, Speed, State, Vehicle, trim_with};
+use auv::{Current, Motion, Pitch, Plant, Speed, State, Trim as Level, Vehicle, lateral, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
+use std::borrow::Cow;
 
-/// Measured values and references, SI, by their places in [`SIGNALS`].
+/// Measured values and references, SI, by their places among the signals of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signals {
     /// The value of each signal.
@@ -36,7 +37,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The measured value of the signal at a place in [`auv::longitudinal::SIGNALS`].
+    /// The measured value of the signal at a place among those of the axis.
     pub fn measured(&self, place: usize) -> f64 {
         self.signals.measured[place]
     }
@@ -114,6 +115,9 @@ pub struct LawOutput {
 /// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a rule for its
 /// pitch.
 ///
+/// A vehicle that leaves the vertical plane, [`Vehicle::yawing`], is flown by an autopilot of heading: surge, heave and pitch are held at the
+/// level trim of the wanted speed, as by an autopilot that keeps them; sway, roll and yaw are free.
+///
 /// # Errors
 /// As [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
 pub fn fly(
@@ -184,7 +188,7 @@ pub fn fly_varied(
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
         let used = autopilot.references();
-        let references = Some(from_fn(|place| used[place]));
+        let references = Some(from_fn(|place| used.get(place).copied().unwrap_or_default()));
         Ok(LawOutput { commands, references, rho, out_of_range })
     })
 }
@@ -205,7 +209,15 @@ impl Demand {
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|place| manoeuvre.above_trim(time, SIGNALS[place].name)),
+            above_trim: from_fn(|place| {
+                // The steps of one axis are those of its own signals.
+                let [one, other] = [SIGNALS[place].name, lateral::SIGNALS[place].name];
+                if one == other {
+                    0.0
+                } else {
+                    manoeuvre.above_trim(time, one) + manoeuvre.above_trim(time, other)
+                }
+            }),
             current: Current::default(),
         }
     }
@@ -257,6 +269,29 @@ struct Start {
     plant: Plant,
     depth: f64,
     conditions: Option<Conditions>,
+    /// What keeps level flight, for an axis of heading.
+    kept: Option<Kept>,
+}
+
+/// The level flight that is kept beside an axis of heading.
+struct Kept {
+    plane: Vehicle,
+    rule: Pitch,
+    speed: f64,
+    trim: Level,
+}
+
+impl Kept {
+    /// The trim at a speed along the path.
+    fn at(&mut self, speed: f64) -> Result<&Level, Error> {
+        if speed != self.speed {
+            let (depth, actuators) = (self.trim.depth, self.trim.actuators.len());
+            let trim = trim_with(&self.plane, Speed::Path(speed), depth, &self.rule)
+                .map_err(|reason| Error::Trim { speed, reason })?;
+            (self.speed, self.trim) = (speed, Level { actuators: vec![0.0; actuators], ..trim });
+        }
+        Ok(&self.trim)
+    }
 }
 
 impl Start {
@@ -269,15 +304,21 @@ impl Start {
         conditions: Option<Conditions>,
         off_trim: Each<f64>,
     ) -> Result<Self, Error> {
-        let trim = trim_with(vehicle, Speed::Path(speed), depth, pitch)
+        let is_lateral = vehicle.coefficients.has_lateral();
+        let plane = if is_lateral { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) };
+        let mut trim = trim_with(&plane, Speed::Path(speed), depth, pitch)
             .map_err(|reason| Error::Trim { speed, reason })?;
         let mut plant = Plant::new(vehicle)?;
         if let Some(sea) = &conditions {
             plant = plant.with_water(sea.water());
         }
+        if is_lateral {
+            trim.actuators = vec![0.0; vehicle.actuators.len()];
+        }
         plant.start(0.0, &trim)?;
-        plant.set_state(&displaced(plant.state(), off_trim));
-        Ok(Self { plant, depth, conditions })
+        plant.set_state(&displaced(plant.state(), off_trim, is_lateral));
+        let kept = is_lateral.then(|| Kept { plane: plane.into_owned(), rule: pitch.clone(), speed, trim });
+        Ok(Self { plant, depth, conditions, kept })
     }
 
     fn fly(
@@ -286,7 +327,8 @@ impl Start {
         &Sampling { sample_time, trims }: &Sampling<'_>,
         mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
     ) -> Result<Flight, Error> {
-        let Self { mut plant, depth: initial_depth, mut conditions } = self;
+        let Self { mut plant, depth: initial_depth, mut conditions, mut kept } = self;
+        let origin = if kept.is_some() { 0.0 } else { initial_depth };
         let steps = (course.duration / sample_time).round() as u64;
         let mut flight =
             Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
@@ -295,19 +337,26 @@ impl Start {
             let time = k as f64 * sample_time;
             let Demand { speed, above_trim, current } = (course.demand)(time);
             let forward_speed = trims.forward_speed(speed);
-            let references =
-                from_fn(|place| trims.signal(forward_speed, place, initial_depth) + above_trim[place]);
+            let references = from_fn(|place| trims.signal(forward_speed, place, origin) + above_trim[place]);
             let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
             plant.set_current(current + gauss_markov)?;
             plant.set_given_speed(forward_speed)?;
-            let State { motion: Motion { u, w, q, theta, .. }, x, depth } = plant.state();
+            if let Some(kept) = &mut kept {
+                plant.hold_level(kept.at(speed)?);
+            }
+            let State { motion, x, depth, heading, .. } = plant.state();
+            let Motion { u, w, q, theta, .. } = motion;
             let clearance =
                 conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
             if out_of_water(clearance) {
                 flight.surfacing = Some(Surfacing { time, speed: u });
                 break;
             }
-            let signals = Signals { measured: measured([u, w, q, theta, depth]), references };
+            let measured = match &kept {
+                None => measured([u, w, q, theta, depth]),
+                Some(_) => lateral::measured(&motion, heading),
+            };
+            let signals = Signals { measured, references };
             let mut read = signals;
             if let Some(sea) = &mut conditions {
                 read.measured = sea.read(&signals.measured);
@@ -341,7 +390,17 @@ pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error
 }
 
 /// A state with an offset added to each signal; an offset of 0 changes no bit.
-fn displaced(state: State, by: Each<f64>) -> State {
+fn displaced(mut state: State, by: Each<f64>, is_lateral: bool) -> State {
+    if is_lateral {
+        let [heading, _, rate, roll, sway] = by;
+        state.heading += heading;
+        let motion = &mut state.motion;
+        motion.phi += roll;
+        motion.v += sway;
+        // The rate of pitch is 0, that of heading r cos(phi)/cos(theta).
+        motion.r += rate * motion.theta.cos() / motion.phi.cos();
+        return state;
+    }
     let State { motion: Motion { u, w, q, theta, .. }, depth, .. } = state;
     let mut motion = [u, w, q, theta, depth];
     for (value, by) in motion.iter_mut().zip(state_of(by)).filter(|(_, by)| *by != 0.0) {

@@ -46,6 +46,11 @@ pub enum Error {
     /// An FMU is not what vehicle and design file make.
     #[error("{path}: it is not what these vehicle and design files make: {reason}")]
     NotOfInputs { path: String, reason: String },
+    /// A plant, a loop or a system of a design of heading.
+    #[error(
+        "a design of heading is packed as a controller alone: the vehicle is that of its design of pitch or depth"
+    )]
+    OfHeading,
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
     NoCertificate { path: String, name: String },

@@ -133,7 +133,7 @@ pub fn prepare(
         }
     }
     if kind != Kind::Controller {
-        resources.insert("plant.json", stored.plant.to_json()?);
+        resources.insert("plant.json", stored.plant.as_ref().ok_or(Error::OfHeading)?.to_json()?);
         resources.insert("vehicle.json", inputs.vehicle.to_json()?);
     }
     if kind == Kind::Squid {

@@ -59,7 +59,8 @@ pub fn pack(
     for (_, packed) in components {
         entries.insert(source(packed), packed.bytes.clone());
     }
-    let points = speeds(&stored.plant.trim);
+    let model = stored.plant.as_ref().ok_or(Error::OfHeading)?;
+    let points = speeds(&model.trim);
     for (index, point) in points.iter().enumerate() {
         let variant = format!("speed_{:.3}", point.speed);
         let system = System {
@@ -73,7 +74,7 @@ pub fn pack(
         let file = if is_default { "SystemStructure" } else { &variant };
         entries.insert(format!("{file}.ssd"), system.description().map_err(failed)?);
         for (kind, packed) in components {
-            let values = start_values(kind, packed, point, stored);
+            let values = start_values(kind, packed, (point, model.depth), stored);
             let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
             entries.insert(values_file(kind, &variant), set);
         }
@@ -93,7 +94,12 @@ fn speeds(trim: &[TrimPoint]) -> Vec<&TrimPoint> {
 }
 
 /// What each component starts with: the plant in trim at the speed, the references a step above that.
-fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) -> Vec<(&'static str, f64)> {
+fn start_values(
+    kind: Kind,
+    packed: &Packed,
+    (at, depth): (&TrimPoint, f64),
+    stored: &Stored,
+) -> Vec<(&'static str, f64)> {
     let values = match kind {
         Kind::Plant => vec![
             ("initial_speed", at.speed),
@@ -101,7 +107,7 @@ fn start_values(kind: Kind, packed: &Packed, at: &TrimPoint, stored: &Stored) ->
             ("given_speed", at.forward_speed),
         ],
         _ => {
-            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch, stored.plant.depth]);
+            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch, depth]);
             let wanted = |(signal, reference): (&Signal, Reference), level: f64| {
                 (reference.name, level + stored.manoeuvre.step(signal.name))
             };

@@ -133,7 +133,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
                 step: None,
             })
         };
-        let (vehicle, design) = (&inputs.longitudinal(), &inputs.design);
+        let (vehicle, design) = (&inputs.axis(), &inputs.design);
         let model = Model::new(vehicle, design)?;
         if let Some(found) = stored::check_inputs(&certificate, inputs, &model)? {
             return of_plant(with_uncertainty(path, &certificate, inputs, &found)?);
@@ -290,12 +290,11 @@ fn made_of(
         return Err(format!("resources/{name} differs"));
     }
     let plant = match resources.text("plant.json") {
-        Ok(text) => LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?,
+        Ok(text) => Some(LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?),
         Err(_) => {
-            let Inputs { vehicle, design, hashes, .. } = inputs;
-            let model = Model::new(&inputs.longitudinal(), design).map_err(|e| e.to_string())?;
+            let model = Model::new(&inputs.axis(), &inputs.design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
-            freeze::frozen(vehicle, design, hashes, &model, lft, gamma).map_err(|e| e.to_string())?.plant
+            freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant
         }
     };
     let manoeuvre = inputs.design.manoeuvre.clone();

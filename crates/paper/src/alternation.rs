@@ -50,7 +50,7 @@ pub fn worst_alternation(
     let (mut worst, mut longest): (Option<Alternation>, Option<f64>) = (None, None);
     for (k, v) in bank.windows(2).zip(subject.speeds.windows(2)) {
         let speed = 0.5 * (v[0] + v[1]);
-        let model = subject.inputs.longitudinal().linearise(speed)?;
+        let model = subject.inputs.axis().linearise(speed)?;
         let turn = match which {
             Loop::Flying => {
                 let [one, two] = [trapezoidal(&k[0], tick)?, trapezoidal(&k[1], tick)?];

@@ -27,13 +27,13 @@ fn entries(subject: &Subject) -> Claim {
 }
 
 fn responses(subject: &Subject) -> Claim {
-    let (input, actuator) = subject.pitching_actuator();
+    let (input, actuator) = subject.turning_actuator();
     let errors =
         frequency::errors(&subject.inputs.vehicle.actuators, &subject.inputs.design.tracked, &subject.model);
     let error = |order: usize, of: &dyn Fn(&frequency::Errors) -> f64| {
         errors.iter().find(|e| e.order == order).map_or(f64::NAN, |e| 100.0 * of(e))
     };
-    let shown = |e: &frequency::Errors| e.channels[(1, input)];
+    let shown = |e: &frequency::Errors| e.of_angle(input);
     let scaled = |e: &frequency::Errors| e.scaled;
     let (first, second) = (error(1, &shown), error(2, &shown));
     Claim {

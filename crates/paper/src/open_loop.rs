@@ -20,7 +20,7 @@ const DRAWN: f64 = 90.0;
 /// # Errors
 /// As [`fly_open_loop`] and [`squid_flight::flight::fly`].
 pub fn open_loop(subject: &Subject) -> Result<Found, Error> {
-    let (index, actuator) = subject.pitching_actuator();
+    let (index, actuator) = subject.turning_actuator();
     let step = PART * actuator.reach();
     let (factor, unit) = readable(actuator.unit());
     let (mut curves, mut pairs) = (Vec::new(), Vec::new());

@@ -179,7 +179,7 @@ fn claim(ramp_figures: &[RampFigures], turns: &[Turns]) -> Claim {
 }
 
 fn figure(subject: &Subject, flights: &[(&str, Vec<Row>)]) -> Figure {
-    let (index, actuator) = subject.pitching_actuator();
+    let (index, actuator) = subject.turning_actuator();
     let (factor, unit) = readable(actuator.unit());
     let curves = |of: &dyn Fn(&Row) -> f64| -> Vec<Curve> {
         let each = flights.iter().enumerate();

@@ -5,7 +5,7 @@ use crate::job;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyclass, pymethods};
 use scheduled::Manoeuvre;
 use squid_design::inputs::Inputs;
-use squid_design::linearise::{linearise_at, to_json};
+use squid_design::linearise::to_json;
 use squid_design::run::run_with;
 use squid_design::store;
 use squid_flight::error::Error as FlightError;
@@ -61,7 +61,7 @@ impl Vehicle {
 
     /// Trim and linear model at a speed along the path, as `squid show --speed` has them.
     fn at_speed(&self, speed: f64) -> PyResult<String> {
-        let found = linearise_at(&self.0.vehicle, &self.0.design, speed);
+        let found = self.0.axis().at(speed);
         Ok(to_json(&self.0.vehicle, &found.map_err(|error| of_design(&error.into()))?).to_string())
     }
 

@@ -143,7 +143,7 @@ fn at_speed(
     speed: f64,
     fleet: &Fleet,
 ) -> Result<Vec<Line>, Error> {
-    let l = subject.inputs.longitudinal().linearise(speed)?;
+    let l = subject.inputs.axis().linearise(speed)?;
     let judged = |(_, law): &(&str, &dyn Law)| -> Result<_, Error> {
         let lives = survival(subject, *law, speed, fleet);
         let sharp = sharpness(subject, *law, &l);

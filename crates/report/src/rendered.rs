@@ -163,7 +163,7 @@ mod tests {
         other.certificate = Err(other.certificate.unwrap());
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
-        other.plant.trim[0].pitch += 1e-9;
+        other.plant.as_mut().unwrap().trim[0].pitch += 1e-9;
         keys.push(of(&inputs, &other));
         let mut other = stored.clone();
         other.manoeuvre.steps.values_mut().for_each(|step| *step *= 0.5);

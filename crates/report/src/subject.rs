@@ -153,12 +153,11 @@ impl<'a> Subject<'a> {
     /// As [`Model::new`]; [`ProofError::Mismatch`](proof::error::ProofError::Mismatch) when the stored
     /// controller has ragged matrices.
     pub fn new(inputs: &'a Inputs, stored: &'a Stored, progress: &'a Progress<'a>) -> Result<Self, Error> {
-        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+        let model = Model::new(&inputs.axis(), &inputs.design)?;
         let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
         let controller = controller_of(&stored.controller.lft)?;
         let speeds = inputs.design.spread(SPEEDS);
-        let truth =
-            speeds.iter().map(|v| inputs.longitudinal().linearise(*v)).collect::<Result<_, ModelError>>()?;
+        let truth = speeds.iter().map(|v| inputs.axis().linearise(*v)).collect::<Result<_, ModelError>>()?;
         let (mu, flights, alone, proof, verdict) = Default::default();
         Ok(Self {
             inputs,
@@ -270,9 +269,9 @@ impl<'a> Subject<'a> {
         Step::of(self.inputs, &self.stored.manoeuvre)
     }
 
-    /// The actuator of [`frequency::pitching_actuator`], with its index.
-    pub fn pitching_actuator(&self) -> (usize, &Actuator) {
-        let most = frequency::pitching_actuator(&self.inputs.vehicle.actuators, &self.model);
+    /// The actuator of [`frequency::turning_actuator`], with its index.
+    pub fn turning_actuator(&self) -> (usize, &Actuator) {
+        let most = frequency::turning_actuator(&self.inputs.vehicle.actuators, &self.model);
         (most, &self.inputs.vehicle.actuators[most])
     }
 

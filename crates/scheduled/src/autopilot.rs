@@ -56,6 +56,8 @@ pub(crate) struct Plan {
 /// neither skip nor repeat a tick.
 ///
 /// ```text
+/// angles    = of an angle that comes back to itself, the reference nearest to the last one, and the measured value
+///             nearest to the reference
 /// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]; after [`Self::follow`]
 ///                                                         from where the vehicle was
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
@@ -420,14 +422,16 @@ impl Autopilot {
         for (signal, used) in self.references.iter_mut().enumerate() {
             if signal != plan.speed || plan.speed_given {
                 let last = (!initial).then_some(*used);
-                let asked = plan.asked(signal, inputs, initial) + self.differences[signal];
+                let asked = plan.asked(signal, inputs, last) + self.differences[signal];
                 *used = plan.envelope.used(signal, asked, last, trim);
             }
         }
-        let used = self.references.iter().zip(&inputs.references).zip(&plan.followed);
-        self.outputs.reference_limited =
-            used.into_iter().any(|((used, asked), followed)| *followed && used != asked);
-        plan.y(&inputs.measured, &self.references, |signal| trim.signal(signal, origins[signal]))
+        let used = self.references.iter().zip(&inputs.references).zip(&plan.followed).zip(&plan.signals);
+        self.outputs.reference_limited = used
+            .into_iter()
+            .any(|(((used, asked), followed), port)| *followed && *used != port.nearest(*asked, *used));
+        let measured = |signal| plan.measured_near(signal, inputs, &self.references);
+        plan.y(measured, &self.references, |signal| trim.signal(signal, origins[signal]))
             .zip(&mut self.y)
             .for_each(|(value, y)| *y = value);
         let rho = plan.rho(inputs.measured[plan.speed]);
@@ -444,10 +448,19 @@ impl Autopilot {
 }
 
 impl Plan {
-    /// What is asked of a signal. A reference whose rate is limited begins where the vehicle is.
-    pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, initial: bool) -> f64 {
-        let begins = initial && self.begins_as_measured(signal);
-        if begins { inputs.measured[signal] } else { inputs.references[signal] }
+    /// What is asked of a signal after the `last` reference, or at initialisation. A reference whose rate is limited
+    /// begins where the vehicle is. Of an angle that comes back to itself it is the nearest: the vehicle turns the
+    /// shorter way.
+    pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, last: Option<f64>) -> f64 {
+        let begins = last.is_none() && self.begins_as_measured(signal);
+        let asked = if begins { inputs.measured[signal] } else { inputs.references[signal] };
+        self.signals[signal].nearest(asked, last.unwrap_or(inputs.measured[signal]))
+    }
+
+    /// A measured value, of an angle that comes back to itself the one nearest to the reference.
+    pub(crate) fn measured_near(&self, signal: usize, inputs: &Inputs, references: &[f64]) -> f64 {
+        let value = inputs.measured[signal];
+        references.get(signal).map_or(value, |reference| self.signals[signal].nearest(value, *reference))
     }
 
     /// Whether a reference begins at the measured value.
@@ -468,15 +481,15 @@ impl Plan {
     /// The controller input y; `y0` gives a signal in level flight at V_r.
     pub(crate) fn y<'a>(
         &'a self,
-        measured: &'a [f64],
+        measured: impl Fn(usize) -> f64 + 'a,
         references: &'a [f64],
         y0: impl Fn(usize) -> f64 + 'a,
     ) -> impl Iterator<Item = f64> {
         self.inputs.iter().map(move |&(signal, kind, scale)| {
             let difference = match kind {
-                Kind::Error => references[signal] - measured[signal],
+                Kind::Error => references[signal] - measured(signal),
                 Kind::Reference => references[signal] - y0(signal),
-                Kind::Measurement => measured[signal] - y0(signal),
+                Kind::Measurement => measured(signal) - y0(signal),
             };
             difference / scale
         })

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use signals::{Curve, Force, Level, Signal, Status};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 /// A matrix as a list of rows.
 pub type Rows = Vec<Vec<f64>>;
@@ -106,9 +107,27 @@ pub struct Port {
     /// The values that it can take; any without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
+    /// Whether it is an angle that comes back to itself after a turn.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub circular: bool,
     /// A typical size.
     pub nominal: f64,
 }
+
+impl Port {
+    /// A value of the signal, of an angle that comes back to itself the one nearest to another.
+    pub fn nearest(&self, value: f64, to: f64) -> f64 {
+        let turns = (value - to) / TAU;
+        // So many turns are no angle, and neither is what is not a number.
+        if !(self.circular && turns.abs() < MOST_TURNS) {
+            return value;
+        }
+        value - TAU * (if turns < 0.0 { turns - 0.5 } else { turns + 0.5 }).trunc()
+    }
+}
+
+/// The turns of an angle are counted in a whole number.
+const MOST_TURNS: f64 = 1e9;
 
 /// The reference of a signal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -132,6 +151,7 @@ impl From<&Signal> for Port {
             level: signal.level,
             start: 0.0,
             range: signal.range,
+            circular: signal.circular,
             nominal: signal.nominal,
         }
     }

@@ -82,11 +82,13 @@ impl Autopilot {
     /// Sets a reference to the measured value, and remembers the difference from what is asked.
     fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
         let Self { plan, references, differences, filtered_speed, .. } = self;
+        let port = &plan.signals[reference];
         let asked = inputs.references[reference];
         let from = if plan.measured[reference] { inputs.measured[reference] } else { asked };
+        let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
         references[reference] = plan.envelope.used(reference, from, None, trim);
-        differences[reference] = references[reference] - asked;
+        differences[reference] = references[reference] - port.nearest(asked, references[reference]);
     }
 
     pub(crate) fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {

@@ -38,7 +38,7 @@ impl Autopilot {
         let last = |signal: usize| (!initial).then_some(self.references()[signal]);
         let used = |signal: usize, speed: f64| {
             let difference = if initial { 0.0 } else { self.differences[signal] };
-            let asked = plan.asked(signal, inputs, initial) + difference;
+            let asked = plan.asked(signal, inputs, last(signal)) + difference;
             plan.envelope.tangent(signal, asked, last(signal), (&plan.trim, speed))
         };
         let moves = |signal: usize| {
@@ -66,15 +66,16 @@ impl Autopilot {
         let trim = plan.trim.at(speed);
         let origin =
             |signal: usize| if initial { plan.origin(signal, inputs) } else { self.origins()[signal] };
+        let measured = |signal| plan.measured_near(signal, inputs, &references);
         let y: Vec<f64> =
-            plan.y(&inputs.measured, &references, |signal| trim.signal(signal, origin(signal))).collect();
+            plan.y(measured, &references, |signal| trim.signal(signal, origin(signal))).collect();
         // At initialisation a level that is the measured value moves with it.
         let moved = |signal: usize| {
             let moves = initial && plan.starts_as_measured(signal);
             let dorigin = if moves { direction.measured[signal] } else { 0.0 };
             plan.trim.signal_slope(speed, signal) * dspeed + dorigin
         };
-        let dy: Vec<f64> = plan.y(&direction.measured, &dreferences, moved).collect();
+        let dy: Vec<f64> = plan.y(|signal| direction.measured[signal], &dreferences, moved).collect();
         let rho = plan.rho(inputs.measured[plan.speed]);
         let inside = rho.abs() <= 1.0;
         let slope = plan.trim.speed_slope(inputs.measured[plan.speed]) / plan.half_range;

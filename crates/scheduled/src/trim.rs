@@ -193,6 +193,7 @@ mod tests {
             level,
             start: 0.0,
             range: None,
+            circular: false,
             nominal: 1.0,
         };
         let table = TrimTable {

@@ -33,6 +33,7 @@ impl ControllerDesign {
         self.validate_signals()?;
         self.validate_scheduling()?;
         self.validate_controller_inputs()?;
+        self.validate_circular()?;
         self.validate_actuators()?;
         if self.lft.blocks.len() > 1 {
             return Err(DesignError::SeveralParameters { found: self.lft.blocks.len() });
@@ -167,6 +168,20 @@ impl ControllerDesign {
     }
 
     #[inline]
+    /// The turns of an angle that comes back to itself are those of its measured value nearest to its reference.
+    fn validate_circular(&self) -> Result<(), DesignError> {
+        let blind =
+            |place: &usize| self.signals[*place].circular && self.follows(*place) != self.measures(*place);
+        match (0..self.signals.len()).find(blind) {
+            None => Ok(()),
+            Some(place) => Err(DesignError::BadText {
+                key: format!("signals.{place}.circular"),
+                found: "true".to_owned(),
+                allowed: "left out of a signal that is not both followed and measured".to_owned(),
+            }),
+        }
+    }
+
     fn validate_actuators(&self) -> Result<(), DesignError> {
         if self.actuators.is_empty() {
             return Err(DesignError::Empty { key: "actuators" });

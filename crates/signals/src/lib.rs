@@ -122,6 +122,8 @@ pub struct Signal {
     pub level: Level,
     /// The values that it can take; any without.
     pub range: Option<[f64; 2]>,
+    /// Whether it is an angle that comes back to itself after a turn.
+    pub circular: bool,
     /// The largest step of its reference.
     pub largest_step: LargestStep,
     /// A typical size, SI.

@@ -48,7 +48,7 @@ pub fn advise(
     verdict: &mut Verdict,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let model = Model::new(&inputs.axis(), &inputs.design)?;
     let knobs = Knob::all(&inputs.design);
     let long = match kind {
         ControllerKind::Robust => "; each is a robust design and takes many minutes",

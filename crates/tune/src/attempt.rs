@@ -52,7 +52,7 @@ fn design_with(
         _ => found,
     };
     let lft = lft_matrices(&found.controller);
-    let frozen = controller(&inputs.longitudinal(), design, &inputs.hashes, lft, gamma(&found, false))?;
+    let frozen = controller(&inputs.axis(), design, &inputs.hashes, lft, gamma(&found, false))?;
     Ok((inputs, frozen))
 }
 

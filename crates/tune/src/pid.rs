@@ -52,7 +52,7 @@ const FIRST: f64 = 0.3;
 /// Those of the stages; [`Error::NoPid`] if the file has none and a first one does not fit.
 pub fn tune_pid(inputs: &Inputs, text: &str, degree: usize, progress: &Progress) -> Result<TunedPid, Error> {
     let (pid, text) = begin(inputs, text)?;
-    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let model = Model::new(&inputs.axis(), &inputs.design)?;
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear())?;
     let tuning = Tuning { inputs, pid: &pid, plant: &plant };
     let what = "gains of the PID, frozen and then proved";

@@ -3,7 +3,7 @@
 
 use crate::error::Error;
 use crate::knob::three_digits;
-use auv::longitudinal::pitching;
+use auv::longitudinal::turning;
 use auv::{Linearisation, Pitch, Speed, Vehicle, linearise, trim_with, trims};
 use squid_design::axis::Linearisation as Linear;
 use squid_design::fit::authority::holding_ratio;
@@ -172,7 +172,7 @@ impl Authority {
                 .map(|(b, remaining)| (b * remaining).abs())
                 .collect::<Vec<f64>>()
         };
-        let turns = row(pitching(l.states)[1]);
+        let turns = row(turning(l.states)[1]);
         let main = (0..turns.len()).max_by(|i, j| turns[*i].total_cmp(&turns[*j])).unwrap_or(0);
         let growth = l.eigenvalues().iter().map(|v| v.re).fold(0.0, f64::max);
         let lag = vehicle.actuators[main].lag;

@@ -226,7 +226,7 @@ fn verdict(inputs: &Inputs, mu: bool) -> Result<Verdict, DesignError> {
     let missing = || InputError::NoController { file: design.file.clone() };
     let lft = matrices(actuators, design)?.ok_or_else(missing)?;
     let not_yet = Gamma { optimum: 1.0, bound: 1.0, back_off: 0.0, certified: false };
-    let frozen = controller(&inputs.longitudinal(), design, &inputs.hashes, lft, not_yet)?;
+    let frozen = controller(&inputs.axis(), design, &inputs.hashes, lft, not_yet)?;
     let sampled = design.require.limit("sampled_gain").is_some();
     let effort = Effort { frozen: FROZEN, sampled, flown: FLOWN, mu: if mu { FLOWN } else { 0 } };
     let found = judged_until_missed(inputs, &frozen, effort)?.found;

@@ -86,7 +86,7 @@ pub enum CandidateStatus {
 pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) -> Result<Tuned, Error> {
     let search = Search {
         inputs,
-        model: Model::new(&inputs.longitudinal(), &inputs.design)?,
+        model: Model::new(&inputs.axis(), &inputs.design)?,
         knobs: Knob::all(&inputs.design),
         keys: required(&inputs.design),
         shown: Mutex::new((0, f64::INFINITY)),

@@ -58,7 +58,7 @@ pub fn start(vehicle: &Vehicle) -> Result<String, Error> {
     let text = text(vehicle, &range, ORDERS[0])?;
     let design = DesignFile::parse(&text, "design.toml", "design")?;
     let inputs = Inputs::new(vehicle.clone(), design)?;
-    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let model = Model::new(&inputs.axis(), &inputs.design)?;
     let errors = errors(&vehicle.actuators, &inputs.design.tracked, &model);
     let of_order = |order: usize| errors.iter().find(|e| e.order == order).map_or(0.0, |e| e.scaled);
     if of_order(ORDERS[0]) > BAD_FIT && of_order(ORDERS[1]) < 0.5 * of_order(ORDERS[0]) {

@@ -75,7 +75,7 @@ fn a_first_design_needs_only_the_vehicle() {
         let vehicle = vehicle(&file);
         let design = DesignFile::parse(&start(&vehicle).unwrap(), "design.toml", "design").unwrap();
         let inputs = Inputs::new(vehicle, design).unwrap();
-        Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        Model::new(&inputs.axis(), &inputs.design).unwrap();
         assert_eq!(Knob::all(&inputs.design).len(), 11);
         begun += 1;
     }

@@ -41,10 +41,13 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     if verbose {
         say(&standing);
     }
+    // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
+    let of_design = |kind: &Kind| stored.plant.is_some() || *kind == Kind::Controller;
+    let kinds: Vec<Kind> = Kind::with(interfaces).into_iter().filter(of_design).collect();
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
-            let kinds = Kind::with(interfaces).into_iter();
+            let kinds = kinds.iter().copied();
             let described = kinds.map(|kind| prepare(kind, &inputs, &stored, interfaces));
             let file = |p: Prepared| (to.join(format!("{}.xml", p.identifier)), p.xml.into_bytes());
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
@@ -57,7 +60,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
                 let prepared = prepare(kind, &inputs, &stored, interfaces)?;
                 pack(kind, prepared, &stored, &page, &binaries, &directory)
             };
-            let fmus = Kind::with(interfaces).into_iter().map(packed).collect::<Result<Vec<_>, _>>()?;
+            let fmus = kinds.iter().copied().map(packed).collect::<Result<Vec<_>, _>>()?;
             let system = match &fmus[..] {
                 [plant, controller, whole] => {
                     let name = &whole.description.model_identifier;

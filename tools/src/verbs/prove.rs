@@ -42,7 +42,7 @@ pub fn run(asked: &Prove) -> Result<(), Error> {
     };
     let progress = Progress::new(&show);
     let finished = run_stages(&inputs, &progress)?;
-    let (growth, at) = given::growth(&inputs.longitudinal(), &inputs.design, &finished.design.controller)?;
+    let (growth, at) = given::growth(&inputs.axis(), &inputs.design, &finished.design.controller)?;
     let boxed = progress
         .timed("box", "flights of vehicles of the declared uncertainty", || survivals(&inputs, &finished));
     let boxed = boxed.0?;

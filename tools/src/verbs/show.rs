@@ -53,14 +53,14 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     inputs.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
     let mut shown = Map::new();
     if let Some(v) = speed {
-        let found = linearise::linearise_at(&inputs.vehicle, &inputs.design, v)?;
+        let found = inputs.axis().at(v)?;
         say(&tables::speed(&inputs.vehicle, &found));
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
         let (depth, pitch) = inputs.design.level();
         show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
     }
     if asked.fit || all {
-        let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+        let model = Model::new(&inputs.axis(), &inputs.design)?;
         say(&tables::fit(&inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }

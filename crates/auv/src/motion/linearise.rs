@@ -1,7 +1,7 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
 use crate::lateral::is_lateral;
-use crate::longitudinal::{STATES, pitching};
+use crate::longitudinal::{STATES, turning};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 use signals::States;
@@ -63,7 +63,7 @@ impl Linearisation {
         let (tan, u) = (self.trim.incidence.tan(), self.trim.forward_speed);
         // x0' = ahead + turned alpha'.
         let n = self.a.nrows();
-        let first = 1 - pitching(self.states)[0];
+        let first = 1 - turning(self.states)[0];
         let own = |x: [f64; STATES.len()]| DVector::from_column_slice(&x[first..first + n]);
         let ahead = own([1.0, tan, 0.0, 0.0, 0.0]);
         let turned = own([0.0, u * (1.0 + tan * tan), 0.0, 1.0, 0.0]);

@@ -65,6 +65,7 @@ impl Vehicle {
             status,
             description,
             coefficients,
+            others: vec![],
             actuators,
             geometry,
             sources,

@@ -193,6 +193,7 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         status,
         description,
         coefficients,
+        others: vec![],
         actuators,
         geometry,
         sources,

@@ -16,13 +16,14 @@ impl Vehicle {
         for spec in COEFFICIENTS.iter().filter(|spec| spec.is_lateral()) {
             (spec.set)(&mut plane.coefficients, 0.0);
         }
-        plane.actuators =
-            self.actuators.iter().filter(|one| one.acts_in_plane()).map(Actuator::in_plane).collect();
+        let all = || self.actuators.iter().chain(&self.others);
+        plane.actuators = all().filter(|one| one.acts_in_plane()).map(Actuator::in_plane).collect();
+        plane.others.clear();
         let of_plane = |key: &str| match key.split_once('.') {
             // Of an actuator, or of a thruster of its group.
             Some((name, number)) => {
                 let number = number.rsplit('.').next().unwrap_or(number);
-                let gone = self.actuators.iter().any(|one| one.name == name && !one.acts_in_plane());
+                let gone = all().any(|one| one.name == name && !one.acts_in_plane());
                 !(gone || is_lateral(number))
             }
             None => !is_lateral(key),
@@ -32,12 +33,14 @@ impl Vehicle {
         plane
     }
 
-    /// Returns the vehicle as an axis of heading has it: with the actuators alone that yaw it and do nothing in the
-    /// vertical plane.
+    /// Returns the vehicle as an axis of heading has it: its actuators are those that yaw it and do nothing in the
+    /// vertical plane. What is left over keeps level flight.
     #[must_use]
     pub fn yawing(&self) -> Self {
-        let yaws = |one: &&Actuator| !one.acts_in_plane() && one.lateral_force(1.0, 1.0)[2] != 0.0;
-        Self { actuators: self.actuators.iter().filter(yaws).cloned().collect(), ..self.clone() }
+        let yaws = |one: &Actuator| !one.acts_in_plane() && one.lateral_force(1.0, 1.0)[2] != 0.0;
+        let (actuators, rest): (Vec<_>, Vec<_>) = self.actuators.iter().cloned().partition(yaws);
+        let others = self.others.iter().cloned().chain(rest).collect();
+        Self { actuators, others, ..self.clone() }
     }
 
     /// Returns the lateral coefficients that the vehicle file does not say, and that are those of an axisymmetric hull

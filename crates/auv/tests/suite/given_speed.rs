@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::remus100;
-use auv::longitudinal::pitching;
+use auv::longitudinal::turning;
 use auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
     Vehicle, linearise, linearise_with, trim, trims,
@@ -108,8 +108,8 @@ fn the_depth_is_the_last_state_where_it_is_one() {
         assert_eq!(deep.states.iter().map(|state| state.symbol).collect::<Vec<_>>(), all);
         assert_eq!(deep.a.view((0, 0), (n - 1, n - 1)), plain.a);
         assert_eq!(
-            (deep.b.rows(0, n - 1), pitching(deep.states)),
-            (plain.b.rows(0, n - 1), pitching(plain.states))
+            (deep.b.rows(0, n - 1), turning(deep.states)),
+            (plain.b.rows(0, n - 1), turning(plain.states))
         );
         assert!(deep.b.row(n - 1).iter().chain(deep.a.column(n - 1).iter()).all(|entry| *entry == 0.0));
         let (sin, cos) = level.pitch.sin_cos();

@@ -152,8 +152,7 @@ pub fn rate_of(certificate: &Certificate, inputs: &Inputs) -> Option<f64> {
 /// [`ProofError::WrongPlant`] with the first part that differs; the errors of the model.
 pub fn check_inputs(certificate: &Certificate, inputs: &Inputs) -> Result<f64, Error> {
     let is_slow = rate_of(certificate, inputs).is_some();
-    let (truncated, uncertain) =
-        uncertain(inputs, &Model::new(&inputs.longitudinal(), &inputs.design)?, is_slow)?;
+    let (truncated, uncertain) = uncertain(inputs, &Model::new(&inputs.axis(), &inputs.design)?, is_slow)?;
     let share = same_plant::fraction_of(&certificate.plant, &certificate.blocks, &uncertain)?;
     let constant = filters(inputs, &truncated.model, None);
     let is_allowed = |f: &Filter| match f.parameter {

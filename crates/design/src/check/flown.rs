@@ -4,13 +4,12 @@
 use crate::axis::Linearisation;
 use crate::check::margins::{Margins, Opened};
 use crate::check::sampled::{Sampling, trapezoidal};
-use auv::longitudinal::PITCH;
 use lpv::matrix::{Mat, eigenvalues, largest};
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;
 use signals::Signal;
 
-/// The step of the water's vertical speed in a gust, m/s.
+/// The step of the speed of the water in a gust, vertical or across, m/s.
 pub const GUST: f64 = 0.3;
 
 /// The duration of a simulated response, s.
@@ -56,9 +55,9 @@ pub struct Flown {
     pub common_delay: f64,
     /// The step response of each tracked output.
     pub steps: Vec<Step>,
-    /// The largest absolute pitch after a gust, rad: the water starts to move vertically by [`GUST`], so the heave
-    /// speed relative to the water jumps by as much.
-    pub gust_pitch: f64,
+    /// The largest absolute pitch, or heading, after a gust, rad: the water starts to move by [`GUST`] vertically, or
+    /// across, so the heave or sway speed relative to the water jumps by as much.
+    pub gust: f64,
     /// The rms of each command under [`noise`], N or rad.
     pub noise_rms: Vec<f64>,
 }
@@ -78,15 +77,16 @@ impl Flown {
         let (opened, noise_rms) = opened(sampling, system)?;
         let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
         let measurements = sampling.design.fed_back().len();
-        let pitch = tracked.iter().position(|t| t.place == PITCH);
-        let heave = sampling.design.states.iter().position(|state| state.symbol == "w").unwrap_or(0);
+        let turned = ["pitch", "heading"].into_iter().find_map(|name| sampling.design.tracks(name));
+        let across = if sampling.design.is_lateral() { "v" } else { "w" };
+        let across = sampling.design.states.iter().position(|state| state.symbol == across).unwrap_or(0);
         Some(Self {
             at_measurements: (0..measurements).map(|i| opened.margins(i)).collect(),
             at_commands: (0..m).map(|j| opened.margins(measurements + j)).collect(),
             peak: opened.peak_of_sensitivity(),
             common_delay: opened.common_delay(measurements..measurements + m),
             steps: (0..tracked.len()).map(|i| Step::of(&system.part(i, i), time)).collect(),
-            gust_pitch: pitch.map_or(f64::NAN, |i| tracked[i].scale * gust(system, i, heave, time)),
+            gust: turned.map_or(f64::NAN, |i| tracked[i].scale * gust(system, i, across, time)),
             noise_rms,
         })
     }
@@ -147,10 +147,10 @@ impl Step {
     }
 }
 
-/// The largest absolute value of an output, in its scale, after a gust into the heave state.
-fn gust(system: &StateSpace, output: usize, heave: usize, sample_time: f64) -> f64 {
+/// The largest absolute value of an output, in its scale, after a gust into the state of the speed across.
+fn gust(system: &StateSpace, output: usize, across: usize, sample_time: f64) -> f64 {
     let mut x = Mat::zeros(system.a.nrows(), 1);
-    x[heave] = GUST;
+    x[across] = GUST;
     let c = system.c.rows(output, 1);
     let mut most = 0f64;
     for _ in 0..(DURATION / sample_time) as usize {

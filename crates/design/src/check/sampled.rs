@@ -297,7 +297,7 @@ pub(crate) mod tests {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-            let l = inputs.longitudinal().linearise(speed).unwrap();
+            let l = inputs.axis().linearise(speed).unwrap();
             let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
             let parts = [
                 (X, X, some(3, 3, 0.0) - Mat::identity(3, 3)),
@@ -362,7 +362,7 @@ pub(crate) mod tests {
         let mut inputs = shipped("squid", "design");
         inputs.design.delay = 5e-4;
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-        let l = inputs.longitudinal().linearise(1.3).unwrap();
+        let l = inputs.axis().linearise(1.3).unwrap();
         let y = file.tracked.len() + file.measured.len();
         let gain = StateSpace {
             a: Mat::zeros(0, 0),

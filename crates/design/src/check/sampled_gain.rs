@@ -135,7 +135,7 @@ mod tests {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-            let l = inputs.longitudinal().linearise(speed).unwrap();
+            let l = inputs.axis().linearise(speed).unwrap();
             let (m, y) = (actuators.len(), file.tracked.len() + file.measured.len());
             let k = StateSpace {
                 a: some(3, 3, 0.0) - Mat::identity(3, 3),

@@ -52,4 +52,19 @@ pub enum InputError {
             on the speed, and the autopilot gets it in any case"
     )]
     GivenSpeed { file: String, key: String },
+    /// A design of heading for a vehicle that does not turn.
+    #[error(
+        "{design} tracks heading, but the vehicle of {vehicle} moves in the vertical plane alone: give it 'mass.I_xx' \
+         and the numbers of sway, roll and yaw that a message then asks for"
+    )]
+    NoLateral { design: String, vehicle: String },
+    /// A design of heading for a vehicle on which nothing yaws.
+    #[error(
+        "{design} tracks heading, but {vehicle} has no actuator that yaws the vehicle and does nothing in the vertical \
+         plane: give it a rudder (N_uu_delta), or a group of thrusters with N_T"
+    )]
+    NothingYaws { design: String, vehicle: String },
+    /// A sea in a design of heading.
+    #[error("{file}: [sea] is for surge, heave and pitch; leave it out of a design of heading")]
+    SeaOfHeading { file: String },
 }

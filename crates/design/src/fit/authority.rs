@@ -8,8 +8,7 @@ use crate::axis::Linearisation;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::numbers::{readable, rounded_down};
-use auv::longitudinal::pitching;
-use auv::longitudinal::{DEPTH, PITCH};
+use auv::longitudinal::turning;
 use auv::{Actuator, Pitch, rounded};
 use lpv::matrix::Mat;
 use lpv::weights::ReferenceModel;
@@ -30,9 +29,9 @@ struct Shortage {
 /// or the speed by its scale, as the reference model does; the reference model of the depth takes a path steeper than
 /// 30 deg.
 pub fn remarks(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Vec<String> {
-    let of_output = |tracked: &Tracked| match tracked.place {
-        DEPTH => [too_steep(file, tracked, model), None],
-        PITCH => [too_far(actuators, file, model), too_fast(actuators, file, tracked, model)],
+    let of_output = |tracked: &Tracked| match tracked.signal.name {
+        "depth" => [too_steep(file, tracked, model), None],
+        "pitch" => [too_far(actuators, file, model), too_fast(actuators, file, tracked, model)],
         _ => [too_fast(actuators, file, tracked, model), None],
     };
     file.tracked.iter().flat_map(of_output).flatten().collect()
@@ -60,7 +59,7 @@ fn too_far(actuators: &[Actuator], file: &DesignFile, model: &Model) -> Option<S
     } else {
         format!(
             "WARNING: at {speed} m/s no actuator holds the pitch off its trim: a step of {shown} deg will not last;\n\
-             raise model.speed_min, or add an actuator with a pitching moment"
+             raise model.speed_min, or add an actuator with a turning moment"
         )
     })
 }
@@ -101,13 +100,14 @@ fn too_steep(file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<Stri
 
 fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model: &Model) -> Option<String> {
     let frequency = tracked.model?.frequency;
-    let is_pitch = tracked.place == PITCH;
-    let step = if is_pitch { file.manoeuvre.step("pitch").abs() } else { tracked.scale };
-    let asked = if is_pitch { step * frequency * frequency } else { step * frequency };
+    // Of an angle its second derivative is driven.
+    let (name, is_angle) = (tracked.signal.name, tracked.signal.unit == "rad");
+    let step = if is_angle { file.manoeuvre.step(name).abs() } else { tracked.scale };
+    let asked = if is_angle { step * frequency * frequency } else { step * frequency };
     let Shortage { speed, ratio } = worst(model, |l| asked / available(actuators, tracked, l))?;
     let (factor, unit) = readable(tracked.signal.unit);
-    let lower = if is_pitch { ratio.sqrt() } else { ratio };
-    let key = if is_pitch { "manoeuvre.pitch_step" } else { "its 'scale'" };
+    let lower = if is_angle { ratio.sqrt() } else { ratio };
+    let key = if is_angle { format!("manoeuvre.{name}_step") } else { "its 'scale'".to_owned() };
     Some(format!(
         "WARNING: the reference model of the {}, {} rad/s, needs {} times the acceleration available from all \
          actuators at {} m/s,\n\
@@ -124,9 +124,9 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
 /// The largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its
 /// rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
-    let [_, pitch_rate, _] = pitching(l.states);
+    let [_, rate, _] = turning(l.states);
     let own = l.states.iter().position(|state| tracked.signal.output(state) == 1.0);
-    let driven = if tracked.place == PITCH { pitch_rate } else { own.unwrap_or_default() };
+    let driven = if tracked.signal.unit == "rad" { rate } else { own.unwrap_or_default() };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()
 }
 
@@ -135,7 +135,7 @@ fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f6
 ///
 /// `A x + B u = 0` with x = \[0 w 0 step\] is solved for w and u with minimum norm, u in units of reach.
 pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f64 {
-    let [heave, _, theta] = pitching(l.states);
+    let [heave, _, theta] = turning(l.states);
     let coefficients = Mat::from_fn(theta, 1 + actuators.len(), |i, j| match j {
         0 => l.a[(i, heave)],
         j => l.b[(i, j - 1)] * actuators[j - 1].reach(),
@@ -164,7 +164,7 @@ mod tests {
     fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
         let mut inputs = shipped("squid", "design");
         change(&mut inputs);
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         remarks(&inputs.vehicle.actuators, &inputs.design, &model)
     }
 
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
         let mut inputs = shipped("remus100", "depth");
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let mut said = |step: f64| {
             inputs.design.manoeuvre = inputs.design.manoeuvre.with_step("depth", step);
             remarks(&inputs.vehicle.actuators, &inputs.design, &model)

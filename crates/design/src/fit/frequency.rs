@@ -4,21 +4,23 @@ use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
 use auv::Actuator;
-use auv::longitudinal::{PITCH, SIGNALS, SPEED, pitching};
+use auv::lateral::{self, HEADING, is_lateral};
+use auv::longitudinal::{PITCH, SIGNALS, SPEED, turning};
 use lpv::matrix::{Mat, largest_complex_singular_value as largest};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
 use nalgebra::{Complex, DMatrix};
-use signals::States;
+use signals::{Signal, States};
 
 /// 61 frequencies from 0.01 to 10 rad/s, evenly spaced on a logarithmic axis.
 pub fn axis() -> Vec<f64> {
     (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 20.0)).collect()
 }
 
-/// The system `[A B]` from the actuators to [`OUTPUTS`], in SI units.
+/// The system `[A B]` from the actuators to [`outputs`], in SI units.
 pub fn system(ab: &Mat, states: States) -> StateSpace {
-    to(ab, Mat::from_fn(OUTPUTS.len(), states.len(), |i, j| SIGNALS[OUTPUTS[i]].output(&states[j])))
+    let outputs = outputs(states);
+    to(ab, Mat::from_fn(outputs.len(), states.len(), |i, j| outputs[i].output(&states[j])))
 }
 
 /// The system `[A B]` from the actuators to the outputs C x.
@@ -28,8 +30,15 @@ fn to(ab: &Mat, c: Mat) -> StateSpace {
     StateSpace { a, b, c, d }
 }
 
-/// The outputs of [`system`], as indices in [`SIGNALS`].
-pub const OUTPUTS: [usize; 2] = [SPEED, PITCH];
+/// The outputs of [`system`]: speed and pitch, or heading; the angle last.
+pub fn outputs(states: States) -> Vec<&'static Signal> {
+    if is_lateral(states) { vec![&lateral::SIGNALS[HEADING]] } else { vec![&SIGNALS[SPEED], &SIGNALS[PITCH]] }
+}
+
+/// The angle of [`outputs`].
+pub fn angle(states: States) -> &'static Signal {
+    if is_lateral(states) { &lateral::SIGNALS[HEADING] } else { &SIGNALS[PITCH] }
+}
 
 /// The largest errors of the fit of one order over the speeds of the grid and the frequencies.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,15 +48,22 @@ pub struct Errors {
     /// `|G_fit - G| / |G|` in the largest singular value, from all actuators in units of their reach to the tracked
     /// outputs in units of their scales.
     pub scaled: f64,
-    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`OUTPUTS`] (rows); NaN for an actuator without
+    /// `|g_fit - g| / |g|` from each actuator (columns) to each of [`outputs`] (rows); NaN for an actuator without
     /// effect on the output.
     pub channels: Mat,
 }
 
-/// The actuator with the largest effect on pitch at its reach, at the lowest speed of the model.
-pub fn pitching_actuator(actuators: &[Actuator], model: &Model) -> usize {
+impl Errors {
+    /// The error from an actuator to the [`angle`].
+    pub fn of_angle(&self, actuator: usize) -> f64 {
+        self.channels[(self.channels.nrows() - 1, actuator)]
+    }
+}
+
+/// The actuator with the largest effect on pitch, or heading, at its reach, at the lowest speed of the model.
+pub fn turning_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
-        model.grid.first().map_or(0.0, |(_, l)| l.b[(pitching(l.states)[1], j)].abs() * actuators[j].reach())
+        model.grid.first().map_or(0.0, |(_, l)| l.b[(turning(l.states)[1], j)].abs() * actuators[j].reach())
     };
     let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
     most.unwrap_or(0)
@@ -76,7 +92,11 @@ fn errors_of(
     let outputs = Tracked::scaled_outputs(tracked, states);
     let scaled =
         |g: &DMatrix<Complex<f64>>| DMatrix::from_fn(g.nrows(), reach.len(), |i, j| g[(i, j)] * reach[j]);
-    let mut errors = Errors { order, scaled: 0.0, channels: Mat::zeros(OUTPUTS.len(), reach.len()) };
+    let mut errors = Errors {
+        order,
+        scaled: 0.0,
+        channels: Mat::zeros(crate::fit::frequency::outputs(states).len(), reach.len()),
+    };
     for (rho, truth) in samples {
         let fitted = fit.evaluate(*rho);
         let channels = (system(truth, states), system(&fitted, states));
@@ -106,7 +126,7 @@ mod tests {
     #[test]
     fn errors_are_by_channel_and_in_the_scales_of_the_design() {
         let mut inputs = shipped("squid", "design");
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let at = |inputs: &Inputs| {
             errors(&inputs.vehicle.actuators, &inputs.design.tracked, &model)
                 .into_iter()
@@ -114,7 +134,7 @@ mod tests {
                 .unwrap()
         };
         let first = at(&inputs);
-        let pitch = first.channels[(1, pitching_actuator(&inputs.vehicle.actuators, &model))];
+        let pitch = first.of_angle(turning_actuator(&inputs.vehicle.actuators, &model));
         assert!((pitch - 0.067).abs() < 0.003, "{pitch}");
         for track in &mut inputs.design.tracked {
             track.scale *= if track.place == PITCH { 1e-6 } else { 1.0 };

@@ -63,7 +63,7 @@ mod tests {
 
     fn squid() -> (Inputs, Model) {
         let inputs = shipped("squid", "design");
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         (inputs, model)
     }
 

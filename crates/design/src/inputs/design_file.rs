@@ -18,6 +18,7 @@ mod uncertainty;
 mod values;
 
 use auv::Pitch;
+use auv::lateral;
 use auv::longitudinal::DEPTH;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
@@ -166,12 +167,14 @@ pub struct Envelope {
     pub pitch: [f64; 2],
     /// The steepest path, up or down, of a reference of depth, rad.
     pub path_angle: f64,
+    /// The fastest turn of a reference of heading, rad/s.
+    pub turn_rate: f64,
 }
 
 impl Default for Envelope {
     fn default() -> Self {
-        let [steepest, path_angle] = [30.0f64; 2].map(f64::to_radians);
-        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle }
+        let [steepest, path_angle, turn_rate] = [30.0f64, 30.0, 10.0].map(f64::to_radians);
+        Self { authority: 0.85, pitch: [-steepest, steepest], path_angle, turn_rate }
     }
 }
 
@@ -311,7 +314,17 @@ impl DesignFile {
 
     /// Whether depth is tracked or measured, and therefore a state of the linear models.
     pub fn has_depth(&self) -> bool {
-        self.uses(DEPTH)
+        !self.is_lateral() && self.uses(DEPTH)
+    }
+
+    /// Whether the axis is that of heading: sway and yaw, not surge, heave and pitch.
+    pub fn is_lateral(&self) -> bool {
+        lateral::is_lateral(self.interface.states)
+    }
+
+    /// The index among the tracked outputs of one by its name.
+    pub fn tracks(&self, name: &str) -> Option<usize> {
+        self.tracked.iter().position(|t| t.signal.name == name)
     }
 
     /// The index among the tracked outputs of the signal that is scheduled on.

@@ -1,7 +1,6 @@
 //! Values in the files of a design that are allowed but improbable.
 
 use crate::inputs::Inputs;
-use auv::longitudinal::{DEPTH, PITCH};
 use auv::rounded;
 
 /// A unit of the pitch error above this (deg) is unusual: the linear models do not hold so far.
@@ -11,7 +10,8 @@ impl Inputs {
     /// Remarks on improbable numbers in both files, one sentence each, including those of [`auv::Vehicle::doubts`].
     pub fn doubts(&self) -> Vec<String> {
         let (file, depth) = (&self.design.file, self.design.depth);
-        let pitch = self.design.tracked.iter().filter(|t| t.place == PITCH).map(|t| t.scale.to_degrees());
+        let pitch =
+            self.design.tracked.iter().filter(|t| t.signal.name == "pitch").map(|t| t.scale.to_degrees());
         let pitch = pitch.filter(|scale| *scale > PITCH_SCALE * (1.0 + 1e-9)).map(|scale| {
             format!(
                 "{file}: the unit of the pitch error ('track.scale') is {} deg; more than {PITCH_SCALE} deg is \
@@ -28,7 +28,7 @@ impl Inputs {
                 auv::number(depth)
             )
         });
-        let is_held = self.design.tracked.iter().any(|t| t.place == DEPTH);
+        let is_held = self.design.is_lateral() || self.design.tracks("depth").is_some();
         let adrift = (self.design.speed_min <= 0.0 && !is_held).then(|| {
             format!(
                 "{file}: nothing holds the depth at {} m/s ('model.speed_min'), where no pitch changes it: track \

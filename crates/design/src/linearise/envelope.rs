@@ -13,7 +13,7 @@
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Envelope};
 use crate::numbers::decimals;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, pitching};
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turning};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
 use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
@@ -222,10 +222,10 @@ fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -
     at
 }
 
-/// The least and the largest V' that actuators give without pitching, in outputs of least effort, m/s^2.
+/// The least and the largest V' that actuators give without turning, in outputs of least effort, m/s^2.
 fn acceleration(vehicle: &Vehicle, trim: &Trim) -> Result<[f64; 2], ModelError> {
     let l = linearise(vehicle, trim)?;
-    let rate = pitching(l.states)[1];
+    let rate = turning(l.states)[1];
     let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
     let effect = Mat::from_fn(2, reach.len(), |i, j| l.b[([0, rate][i], j)] * reach[j]);
     let push = pseudo_inverse(&effect, RANK).column(0).into_owned();

@@ -1,19 +1,22 @@
 //! How fast the vehicle can change what its sensors measure.
 //!
 //! ```text
-//! u, w, q:  what the actuators give from trim to their limits, sum over j of |B_ij| max(max_j - u0_j, u0_j - min_j)
-//! theta:    the change of q in a second
-//! z:        the largest speed
+//! u, w, q, v, r, p:  what the actuators give from trim to their limits,
+//!                    sum over j of |B_ij| max(max_j - u0_j, u0_j - min_j)
+//! theta, psi, phi:   the change of q, r, p in a second
+//! z:                 the largest speed
 //! ```
 //!
 //! the largest over the speeds. While a sensor is lost, what it measures leaves what is expected of it by less: the
 //! vehicle flies level, or near its trim.
 
+use crate::axis::VehicleModel;
 use crate::error::ModelError;
+use crate::linearise::LevelFlight;
 use crate::numbers::decimals;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
-use auv::{Trim, Vehicle, linearise};
-use scheduled::{ControllerDesign, Sensor};
+use auv::longitudinal::{PITCH, SIGNALS};
+use auv::{Trim, lateral, linearise, linearise_with};
+use scheduled::{ControllerDesign, Sensor, Without};
 use std::collections::BTreeMap;
 
 /// A path that is level within the errors of trim, as sine.
@@ -26,33 +29,46 @@ const CREEP: f64 = 0.003;
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn sensors(vehicle: &Vehicle, trims: &[Trim]) -> Result<BTreeMap<String, Sensor>, ModelError> {
-    let all = trims.iter().map(|trim| linearise(vehicle, trim)).collect::<Result<Vec<_>, _>>()?;
+pub fn sensors(axis: &LevelFlight<'_>, trims: &[Trim]) -> Result<BTreeMap<String, Sensor>, ModelError> {
+    let LevelFlight { vehicle, plane, file } = *axis;
+    let own = |trim: &Trim| linearise_with(vehicle, trim, axis.states());
+    let mut all = trims.iter().map(own).collect::<Result<Vec<_>, _>>()?;
+    if file.is_lateral() {
+        // The speed is that of the other axis.
+        let speeds: Vec<f64> = trims.iter().map(|trim| trim.speed).collect();
+        let (depth, rule) = file.level();
+        let plane_trims = auv::trims(plane, depth, &speeds, rule).map_err(ModelError::Trim)?;
+        let other = plane_trims.iter().map(|trim| linearise(plane, trim)).collect::<Result<Vec<_>, _>>()?;
+        all.extend(other);
+    }
     let given = |symbol: &str| {
         let of = |l: &auv::Linearisation| {
             let Some(row) = l.states.iter().position(|state| state.symbol == symbol) else { return 0.0 };
+            let actuators = if lateral::is_lateral(l.states) { &vehicle.actuators } else { &plane.actuators };
             let reach = |(one, trim): (&auv::Actuator, &f64)| (one.max - trim).max(trim - one.min);
-            let each = vehicle.actuators.iter().zip(&l.trim.actuators).map(reach);
+            let each = actuators.iter().zip(&l.trim.actuators).map(reach);
             each.enumerate().map(|(j, reach)| l.b[(row, j)].abs() * reach).sum()
         };
         all.iter().map(of).fold(0.0, f64::max)
     };
     let fastest = trims.iter().map(|trim| trim.speed.abs()).fold(0.0, f64::max);
-    let sensor = |(place, signal): (usize, &signals::Signal)| {
+    let sensor = |signal: &signals::Signal| {
         let rate = match signal.state {
             "theta" => given("q"),
+            "psi" => given("r"),
+            "phi" => given("p"),
             "z" => fastest,
             symbol => given(symbol),
         };
-        let drift = match place {
-            DEPTH => LEVEL * fastest,
-            SPEED => CREEP * fastest,
+        let drift = match signal.state {
+            "z" => LEVEL * fastest,
+            "u" => CREEP * fastest,
             _ => rate,
         };
-        let from = (place == DEPTH).then(|| SIGNALS[PITCH].name.to_owned());
+        let from = (signal.state == "z").then(|| SIGNALS[PITCH].name.to_owned());
         (signal.name.to_owned(), Sensor { error: signal.error, rate, drift, from })
     };
-    Ok(SIGNALS.iter().enumerate().map(sensor).collect())
+    Ok(file.interface.signals.iter().map(sensor).collect())
 }
 
 /// What the actuators get without pitch, in words.
@@ -67,5 +83,10 @@ pub fn words(controller: &ControllerDesign) -> Option<String> {
         0.0 => "a sensor may be the same for ever".to_owned(),
         after => format!("a sensor is lost that is the same for {after} s"),
     };
-    Some(format!("{after}; without pitch or its rate {}", each.collect::<Vec<_>>().join(", ")))
+    let needed = |name: &&str| {
+        let place = controller.place(name);
+        place.is_some_and(|place| controller.without(place) == Without::Nothing)
+    };
+    let needed: Vec<&str> = failsafe.sensors.keys().map(String::as_str).filter(needed).collect();
+    Some(format!("{after}; without {} {}", needed.join(" or "), each.collect::<Vec<_>>().join(", ")))
 }

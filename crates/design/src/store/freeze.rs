@@ -3,10 +3,11 @@
 use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
+use crate::inputs::Inputs;
 use crate::inputs::design_file::{DesignFile, Safe};
-use crate::linearise::{Longitudinal, TRIM_ROWS, trim_table};
+use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
-use auv::{LpvModel, Vehicle};
+use auv::LpvModel;
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gamma, InputHashes, Kind,
@@ -20,8 +21,8 @@ use std::collections::BTreeMap;
 pub struct Frozen {
     /// `controller.json`.
     pub controller: ControllerDesign,
-    /// `plant.json`.
-    pub plant: LpvModel,
+    /// `plant.json`, of surge, heave and pitch alone.
+    pub plant: Option<LpvModel>,
 }
 
 /// The gamma of a design.
@@ -38,30 +39,27 @@ pub fn gamma(design: &Design, certified: bool) -> Gamma {
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn frozen(
-    vehicle: &Vehicle,
-    file: &DesignFile,
-    hashes: &InputHashes,
-    model: &Model,
-    lft: LftMatrices,
-    gamma: Gamma,
-) -> Result<Frozen, Error> {
-    let controller = controller(&Longitudinal { vehicle, file }, file, hashes, lft, gamma)?;
-    Ok(Frozen { controller, plant: lpv_model(vehicle, file, model)? })
+pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) -> Result<Frozen, Error> {
+    let controller = controller(&inputs.axis(), &inputs.design, &inputs.hashes, lft, gamma)?;
+    Ok(Frozen { controller, plant: lpv_model(inputs, model)? })
 }
 
-/// The frozen LPV model of the vehicle.
+/// The frozen LPV model of the vehicle; none of sway and yaw, of which an FMU has the nonlinear equations alone.
 ///
 /// # Errors
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
-pub fn lpv_model(vehicle: &Vehicle, file: &DesignFile, model: &Model) -> Result<LpvModel, Error> {
-    let trims = trim_table(vehicle, file)?;
+pub fn lpv_model(inputs: &Inputs, model: &Model) -> Result<Option<LpvModel>, Error> {
+    let (vehicle, file) = (&inputs.vehicle, &inputs.design);
+    if file.is_lateral() {
+        return Ok(None);
+    }
+    let trims = inputs.axis().level(&file.spread(TRIM_ROWS))?;
     // The depth follows from the other states, so the plant computes it itself.
     let others = vehicle.coefficients.surge.states(false).len();
     let (mut a, mut b) = model.coefficients();
     a.iter_mut().for_each(|a| *a = a.view((0, 0), (others, others)).into_owned());
     b.iter_mut().for_each(|b| *b = b.rows(0, others).into_owned());
-    Ok(LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?)
+    Ok(Some(LpvModel::new(&vehicle.name, file.depth, file.scheduling(), &a, &b, &trims)?))
 }
 
 /// The frozen controller of an axis, without anti-windup.

@@ -79,7 +79,7 @@ pub fn errors(
     model: &UncertainModel,
 ) -> Result<ModelErrors, Error> {
     let (vehicle, rho) = (&inputs.vehicle, inputs.design.rho(frozen.speed));
-    let (trim, depth) = (&frozen.nominal.trim, frozen.nominal.has_depth());
+    let (trim, states) = (&frozen.nominal.trim, frozen.nominal.states);
     let relative = |found: &Mat, wanted: &Mat| {
         let norm = |stacked: Mat| scaled(&vehicle.actuators, stacked).norm();
         norm(found - wanted) / norm(wanted.clone())
@@ -90,7 +90,7 @@ pub fn errors(
     for corner in random_corners(frozen.parameters.len(), CORNERS, 2) {
         let (changed, moved) = retrim(vehicle, trim, &frozen.parameters, &corner)?;
         let truth = |trim: &Trim| -> Result<Mat, Error> {
-            let l = linearise_with(&changed, trim, depth)?;
+            let l = linearise_with(&changed, trim, states)?;
             Ok(stacked(&with_gains(l, &frozen.parameters, &corner)))
         };
         let model_at = |of_trim: fn(f64) -> f64| {
@@ -124,6 +124,6 @@ pub fn model_error(
     let (changed, moved) = retrim(vehicle, &frozen.nominal.trim, all, point)?;
     let retrimmed = Retrimmed { vehicle: &changed, trim: &moved, point };
     let delta = deltas(vehicle, frozen, model, &retrimmed, |change| change.clamp(-share, share));
-    let truth = with_gains(linearise_with(&changed, &moved, frozen.nominal.has_depth())?, all, point);
+    let truth = with_gains(linearise_with(&changed, &moved, frozen.nominal.states)?, all, point);
     Ok(stacked(&truth.a, &truth.b) - model.evaluate(inputs.design.rho(frozen.speed), &delta)?)
 }

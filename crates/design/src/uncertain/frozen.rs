@@ -3,7 +3,7 @@
 use crate::axis::Linearisation;
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::linearise::{linearise_at, stacked};
+use crate::linearise::stacked;
 use crate::uncertain::gradients::{Gradients, coarsen};
 use crate::uncertain::model::{Block, UncertainModel};
 use crate::uncertain::pencil::{DETAIL, Pencil};
@@ -39,7 +39,7 @@ impl FrozenUncertain {
 /// [`ModelError::Trim`](crate::error::ModelError::Trim), [`Error::Uncertain`].
 pub fn at_speed(inputs: &Inputs, speed: f64) -> Result<FrozenUncertain, Error> {
     let vehicle = &inputs.vehicle;
-    let nominal = linearise_at(vehicle, &inputs.design, speed)?;
+    let nominal = inputs.axis().at(speed)?;
     let trim_range = trim_range(inputs, &nominal)?;
     let parameters = blocks(inputs, &nominal.trim, &trim_range.deviations)?;
     let mut gradients = [Gradients::at(vehicle, &nominal, &parameters)?];

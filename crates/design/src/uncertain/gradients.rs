@@ -4,6 +4,7 @@ use crate::error::UncertainError;
 use crate::uncertain::model::{Block, Uncertain};
 use auv::{Descriptor, Linearisation, Parameter, Trim, Vehicle};
 use lpv::matrix::{Mat, block};
+use signals::States;
 
 /// Values below this, relative to the equations of motion, are rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;
@@ -28,8 +29,8 @@ impl Gradients {
     /// # Errors
     /// [`UncertainError`]: a coefficient that does not enter affinely, a product of three, no vehicle at a corner.
     pub fn at(vehicle: &Vehicle, linear: &Linearisation, blocks: &[Block]) -> Result<Self, UncertainError> {
-        let (trim, depth) = (&linear.trim, linear.has_depth());
-        let nominal = Descriptor::at(vehicle, trim, depth).stacked();
+        let (trim, states) = (&linear.trim, linear.states);
+        let nominal = Descriptor::at(vehicle, trim, states).stacked();
         let scaled_input = |m: &Mat, actuator: usize, factor: f64| {
             let mut only = Mat::zeros(m.nrows(), m.ncols());
             let column = 2 * m.nrows() + actuator;
@@ -40,7 +41,7 @@ impl Gradients {
             .iter()
             .map(|b| match b.uncertain {
                 Uncertain::Parameter(p) => {
-                    Descriptor::derivative(vehicle, trim, depth, p).stacked() * b.half_range
+                    Descriptor::derivative(vehicle, trim, states, p).stacked() * b.half_range
                 }
                 Uncertain::Gain(actuator) => scaled_input(&nominal, actuator, b.half_range),
             })
@@ -51,7 +52,7 @@ impl Gradients {
                 let both = match (p.uncertain, q.uncertain) {
                     (Uncertain::Parameter(a), Uncertain::Parameter(b)) => {
                         let by = [a, b];
-                        Descriptor::second_derivative(vehicle, trim, depth, by).stacked()
+                        Descriptor::second_derivative(vehicle, trim, states, by).stacked()
                             * (p.half_range * q.half_range)
                     }
                     (_, Uncertain::Gain(actuator)) => scaled_input(&first[i], actuator, q.half_range),
@@ -63,7 +64,7 @@ impl Gradients {
             }
         }
         let gradients = Self { nominal, first, second };
-        gradients.check(vehicle, trim, depth, blocks)?;
+        gradients.check(vehicle, trim, states, blocks)?;
         Ok(gradients)
     }
 
@@ -84,12 +85,12 @@ impl Gradients {
         &self,
         vehicle: &Vehicle,
         trim: &Trim,
-        depth: bool,
+        states: States,
         blocks: &[Block],
     ) -> Result<(), UncertainError> {
         let error_at = |delta: &[f64]| {
             let changed = perturbed(vehicle, blocks, delta);
-            let truth = Descriptor::at(&changed, trim, depth).stacked();
+            let truth = Descriptor::at(&changed, trim, states).stacked();
             (self.evaluate(delta) - &truth).amax() / truth.amax()
         };
         let coefficient =

@@ -99,6 +99,10 @@ pub fn retrim(
     delta: &[f64],
 ) -> Result<(Vehicle, Trim), UncertainError> {
     let changed = perturbed(vehicle, blocks, delta);
+    // The coefficients of sway, roll and yaw do not move a level trim.
+    if vehicle.coefficients.has_lateral() {
+        return Ok((changed, nominal.clone()));
+    }
     let mut free = changed.clone();
     for actuator in &mut free.actuators {
         actuator.min *= LIMIT_FACTOR;
@@ -122,9 +126,8 @@ pub fn trim_range(inputs: &Inputs, linear: &Linearisation) -> Result<TrimRange, 
     let mut range = TrimRange { deviations: Vec::new(), corners: 0, beyond_limits: 0 };
     let all = blocks(inputs, nominal, &[])?;
     let outputs = (0..vehicle.actuators.len()).map(Parameter::Output);
-    let has_effect = |p: &Parameter| {
-        Descriptor::derivative(vehicle, nominal, linear.has_depth(), *p).stacked().amax() > 0.0
-    };
+    let has_effect =
+        |p: &Parameter| Descriptor::derivative(vehicle, nominal, linear.states, *p).stacked().amax() > 0.0;
     let quantities: Vec<Parameter> =
         std::iter::once(Parameter::Incidence).chain(outputs).filter(has_effect).collect();
     let mut farthest = vec![0.0_f64; quantities.len()];

@@ -213,7 +213,7 @@ mod tests {
         let mut inputs = shipped("remus100", "design");
         inputs.uncertain.clear();
         inputs.design.uncertainty.as_mut().unwrap().actuator_gain = gain;
-        let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let full = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
         reduced(&inputs, &full, &model, Reduction { size: 0.5, tolerance: 0.01 })
             .map(|(truncated, _)| truncated)

@@ -37,7 +37,7 @@ pub fn vehicle_at(vehicle: &Vehicle, frozen: &FrozenUncertain, delta: &[f64]) ->
     if !outputs.all(|(actuator, output)| (actuator.min..=actuator.max).contains(output)) {
         return None;
     }
-    let mut linearisation = linearise_with(&changed, &trim, frozen.nominal.has_depth()).ok()?;
+    let mut linearisation = linearise_with(&changed, &trim, frozen.nominal.states).ok()?;
     linearisation.by_waves.clone_from(&frozen.nominal.by_waves);
     Some(Linearisation::of(&with_gains(linearisation, blocks, delta), &vehicle.actuators))
 }

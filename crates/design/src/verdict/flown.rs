@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::inputs::design_file::DesignFile;
 use auv::Actuator;
-use auv::longitudinal::{SIGNALS, SPEED};
+use auv::longitudinal::SPEED;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
 use serde::Serialize;
 use squid_flight::flight::{Flight, fly, unless_lost};
@@ -84,7 +84,7 @@ impl StepAtSpeed {
             None => StepFigures::of(&[], place, step, &limits).cut_short(),
         };
         Self {
-            output: SIGNALS[place].name,
+            output: inputs.design.interface.signals[place].name,
             speed,
             height,
             overshoot: figures.overshoot,

@@ -36,7 +36,7 @@ pub struct AtSpeed {
 impl AtSpeed {
     pub(super) fn of(inputs: &Inputs, k: &Controller, speed: f64, sampled: bool) -> Result<Self, Error> {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-        let l = inputs.longitudinal().linearise(speed)?;
+        let l = inputs.axis().linearise(speed)?;
         let frozen = frozen_controller(k, design.rho(speed))?;
         let plant = augment(actuators, design, LinearModel::at(&l, design))?;
         let sampling = Sampling::of(actuators, design);

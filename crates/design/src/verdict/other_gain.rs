@@ -54,7 +54,7 @@ impl OtherGain {
     /// # Errors
     /// Those of trim, linearisation and flights.
     pub fn of(inputs: &Inputs, judged: Judged<'_>) -> Result<Option<Self>, Error> {
-        let (vehicle, file, first) = (&inputs.longitudinal(), &inputs.design, judged.frozen);
+        let (vehicle, file, first) = (&inputs.axis(), &inputs.design, judged.frozen);
         let mut least = Beyond::of_required(inputs, &judged.verdict.found.beyond);
         if least <= 1.0 || first.anti_windup.is_none() || file.controller.is_some() {
             return Ok(None);

@@ -11,7 +11,6 @@ use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
-use auv::longitudinal::PITCH;
 use auv::rounded;
 use std::f64::consts::TAU;
 
@@ -57,6 +56,10 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "pitch_settling" => steps(inputs, Some("pitch"), "settled within 2 %", found, |s| s.settling_time),
         "depth_rise" => steps(inputs, Some("depth"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "depth_settling" => steps(inputs, Some("depth"), "settled within 2 %", found, |s| s.settling_time),
+        "heading_rise" => steps(inputs, Some("heading"), "rise, 10 to 90 %", found, |s| s.rise_time),
+        "heading_settling" => {
+            steps(inputs, Some("heading"), "settled within 2 %", found, |s| s.settling_time)
+        }
         "speed_rise" => steps(inputs, Some("speed"), "rise, 10 to 90 %", found, |s| s.rise_time),
         "speed_settling" => steps(inputs, Some("speed"), "settled within 2 %", found, |s| s.settling_time),
         "steady_error" => steady_errors(inputs, found),
@@ -209,11 +212,12 @@ fn mu(found: &Found) -> Vec<Figure> {
 }
 
 fn gust(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {
-    if inputs.design.tracked.iter().all(|t| t.place != PITCH) {
+    let Some(turned) = ["pitch", "heading"].into_iter().find(|name| inputs.design.tracks(name).is_some())
+    else {
         return vec![];
-    }
-    let what = format!("pitch after a gust of {} m/s", GUST);
-    vec![(what, frozen(found, |f| f.gust_pitch.to_degrees()))]
+    };
+    let what = format!("{turned} after a gust of {GUST} m/s");
+    vec![(what, frozen(found, |f| f.gust.to_degrees()))]
 }
 
 /// A figure of the flights with a pitch reference beyond the envelope.

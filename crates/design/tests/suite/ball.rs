@@ -41,7 +41,7 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
         let mut farthest: f64 = 0.0;
         for speed in inputs.design.spread(38) {
             let actuators = &inputs.vehicle.actuators;
-            let truth = LinearModel::at(&inputs.longitudinal().linearise(speed).unwrap(), &inputs.design);
+            let truth = LinearModel::at(&inputs.axis().linearise(speed).unwrap(), &inputs.design);
             let truth = augment(actuators, &inputs.design, truth).unwrap();
             let rho = inputs.design.rho(speed);
             let missed = moved(&truth, rho) - moved(plant, rho);
@@ -60,7 +60,7 @@ fn the_ball_holds_the_plants_of_the_vehicle() {
 #[test]
 fn a_ball_without_the_slope_is_refused() {
     let (inputs, stored) = committed();
-    let (vehicle, file) = (&inputs.longitudinal(), &inputs.design);
+    let (vehicle, file) = (&inputs.axis(), &inputs.design);
     let model = Model::new(vehicle, file).unwrap();
     let certificate = parse(&stored.certificate.unwrap(), "certificate.json").unwrap();
     let (ball, held) = (certificate.model_error().unwrap().clone(), certificate.limits().unwrap().delta_rows);
@@ -100,12 +100,12 @@ fn the_fit_of_the_slope_keeps_its_poles_away() {
             let mut inputs = inputs(name);
             (inputs.design.speed_min, inputs.design.speed_max, inputs.design.order) = (from, to, order);
             let (vehicle, design) = (&inputs.vehicle, &inputs.design);
-            let model = Model::new(&inputs.longitudinal(), design).unwrap();
+            let model = Model::new(&inputs.axis(), design).unwrap();
             assert!(model.trim_slope.size() <= order, "{name}, order {order}");
             let poles = eigenvalues(&model.trim_slope.inner).iter().map(|v| v.norm()).fold(0.0, f64::max);
             assert!(poles * NEAREST_POLE <= 1.0, "{name}, order {order}: {poles}");
             let samples = |count: usize| -> Vec<(f64, Mat)> {
-                let at = |v| inputs.longitudinal().linearise(v).unwrap().trim_slope;
+                let at = |v| inputs.axis().linearise(v).unwrap().trim_slope;
                 design.spread(count).into_iter().map(|v| (design.rho(v), at(v))).collect()
             };
             let polynomial = MatrixPolynomial::fit(&samples(design.speeds), order).unwrap();

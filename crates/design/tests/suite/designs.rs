@@ -28,7 +28,7 @@ pub struct Made {
 impl Made {
     fn of(inputs: Inputs) -> Self {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-        let model = Model::new(&inputs.longitudinal(), design).unwrap();
+        let model = Model::new(&inputs.axis(), design).unwrap();
         let plant = augment(actuators, design, model.linear()).unwrap();
         let design = synthesise(actuators, design, &plant, &Progress::default()).unwrap();
         Self { inputs, model, plant, design }
@@ -52,7 +52,7 @@ impl Made {
 
     pub fn proof(&self) -> Proof {
         let Self { inputs, model, plant, design } = self;
-        certify(&inputs.longitudinal(), &inputs.design, model, plant, design).unwrap()
+        certify(&inputs.axis(), &inputs.design, model, plant, design).unwrap()
     }
 }
 

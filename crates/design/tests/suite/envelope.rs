@@ -8,7 +8,7 @@ use crate::designs::inputs;
 fn each_end_says_what_limits_it() {
     let mut inputs = inputs("remus100");
     let speeds = [inputs.design.speed_min, inputs.design.speed_max];
-    let [slow, fast]: [_; 2] = inputs.longitudinal().ends(&speeds, false).unwrap().try_into().unwrap();
+    let [slow, fast]: [_; 2] = inputs.axis().ends(&speeds, false).unwrap().try_into().unwrap();
     let by = |ends: &[squid_design::linearise::envelope::End; 2]| {
         ends.iter().map(|end| end.limited_by.clone()).collect::<Vec<String>>()
     };
@@ -19,7 +19,7 @@ fn each_end_says_what_limits_it() {
     }
     assert!((fast[1].pitch.to_degrees() - 30.0).abs() < 1e-9, "{fast:?}");
     inputs.design.envelope.path_angle = 10f64.to_radians();
-    let [fast]: [_; 1] = inputs.longitudinal().ends(&speeds[1..], true).unwrap().try_into().unwrap();
+    let [fast]: [_; 1] = inputs.axis().ends(&speeds[1..], true).unwrap().try_into().unwrap();
     assert_eq!(by(&fast), ["`envelope.path_angle`"; 2]);
     assert!(fast.iter().all(|end| (end.path.abs().to_degrees() - 10.0).abs() < 0.1), "{fast:?}");
 }

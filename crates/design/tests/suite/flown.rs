@@ -18,7 +18,7 @@ use squid_flight::flight::{Row, fly};
 fn loops(inputs: &Inputs, controller: &Controller) -> (Vec<Flown>, f64) {
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = inputs.longitudinal().linearise(speed).unwrap();
+        let l = inputs.axis().linearise(speed).unwrap();
         let k: StateSpace = controller.frozen(&[inputs.design.rho(speed)]).unwrap();
         Flown::of(&sampling, &l, &k).unwrap()
     };
@@ -58,7 +58,7 @@ fn the_default_designs_fly_as_they_should() {
         assert!(most(&loops, |f| f.steps[0].overshoot) <= 0.03, "{name} {loops:?}");
         let steady = |f: &Flown| f.steps.iter().map(|s| s.steady_error).fold(0.0, f64::max);
         assert!(most(&loops, steady) <= 5e-4, "{name} {loops:?}");
-        assert!(most(&loops, |f| f.gust_pitch.to_degrees()) <= gust, "{name} {loops:?}");
+        assert!(most(&loops, |f| f.gust.to_degrees()) <= gust, "{name} {loops:?}");
         assert!(noise <= 1.0, "{name} {loops:?}");
     }
 }
@@ -71,8 +71,8 @@ fn a_box_flies_from_rest() {
     assert_eq!(inputs.design.pitch, Pitch::Held(0.0));
     assert!(made.proof().theorem.gamma_with_model_error.unwrap() < 1.0);
     let (lft, gamma) = (lft_matrices(&design.controller), gamma(design, true));
-    let frozen = frozen(&inputs.vehicle, &inputs.design, &inputs.hashes, model, lft, gamma).unwrap();
-    let Frozen { controller, plant } = &frozen;
+    let frozen = frozen(inputs, model, lft, gamma).unwrap();
+    let Frozen { controller, plant: Some(plant) } = &frozen else { panic!() };
     assert_eq!((plant.pitch(), plant.trim[0].speed), (Pitch::Held(0.0), 0.0));
 
     let manoeuvre = Manoeuvre { speed_from: 0.0, ..inputs.design.manoeuvre.clone() };

@@ -17,7 +17,7 @@ use squid_design::verdict::row::Outcome;
 #[test]
 fn another_proved_gain_is_flown_where_the_first_one_misses() {
     let (mut inputs, stored) = committed();
-    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+    let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
     let certificate = parse(stored.certificate.as_ref().unwrap(), "certificate.json").unwrap();
     let theorem = certificate.prove().unwrap();

@@ -40,14 +40,14 @@ fn remus(pid: Pid) -> Inputs {
 }
 
 fn finished(inputs: &Inputs) -> Result<FinishedAxis, Error> {
-    run_axis(&inputs.longitudinal(), &inputs.design, &inputs.hashes, &Progress::default())
+    run_axis(&inputs.axis(), &inputs.design, &inputs.hashes, &Progress::default())
 }
 
 /// The gain found for the fit, without its proof.
 fn bound(gains: [f64; 3]) -> Result<f64, Error> {
     let inputs = remus(pid(gains));
     let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
-    let model = Model::new(&inputs.longitudinal(), design)?;
+    let model = Model::new(&inputs.axis(), design)?;
     let plant = augment(actuators, design, model.linear())?;
     Ok(synthesise(actuators, design, &plant, &Progress::default())?.certified.gamma)
 }
@@ -113,11 +113,11 @@ fn the_gains_of_the_file_are_those_that_are_proved() {
     let mut other = pid(MSS);
     other.pitch.reference_weight = 0.5;
     let inputs = remus(other);
-    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+    let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();
     let found = synthesise(&inputs.vehicle.actuators, &inputs.design, &plant, &Progress::default()).unwrap();
     assert!((found.certified.gamma / bound(MSS).unwrap() - 1.0).abs() > 0.01);
-    let (growth, _) = given::growth(&inputs.longitudinal(), &inputs.design, &found.controller).unwrap();
+    let (growth, _) = given::growth(&inputs.axis(), &inputs.design, &found.controller).unwrap();
     assert!(growth < 0.0);
 }
 

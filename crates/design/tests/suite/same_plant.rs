@@ -16,7 +16,7 @@ fn squid(order: usize) -> GeneralisedPlant {
     augment(
         &inputs.vehicle.actuators,
         &inputs.design,
-        Model::new(&inputs.longitudinal(), &inputs.design).unwrap().linear(),
+        Model::new(&inputs.axis(), &inputs.design).unwrap().linear(),
     )
     .unwrap()
 }

@@ -20,7 +20,7 @@ fn the_proved_gain_covers_the_lifted_one() {
             made(name)
         };
         let (file, time) = (&inputs.design, inputs.design.sample_time);
-        let proved = sampled(&inputs.longitudinal(), file, model, design).unwrap().theorem.gamma.unwrap();
+        let proved = sampled(&inputs.axis(), file, model, design).unwrap().theorem.gamma.unwrap();
         let continuous = design.certified.gamma;
         println!("{name}, {delay} s late: {continuous:.4} in continuous time, {proved:.4} sampled");
         assert!(proved < 1.03 * continuous);

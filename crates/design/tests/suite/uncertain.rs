@@ -39,7 +39,7 @@ struct Subject {
 
 fn subject(vehicle: &str, speeds: [f64; 3]) -> Subject {
     let inputs = inputs(vehicle);
-    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+    let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
     let frozen = speeds.map(|v| at_speed(&inputs, v).unwrap()).into();
     let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     Subject { inputs, model, frozen, joint }
@@ -274,7 +274,7 @@ fn weight_and_centre_of_gravity_may_be_uncertain() {
         ("buoyancy", 1.0),
         ("z_B", 0.002),
     ]);
-    let model = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+    let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
     let joint = over_range(&inputs, &model, Fidelity::COARSE).unwrap();
     let subject = Subject { frozen: vec![at_speed(&inputs, 1.0).unwrap()], inputs, model, joint };
     let frozen = &subject.frozen[0];

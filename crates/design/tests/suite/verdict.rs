@@ -134,7 +134,7 @@ fn frozen_figures_are_those_of_the_check() {
     let k = controller_of(&stored.controller.lft).unwrap();
     let sampling = Sampling::of(&inputs.vehicle.actuators, &inputs.design);
     let at = |speed: f64| {
-        let l = inputs.longitudinal().linearise(speed).unwrap();
+        let l = inputs.axis().linearise(speed).unwrap();
         Flown::of(&sampling, &l, &k.frozen(&[inputs.design.rho(speed)]).unwrap()).unwrap()
     };
     let loops: Vec<Flown> = inputs.design.spread(EFFORT.frozen).into_iter().map(at).collect();
@@ -148,7 +148,7 @@ fn frozen_figures_are_those_of_the_check() {
     let decibels =
         least(|m| m.gain_up).min(1.0 / most(&|f| f.margins().map(|m| m.gain_down).fold(0.0, f64::max)));
     near(found("gain margin"), 20.0 * decibels.log10());
-    near(found("pitch after a gust of 0.3 m/s"), most(&|f| f.gust_pitch).to_degrees());
+    near(found("pitch after a gust of 0.3 m/s"), most(&|f| f.gust).to_degrees());
     near(found("pitch: steady error"), 100.0 * most(&|f| f.steps[0].steady_error));
     let reach = inputs.vehicle.actuators[1].reach();
     near(found("upper_port under noise, rms"), 100.0 * most(&|f| f.noise_rms[1]) / reach);

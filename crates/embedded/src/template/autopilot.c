@@ -86,7 +86,7 @@ static real way(int row, real forward_speed)
     return (forward_speed - FORWARD_SPEED[row]) / (FORWARD_SPEED[row + 1] - FORWARD_SPEED[row]);
 }
 
-@limit@
+@nearest@@limit@
 static real between(real low, real high, real part) { return (1.0@f@ - part) * low + part * high; }
 
 @solvers@

@@ -197,6 +197,8 @@ pub fn random(random: &mut Random, seed: u64) -> ControllerDesign {
         actuators,
         ..example::design()
     };
+    design.signals[example::DEPTH].circular =
+        [design.measures(example::DEPTH), design.follows(example::DEPTH)] == [true; 2];
     if !seed.is_multiple_of(6) {
         design.failsafe = Some(failsafe(random, &design));
     }

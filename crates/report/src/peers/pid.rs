@@ -3,7 +3,7 @@
 use crate::peers::law::{Law, Limits, RunningLaw, between};
 use crate::subject::Subject;
 use auv::Actuator;
-use auv::longitudinal::{PITCH, SPEED, pitching};
+use auv::longitudinal::{PITCH, SPEED, turning};
 use lpv::matrix::{Mat, pseudo_inverse};
 use lpv::state_space::StateSpace;
 use squid_design::axis::Linearisation;
@@ -85,7 +85,7 @@ impl Inputs {
 /// N: the least commands, in units of reach, for a unit pitch acceleration and, if the speed is a state, for a unit
 /// surge acceleration.
 fn allocation(l: &Linearisation, actuators: &[Actuator]) -> Mat {
-    let [heave, q, _] = pitching(l.states);
+    let [heave, q, _] = turning(l.states);
     let driven = if heave > 0 { vec![q, 0] } else { vec![q] };
     let b = Mat::from_fn(driven.len(), actuators.len(), |i, j| l.b[(driven[i], j)] * actuators[j].reach());
     pseudo_inverse(&b, 1e-9)

@@ -6,7 +6,6 @@ use crate::subject::Subject;
 use auv::longitudinal::{PITCH, only};
 use auv::{Current, Vehicle};
 use squid_design::error::UncertainError;
-use squid_design::linearise::linearise_at;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;
 use squid_flight::flight::{Course, Demand, Row};
@@ -28,7 +27,7 @@ pub type Fleet = Vec<(Vehicle, Vec<f64>)>;
 /// The errors of the trim; [`UncertainError::Corner`].
 pub fn fleet(subject: &Subject, speed: f64, points: usize) -> Result<Fleet, Error> {
     let inputs = subject.inputs;
-    let nominal = linearise_at(&inputs.vehicle, &inputs.design, speed)?.trim;
+    let nominal = inputs.axis().at(speed)?.trim;
     let blocks = match blocks(inputs, &nominal, &[]) {
         Err(UncertainError::NothingUncertain { .. }) => return Ok(vec![]),
         found => found.map_err(squid_design::error::Error::from)?,

@@ -86,7 +86,7 @@ const UNFIT: &str = "it takes a design that tracks pitch and no depth, and measu
 /// # Errors
 /// The errors of trim and linearisation.
 pub fn tuned(subject: &Subject, speeds: &[f64], evaluations: usize) -> Result<Result<Pid, String>, Error> {
-    let linear = |v: &f64| Ok(subject.inputs.longitudinal().linearise(*v)?);
+    let linear = |v: &f64| Ok(subject.inputs.axis().linearise(*v)?);
     let truth: Vec<Linearisation> = speeds.iter().map(linear).collect::<Result<_, Error>>()?;
     if Pid::new(subject, &[(&truth[0], gains(&guess(subject, 1.0)))]).is_none() {
         return Ok(Err(UNFIT.into()));

@@ -52,7 +52,11 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let demand = |time: f64| Demand {
         speed,
         above_trim: EachTracked::default(),
-        current: Current { horizontal: moves(time, FORWARD_TIME), vertical: moves(time, STEP_TIME), ..Current::default() },
+        current: Current {
+            horizontal: moves(time, FORWARD_TIME),
+            vertical: moves(time, STEP_TIME),
+            ..Current::default()
+        },
     };
     fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: SHOWN, demand })
 }

@@ -207,7 +207,7 @@ impl<'a> Envelope<'a> {
 fn ends(subject: &Subject, place: usize) -> Result<Table, Error> {
     let mut table = Table::new(["speed (m/s)", "", "pitch (deg)", "path (deg)", "limited by"]);
     table.head[1] = format!("limit of {}", SIGNALS[place].name);
-    let found = subject.inputs.longitudinal().ends(&subject.speeds, place == DEPTH)?;
+    let found = subject.inputs.axis().ends(&subject.speeds, place == DEPTH)?;
     for (speed, ends) in subject.speeds.iter().zip(found) {
         for (end, way) in ends.into_iter().zip(["nose down", "nose up"]) {
             let [pitch, path] = [end.pitch, end.path].map(|angle| known(angle.to_degrees(), 1));

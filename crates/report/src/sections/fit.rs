@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Table, extent};
 use crate::subject::Subject;
-use auv::longitudinal::{SIGNALS, STATES, pitching};
+use auv::longitudinal::{STATES, turning};
 use lpv::matrix::{Mat, eigenvalues};
 use lpv::polynomial::MatrixPolynomial;
 use nalgebra::Complex;
@@ -98,7 +98,8 @@ fn entry(subject: &Subject, fits: &[MatrixPolynomial], i: usize, j: usize) -> Ch
 /// As [`entries`].
 pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let fits = fits(subject)?;
-    let (input, actuator) = subject.pitching_actuator();
+    let (input, actuator) = subject.turning_actuator();
+    let angle = frequency::angle(subject.inputs.design.states).name;
     // Degrees of pitch per newton or per degree of deflection.
     let per_unit = if actuator.unit() == "rad" { 1f64.to_radians() } else { 1.0 };
     let (mut charts, mut phases) = (Vec::new(), Vec::new());
@@ -107,7 +108,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
         let models: Vec<Mat> =
             std::iter::once(exact).chain(fits.iter().map(|fit| fit.evaluate(subject.rho(speed)))).collect();
         let title = Subject::speed_name(speed);
-        let magnitude = Axis::logarithmic(format!("|pitch| (deg per {})", readable(actuator.unit()).1));
+        let magnitude = Axis::logarithmic(format!("|{angle}| (deg per {})", readable(actuator.unit()).1));
         charts.push(response(&title, &models, (input, subject.inputs.design.states), magnitude, &|g| {
             g.norm().to_degrees() * per_unit
         }));
@@ -123,7 +124,7 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
     let error = |order: usize, of: &dyn Fn(&frequency::Errors) -> f64| {
         errors.iter().find(|e| e.order == order).map_or(f64::NAN, |e| 100.0 * of(e))
     };
-    let shown = |e: &frequency::Errors| e.channels[(1, input)];
+    let shown = |e: &frequency::Errors| e.of_angle(input);
     let scaled = |e: &frequency::Errors| e.scaled;
     let figure = Figure {
         name: "fig4-frequency-responses".into(),
@@ -158,8 +159,8 @@ pub fn responses(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// The errors of trim and linearisation.
 fn published(subject: &Subject) -> Result<Vec<Part>, Error> {
     let Some(printed) = &subject.inputs.vehicle.published_linear_model else { return Ok(vec![]) };
-    let computed = subject.inputs.longitudinal().linearise(printed.speed)?;
-    let heave = pitching(computed.states)[0];
+    let computed = subject.inputs.axis().linearise(printed.speed)?;
+    let heave = turning(computed.states)[0];
     let size = computed.a.nrows() - heave;
     let without_surge = computed.a.view((heave, heave), (size, size)).into_owned();
     let mut table = Table::new(["linear model", "poles (rad/s)"]);
@@ -192,7 +193,7 @@ fn poles(all: &[Complex<f64>]) -> String {
 fn channels(subject: &Subject, errors: &[frequency::Errors]) -> Table {
     let mut table = Table::new(["channel"]);
     table.head.extend(errors.iter().map(|e| format!("largest error of the response, order {}, %", e.order)));
-    let outputs = frequency::OUTPUTS.map(|place| &SIGNALS[place]).into_iter().enumerate();
+    let outputs = frequency::outputs(subject.inputs.design.states).into_iter().enumerate();
     for (i, output) in outputs.filter(|(_, output)| output.is_among(subject.inputs.design.states)) {
         for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
             let mut row = vec![format!("{} to {}", actuator.name, output.name)];
@@ -213,7 +214,8 @@ fn response(
     let axis: Vec<f64> = (0..=150).map(|i| 10f64.powf(-2.0 + f64::from(i) / 50.0)).collect();
     let curve = |(key, ab): (usize, &Mat)| {
         let system = frequency::system(ab, states);
-        let at = |omega: f64| Some((omega, of(system.response(Complex::new(0.0, omega))?[(1, input)])));
+        let last = system.c.nrows() - 1;
+        let at = |omega: f64| Some((omega, of(system.response(Complex::new(0.0, omega))?[(last, input)])));
         let mut points: Vec<(f64, f64)> = axis.iter().filter_map(|omega| at(*omega)).collect();
         if y.label.starts_with("phase") {
             unwrap(&mut points);

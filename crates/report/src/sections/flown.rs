@@ -175,7 +175,7 @@ fn rows(subject: &Subject) -> Vec<Row> {
     }
     if subject.inputs.design.tracked.iter().any(|t| t.place == PITCH) {
         let gust = format!("pitch after a gust of {GUST} m/s (deg)");
-        add(gust, 2, false, Box::new(|f| f.gust_pitch.to_degrees()));
+        add(gust, 2, false, Box::new(|f| f.gust.to_degrees()));
     }
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
         let (factor, unit) = readable(actuator.unit());

@@ -35,6 +35,7 @@ pub fn ports() -> Vec<Port> {
         level,
         start: 0.0,
         range: (place == PITCH).then_some([-FRAC_PI_2, FRAC_PI_2]),
+        circular: false,
         nominal: 1.0,
     };
     TABLE.into_iter().enumerate().map(port).collect()

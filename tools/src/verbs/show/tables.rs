@@ -46,14 +46,14 @@ pub fn speed(vehicle: &Vehicle, l: &Linearisation) -> String {
 pub fn fit(inputs: &Inputs, model: &Model) -> String {
     let mut out = String::from(
         "Polynomials in rho fitted to [A B]\n                                           largest residual     frequency \
-         response\n  order   A: rms      of its variation   of [A B], 2-norm     to outputs   to pitch\n",
+         response\n  order   A: rms      of its variation   of [A B], 2-norm     to outputs   to the angle\n",
     );
     let responses =
         squid_design::fit::frequency::errors(&inputs.vehicle.actuators, &inputs.design.tracked, model);
-    let most = squid_design::fit::frequency::pitching_actuator(&inputs.vehicle.actuators, model);
+    let most = squid_design::fit::frequency::turning_actuator(&inputs.vehicle.actuators, model);
     for r in &model.residuals {
         let response = responses.iter().find(|e| e.order == r.order);
-        let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.channels[(1, most)]));
+        let (whole, pitch) = response.map_or((f64::NAN, f64::NAN), |e| (e.scaled, e.of_angle(most)));
         out += &format!(
             "  {:>5}   {:7.3} %   {:7.3} %          {:9.2e}            {:7.3} %    {:7.3} %\n",
             r.order,
@@ -66,8 +66,9 @@ pub fn fit(inputs: &Inputs, model: &Model) -> String {
     }
     out += &format!(
         "  (the frequency response, largest relative error over speeds and 0.01..10 rad/s: from all\n  actuators to \
-         the tracked outputs in the scales of the design, and from {} to pitch)\n",
-        inputs.vehicle.actuators[most].name
+         the tracked outputs in the scales of the design, and from {} to {})\n",
+        inputs.vehicle.actuators[most].name,
+        squid_design::fit::frequency::angle(inputs.design.states).name
     );
     let states: Vec<&str> = inputs.design.states.iter().map(|state| state.symbol).collect();
     let actuators = inputs.vehicle.actuators.iter().map(|a| a.name.as_str());
@@ -94,7 +95,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Stri
     let plant = augment(
         &inputs.vehicle.actuators,
         &inputs.design,
-        Model::new(&inputs.longitudinal(), &inputs.design)?.linear(),
+        Model::new(&inputs.axis(), &inputs.design)?.linear(),
     )?;
     let (centre, half_range) = inputs.design.scheduling();
     let built = if gamma.back_off > 0.0 {

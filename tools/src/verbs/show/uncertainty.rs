@@ -24,7 +24,7 @@ pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
         .into_iter()
         .map(|v| at_speed(inputs, v))
         .collect::<Result<Vec<_>, _>>()?;
-    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let model = Model::new(&inputs.axis(), &inputs.design)?;
     let joint = over_range(inputs, &model, Fidelity::COARSE)?;
     let mut out = blocks_table(&joint, &frozen.iter().map(|f| &f.model).collect::<Vec<_>>());
     out += "\nThe trim over the corners of the box of coefficients\n       V    moves by at most\n";

@@ -53,7 +53,7 @@ pub fn controller(inputs: &Inputs, k: &Controller, gamma: &Gamma) -> Result<Valu
 /// # Errors
 /// [`Error::Design`].
 pub fn uncertainty(inputs: &Inputs) -> Result<Value, Error> {
-    let model = Model::new(&inputs.longitudinal(), &inputs.design)?;
+    let model = Model::new(&inputs.axis(), &inputs.design)?;
     let joint = over_range(inputs, &model, Fidelity::COARSE)?;
     let block = |b: &squid_design::uncertain::model::Block| {
         json!({

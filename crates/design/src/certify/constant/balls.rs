@@ -134,7 +134,7 @@ mod tests {
     fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
         for name in ["squid", "remus100"] {
             let inputs = shipped(name, "design");
-            let fit = Model::new(&inputs.longitudinal(), &inputs.design).unwrap();
+            let fit = Model::new(&inputs.axis(), &inputs.design).unwrap();
             let other = Samples { speeds: 37, corners: 90, inside: 30, seed: 12345 };
             let model = over_range(&inputs, &fit, Fidelity::FINE).unwrap();
             let sampled = sampled_errors(&inputs, &model, 1.0, SAMPLES).unwrap();

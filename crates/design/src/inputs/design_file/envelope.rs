@@ -12,7 +12,23 @@ const AUTHORITY: Range =
 /// The largest pitch reference, deg: the pitch of Euler angles and the plane of the model end before 90.
 const STEEPEST: f64 = 60.0;
 
+/// The fastest turn of a reference, deg/s.
+const FASTEST: f64 = 90.0;
+
 impl Envelope {
+    /// That of an axis of heading.
+    pub(super) fn of_heading(table: &Table<'_>) -> Option<Self> {
+        table.allow_only(&["turn_rate", "unit"]);
+        let factor = if table.has("turn_rate") { angle(table) } else { Some(1.0) };
+        let default = Self::default();
+        let turn_rate = table.or("turn_rate", Some(default.turn_rate), |table, key| {
+            let allowed = |v: f64| v > 0.0 && factor.is_none_or(|factor| v * factor <= FASTEST.to_radians());
+            let words = "above 0, at most 90 deg, the rate of heading in a second";
+            Some(factor.map(|factor| factor * table.number(key, allowed, words).unwrap_or(f64::NAN)))
+        });
+        Some(Self { turn_rate: turn_rate?.filter(|rate| !rate.is_nan())?, ..default })
+    }
+
     pub(super) fn of(table: &Table<'_>) -> Option<Self> {
         table.allow_only(&["authority", "pitch", "path_angle", "unit"]);
         let default = Self::default();
@@ -37,6 +53,6 @@ impl Envelope {
             let path_angle = table.number(key, |v| v > 0.0 && steep(v), "above 0, at most 60 deg")?;
             Some(factor.map(|factor| factor * path_angle))
         });
-        Some(Self { authority: authority?, pitch: pitch??, path_angle: path_angle?? })
+        Some(Self { authority: authority?, pitch: pitch??, path_angle: path_angle??, ..default })
     }
 }

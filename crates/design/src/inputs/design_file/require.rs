@@ -36,7 +36,7 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 21] = [
+pub const REQUIREMENTS: [Requirement; 23] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
@@ -44,6 +44,8 @@ pub const REQUIREMENTS: [Requirement; 21] = [
     below("pitch_settling", "s", None),
     below("depth_rise", "s", None),
     below("depth_settling", "s", None),
+    below("heading_rise", "s", None),
+    below("heading_settling", "s", None),
     below("speed_rise", "s", None),
     below("speed_settling", "s", None),
     below("steady_error", "%", None),

@@ -8,8 +8,8 @@ use crate::inputs::design_file::{
     SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
 };
 use auv::Pitch;
-use auv::longitudinal::INTERFACE;
 use auv::toml_file::{Document, FileError, Table};
+use auv::{lateral, longitudinal};
 use lpv::weights::RisingWeight;
 use scheduled::MAX_DELAY_TICKS;
 use signals::Interface;
@@ -49,7 +49,12 @@ impl DesignFile {
     /// # Errors
     /// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
-        Self::parse_for(&INTERFACE, text, file, name)
+        // A document of its own, so that no mistake is told twice.
+        let document = Document::parse(text, file)?;
+        let heading = |table: &Table<'_>| table.is_text("output", lateral::SIGNALS[lateral::HEADING].name);
+        let is_lateral = document.root().tables("track").iter().any(heading);
+        let interface = if is_lateral { &lateral::INTERFACE } else { &longitudinal::INTERFACE };
+        Self::parse_for(interface, text, file, name)
     }
 
     /// As [`parse`](Self::parse), for a vehicle with other states and signals.
@@ -110,7 +115,9 @@ fn design(
     let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
-    let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), |t| Envelope::of(&t));
+    let of_heading = lateral::is_lateral(interface.states);
+    let read = |table| if of_heading { Envelope::of_heading(&table) } else { Envelope::of(&table) };
+    let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
     let failsafe = root.table("failsafe").map_or_else(|| Some(Failsafe::default()), |t| Failsafe::of(&t));
     let limits = Limits {
         speeds,

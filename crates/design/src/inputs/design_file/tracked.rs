@@ -6,6 +6,7 @@ use crate::inputs::design_file::{
 };
 use crate::numbers::readable;
 use auv::toml_file::Table;
+use auv::{lateral, longitudinal};
 use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
 use signals::{Interface, Level, Signal};
 
@@ -37,8 +38,7 @@ fn track(
     let mut keys = vec!["output", "scale", "unit", "follow", "corner", "peak", "steady_error", "bandwidth"];
     keys.extend(separate.then_some(["frequency", "damping"]).into_iter().flatten());
     table.allow_only(&keys);
-    let (place, signal, unit) =
-        signal(table, "output", interface.tracked().map(|(signal, _)| signal), taken)?;
+    let (place, signal, unit) = signal(table, "output", interface, taken)?;
     let scale = within(table, "scale", SCALE).filter(|scale| is_possible_error(table, signal, unit * scale));
     let peak = within(table, "peak", PEAK);
     let steady_error = table.number("steady_error", |v| v > 0.0 && v < 1.0, "above 0 and below 1");
@@ -119,29 +119,47 @@ pub(super) fn measured(root: &Table<'_>, interface: &'static Interface) -> Optio
 
 fn measure(table: &Table<'_>, interface: &'static Interface, taken: &mut Vec<usize>) -> Option<Measured> {
     table.allow_only(&["signal", "scale", "unit", "noise", "rise", "corner"]);
-    let (place, signal, unit) = signal(table, "signal", interface.signals.iter(), taken)?;
+    let (place, signal, unit) = signal(table, "signal", interface, taken)?;
     let scale = within(table, "scale", SCALE);
     let noise = scale.and_then(|scale| rising(table, "noise", NOISE, 1.0 / scale));
     Some(Measured { place, signal, scale: unit * scale?, noise: noise? })
 }
 
-/// The index of a signal among those allowed, which are the first of the interface, its row, and its unit in SI; each
-/// may be named once.
+/// The index of a signal in the interface, its row, and its unit in SI; each may be named once. Allowed are those that
+/// depend on the states of the axis, as an output those with a reference.
 fn signal(
     table: &Table<'_>,
     key: &str,
-    allowed: impl Iterator<Item = &'static Signal>,
+    interface: &'static Interface,
     taken: &mut Vec<usize>,
 ) -> Option<(usize, &'static Signal, f64)> {
-    let allowed: Vec<&'static Signal> = allowed.collect();
-    let names: Vec<&str> = allowed.iter().map(|signal| signal.name).collect();
-    let place = table.one_of(key, &names);
-    if let Some(place) = place.filter(|place| taken.contains(place)) {
-        table.not_allowed(key, format!("\"{}\" a second time", allowed[place].name), "named once");
+    let is_allowed = |signal: &Signal| {
+        signal.is_among(interface.states) && (key != "output" || signal.reference.is_some())
+    };
+    let allowed = interface.signals.iter().filter(|signal| is_allowed(signal)).map(|signal| signal.name);
+    let mut allowed: Vec<&str> = allowed.collect();
+    let [heading, pitch] =
+        [lateral::SIGNALS[lateral::HEADING].name, longitudinal::SIGNALS[longitudinal::PITCH].name];
+    if key == "output" && allowed == [heading] {
+        let other =
+            longitudinal::tracked().map(|(signal, _)| signal.name).find(|name| table.is_text(key, name));
+        if let Some(other) = other {
+            let own = format!("in a design file of its own: it is not of the axis of \"{heading}\"");
+            table.not_allowed(key, format!("\"{other}\""), own);
+            return None;
+        }
+    } else if key == "output" && allowed.contains(&pitch) {
+        // A file that tracks it is read as one of that axis.
+        allowed.push(heading);
+    }
+    let name = allowed[table.one_of(key, &allowed)?];
+    let place = interface.place(name)?;
+    if taken.contains(&place) {
+        table.not_allowed(key, format!("\"{name}\" a second time"), "named once");
         return None;
     }
-    taken.extend(place);
-    let signal = allowed[place?];
+    taken.push(place);
+    let signal = &interface.signals[place];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
-    Some((place?, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))
+    Some((place, signal, table.one_of("unit", &names).map(|unit| signal.units[unit].factor)?))
 }

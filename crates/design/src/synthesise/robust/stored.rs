@@ -129,7 +129,7 @@ mod tests {
     fn only_what_is_proved_is_confirmed() {
         let inputs = shipped("squid", "design");
         let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
-        let model = Model::new(&inputs.longitudinal(), file).unwrap();
+        let model = Model::new(&inputs.axis(), file).unwrap();
         let plant = augment(actuators, &file.with_unweighted_references(), model.linear()).unwrap();
         let design = synthesise(actuators, file, &plant, &Progress::default()).unwrap();
         let full = over_range(&inputs, &model, Fidelity::COARSE).unwrap();

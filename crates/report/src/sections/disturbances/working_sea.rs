@@ -14,7 +14,7 @@ use squid_design::certify::lft_matrices;
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, WorkingSea};
-use squid_design::linearise::Longitudinal;
+use squid_design::linearise::LevelFlight;
 use squid_design::numbers::decimals;
 use squid_design::store::freeze::{controller, gamma};
 use squid_design::synthesise::anti_windup::anti_windup;
@@ -69,8 +69,7 @@ pub fn working_sea(subject: &Subject) -> Result<Vec<Part>, Error> {
 /// A controller of the same weights, for still water.
 fn without(inputs: &Inputs) -> Result<ControllerDesign, Error> {
     let design = DesignFile { sea: None, ..inputs.design.clone() };
-    let (actuators, vehicle) =
-        (&inputs.vehicle.actuators, Longitudinal { vehicle: &inputs.vehicle, file: &design });
+    let (actuators, vehicle) = (&inputs.vehicle.actuators, LevelFlight { file: &design, ..inputs.axis() });
     let model = Model::new(&vehicle, &design)?;
     let plant = augment(actuators, &design, model.linear())?;
     let found = synthesise(actuators, &design, &plant, &Progress::default())?;

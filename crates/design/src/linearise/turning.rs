@@ -1,0 +1,69 @@
+//! The envelope of heading: how fast the vehicle can turn.
+//!
+//! ```text
+//! psi':  the largest rate of a steady turn at constant depth that every actuator holds within its limits, and all
+//!        slower ones with it, to port and to starboard; 70 % of that, at most turn_rate
+//! ```
+//!
+//! The rudder of a turn is not found from the gain of the linear model: on a hull that is directionally unstable the
+//! rudder of a slow turn has the other sign than that of a fast one.
+
+use crate::error::ModelError;
+use crate::inputs::design_file::DesignFile;
+use auv::{Trim, TrimError, Vehicle, lateral, turn};
+use rayon::prelude::*;
+use scheduled::{OverSpeed, ReferenceLimits};
+use std::collections::BTreeMap;
+
+/// Part of the rate that the actuators sustain.
+const SHARE: f64 = 0.7;
+
+/// The step in the rate of turns, rad/s, and the number of times that it is halved at the end.
+const STEP: f64 = 0.02;
+const HALVINGS: usize = 6;
+
+/// The limits of the reference of heading, at the speeds of these level trims.
+///
+/// # Errors
+/// [`ModelError::Trim`]: no straight flight.
+pub fn envelope(
+    vehicle: &Vehicle,
+    file: &DesignFile,
+    trims: &[Trim],
+) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
+    // Every actuator takes part in a turn.
+    let mut whole = vehicle.clone();
+    let others = std::mem::take(&mut whole.others);
+    whole.actuators.extend(others);
+    let fastest = file.envelope.turn_rate / SHARE;
+    let ends = |trim: &Trim| -> Result<[f64; 2], TrimError> {
+        Ok([sustained(&whole, trim, -1.0, fastest)?, sustained(&whole, trim, 1.0, fastest)?])
+    };
+    let rows: Vec<[f64; 2]> =
+        trims.par_iter().map(ends).collect::<Result<_, _>>().map_err(ModelError::Trim)?;
+    let column = |end: usize| rows.iter().map(|row| SHARE * row[end]).collect::<Vec<f64>>();
+    let rate = [column(0), column(1)].map(OverSpeed::from);
+    let name = lateral::SIGNALS[lateral::HEADING].name.to_owned();
+    Ok(BTreeMap::from([(name, ReferenceLimits { range: None, rate: Some(rate) })]))
+}
+
+/// The fastest turn to a side, at most `fastest` \[rad/s\]: no slower one is beyond the limits.
+fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64) -> Result<f64, TrimError> {
+    let is_held = |rate: f64| {
+        turn(vehicle, trim.speed, side * rate, trim.depth, &trim.rule).map(|turn| {
+            let mut outputs = vehicle.actuators.iter().zip(&turn.actuators);
+            outputs.all(|(one, output)| (one.min..=one.max).contains(output))
+        })
+    };
+    if !is_held(0.0)? {
+        return Ok(0.0);
+    }
+    let (mut held, mut step) = (0.0, STEP);
+    for _ in 0..HALVINGS {
+        while held < fastest && is_held((held + step).min(fastest)).unwrap_or(false) {
+            held = (held + step).min(fastest);
+        }
+        step *= 0.5;
+    }
+    Ok(side * held)
+}
