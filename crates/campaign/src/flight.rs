@@ -2,9 +2,10 @@
 
 use crate::error::Error;
 use crate::plan::{Drawn, Plan};
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED};
+use auv::longitudinal::{PITCH, SPEED};
 use auv::{Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
+use signals::Signal;
 use squid_design::uncertain::gradients::perturbed;
 use squid_design::uncertain::model::Block;
 use squid_design::uncertain::vehicle::gains;
@@ -148,26 +149,33 @@ impl Plan<'_> {
         let (depth, rule) = self.inputs.design.level();
         let speed = Speed::Path(drawn.manoeuvre.speed_reference(0.0));
         let sea = self.sea.as_ref().filter(|sea| sea.waves.is_some());
-        sea.is_some_and(|sea| trim_with(vehicle, speed, sea.depth.unwrap_or(depth), rule).is_ok())
+        sea.is_some_and(|sea| trim_with(&vehicle.in_plane(), speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
-    /// The index in [`SIGNALS`] of the stepped output.
+    /// The index of the stepped output among the signals of the axis.
     pub fn stepped(&self) -> usize {
         self.inputs.design.stepped()
+    }
+
+    /// The stepped output.
+    pub fn signal(&self) -> &'static Signal {
+        &self.inputs.design.interface.signals[self.stepped()]
     }
 
     /// Names and units of the figures of a row; the error is that of the stepped output.
     pub fn figures(&self) -> [(&'static str, &'static str); FIGURES_OF_A_ROW] {
         let mut figures = FIGURES;
-        if self.stepped() == DEPTH {
-            figures[ERROR] = ("depth_error_rms", "m");
+        match self.signal().name {
+            "depth" => figures[ERROR] = ("depth_error_rms", "m"),
+            "heading" => figures[ERROR] = ("heading_error_rms", "rad"),
+            _ => {}
         }
         figures
     }
 
     /// Names and units of the drawn numbers of a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
-        let stepped = &SIGNALS[self.stepped()];
+        let stepped = self.signal();
         let step = (format!("{}_step", stepped.name), stepped.unit);
         let speeds_and_step = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain([step]);
         let starts = self.identity.starts.off();
@@ -199,7 +207,7 @@ impl Plan<'_> {
 
     fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES_OF_A_ROW]) -> Row {
         let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
-        let step = drawn.manoeuvre.step(SIGNALS[self.stepped()].name);
+        let step = drawn.manoeuvre.step(self.signal().name);
         let values = self.values(drawn).map(|(_, value)| value);
         let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
         let drawn = [speed_from, speed_to, step].into_iter().chain(starts).chain(values).collect();
@@ -237,7 +245,7 @@ impl Plan<'_> {
         let rows = &flight.rows;
         let limits: Vec<(f64, f64)> = self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
         let stepped = self.stepped();
-        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.step(SIGNALS[stepped].name));
+        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.step(self.signal().name));
         let figures = StepFigures::of_flight(flight, stepped, step, &limits);
         let at_limit =
             |commands: &[f64]| commands.iter().zip(&limits).any(|(c, (low, high))| c <= low || c >= high);

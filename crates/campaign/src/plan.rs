@@ -116,7 +116,7 @@ impl<'a> Plan<'a> {
         let uncertain = if !inputs.is_uncertain() {
             Vec::new()
         } else {
-            let trim = trim_with(&inputs.vehicle, Speed::Path(speed), depth, rule)
+            let trim = trim_with(&inputs.plane, Speed::Path(speed), depth, rule)
                 .map_err(|reason| squid_flight::error::Error::Trim { speed, reason })?;
             blocks(inputs, &trim, &[]).map_err(squid_design::error::Error::from)?
         };

@@ -145,6 +145,11 @@ pub fn fly_at_sea(
     fly_varied(vehicle, design, level, manoeuvre, &Variations { sea: Some(sea), ..Variations::default() })
 }
 
+/// The references as an autopilot used them last; 0 of signals that its axis does not track.
+pub fn used(autopilot: &Autopilot) -> EachTracked<f64> {
+    from_fn(|place| autopilot.references().get(place).copied().unwrap_or_default())
+}
+
 /// Differences of a flight from that of the nominal vehicle in still water.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Variations<'a> {
@@ -187,8 +192,7 @@ pub fn fly_varied(
         for ((command, gain), actuator) in commands.iter_mut().zip(gains).zip(&vehicle.actuators) {
             *command = (*command * gain).clamp(actuator.min, actuator.max);
         }
-        let used = autopilot.references();
-        let references = Some(from_fn(|place| used.get(place).copied().unwrap_or_default()));
+        let references = Some(used(&autopilot));
         Ok(LawOutput { commands, references, rho, out_of_range })
     })
 }
@@ -419,8 +423,8 @@ pub struct ActuatorStep {
     pub height: f64,
 }
 
-/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and pitch from trim (rad), until
-/// the vehicle reaches the surface, if it does.
+/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and pitch from trim, or heading
+/// (rad), until the vehicle reaches the surface, if it does.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
@@ -432,11 +436,14 @@ pub fn fly_open_loop(
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let start = trim_with(vehicle, Speed::Path(speed), level.0, level.1)
-        .map_err(|reason| Error::Trim { speed, reason })?;
-    let mut plant = Plant::new(vehicle)?;
-    plant.start(0.0, &start)?;
-    plant.set_command(step.actuator, start.actuators[step.actuator] + step.height)?;
+    let Start { mut plant, kept, .. } = Start::new(vehicle, level, speed, None, Each::default())?;
+    if let Some(kept) = &kept {
+        plant.hold_level(&kept.trim);
+    }
+    let angle = |state: &State| if kept.is_some() { state.heading } else { state.motion.theta };
+    let start = angle(&plant.state());
+    let trimmed = plant.outputs()[step.actuator];
+    plant.set_command(step.actuator, trimmed + step.height)?;
     let steps = (duration / interval).round() as u64;
     let mut rows = vec![(0.0, 0.0)];
     for k in 1..=steps {
@@ -445,7 +452,7 @@ pub fn fly_open_loop(
         if out_of_water(plant.state().depth) {
             break;
         }
-        rows.push((time, plant.state().motion.theta - start.pitch));
+        rows.push((time, angle(&plant.state()) - start));
     }
     Ok(rows)
 }

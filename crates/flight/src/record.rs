@@ -2,7 +2,6 @@
 
 use crate::flight::{Flight, Row, SeaRow};
 use auv::Actuator;
-use auv::longitudinal::{SIGNALS, tracked};
 use scheduled::ControllerDesign;
 
 /// Time histories of the variables, SI; the heading in a CSV file is `name [unit]`, or `name` without a unit.
@@ -43,10 +42,10 @@ impl Record {
             columns.push((heading, flight.rows.iter().map(of).collect()));
         };
         add("time", "s", &|r| r.time);
-        for (place, (signal, reference)) in tracked().enumerate() {
-            add(signal.name, signal.unit, &|r| r.measured(place));
+        for (place, (signal, reference)) in design.references().enumerate() {
+            add(&signal.name, &signal.unit, &|r| r.measured(place));
             if design.has_reference(place) {
-                add(&format!("{}_used", reference.name), signal.unit, &|r| r.used[place]);
+                add(&format!("{}_used", reference.name), &signal.unit, &|r| r.used[place]);
             }
         }
         add("scheduling_parameter", "", &|r| r.rho);
@@ -61,7 +60,7 @@ impl Record {
             add("wave_elevation [m]".into(), &|row| row.elevation);
             add("current_horizontal [m/s]".into(), &|row| row.water.horizontal);
             add("current_vertical [m/s]".into(), &|row| row.water.vertical);
-            for (place, signal) in SIGNALS.iter().enumerate() {
+            for (place, signal) in design.signals.iter().enumerate() {
                 add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
             }
         }

@@ -4,7 +4,6 @@ use crate::page::{Axis, Chart, Curve, Figure, Key, Part, Section, Table, percent
 use crate::rendered::Rendered;
 use crate::report::Report;
 use crate::simulate::heading;
-use auv::longitudinal::SIGNALS;
 use squid_campaign::bound::Gains;
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Plan, Points};
@@ -39,7 +38,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
             rows.len(),
             plan.identity.seed,
             plan.uncertain.len(),
-            SIGNALS[plan.stepped()].name,
+            plan.inputs.design.interface.signals[plan.stepped()].name,
             plan.identity.starts.words()
         ),
         "Flights are samples: they prove nothing about other vehicles. `squid replay` simulates one again \

@@ -4,7 +4,7 @@ use crate::page::{Kind, Line, Panel};
 use auv::Actuator;
 use squid_flight::record::Record;
 
-/// Pitch, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator outputs, in
+/// Pitch, heading, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator outputs, in
 /// one panel per unit.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
@@ -25,10 +25,15 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
         line("reference", "pitch_reference_used", deg, Kind::Reference),
         line("pitch", "pitch", deg, Kind::Own),
     ];
+    let heading = vec![
+        line("reference", "heading_reference_used", deg, Kind::Reference),
+        line("heading", "heading", deg, Kind::Own),
+    ];
     let speed_reference = line("reference", "speed_reference_used", 1.0, Kind::Reference);
     let speed = vec![speed_reference, line("forward speed", "speed", 1.0, Kind::Own)];
     let panels = [
         panel("pitch (deg)", pitch),
+        panel("heading (deg)", heading),
         panel("speed (m/s)", speed),
         panel("thrust (N)", commands("N", 1.0)),
         panel("deflection (deg)", commands("rad", deg)),

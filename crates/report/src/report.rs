@@ -43,6 +43,10 @@ const SECTIONS: [Maker; 20] = [
     ("responses", "The model: frequency responses", fit::responses),
 ];
 
+/// The sections on surge, heave and pitch alone.
+const OF_THE_VERTICAL_PLANE: [&str; 6] =
+    ["envelope", "disturbances", "sea", "working-sea", "peers", "beside"];
+
 /// The slowest sections, the slowest first.
 const LONGEST: [&str; 4] = ["gammas", "peers", "mu", "beside"];
 
@@ -116,7 +120,9 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let unproved = subject.stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
     // The slowest first, so that the others run in parallel.
-    let mut order = makers.to_vec();
+    let lateral = subject.inputs.design.is_lateral();
+    let applies = |maker: &&Maker| !(lateral && OF_THE_VERTICAL_PLANE.contains(&maker.0));
+    let mut order: Vec<&Maker> = makers.iter().copied().filter(applies).collect();
     let place = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());
     order.sort_by_key(place);
     let mut sections = in_parallel(order.into_iter(), make);

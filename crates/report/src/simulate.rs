@@ -4,9 +4,10 @@ use crate::error::Error;
 use crate::page::{Kind, Line, Panel, capital, draw, extent, known, tidy};
 use crate::record::panels;
 use crate::subject::{FLOWN, Step, shown};
-use auv::longitudinal::{SPEED, place};
+use auv::longitudinal::SPEED;
 use base::files::Files;
 use scheduled::Manoeuvre;
+use squid_design::fit::frequency;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{decimals, readable};
 use squid_design::store::Stored;
@@ -103,7 +104,8 @@ pub(crate) fn early_end(flight: &str, surfacing: Option<Surfacing>) -> String {
 pub(crate) fn out_of_range(flight: &str, rows: &[Row], inputs: &Inputs) -> String {
     let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
     let along = |row: &Row| {
-        let (forward, heave) = (row.measured(SPEED), place("heave").map_or(0.0, |w| row.measured(w)));
+        let heave = inputs.design.interface.place("heave");
+        let (forward, heave) = (row.measured(SPEED), heave.map_or(0.0, |w| row.measured(w)));
         forward.hypot(heave).copysign(forward)
     };
     let outside: Vec<f64> = rows.iter().map(along).filter(|speed| !(low..=high).contains(speed)).collect();
@@ -155,7 +157,8 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
         actuator.name,
         actuator.unit()
     );
-    Ok((title, Panel { label: "pitch from trim (deg)".into(), lines }))
+    let angle = frequency::angle(inputs.design.states).name;
+    Ok((title, Panel { label: format!("{angle} from trim (deg)"), lines }))
 }
 
 /// The line of a flight at a speed.

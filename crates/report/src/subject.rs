@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::page::Key;
 use crate::peers::line::Flights;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS};
+use auv::longitudinal::PITCH;
 use auv::{Actuator, Status, Vehicle};
 use base::progress::Progress;
 use certificate::Theorem;
@@ -96,7 +96,7 @@ pub struct Subject<'a> {
 /// The step of a design's default flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// The index of the output in [`SIGNALS`].
+    /// The index of the output among the signals of the axis.
     pub place: usize,
     /// Name of the output.
     pub name: &'static str,
@@ -112,8 +112,9 @@ impl Step {
     /// The step of a manoeuvre of a design.
     pub fn of(inputs: &Inputs, manoeuvre: &Manoeuvre) -> Self {
         let place = inputs.design.stepped();
-        let (factor, unit) = readable(SIGNALS[place].unit);
-        Self { place, name: SIGNALS[place].name, height: manoeuvre.step(SIGNALS[place].name), factor, unit }
+        let signal = &inputs.design.interface.signals[place];
+        let (factor, unit) = readable(signal.unit);
+        Self { place, name: signal.name, height: manoeuvre.step(signal.name), factor, unit }
     }
 
     /// The height with its unit, in words.
@@ -123,7 +124,7 @@ impl Step {
 
     /// The axis label of the output's deviation from trim or, for depth, from the start.
     pub fn from_trim(&self) -> String {
-        let from = if self.place == DEPTH { "start" } else { "trim" };
+        let from = if ["depth", "heading"].contains(&self.name) { "start" } else { "trim" };
         format!("{} from {from} ({})", self.name, self.unit)
     }
 }

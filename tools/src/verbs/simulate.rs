@@ -5,7 +5,6 @@ use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
-use auv::longitudinal::SIGNALS;
 use base::progress::Progress;
 use serde_json::{Value, json};
 use squid_design::inputs::Inputs;
@@ -43,7 +42,7 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
 
 /// The figures of a flight, in rad or m, m/s and fractions.
 fn errors(inputs: &Inputs, figures: &Figures) -> Value {
-    let error = format!("{}_error", SIGNALS[inputs.design.stepped()].name);
+    let error = format!("{}_error", inputs.design.interface.signals[inputs.design.stepped()].name);
     json!({
         error: figures.error,
         "speed_error": figures.speed_error,

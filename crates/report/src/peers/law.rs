@@ -9,7 +9,7 @@ use lpv::matrix::{Mat, block, diagonal_blocks};
 use lpv::state_space::StateSpace;
 use scheduled::{Autopilot, Inputs};
 use squid_design::check::sampled::trapezoidal;
-use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course};
+use squid_flight::flight::{Course, Demand, Flight, LawOutput, Sampling, fly_course, used};
 use std::collections::VecDeque;
 
 /// The limits of each command minus its trim at a tick, in units of reach.
@@ -144,8 +144,7 @@ pub fn fly(
         commands.iter_mut().zip(gains).for_each(|(command, gain)| *command *= gain);
         let outputs = autopilot.outputs();
         let (rho, out_of_range) = (outputs.scheduling_parameter, outputs.out_of_range);
-        let used = autopilot.references();
-        let references = Some(std::array::from_fn(|place| used[place]));
+        let references = Some(used(&autopilot));
         Ok(LawOutput { commands, references, rho, out_of_range })
     };
     let sampling = Sampling { sample_time: design.sample_time, trims: &table };

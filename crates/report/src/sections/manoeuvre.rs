@@ -29,11 +29,14 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         both
     };
     let speed = vec![series(0, &|r| r.reference(SPEED)), series(1, &|r| r.measured(SPEED))];
+    let signals = inputs.design.interface.signals;
     let mut charts = vec![
-        Chart::over_time("", "pitch (deg)", drawn(PITCH, 1f64.to_degrees())),
+        Chart::over_time("", format!("{} (deg)", signals[PITCH].name), drawn(PITCH, 1f64.to_degrees())),
         Chart::over_time("", "forward speed (m/s)", speed),
-        Chart::over_time("", "depth (m)", drawn(DEPTH, 1.0)),
     ];
+    if !inputs.design.is_lateral() {
+        charts.push(Chart::over_time("", "depth (m)", drawn(DEPTH, 1.0)));
+    }
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {
         let own = inputs.vehicle.actuators.iter().enumerate().filter(|(_, a)| a.unit() == unit);
         let curves: Vec<Curve> = own

@@ -20,14 +20,15 @@ use squid_flight::flight::{Course, Demand, Flight, Row};
 pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
     let pitched = subject.fly_steps()?;
-    let faster =
-        subject.speeds.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
+    // The axis of heading has the speed from another.
+    let faster: &[f64] = if subject.inputs.design.is_lateral() { &[] } else { &subject.speeds };
+    let faster = faster.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let step = subject.step();
     let name = subject.name();
     let steps = &subject.verdict()?.found.steps;
     let limited = Envelope::new(subject)?.remark(subject.speeds.iter().map(|speed| (*speed, step.height)));
     let until = shown(steps.iter().map(|step| step.settling_time).fold(0.0, f64::max));
-    Ok(vec![
+    let mut parts = vec![
         Part::Words(format!(
             "The nonlinear vehicle with the sampled autopilot, lags and limits of the actuators, from trim.{}{}",
             ends(subject, &pitched, step.name),
@@ -42,7 +43,9 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
             ),
             ..figure(subject, subject.speed_keys(), &pitched, until)
         }),
-        Part::Figure(Figure {
+    ];
+    if !faster.is_empty() {
+        parts.push(Part::Figure(Figure {
             name: "speed-steps".into(),
             caption: format!(
                 "Steps of the {} of {name} by {} m/s, towards the middle of the range, at six speeds.",
@@ -50,8 +53,9 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
                 auv::rounded(speed_step(subject, subject.speeds[0]))
             ),
             ..figure(subject, subject.speed_keys(), &faster, until)
-        }),
-    ])
+        }));
+    }
+    Ok(parts)
 }
 
 /// The flights that end at the surface, in words.

@@ -5,7 +5,6 @@ use crate::page::{Figure, Key, Part, Table, capital, known, tidy};
 use crate::sections::envelope::Envelope;
 use crate::sections::steps::figure;
 use crate::subject::{FLOWN, STEP_TIME, Subject};
-use auv::longitudinal::DEPTH;
 use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::synthesise::anti_windup::largest_step;
 use squid_flight::flight::{Flight, Row, fly, unless_lost};
@@ -44,7 +43,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let plain = ControllerDesign { anti_windup: None, ..stored.clone() };
     let step = subject.step();
     let size = largest_step(&subject.inputs.design, output);
-    let down = if step.place == DEPTH { size } else { -size };
+    let down = if step.name == "depth" { size } else { -size };
     let envelope = Envelope::new(subject)?;
     let mut pairs = vec![];
     for speed in subject.inputs.design.spread(SPEEDS) {
@@ -70,7 +69,7 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
         return Ok(vec![Part::Words(words)]);
     }
     let mut table = Table::new(["speed (m/s)"]);
-    let from = if step.place == DEPTH { "start" } else { "trim" };
+    let from = if ["depth", "heading"].contains(&step.name) { "start" } else { "trim" };
     table.head.extend([
         format!("step asked ({})", step.unit),
         format!("step used ({})", step.unit),
