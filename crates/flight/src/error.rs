@@ -31,6 +31,12 @@ pub enum Error {
             hull there, or leave [waves] out of the sea"
     )]
     NoGeometry { vehicle: String },
+    /// An autopilot of another vehicle.
+    #[error("the autopilot commands {name}, which the vehicle does not have")]
+    NoSuchActuator { name: String },
+    /// Autopilots that do not share a clock.
+    #[error("the autopilots of one flight must have the same sample time; they have {one} and {other} s")]
+    OtherSampleTime { one: f64, other: f64 },
     /// A flight that starts at the surface.
     #[error(
         "at {depth} m, the depth at the start of the flight, the hull is out of the water: set a larger `depth` in the \

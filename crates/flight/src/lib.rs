@@ -6,3 +6,4 @@ pub mod metrics;
 pub mod record;
 pub mod sea;
 mod sea_file;
+pub mod whole;

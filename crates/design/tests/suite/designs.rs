@@ -26,7 +26,7 @@ pub struct Made {
 }
 
 impl Made {
-    fn of(inputs: Inputs) -> Self {
+    pub fn of(inputs: Inputs) -> Self {
         let (actuators, design) = (&inputs.vehicle.actuators, &inputs.design);
         let model = Model::new(&inputs.axis(), design).unwrap();
         let plant = augment(actuators, design, model.linear()).unwrap();

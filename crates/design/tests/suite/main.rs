@@ -6,6 +6,7 @@ mod design_file;
 mod designs;
 mod envelope;
 mod flown;
+mod heading;
 mod other_gain;
 mod pid;
 mod reduced;

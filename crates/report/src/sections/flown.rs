@@ -4,7 +4,6 @@ use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, Part, Table};
 use crate::subject::Subject;
 use auv::Actuator;
-use auv::longitudinal::PITCH;
 use squid_design::check::flown::{DURATION, Flown, GUST};
 use squid_design::check::margins::Margins;
 use squid_design::numbers::readable;
@@ -173,8 +172,9 @@ fn rows(subject: &Subject) -> Vec<Row> {
         let late = of(&format!("error after {DURATION:.0} s (%)"));
         add(late, 3, false, Box::new(move |f| 100.0 * f.steps[i].remaining_error));
     }
-    if subject.inputs.design.tracked.iter().any(|t| t.place == PITCH) {
-        let gust = format!("pitch after a gust of {GUST} m/s (deg)");
+    let design = &subject.inputs.design;
+    for turned in ["pitch", "heading"].into_iter().filter(|name| design.tracks(name).is_some()) {
+        let gust = format!("{turned} after a gust of {GUST} m/s (deg)");
         add(gust, 2, false, Box::new(|f| f.gust.to_degrees()));
     }
     for (j, actuator) in subject.inputs.vehicle.actuators.iter().enumerate() {
