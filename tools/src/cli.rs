@@ -140,6 +140,23 @@ pub enum Verb {
         /// water for comparison; vehicles/sea.toml explains each key
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
+        /// Fly this design of heading, NAME.toml in the vehicle's directory, together with one of pitch or depth in six
+        /// degrees of freedom: turns at six speeds, while pitch or depth step. Designs it first if it is not designed
+        /// yet
+        #[arg(long, value_name = "NAME", value_parser = design_name, conflicts_with = "sea")]
+        heading: Option<String>,
+        /// The turn of --heading, deg, to starboard
+        #[arg(
+            long,
+            value_name = "DEG",
+            default_value_t = 60.0,
+            allow_negative_numbers = true,
+            requires = "heading"
+        )]
+        turn: f64,
+        /// The steady current of --heading, m/s: north, the way the vehicle faces at the start, and east
+        #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true, requires = "heading")]
+        current: Option<[f64; 2]>,
     },
     /// Simulate a design many times: random vehicles of the declared uncertainty, speeds, steps up and down, seas
     ///
@@ -480,7 +497,7 @@ pub enum Real {
 }
 
 #[allow(missing_docs)] // A doc comment here would take the place of the verbs' own help.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Which {
     /// The vehicle's directory, for instance vehicles/squid
     pub vehicle: PathBuf,
@@ -494,6 +511,13 @@ pub struct Which {
     /// The directory for all files; by default build/VEHICLE/DESIGN
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+/// Two numbers with a comma between.
+fn pair(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let both = text.split_once(',').and_then(|(one, other)| Some([number(one)?, number(other)?]));
+    both.ok_or_else(|| "it must be two numbers with a comma between, such as 0.4,-0.1".to_owned())
 }
 
 /// The name of a design: that of a file NAME.toml in the vehicle's directory.

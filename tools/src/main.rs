@@ -85,7 +85,10 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),
-        Verb::Simulate { which, sea } => simulate::run(&which, sea.as_deref()),
+        Verb::Simulate { which, heading: Some(heading), turn, current, .. } => {
+            simulate::with_heading(&which, &heading, turn, current)
+        }
+        Verb::Simulate { which, sea, .. } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea, beside } => report::run(&which, paper, sea.as_deref(), &beside),

@@ -18,3 +18,4 @@ pub mod sections;
 pub mod simulate;
 pub mod subject;
 pub mod threads;
+pub mod turning;

@@ -5,12 +5,14 @@ use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
+use auv::Current;
 use base::progress::Progress;
 use serde_json::{Value, json};
 use squid_design::inputs::Inputs;
 use squid_flight::metrics::StepFigures;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
+use squid_report::turning::{self, Both};
 use std::path::Path;
 
 /// Flies a design, at sea if a file says one, and writes records and plots.
@@ -39,6 +41,47 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
     };
     Ok(answer(&found)?)
 }
+
+/// Flies a design of pitch or depth and one of heading together, by a turn \[deg\] in a current \[m/s\].
+///
+/// # Errors
+/// Those of the files, the designs and the flights.
+pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f64; 2]>) -> Result<(), Error> {
+    let wrong = |name, found: String, allowed: &str| Error::Argument { name, found, allowed: allowed.into() };
+    if !turn.is_finite() || turn == 0.0 || turn.abs() > LARGEST_TURN {
+        return Err(wrong("--turn", turn.to_string(), "other than 0 and at most 180 deg in size"));
+    }
+    let (inputs, directory) = which.read_to_write()?;
+    let other = Which { design: heading.to_owned(), out: None, ..which.clone() };
+    let (turning, its) = other.read_to_write()?;
+    for (name, design, is_right, allowed) in [
+        (
+            "--design",
+            &inputs.design,
+            !inputs.design.is_lateral(),
+            "a design of pitch or depth beside --heading",
+        ),
+        ("--heading", &turning.design, turning.design.is_lateral(), "a design that tracks heading"),
+    ] {
+        if !is_right {
+            return Err(wrong(name, design.name.clone(), allowed));
+        }
+    }
+    let stored = load_or_design(&inputs, &directory)?;
+    let own = load_or_design(&turning, &its)?;
+    stored.unproved(&inputs).into_iter().chain(own.unproved(&turning)).for_each(|words| say(&words));
+    let [horizontal, east] = current.unwrap_or_default();
+    let current = Current { horizontal, east, ..Current::default() };
+    let running = Progress::new(&show).begin("simulate", "flying");
+    let both = Both { level: (&inputs, &stored), heading: (&turning, &own) };
+    let (turned, words) = turning::run(both, turn.to_radians(), current, &directory)?;
+    drop(running);
+    say(words.trim_end());
+    Ok(answer(&json!({ "directory": directory, "turns": turned }))?)
+}
+
+/// The largest turn, deg.
+const LARGEST_TURN: f64 = 180.0;
 
 /// The figures of a flight, in rad or m, m/s and fractions.
 fn errors(inputs: &Inputs, figures: &Figures) -> Value {

@@ -1,0 +1,217 @@
+//! Simulations in six degrees of freedom: a design of pitch or depth and one of heading, in one vehicle.
+
+use crate::error::Error;
+use crate::page::{Kind, Line, Panel, draw, known};
+use crate::record::panels;
+use crate::threads::in_parallel;
+use auv::Current;
+use base::files::Files;
+use scheduled::Manoeuvre;
+use serde::Serialize;
+use squid_design::inputs::Inputs;
+use squid_design::store::Stored;
+use squid_flight::record::Record;
+use squid_flight::whole::{WholeRow, fly_whole};
+use std::path::Path;
+
+/// The number of speeds.
+const SPEEDS: usize = 6;
+
+/// When the steps of both axes come, and how long a flight lasts after them (s).
+const STEP_TIME: f64 = 10.0;
+const FLOWN: f64 = 90.0;
+
+/// The band about the wanted heading in which it has settled, relative to the turn.
+const SETTLED: f64 = 0.02;
+
+/// A turn at a speed, while the other axis makes its step.
+#[derive(Debug, Clone, Serialize)]
+pub struct Turned {
+    /// Speed along the path, m/s.
+    pub speed: f64,
+    /// Until heading stays within 2 % of the turn, s; `None` if it does not.
+    pub settling_time: Option<f64>,
+    /// Excursion of heading beyond the turn, relative to it.
+    pub overshoot: f64,
+    /// The largest difference of depth from the same flight without the turn, m.
+    pub depth_by_turn: f64,
+    /// The largest loss of speed against that flight, m/s.
+    pub speed_by_turn: f64,
+    /// The largest roll, rad.
+    pub roll: f64,
+    /// How much of their reach the commands of heading move in the whole flight, the sum over all actuators.
+    pub travel: f64,
+}
+
+/// The two designs, each with its inputs: of pitch or depth, and of heading.
+#[derive(Debug, Clone, Copy)]
+pub struct Both<'a> {
+    /// The design of pitch or depth.
+    pub level: (&'a Inputs, &'a Stored),
+    /// The design of heading.
+    pub heading: (&'a Inputs, &'a Stored),
+}
+
+/// Simulates a turn \[rad\] at several speeds in a steady current, in six degrees of freedom, while the other axis makes
+/// the step of its default flight, and the flight with both ramps; writes a record and a plot to `directory`.
+///
+/// # Errors
+/// [`Error::NoCommonSpeed`], [`Error::Flight`], [`Error::Plot`].
+pub fn run(
+    both: Both<'_>,
+    turn: f64,
+    current: Current,
+    directory: &Path,
+) -> Result<(Vec<Turned>, String), Error> {
+    let (inputs, stored) = both.level;
+    let speeds = common(both);
+    if speeds[0] > speeds[SPEEDS - 1] {
+        let [one, other] = [inputs, both.heading.0].map(|inputs| inputs.design.source());
+        return Err(Error::NoCommonSpeed { one, other });
+    }
+    let each = in_parallel(speeds.iter(), |speed| at(both, *speed, turn, current));
+    let turned: Vec<Turned> = each.into_iter().collect::<Result<_, Error>>()?;
+    let flight = fly(both, &flown(both, None, turn), current)?;
+    let record = record(both, &flight);
+    let title = format!(
+        "{}, {} and {}: in six degrees of freedom",
+        inputs.vehicle.name,
+        inputs.design.source(),
+        both.heading.0.design.source()
+    );
+    let mut all = panels(&record, &inputs.whole.actuators);
+    all.push(roll(&flight));
+    let svg = draw(&directory.join("turn.svg"), &title, &all)?;
+    let mut files = Files::default();
+    files.add(directory.join("turn.svg"), svg);
+    files.add(directory.join("turn.csv"), record.csv());
+    files.save(directory)?;
+    let words = words(&turned, turn, &stored.manoeuvre, directory);
+    Ok((turned, words))
+}
+
+/// Speeds in the range of both designs.
+fn common(both: Both<'_>) -> Vec<f64> {
+    let [one, other] = [both.level.0, both.heading.0].map(|inputs| &inputs.design);
+    let (low, high) = (one.speed_min.max(other.speed_min), one.speed_max.min(other.speed_max));
+    (0..SPEEDS).map(|i| low + (high - low) * i as f64 / (SPEEDS - 1) as f64).collect()
+}
+
+/// The flight with the steps of both axes: at a constant speed, or on the ramp of the default flight.
+fn flown(both: Both<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
+    let own = &both.level.1.manoeuvre;
+    let mut steps = own.steps.clone();
+    steps.insert("heading".into(), turn);
+    let common = common(both);
+    let within = |speed: f64| speed.clamp(common[0], common[common.len() - 1]);
+    let ends = speed.map_or([own.speed_from, own.speed_to].map(within), |speed| [speed; 2]);
+    let [speed_from, speed_to] = ends;
+    let duration = STEP_TIME + FLOWN;
+    let ramp_duration = if speed.is_some() { 1.0 } else { own.ramp_duration };
+    Manoeuvre {
+        steps,
+        step_time: STEP_TIME,
+        step_end: 2.0 * duration,
+        speed_from,
+        speed_to,
+        ramp_duration,
+        duration,
+        ..own.clone()
+    }
+}
+
+fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, current: Current) -> Result<Vec<WholeRow>, Error> {
+    let (inputs, stored) = both.level;
+    let designs = [&stored.controller, &both.heading.1.controller];
+    Ok(fly_whole(&inputs.whole, designs, inputs.design.level(), manoeuvre, current)?)
+}
+
+fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned, Error> {
+    let turned = fly(both, &flown(both, Some(speed), turn), current)?;
+    let straight = fly(both, &flown(both, Some(speed), 0.0), current)?;
+    let start = turned.first().map_or(0.0, |row| row.state.heading);
+    let off = |row: &WholeRow| (row.state.heading - start) / turn - 1.0;
+    let late = turned.iter().rposition(|row| off(row).abs() > SETTLED);
+    let settling_time = late.filter(|last| last + 1 < turned.len()).map(|last| turned[last].time - STEP_TIME);
+    let pairs = || turned.iter().zip(&straight);
+    let most = |of: &dyn Fn(&WholeRow, &WholeRow) -> f64| pairs().map(|(a, b)| of(a, b)).fold(0.0, f64::max);
+    let own = |name: &String| both.level.0.whole.actuators.iter().position(|one| one.name == *name);
+    let places: Vec<usize> =
+        both.heading.1.controller.actuators.iter().filter_map(|one| own(&one.name)).collect();
+    let moved = |pair: &[WholeRow]| -> f64 {
+        let by = |place: &usize| (pair[1].commands[*place] - pair[0].commands[*place]).abs();
+        places.iter().map(|place| by(place) / both.level.0.whole.actuators[*place].reach()).sum()
+    };
+    Ok(Turned {
+        speed,
+        settling_time,
+        overshoot: turned.iter().map(off).fold(0.0, f64::max),
+        depth_by_turn: most(&|a, b| (a.state.depth - b.state.depth).abs()),
+        speed_by_turn: most(&|a, b| b.state.motion.u - a.state.motion.u),
+        roll: most(&|a, _| a.state.motion.phi.abs()),
+        travel: turned.windows(2).map(moved).sum(),
+    })
+}
+
+/// The record of a flight; its columns are named as those of `flight.csv`.
+fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
+    let mut columns: Vec<(String, Vec<f64>)> = vec![];
+    let mut add = |heading: String, of: &dyn Fn(&WholeRow) -> f64| {
+        columns.push((heading, flight.iter().map(of).collect()));
+    };
+    add("time [s]".into(), &|row| row.time);
+    add("pitch [rad]".into(), &|row| row.state.motion.theta);
+    add("roll [rad]".into(), &|row| row.state.motion.phi);
+    add("heading [rad]".into(), &|row| row.state.heading);
+    add("speed [m/s]".into(), &|row| row.state.motion.u);
+    add("sway [m/s]".into(), &|row| row.state.motion.v);
+    add("heave [m/s]".into(), &|row| row.state.motion.w);
+    add("depth [m]".into(), &|row| row.state.depth);
+    add("north [m]".into(), &|row| row.state.x);
+    add("east [m]".into(), &|row| row.state.east);
+    for (axis, (_, stored)) in [both.level, both.heading].into_iter().enumerate() {
+        let design = &stored.controller;
+        for (place, (signal, reference)) in design.references().enumerate() {
+            if design.has_reference(place) {
+                add(format!("{}_used [{}]", reference.name, signal.unit), &|row| row.used[axis][place]);
+            }
+        }
+    }
+    for (place, actuator) in both.level.0.whole.actuators.iter().enumerate() {
+        let taken = |row: &WholeRow| actuator.taken(row.commands[place]).0;
+        add(format!("{} [{}]", actuator.name, actuator.taken_unit()), &taken);
+    }
+    Record::new(columns)
+}
+
+/// The roll of a flight.
+fn roll(flight: &[WholeRow]) -> Panel {
+    let points = flight.iter().map(|row| (row.time, row.state.motion.phi.to_degrees())).collect();
+    Panel { label: "roll (deg)".into(), lines: vec![Line { name: "roll".into(), points, kind: Kind::Own }] }
+}
+
+fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) -> String {
+    let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
+    let mut out = format!(
+        "Turns by {} deg in six degrees of freedom, with the {} step of the default flight at the same time\n\n  \
+         speed   settled (2 %)   overshoot   depth moved   speed lost    roll    travel\n    m/s               s           \
+         %             m          m/s     deg   % of reach\n",
+        auv::rounded(turn.to_degrees()),
+        steps.join(" and ")
+    );
+    for one in turned {
+        out += &format!(
+            "  {:>5.2}   {:>13}   {:>9}   {:>11}   {:>10}   {:>5}   {:>10}\n",
+            one.speed,
+            known(one.settling_time.unwrap_or(f64::INFINITY), 2),
+            known(100.0 * one.overshoot, 2),
+            known(one.depth_by_turn, 4),
+            known(one.speed_by_turn, 3),
+            known(one.roll.to_degrees(), 2),
+            known(100.0 * one.travel, 0)
+        );
+    }
+    out += "\nDepth moved and speed lost are against the same flight without the turn; the travel is that of the commands of \
+            heading.\n";
+    out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
+}
