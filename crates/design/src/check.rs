@@ -3,6 +3,7 @@
 //! The design's inequalities hold for the fit. Here the controller, frozen at each speed, is also checked with the true
 //! linearisations, at the speeds of the grid and between them.
 
+pub mod coupled;
 pub mod flown;
 pub mod margins;
 pub mod sampled;

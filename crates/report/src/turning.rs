@@ -4,10 +4,11 @@ use crate::error::Error;
 use crate::page::{Kind, Line, Panel, draw, known};
 use crate::record::panels;
 use crate::threads::in_parallel;
-use auv::Current;
+use auv::{Current, turn};
 use base::files::Files;
-use scheduled::Manoeuvre;
+use scheduled::{Autopilot, Manoeuvre};
 use serde::Serialize;
+use squid_design::check::coupled::coupled;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_flight::record::Record;
@@ -39,6 +40,11 @@ pub struct Turned {
     pub speed_by_turn: f64,
     /// The largest roll, rad.
     pub roll: f64,
+    /// Up to which rate of a steady turn the linear loop of both autopilots is stable, rad/s: at eleven rates from the
+    /// limit of the reference to port to that to starboard.
+    pub stable_to: f64,
+    /// The limit of the reference, rad/s.
+    pub fastest: f64,
     /// How much of their reach the commands of heading move in the whole flight, the sum over all actuators.
     pub travel: f64,
 }
@@ -142,6 +148,7 @@ fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned,
         let by = |place: &usize| (pair[1].commands[*place] - pair[0].commands[*place]).abs();
         places.iter().map(|place| by(place) / both.level.0.whole.actuators[*place].reach()).sum()
     };
+    let (stable_to, fastest) = stable(both, speed)?;
     Ok(Turned {
         speed,
         settling_time,
@@ -150,8 +157,38 @@ fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned,
         speed_by_turn: most(&|a, b| b.state.motion.u - a.state.motion.u),
         roll: most(&|a, _| a.state.motion.phi.abs()),
         travel: turned.windows(2).map(moved).sum(),
+        stable_to,
+        fastest,
     })
 }
+
+/// Up to which rate of turn the linear loop is stable, and the largest rate of the reference, at a speed.
+fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
+    let designs = [&both.level.1.controller, &both.heading.1.controller];
+    let trims = Autopilot::new(designs[1])?.trim().clone();
+    let rate = designs[1].envelope.get("heading").and_then(|limits| limits.rate.as_ref());
+    let end =
+        |place: usize| rate.map_or(0.0, |ends| trims.over(trims.forward_speed(speed), &ends[place]).abs());
+    let fastest = end(0).min(end(1));
+    let inputs = both.level.0;
+    let (depth, pitch) = inputs.design.level();
+    let is_stable = |rate: f64| -> Result<bool, Error> {
+        let Ok(found) = turn(&inputs.whole, speed, rate, depth, pitch) else { return Ok(false) };
+        Ok(coupled(&inputs.whole, designs, &found)?.is_ok_and(|largest| largest < 0.0))
+    };
+    let mut stable_to = f64::NAN;
+    for step in 0..=RATES {
+        let rate = fastest * f64::from(step) / f64::from(RATES);
+        if !(is_stable(rate)? && is_stable(-rate)?) {
+            break;
+        }
+        stable_to = rate;
+    }
+    Ok((stable_to, fastest))
+}
+
+/// The number of rates to each side at which the loop is checked, besides straight flight.
+const RATES: u32 = 5;
 
 /// The record of a flight; its columns are named as those of `flight.csv`.
 fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
@@ -193,25 +230,27 @@ fn roll(flight: &[WholeRow]) -> Panel {
 fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) -> String {
     let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
     let mut out = format!(
-        "Turns by {} deg in six degrees of freedom, with the {} step of the default flight at the same time\n\n  \
-         speed   settled (2 %)   overshoot   depth moved   speed lost    roll    travel\n    m/s               s           \
-         %             m          m/s     deg   % of reach\n",
+        "Turns by {} deg in six degrees of freedom, each with the default step of {}\n\n  \
+         speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n    m/s               \
+         s           %             m          m/s     deg   % of reach       deg/s\n",
         auv::rounded(turn.to_degrees()),
         steps.join(" and ")
     );
     for one in turned {
         out += &format!(
-            "  {:>5.2}   {:>13}   {:>9}   {:>11}   {:>10}   {:>5}   {:>10}\n",
+            "  {:>5.2}   {:>13}   {:>9}   {:>11}   {:>10}   {:>5}   {:>10}   {:>9}\n",
             one.speed,
             known(one.settling_time.unwrap_or(f64::INFINITY), 2),
             known(100.0 * one.overshoot, 2),
             known(one.depth_by_turn, 4),
             known(one.speed_by_turn, 3),
             known(one.roll.to_degrees(), 2),
-            known(100.0 * one.travel, 0)
+            known(100.0 * one.travel, 0),
+            known(one.stable_to.to_degrees(), 2)
         );
     }
     out += "\nDepth moved and speed lost are against the same flight without the turn; the travel is that of the commands of \
-            heading.\n";
+            heading.\nStable to: the linear loop of both autopilots in steady turns at eleven rates, up to the limit of the \
+            reference.\n";
     out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
 }
