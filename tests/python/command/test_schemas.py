@@ -83,11 +83,15 @@ def test_what_is_shipped_is_valid(path: Path) -> None:
 
 @pytest.mark.parametrize("name", SCHEMAS)
 def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path, name: str) -> None:
-    said = complaints(run_squid, tmp_path, name, with_unknown_keys(SCHEMAS[name]))
-    read = {
-        path.rpartition(".")[0]: set(allowed.split(", "))
-        for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said)
-    }
+    unknown = with_unknown_keys(SCHEMAS[name])
+    said = complaints(run_squid, tmp_path, name, unknown)
+    if name == "design":
+        # The keys of both axes.
+        unknown["track"] = [{"output": "heading", "zzz": 0}]
+        said += complaints(run_squid, tmp_path, name, unknown)
+    read: dict[str, set[str]] = {}
+    for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said):
+        read.setdefault(path.rpartition(".")[0], set()).update(allowed.split(", "))
     known = {path: set(table["properties"]) for path, table in tables(SCHEMAS[name])}
     assert read == known
 
@@ -112,7 +116,7 @@ NUMBERS = [
     (section, key, value, allowed)
     for section, schema in SCHEMAS["design"]["properties"].items()
     for key, number in schema.get("items", schema).get("properties", {}).items()
-    if number.get("type") == "number" and key != "delay"
+    if number.get("type") == "number" and key not in ("delay", "turn_rate")
     for value, allowed in limits(number)
 ]
 
@@ -205,6 +209,51 @@ def test_an_envelope_is_one_that_is_read(
 ) -> None:
     design = example("design") | {"envelope": envelope}
     assert ("'envelope." in complaints(run_squid, tmp_path, "design", design)) != allowed
+    assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
+
+
+HEADING = {
+    "track": [{"output": "heading", "scale": 10.0, "unit": "deg"}],
+    "measure": [{"signal": "heading", "scale": 10.0, "unit": "deg", "noise": 0.003}],
+    "manoeuvre": {"heading_step": 10.0, "unit": "deg"},
+}
+"""What a design of heading has of its own, added to that of Squid."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "allowed"),
+    [
+        ({}, True),
+        ({"envelope": {"turn_rate": 8.0, "unit": "deg"}}, True),
+        ({"envelope": {"turn_rate": 90.0, "unit": "deg"}}, True),
+        ({"envelope": {"turn_rate": 91.0, "unit": "deg"}}, False),
+        ({"envelope": {"turn_rate": 0.0, "unit": "deg"}}, False),
+        ({"envelope": {"turn_rate": 1.6, "unit": "rad"}}, False),
+        ({"envelope": {"turn_rate": 8.0}}, False),
+        ({"envelope": {"authority": 0.5}}, False),
+        ({"sea": SEA}, False),
+        ({"manoeuvre": {"pitch_step": 5.0, "unit": "deg"}}, False),
+        ({"measure": [{"signal": "pitch", "scale": 5.0, "unit": "deg", "noise": 0.01}]}, False),
+        ({"measure": [{"signal": "heading_rate", "scale": 10.0, "unit": "deg", "noise": 0.5}]}, False),
+        (
+            {"measure": HEADING["measure"] + [{"signal": "roll", "scale": 5.0, "unit": "deg", "noise": 0.1}]},
+            True,
+        ),
+    ],
+)
+def test_a_design_of_heading_is_one_that_is_read(
+    run_squid: Run, tmp_path: Path, changes: dict, allowed: bool
+) -> None:
+    design = example("design")
+    del design["uncertainty"]
+    others = {key: value for key, value in design["manoeuvre"].items() if key not in STEP}
+    wanted = HEADING | changes
+    design |= wanted | {"track": [design["track"][0] | HEADING["track"][0]]}
+    design["manoeuvre"] = others | wanted["manoeuvre"]
+    shutil.copytree(VEHICLES / "remus100", tmp_path, dirs_exist_ok=True)
+    (tmp_path / "named.toml").write_text(written(design), encoding="utf-8")
+    done = run_squid("show", tmp_path, "--speed", "1.7", "--design", "named")
+    assert ("named.toml" in done.stderr) != allowed, done.stderr
     assert Draft202012Validator(SCHEMAS["design"]).is_valid(design) == allowed
 
 

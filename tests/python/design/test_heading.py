@@ -1,0 +1,167 @@
+"""The axis of heading of REMUS 100, as the command, an importer of FMUs and a pilot see it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import REMUS100, Run, designed, once, written
+from fly import build
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+pytestmark = pytest.mark.change
+
+HEADING = ("--design", "heading")
+
+
+@pytest.fixture(scope="session")
+def packed(run_squid: Run) -> Path:
+    """Return the folder of the design with its package."""
+
+    def make(folder: Path) -> None:
+        written(run_squid, folder, "design", REMUS100, "--no-advise", *HEADING)
+        written(run_squid, folder, "package", REMUS100, *HEADING)
+
+    made_from = [build.squid(), *build.binaries(), *sorted(REMUS100.glob("*.toml"))]
+    return once(made_from, ["package", *HEADING], make)
+
+
+def test_the_controller_is_packed_alone(run_squid: Run, packed: Path) -> None:
+    """It is a legal FMU whose proof can be repeated, and has the signals of its axis."""
+    fmus = [path.name for path in packed.glob("*.fmu")]
+    assert fmus == ["remus100_controller.fmu"] and not list(packed.glob("*.ssp"))
+    fmu = packed / fmus[0]
+    assert validate_fmu(str(fmu)) == []
+    done = run_squid("verify", fmu, "--vehicle", REMUS100, *HEADING)
+    assert done.returncode == 0, done.stderr
+    inputs = {v.name for v in read_model_description(fmu).modelVariables if v.causality == "input"}
+    assert {"heading", "heading_rate", "speed", "heading_reference"} <= inputs
+    assert not inputs & {"pitch", "depth", "speed_reference", "pitch_reference"}
+
+
+class Vehicle:
+    """Sway, rate of heading and heading of the linear model at 1.8 m/s, with the lag of the rudder."""
+
+    def __init__(self, run_squid: Run) -> None:
+        shown = run_squid("show", REMUS100, "--speed", "1.8", *HEADING, "--json")
+        model = json.loads(shown.stdout)["at_speed"]
+        assert model["states"] == ["v", "r", "psi"]
+        self.a, self.b = np.array(model["A"]), np.array(model["B"])[:, 0]
+        self.x, self.rudder = np.zeros(3), 0.0
+
+    def advance(self, command: float, steps: int = 10, tick: float = 0.02) -> None:
+        for _ in range(steps):
+            step = tick / steps
+            self.rudder += step * (command - self.rudder) / 0.1
+            self.x = self.x + step * (self.a @ self.x + self.b * self.rudder)
+
+
+@pytest.mark.parametrize(
+    ("start", "reference", "way"), [(170.0, 190.0, 20.0), (170.0, -170.0, 20.0), (-179.0, 179.0, -2.0)]
+)
+def test_it_turns_the_shorter_way_through_a_compass_that_wraps(
+    run_squid: Run, packed: Path, tmp_path: Path, start: float, reference: float, way: float
+) -> None:
+    fmu = packed / "remus100_controller.fmu"
+    description = read_model_description(fmu)
+    at = {v.name: v.valueReference for v in description.modelVariables}
+    instance = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=extract(fmu, tmp_path),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="heading",
+    )
+    instance.instantiate()
+    vehicle = Vehicle(run_squid)
+
+    def look() -> None:
+        psi = np.deg2rad(start) + vehicle.x[2]
+        wrapped = (psi + np.pi) % (2.0 * np.pi) - np.pi
+        names = ("heading", "heading_rate", "speed", "heading_reference")
+        instance.setReal([at[name] for name in names], [wrapped, vehicle.x[1], 1.8, np.deg2rad(reference)])
+
+    instance.setupExperiment(startTime=0.0)
+    instance.enterInitializationMode()
+    look()
+    instance.exitInitializationMode()
+    largest = 0.0
+    for tick in range(2000):
+        look()
+        instance.doStep(currentCommunicationPoint=0.02 * tick, communicationStepSize=0.02)
+        vehicle.advance(instance.getReal([at["rudder"]])[0])
+        largest = max(largest, abs(np.rad2deg(vehicle.x[2])))
+    instance.terminate()
+    instance.freeInstance()
+    turned = np.rad2deg(vehicle.x[2])
+    assert turned == pytest.approx(way, abs=0.02 * abs(way)), f"{turned} deg"
+    assert largest < 1.02 * abs(way) + 0.01
+
+
+def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, tmp_path: Path) -> None:
+    """A turn of 60 degrees with a depth step, in a current: what it does to each, and the loop of both in turns."""
+    assert packed.is_dir()
+    words = [
+        "simulate",
+        REMUS100,
+        "--design",
+        "depth",
+        "--heading",
+        "heading",
+        "--current",
+        "0.43,0.25",
+        "--json",
+    ]
+    done = run_squid(*words, "--out", tmp_path, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    turns = json.loads(done.stdout)["turns"]
+    assert len(turns) == 6 and turns[0]["speed"] == 1.4 and turns[-1]["speed"] == 2.2
+    for turn in turns:
+        assert turn["settling_time"] < 12.0 and turn["overshoot"] < 0.02, turn
+        assert turn["depth_by_turn"] < 0.01 and turn["roll"] < np.deg2rad(5.0), turn
+        assert turn["stable_to"] == pytest.approx(np.deg2rad(8.0)), turn
+    columns = (tmp_path / "turn.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert {"heading [rad]", "heading_reference_used [rad]", "north [m]", "east [m]", "depth [m]"} <= set(
+        columns
+    )
+    assert (tmp_path / "turn.svg").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--heading", "design"], "--heading is design; it must be a design that tracks heading"),
+        ([*HEADING, "--heading", "heading"], "--design is heading; it must be a design of pitch or depth"),
+        (["--heading", "heading", "--turn", "0"], "--turn is 0; it must be other than 0 and at most 180 deg"),
+        (["--heading", "heading", "--turn", "400"], "--turn is 400; it must be"),
+        (["--heading", "heading", "--current", "0.3"], "it must be two numbers with a comma between"),
+        (["--turn", "30"], "--heading <NAME>"),
+        (["--heading", "none"], "none.toml"),
+    ],
+)
+def test_what_cannot_be_flown_together_says_why(
+    run_squid: Run, tmp_path: Path, words: list[str], said: str
+) -> None:
+    done = run_squid("simulate", REMUS100, "--out", tmp_path, *words)
+    assert done.returncode != 0 and said in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) -> None:
+    """The report has no section that is about pitch, and records have the signals of the axis."""
+    folder = designed(run_squid, REMUS100, *HEADING)
+    for verb in (["export"], ["simulate"], ["report"], ["campaign", "--flights", "4"]):
+        copy = tmp_path / verb[0]
+        copy.mkdir()
+        for path in folder.glob("*.json"):
+            (copy / path.name).write_bytes(path.read_bytes())
+        done = run_squid(*verb, REMUS100, "--out", copy, *HEADING, timeout=900.0)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "export" / "c" / "remus100.c").is_file()
+    columns = (tmp_path / "simulate" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert columns.startswith("time [s],heading [rad],heading_reference_used [rad],speed [m/s]")
+    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert "heading step" in page and "pitch step" not in page and "pitch after a gust" not in page
