@@ -5,6 +5,7 @@ use crate::sea::{Conditions, Sea};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
 use auv::{Current, Motion, Pitch, Plant, Speed, State, Trim as Level, Vehicle, lateral, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
+use signals::Signal;
 use std::array::from_fn;
 use std::borrow::Cow;
 
@@ -180,7 +181,9 @@ pub fn fly_varied(
     let mut autopilot = Autopilot::new(design)?;
     let trims = autopilot.trim().clone();
     let mut started = false;
-    let course = Course { duration: manoeuvre.duration, demand: |time| Demand::of(manoeuvre, time) };
+    let signals = if vehicle.coefficients.has_lateral() { &lateral::SIGNALS } else { &SIGNALS };
+    let demand = |time| Demand::of_axis(manoeuvre, signals, time);
+    let course = Course { duration: manoeuvre.duration, demand };
     let start = Start::new(vehicle, level, course.initial_speed(), conditions, off_trim)?;
     start.fly(course, &Sampling { sample_time, trims: &trims }, |measured| {
         if !std::mem::replace(&mut started, true) {
@@ -209,19 +212,16 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// The demand of a manoeuvre in still water.
+    /// The demand of a manoeuvre of surge, heave and pitch in still water.
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
+        Self::of_axis(manoeuvre, &SIGNALS, time)
+    }
+
+    /// The demand of a manoeuvre of an axis with these signals.
+    fn of_axis(manoeuvre: &Manoeuvre, signals: &Each<Signal>, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|place| {
-                // The steps of one axis are those of its own signals.
-                let [one, other] = [SIGNALS[place].name, lateral::SIGNALS[place].name];
-                if one == other {
-                    0.0
-                } else {
-                    manoeuvre.above_trim(time, one) + manoeuvre.above_trim(time, other)
-                }
-            }),
+            above_trim: from_fn(|place| manoeuvre.above_trim(time, signals[place].name)),
             current: Current::default(),
         }
     }

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from conftest import REMUS100, Run, designed, once, written
 from fly import build
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
+from fly.master import Slave
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.change
@@ -54,6 +54,7 @@ class Vehicle:
         self.x, self.rudder = np.zeros(3), 0.0
 
     def advance(self, command: float, steps: int = 10, tick: float = 0.02) -> None:
+        """Fly a tick under a held command (rad)."""
         for _ in range(steps):
             step = tick / steps
             self.rudder += step * (command - self.rudder) / 0.1
@@ -64,38 +65,25 @@ class Vehicle:
     ("start", "reference", "way"), [(170.0, 190.0, 20.0), (170.0, -170.0, 20.0), (-179.0, 179.0, -2.0)]
 )
 def test_it_turns_the_shorter_way_through_a_compass_that_wraps(
-    run_squid: Run, packed: Path, tmp_path: Path, start: float, reference: float, way: float
+    run_squid: Run, packed: Path, start: float, reference: float, way: float
 ) -> None:
-    fmu = packed / "remus100_controller.fmu"
-    description = read_model_description(fmu)
-    at = {v.name: v.valueReference for v in description.modelVariables}
-    instance = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=extract(fmu, tmp_path),
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="heading",
-    )
-    instance.instantiate()
     vehicle = Vehicle(run_squid)
 
     def look() -> None:
         psi = np.deg2rad(start) + vehicle.x[2]
-        wrapped = (psi + np.pi) % (2.0 * np.pi) - np.pi
-        names = ("heading", "heading_rate", "speed", "heading_reference")
-        instance.setReal([at[name] for name in names], [wrapped, vehicle.x[1], 1.8, np.deg2rad(reference)])
+        controller.set("heading", (psi + np.pi) % (2.0 * np.pi) - np.pi)
+        controller.set("heading_rate", vehicle.x[1])
 
-    instance.setupExperiment(startTime=0.0)
-    instance.enterInitializationMode()
-    look()
-    instance.exitInitializationMode()
     largest = 0.0
-    for tick in range(2000):
+    with Slave(packed / "remus100_controller.fmu", "heading") as controller:
+        controller.begin({"speed": 1.8, "heading_reference": np.deg2rad(reference)})
         look()
-        instance.doStep(currentCommunicationPoint=0.02 * tick, communicationStepSize=0.02)
-        vehicle.advance(instance.getReal([at["rudder"]])[0])
-        largest = max(largest, abs(np.rad2deg(vehicle.x[2])))
-    instance.terminate()
-    instance.freeInstance()
+        controller.ready()
+        for tick in range(1, 2001):
+            look()
+            controller.step_to(0.02 * tick)
+            vehicle.advance(controller.get("rudder"))
+            largest = max(largest, abs(np.rad2deg(vehicle.x[2])))
     turned = np.rad2deg(vehicle.x[2])
     assert turned == pytest.approx(way, abs=0.02 * abs(way)), f"{turned} deg"
     assert largest < 1.02 * abs(way) + 0.01
