@@ -116,8 +116,9 @@ pub struct LawOutput {
 /// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a rule for its
 /// pitch.
 ///
-/// A vehicle that leaves the vertical plane, [`Vehicle::yawing`], is flown by an autopilot of heading: surge, heave and pitch are held at the
-/// level trim of the wanted speed, as by an autopilot that keeps them; sway, roll and yaw are free.
+/// A vehicle that leaves the vertical plane, [`Vehicle::yawing`], is flown by an autopilot of heading: surge, heave and
+/// pitch are held at the level trim of the wanted speed, as by an autopilot that keeps them; sway, roll and yaw are
+/// free.
 ///
 /// # Errors
 /// As [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].

@@ -58,8 +58,9 @@ pub struct Both<'a> {
     pub heading: (&'a Inputs, &'a Stored),
 }
 
-/// Simulates a turn \[rad\] at several speeds in a steady current, in six degrees of freedom, while the other axis makes
-/// the step of its default flight, and the flight with both ramps; writes a record and a plot to `directory`.
+/// Simulates a turn \[rad\] at several speeds in a steady current, in six degrees of freedom, while the other axis
+/// makes the step of its default flight, and once on the ramp of speed of that; writes a record and a plot of this to
+/// `directory`.
 ///
 /// # Errors
 /// [`Error::NoCommonSpeed`], [`Error::Flight`], [`Error::Plot`].
@@ -230,9 +231,9 @@ fn roll(flight: &[WholeRow]) -> Panel {
 fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) -> String {
     let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
     let mut out = format!(
-        "Turns by {} deg in six degrees of freedom, each with the default step of {}\n\n  \
-         speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n    m/s               \
-         s           %             m          m/s     deg   % of reach       deg/s\n",
+        "Turns by {} deg in six degrees of freedom, each with the default step of {}\n\n\
+         \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\
+         \x20   m/s               s           %             m          m/s     deg   % of reach       deg/s\n",
         auv::rounded(turn.to_degrees()),
         steps.join(" and ")
     );
@@ -249,8 +250,8 @@ fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) 
             known(one.stable_to.to_degrees(), 2)
         );
     }
-    out += "\nDepth moved and speed lost are against the same flight without the turn; the travel is that of the commands of \
-            heading.\nStable to: the linear loop of both autopilots in steady turns at eleven rates, up to the limit of the \
-            reference.\n";
+    out += "\nDepth moved and speed lost are against the same flight without the turn; travel is of the commands of \
+            heading.\nStable to: the linear loop of both autopilots in steady turns at eleven rates, up to the \
+            reference's.\n";
     out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
 }
