@@ -106,6 +106,11 @@ def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str
     run([build.squid(), "design", *which])
     run([build.squid(), "package", *which, "--platforms", platforms.option(names)])
     packages = Packages.found_in(folder)
+    if not packages.plant.is_file():
+        raise StageError(
+            f"{sources[1]} is a design of heading, which is packed as a controller alone ({packages.controller}): "
+            f"fly it beside one of pitch or depth, `cargo squid simulate {typed(vehicle)} --heading {design}`."
+        )
     stamp.write(mark, digest_of(made_from, packages, [design, *names]))
     return packages
 

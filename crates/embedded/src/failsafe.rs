@@ -145,7 +145,7 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
     let judge = all.iter().map(|one| {
         let (name, upper) = (one.name(), one.name().to_ascii_uppercase());
         let signal = &design.signals[one.input.signal];
-        let value = near(signal, format!("in->{name}"), &format!("all->watched_{name}.last"));
+        let value = near(signal, format!("in->{name}"), &format!("all->watched_{name}.believed"));
         format!(
             "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value}, {});",
             valid(name)

@@ -10,6 +10,8 @@ import pytest
 from conftest import REMUS100, Run, designed, once, written
 from fly import build
 from fly.master import Slave
+from fly.package import design_and_package
+from fly.stages import StageError
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
@@ -136,6 +138,14 @@ def test_what_cannot_be_flown_together_says_why(
     done = run_squid("simulate", REMUS100, "--out", tmp_path, *words)
     assert done.returncode != 0 and said in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_the_main_job_says_what_flies_heading(squid_command: Path, tmp_path: Path) -> None:
+    assert squid_command.is_file()
+    with pytest.raises(
+        StageError, match=r"a design of heading.*squid simulate \S*remus100 --heading heading"
+    ):
+        design_and_package(REMUS100, "heading", tmp_path, [])
 
 
 def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) -> None:
