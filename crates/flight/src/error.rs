@@ -31,6 +31,12 @@ pub enum Error {
             hull there, or leave [waves] out of the sea"
     )]
     NoGeometry { vehicle: String },
+    /// A sea for a vehicle that leaves the vertical plane.
+    #[error(
+        "the sea acts on surge, heave and pitch alone: fly a design of heading of {vehicle} in still water, or in a \
+            steady current beside one of pitch or depth (simulate --heading NAME --current NORTH,EAST)"
+    )]
+    SeaOfHeading { vehicle: String },
     /// An autopilot of another vehicle.
     #[error("the autopilot commands {name}, which the vehicle does not have")]
     NoSuchActuator { name: String },

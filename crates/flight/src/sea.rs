@@ -64,9 +64,11 @@ impl Sea {
     /// Checks that a vehicle can be simulated in this sea: waves need its `[geometry]`.
     ///
     /// # Errors
-    /// [`Error::NoGeometry`].
+    /// [`Error::NoGeometry`], [`Error::SeaOfHeading`].
     pub fn check(&self, vehicle: &Vehicle) -> Result<(), Error> {
-        if self.waves.is_none() || vehicle.geometry.is_some() {
+        if vehicle.coefficients.has_lateral() {
+            Err(Error::SeaOfHeading { vehicle: vehicle.name.clone() })
+        } else if self.waves.is_none() || vehicle.geometry.is_some() {
             Ok(())
         } else {
             Err(Error::NoGeometry { vehicle: vehicle.name.clone() })

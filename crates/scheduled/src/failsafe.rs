@@ -206,7 +206,8 @@ impl Supervisor {
         let stale = if stale_after > 0.0 { ticks(stale_after, self.sample_time) } else { u32::MAX };
         for (one, reading) in self.watched.iter().zip(&mut self.state.readings) {
             let was_lost = reading.lost_for > 0;
-            let value = autopilot.plan.signals[one.signal].nearest(inputs.measured[one.signal], reading.believed);
+            let value =
+                autopilot.plan.signals[one.signal].nearest(inputs.measured[one.signal], reading.believed);
             one.judge(reading, value, valid[one.signal], stale, self.sample_time);
             self.inputs.measured[one.signal] = reading.believed;
             self.state.changed |= was_lost && reading.lost_for == 0;

@@ -11,7 +11,7 @@ from conftest import REMUS100, Run, designed, once, written
 from fly import build
 from fly.master import Slave
 from fly.package import design_and_package
-from fly.stages import StageError
+from fly.stages import ROOT, StageError
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
@@ -137,6 +137,13 @@ def test_what_cannot_be_flown_together_says_why(
 ) -> None:
     done = run_squid("simulate", REMUS100, "--out", tmp_path, *words)
     assert done.returncode != 0 and said in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("verb", ["simulate", "report", "campaign"])
+def test_a_sea_is_refused(run_squid: Run, tmp_path: Path, verb: str) -> None:
+    done = run_squid(verb, REMUS100, *HEADING, "--out", tmp_path, "--sea", ROOT / "vehicles" / "sea.toml")
+    assert done.returncode == 1 and "the sea acts on surge, heave and pitch alone" in done.stderr
     assert not list(tmp_path.iterdir())
 
 
