@@ -3,15 +3,16 @@
 use crate::designs::{Made, read};
 use auv::lateral::{HEADING, HEADING_RATE};
 use auv::longitudinal::SPEED;
-use auv::{Current, Parameter, turn};
+use auv::{Current, Parameter, Vehicle, turn};
 use base::progress::Progress;
 use proof::claim::{parse, text};
-use scheduled::{Autopilot, Health, Inputs as Ports, Manoeuvre, OverSpeed, Supervisor};
+use rayon::prelude::*;
+use scheduled::{Autopilot, ControllerDesign, Health, Inputs as Ports, Manoeuvre, OverSpeed, Supervisor};
+use squid_design::certify::lft_matrices;
 use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
+use squid_design::store::freeze::{frozen, gamma};
 use squid_design::uncertain::trim::random_corners;
-use squid_flight::flight::fly;
-use squid_flight::metrics::StepFigures;
 use squid_flight::whole::{WholeRow, fly_whole};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -142,85 +143,116 @@ fn a_compass_that_jumps_is_not_believed() {
     assert_eq!([failed(0.2 - 360.0), failed(1.0)], [0, 0]);
 }
 
-/// Vehicles at corners of the declared uncertainty follow the step of the default flight.
-#[test]
-fn corners_of_the_uncertainty_follow() {
+/// The depth autopilot that flies beside it.
+static DIVING: LazyLock<ControllerDesign> = LazyLock::new(|| {
+    let Made { inputs, model, design, .. } = Made::of(read("remus100", "depth"));
+    frozen(&inputs, &model, lft_matrices(&design.controller), gamma(&design, true)).unwrap().controller
+});
+
+/// A turn \[deg\] at 10 s in six degrees of freedom and in a current of half a metre a second, with a depth step \[m\].
+fn turned(whole: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> Vec<WholeRow> {
     let (inputs, finished) = &*MADE;
-    let parameters: Vec<Parameter> = inputs.uncertain.iter().map(|one| one.parameter).collect();
-    for (number, corner) in random_corners(parameters.len(), 10, 7).into_iter().enumerate() {
-        let vehicle =
-            inputs.uncertain.iter().zip(&corner).fold(inputs.vehicle.clone(), |vehicle, (one, side)| {
-                one.parameter.with_value(&vehicle, one.value + side * one.half_range)
-            });
-        let speed = if number % 2 == 0 { 1.6 } else { 2.1 };
-        let manoeuvre = Manoeuvre {
-            speed_from: speed,
-            speed_to: speed,
-            duration: 60.0,
-            ..inputs.design.manoeuvre.clone()
-        };
-        let flight = fly(&vehicle, &finished.frozen.controller, inputs.design.level(), &manoeuvre).unwrap();
-        let step = (manoeuvre.step_time, manoeuvre.step("heading"));
-        let figures = StepFigures::of_flight(&flight, HEADING, step, &inputs.limits());
-        assert!(figures.settling_time < 17.0 && figures.overshoot < 0.1, "{number}: {figures:?}");
+    let steps = [("heading".to_owned(), turn.to_radians()), ("depth".to_owned(), depth_step)];
+    let manoeuvre = Manoeuvre {
+        speed_from: speed,
+        speed_to: speed,
+        step_time: 10.0,
+        duration: 70.0,
+        steps: steps.into(),
+        ..inputs.design.manoeuvre.clone()
+    };
+    let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
+    let designs = [&*DIVING, &finished.frozen.controller];
+    fly_whole(whole, designs, (10.0, &inputs.design.pitch), &manoeuvre, current).unwrap()
+}
+
+/// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the turn.
+fn settled(rows: &[WholeRow], turn: f64) -> (f64, f64) {
+    let part = |row: &WholeRow| row.state.heading.to_degrees() / turn - 1.0;
+    let last = rows.iter().rposition(|row| part(row).abs() > 0.02).unwrap();
+    let time = if last + 1 < rows.len() { rows[last].time - 10.0 } else { f64::INFINITY };
+    (time, rows.iter().map(part).fold(0.0, f64::max))
+}
+
+/// The largest difference of depth between two flights, m.
+fn apart(one: &[WholeRow], other: &[WholeRow]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| (a.state.depth - b.state.depth).abs()).fold(0.0, f64::max)
+}
+
+/// The vehicle dives by 20 m and turns by 60 degrees at 8 degrees a second. The turn hardly moves the depth, and a dive
+/// alone not the heading.
+#[test]
+fn the_vehicle_turns_while_it_dives() {
+    let whole = &MADE.0.whole;
+    for speed in [1.4, 1.8, 2.2] {
+        let (both, dive) = (turned(whole, speed, -60.0, 20.0), turned(whole, speed, 0.0, 20.0));
+        let (time, overshoot) = settled(&both, -60.0);
+        assert!(time < 12.0 && overshoot < 0.02, "{speed}: {time} s, {overshoot}");
+        assert!(apart(&both, &dive) < 0.01, "{speed}: {} m", apart(&both, &dive));
+        let dived = both.last().unwrap().state.depth - 10.0;
+        assert!((dived - 20.0).abs() < 0.05, "{speed}: {dived} m");
+        let travel = both.windows(2).map(|pair| (pair[1].commands[2] - pair[0].commands[2]).abs());
+        let (travel, roll) =
+            (travel.sum::<f64>(), both.iter().map(|row| row.state.motion.phi.abs()).fold(0.0, f64::max));
+        assert!(travel.to_degrees() < 20.0 && roll.to_degrees() < 5.0, "{speed}: {travel}, {roll}");
+        assert!(dive.last().unwrap().state.heading.abs() < 1e-8, "{speed}");
     }
 }
 
-/// In six degrees of freedom, with the depth design and in a current: the vehicle dives and turns by 60 degrees at 8
-/// degrees a second. The turn hardly moves the depth, and the dive not the heading.
+/// With the torque of its propeller the vehicle rolls, and still turns as asked without much of a change of depth.
 #[test]
-fn the_vehicle_turns_while_it_dives() {
-    let (inputs, finished) = &*MADE;
-    let depth = Made::of(read("remus100", "depth"));
-    let gamma = squid_design::store::freeze::gamma(&depth.design, true);
-    let lft = squid_design::certify::lft_matrices(&depth.design.controller);
-    let diving =
-        squid_design::store::freeze::frozen(&depth.inputs, &depth.model, lft, gamma).unwrap().controller;
-    let turning = &finished.frozen.controller;
-    let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
-    let flown = |speed: f64, heading: f64, depth_step: f64| {
-        let manoeuvre = Manoeuvre {
-            speed_from: speed,
-            speed_to: speed,
-            step_time: 10.0,
-            duration: 100.0,
-            steps: [("heading".to_owned(), heading.to_radians()), ("depth".to_owned(), depth_step)].into(),
-            ..inputs.design.manoeuvre.clone()
-        };
-        fly_whole(&inputs.whole, [&diving, turning], (10.0, &inputs.design.pitch), &manoeuvre, current)
-            .unwrap()
-    };
-    let mut seen = vec![];
-    for speed in [1.4, 1.8, 2.2] {
-        let (both, dive) = (flown(speed, -60.0, 20.0), flown(speed, 0.0, 20.0));
-        let heading = |row: &WholeRow| row.state.heading.to_degrees();
-        let outside = both.iter().rposition(|row| (heading(row) + 60.0).abs() > 0.02 * 60.0).unwrap();
-        let settled = both[outside].time - 10.0;
-        let overshoot = both.iter().map(|row| -heading(row) / 60.0 - 1.0).fold(0.0, f64::max);
-        let by_turn = both.iter().zip(&dive).map(|(one, other)| (one.state.depth - other.state.depth).abs());
-        let by_turn = by_turn.fold(0.0, f64::max);
-        let rudder: f64 = both.windows(2).map(|pair| (pair[1].commands[2] - pair[0].commands[2]).abs()).sum();
-        let last = both.last().unwrap();
-        let dived = last.state.depth - 10.0;
-        let roll = both.iter().map(|row| row.state.motion.phi.abs()).fold(0.0, f64::max);
-        seen.push((
-            speed,
-            settled,
-            100.0 * overshoot,
-            by_turn,
-            rudder.to_degrees(),
-            dived,
-            roll.to_degrees(),
-        ));
-        assert!((heading(dive.last().unwrap())).abs() < 1e-6, "a dive alone does not turn");
+fn it_turns_under_the_torque_of_its_propeller() {
+    let whole = &MADE.0.whole;
+    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(whole, -0.543 / 3.86);
+    for side in [-60.0, 60.0] {
+        let (both, straight) = (turned(&torque, 1.54, side, 5.0), turned(&torque, 1.54, 0.0, 5.0));
+        let (time, overshoot) = settled(&both, side);
+        let roll = straight.last().unwrap().state.motion.phi.to_degrees();
+        assert!(time < 13.0 && overshoot < 0.03 && roll < -4.0, "{side}: {time} s, {overshoot}, {roll} deg");
+        assert!(apart(&both, &straight) < 0.02, "{side}: {} m", apart(&both, &straight));
+        let off = both.last().unwrap().state.heading.to_degrees() - side;
+        assert!(off.abs() < 0.1, "{side}: {off} deg");
     }
-    println!(
-        "speed, settled s, overshoot %, depth by the turn m, rudder travel deg, dived m, roll deg: {seen:?}"
-    );
-    for (speed, settled, overshoot, by_turn, travel, dived, roll) in seen {
-        assert!(settled < 12.0 && overshoot < 2.0, "{speed}: {settled} s, {overshoot} %");
-        assert!(by_turn < 0.01 && (dived - 20.0).abs() < 0.05, "{speed}: {by_turn} m, {dived} m");
-        assert!(travel < 20.0 && roll < 5.0, "{speed}: {travel} deg, {roll} deg");
+}
+
+/// 40 vehicles at corners of the declared uncertainty, at two speeds each, turn by 60 degrees; a rudder slower by 0.2 s
+/// is held, too.
+#[test]
+fn corners_of_the_uncertainty_turn() {
+    let (inputs, _) = &*MADE;
+    let draws = random_corners(inputs.uncertain.len(), 40, 7);
+    let vehicle = |corner: &[f64], slower: f64| {
+        let rudder = inputs.whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
+        let mut whole = inputs.whole.clone();
+        whole.actuators[rudder].lag += slower;
+        inputs.uncertain.iter().zip(corner).fold(whole, |whole, (one, side)| {
+            // The rudder is the first actuator of the axis, and another of the vehicle.
+            let parameter = match one.parameter {
+                Parameter::Effect { key, .. } => Parameter::Effect { actuator: rudder, key },
+                other => other,
+            };
+            parameter.with_value(&whole, one.value + side * one.half_range)
+        })
+    };
+    let cases = draws.iter().enumerate().flat_map(|(number, corner)| {
+        let slow = if number < 8 { &[0.0, 0.2][..] } else { &[0.0] };
+        [1.6, 2.1]
+            .into_iter()
+            .flat_map(move |speed| slow.iter().map(move |lag| (number, corner, speed, *lag)))
+    });
+    let cases: Vec<_> = cases.collect();
+    assert_eq!(cases.len(), 80 + 16);
+    let found: Vec<_> = cases
+        .par_iter()
+        .map(|(number, corner, speed, slower)| {
+            let rows = turned(&vehicle(corner, *slower), *speed, -60.0, 0.0);
+            (number, speed, slower, settled(&rows, -60.0))
+        })
+        .collect();
+    for (number, speed, slower, (time, overshoot)) in found {
+        let (longest, farthest) = if *slower > 0.0 { (40.0, 0.3) } else { (17.0, 0.05) };
+        let words = format!("{number} at {speed} m/s, slower by {slower} s: {time} s, {overshoot}");
+        assert!(time < longest && overshoot < farthest, "{words}");
     }
 }
 
