@@ -420,11 +420,18 @@ fn trim_line(inputs: &Inputs, model: &Model) -> String {
     )
 }
 
+/// A real part that is less than this in size is that of an integrator, 1/s.
+const INTEGRATES: f64 = 1e-9;
+
 fn linearise_line(model: &Model) -> String {
     let slowest =
         |i: usize| model.grid[i].1.eigenvalues().iter().map(|e| e.re).fold(f64::NEG_INFINITY, f64::max);
     let worst = (0..model.grid.len()).map(slowest).fold(f64::NEG_INFINITY, f64::max);
-    let verdict = if worst < 0.0 { "stable at every speed" } else { "UNSTABLE without control" };
+    let verdict = match worst {
+        worst if worst < -INTEGRATES => "stable at every speed",
+        worst if worst <= INTEGRATES => "stable without control, but for what integrates",
+        _ => "UNSTABLE without control",
+    };
     let states = model.grid.first().map_or(&[][..], |(_, l)| l.states);
     let states: Vec<&str> = states.iter().map(|state| state.symbol).collect();
     format!("x = [{}]; {verdict} (largest real part {worst:+.3} rad/s)", states.join(" "))

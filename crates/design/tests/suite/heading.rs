@@ -256,6 +256,20 @@ fn corners_of_the_uncertainty_turn() {
     }
 }
 
+/// LRAUV Tethys, which does not keep its heading by itself either, and NPS AUV II, which does and whose speed is given.
+#[test]
+fn other_vehicles_hold_their_heading() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    for (folder, gain) in [("vehicles/tethys", 0.28), ("tests/vehicles/nps_auv_ii", 0.35)] {
+        let inputs = Inputs::read(&root.join(folder), "heading").unwrap();
+        let finished = run(&inputs, &Progress::default()).unwrap();
+        assert_eq!(finished.verdict.missed().count(), 0, "{folder}: {}", finished.verdict);
+        let theorem = &finished.proof.as_ref().unwrap().theorem;
+        assert!(theorem.gamma_with_model_error.unwrap() < gain, "{folder}: {theorem:?}");
+        assert!(finished.sampled.is_ok() && theorem.limits.is_some(), "{folder}");
+    }
+}
+
 /// What cannot be designed says why, with the file and what to do.
 #[test]
 fn what_has_no_heading_says_so() {
