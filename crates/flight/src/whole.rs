@@ -66,8 +66,8 @@ impl Axis {
 }
 
 /// Simulates a vehicle that leaves the vertical plane under an autopilot of surge, heave and pitch and one of heading,
-/// in a steady current, from level trim at a depth \[m\] with a rule for its pitch. The steps of the manoeuvre are those
-/// of both axes, and begin at the same time.
+/// in a steady current, from level trim at a depth \[m\] with a rule for its pitch. The steps of the manoeuvre are
+/// those of both axes, and begin at the same time.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`]; those of the autopilots; [`Error::NoSuchActuator`];

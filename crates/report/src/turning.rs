@@ -251,7 +251,7 @@ fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) 
         );
     }
     out += "\nDepth moved and speed lost are against the same flight without the turn; travel is of the commands of \
-            heading.\nStable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit of \
-            the reference.\n";
+            heading.\nStable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
+            of the reference.\n";
     out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
 }

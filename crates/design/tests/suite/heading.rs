@@ -166,7 +166,8 @@ fn turned(whole: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> Vec<WholeR
     fly_whole(whole, designs, (10.0, &inputs.design.pitch), &manoeuvre, current).unwrap()
 }
 
-/// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the turn.
+/// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the
+/// turn.
 fn settled(rows: &[WholeRow], turn: f64) -> (f64, f64) {
     let part = |row: &WholeRow| row.state.heading.to_degrees() / turn - 1.0;
     let last = rows.iter().rposition(|row| part(row).abs() > 0.02).unwrap();
