@@ -24,6 +24,11 @@ use std::path::{Path, PathBuf};
 pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) -> Result<(), Error> {
     let (inputs, directory) = which.read_to_write()?;
     let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
+    if paper && inputs.design.is_lateral() {
+        let (found, allowed) =
+            (inputs.design.source(), "given with a design of pitch: the paper has no heading");
+        return Err(Error::Argument { name: "--paper", found, allowed: allowed.into() });
+    }
     let others = others(which, &inputs, &directory, beside)?;
     let stored = load_or_design(&inputs, &directory)?;
     let load = |(inputs, directory): (Inputs, PathBuf)| {
