@@ -52,6 +52,9 @@ impl State {
 
 /// A vehicle in motion, with its workspace: no step allocates.
 ///
+/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations, and in
+/// still water or a steady current; others in the vertical plane.
+///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
 /// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion
 /// hardly depends on how an interval is divided.
@@ -131,15 +134,16 @@ impl Plant {
     /// # Errors
     /// [`SimulationError::NoLpvModel`] if the LPV model is selected but the plant has none.
     pub fn set_fidelity(&mut self, fidelity: Fidelity) -> Result<(), SimulationError> {
-        if fidelity == Fidelity::Lpv && self.lpv.is_none() {
+        // That of a vehicle in the vertical plane is none of one that leaves it.
+        if fidelity == Fidelity::Lpv && (self.lpv.is_none() || self.side.is_some()) {
             return Err(SimulationError::NoLpvModel);
         }
         self.fidelity = fidelity;
         Ok(())
     }
 
-    /// Puts the plant into a trim at x = 0: every actuator at its trim output and commanded to stay there, the
-    /// operating speed and a given one those of the trim, the current as it is.
+    /// Puts the plant into a trim at x = 0, heading north: every actuator at its trim output and commanded to stay
+    /// there, the operating speed and a given one those of the trim, the current as it is.
     ///
     /// # Errors
     /// [`SimulationError::TrimActuators`] if the trim has another number of actuators.
@@ -149,6 +153,7 @@ impl Plant {
             return Err(SimulationError::TrimActuators { found, expected });
         }
         self.time = time;
+        self.is_held = false;
         self.set_state(&State::in_plane(trim.motion(), 0.0, trim.depth));
         self.outputs.copy_from_slice(&trim.actuators);
         self.commands.copy_from_slice(&trim.actuators);

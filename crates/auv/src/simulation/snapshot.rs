@@ -7,8 +7,8 @@ use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
 
-/// The state of a [`Plant`]: all but the vehicle's actuators, its LPV model and its
-/// [`Water`](crate::Water).
+/// The state of a [`Plant`]: all but the vehicle's actuators, its LPV model, its [`Water`](crate::Water) and whether
+/// level flight is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// Coefficients in use.
