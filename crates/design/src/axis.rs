@@ -16,7 +16,7 @@ use std::fmt::Debug;
 /// x' = A(V) (x - x0(V)) + B(V) (u - u0(V)),   y = C x
 /// ```
 ///
-/// The longitudinal vehicle is [`Longitudinal`](crate::linearise::Longitudinal). SI units, angles in radians.
+/// A vehicle in level flight is [`LevelFlight`](crate::linearise::LevelFlight). SI units, angles in radians.
 pub trait VehicleModel: Debug + Sync {
     /// The name of the vehicle.
     fn name(&self) -> &str;

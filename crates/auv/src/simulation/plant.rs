@@ -221,11 +221,13 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump.
+    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump. The water is of
+    /// the vertical plane, and the vehicle then moves in it.
     #[must_use]
     pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
         let (surge, heave) = self.velocity_over_ground();
         self.water = Some(water);
+        self.side = None;
         let (u_c, w_c) = self.flow().along_body(self.body[3]);
         (self.body[0], self.body[1]) = (surge - u_c, heave - w_c);
         self
@@ -437,18 +439,18 @@ impl Plant {
         self.current
     }
 
-    /// Speed through the water, sqrt(u^2 + w^2) \[m/s\].
+    /// Speed through the water in the vertical plane, sqrt(u^2 + w^2) \[m/s\].
     pub fn speed(&self) -> f64 {
         self.body[0].hypot(self.body[1])
     }
 
-    /// Velocity over ground along the body axes \[m/s\]: surge, heave.
+    /// Velocity over ground along the body axes, in the vertical plane \[m/s\]: surge, heave.
     pub fn velocity_over_ground(&self) -> (f64, f64) {
         let (u_c, w_c) = self.flow().along_body(self.body[3]);
         (self.body[0] + u_c, self.body[1] + w_c)
     }
 
-    /// Velocity over ground in the earth frame \[m/s\]: horizontal, and down (the rate of depth).
+    /// Velocity over ground in the earth frame, in the vertical plane \[m/s\]: horizontal, and down (the rate of depth).
     pub fn earth_velocity(&self) -> (f64, f64) {
         earth_velocity(&self.body, self.flow())
     }

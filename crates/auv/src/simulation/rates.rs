@@ -1,7 +1,7 @@
 //! The motion at one instant as states and their rates, for other integrators and for exact derivatives.
 //!
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
-//! they are continuous where the current jumps.
+//! they are continuous where the current jumps. They are of the vertical plane.
 
 use crate::motion::dynamics::Motion;
 use crate::scalar::Scalar;
@@ -266,7 +266,7 @@ mod tests {
     fn vehicle() -> Vehicle {
         let file =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/vehicle.toml");
-        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
+        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap().in_plane()
     }
 
     /// A short flight moves as the rates say, to second order in its length, in still water and under waves.

@@ -69,6 +69,7 @@ mod tests {
         for name in ["squid", "remus100", "lauv"] {
             let file = format!("{}/../../vehicles/{name}/vehicle.toml", env!("CARGO_MANIFEST_DIR"));
             let vehicle = Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap();
+            let vehicle = vehicle.in_plane();
             let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
             let dynamics = Dynamics::new(coefficients).unwrap();
             for (frequency, heading) in [(1.1, 2.8), (1.9, 0.4)] {

@@ -102,8 +102,9 @@ fn every_requirement_can_be_missed_and_met() {
     let hard = judged(&all(|sense| if sense == Sense::Above { 1e6 } else { 0.0 }));
     assert_eq!(hard.missed().count(), hard.rows.len(), "{hard}");
     assert_eq!(hard.rows.len(), verdict.rows.len());
-    // Squid's design does not track depth.
-    for requirement in REQUIREMENTS.iter().filter(|one| !one.key.starts_with("depth")) {
+    // Squid's design tracks neither depth nor heading.
+    let own = |key: &str| !key.starts_with("depth") && !key.starts_with("heading");
+    for requirement in REQUIREMENTS.iter().filter(|one| own(one.key)) {
         assert!(hard.rows.iter().any(|row| row.key == requirement.key), "{}", requirement.key);
     }
     let easy = judged(&all(|sense| if sense == Sense::Above { 0.0 } else { 1e6 }));

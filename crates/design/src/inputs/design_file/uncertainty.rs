@@ -156,7 +156,7 @@ mod tests {
     fn resolve(vehicle: &str, section: &str) -> Result<Vec<UncertainParameter>, FileError> {
         let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
         let text = std::fs::read_to_string(directory.join(vehicle).join("vehicle.toml")).unwrap();
-        let vehicle = Vehicle::parse(&text, "vehicle.toml").unwrap();
+        let vehicle = Vehicle::parse(&text, "vehicle.toml").unwrap().in_plane();
         let text = std::fs::read_to_string(directory.join("squid/paper.toml")).unwrap();
         let (before, _) = text.split_once("[uncertainty]").unwrap();
         let shifted = |mut error: FileError| {
