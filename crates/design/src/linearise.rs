@@ -80,7 +80,7 @@ impl VehicleModel for LevelFlight<'_> {
     }
 
     fn sensors(&self, speeds: &[f64]) -> Result<BTreeMap<String, Sensor>, ModelError> {
-        sensors::sensors(self, &self.level(speeds)?)
+        sensors::sensors([self.vehicle, self.plane], self.file, &self.level(speeds)?)
     }
 
     fn linearise(&self, speed: f64) -> Result<Linearisation, ModelError> {

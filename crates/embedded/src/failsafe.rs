@@ -1,7 +1,6 @@
 //! What the header and the source have for sensors that fail, in the order of [`scheduled::Supervisor`].
 
-use crate::inputs::{Input, inputs, reference};
-use crate::references::near;
+use crate::inputs::{Input, inputs, near, reference};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use scheduled::{

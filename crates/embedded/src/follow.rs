@@ -1,8 +1,8 @@
 //! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
 
 use crate::failsafe;
-use crate::inputs::{reference, references};
-use crate::references::{ends, is_kept, is_speed, keep_references, limit, near, wanted_speed};
+use crate::inputs::{near, reference, references};
+use crate::references::{ends, is_kept, is_speed, keep_references, limit, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};

@@ -76,3 +76,8 @@ pub(crate) fn origins(design: &ControllerDesign) -> impl Iterator<Item = &Port> 
 pub(crate) fn keeps_commands(design: &ControllerDesign) -> bool {
     design.anti_windup.is_some() || design.failsafe.is_some()
 }
+
+/// A value of a signal near another: of an angle that comes back to itself the nearest.
+pub(crate) fn near(signal: &Port, value: String, to: &str) -> String {
+    if signal.circular { format!("nearest({value}, {to})") } else { value }
+}

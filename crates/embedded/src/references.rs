@@ -1,7 +1,7 @@
 //! References: what V_r follows from, their limits, and what the state keeps of them.
 
 use crate::failsafe::needs_last;
-use crate::inputs::{has_rate, reference, references};
+use crate::inputs::{has_rate, near, reference, references};
 use crate::template::lines;
 use scheduled::{ControllerDesign, Level, OverSpeed, Port, ReferenceLimits};
 
@@ -29,11 +29,6 @@ pub(crate) fn keep_references(design: &ControllerDesign, state: &str) -> String 
 /// The signals whose references the state keeps.
 pub(crate) fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
     references(design).map(|(_, signal)| signal).filter(|signal| is_kept(design, signal))
-}
-
-/// A value of a signal near another: of an angle that comes back to itself the nearest.
-pub(crate) fn near(signal: &Port, value: String, to: &str) -> String {
-    if signal.circular { format!("nearest({value}, {to})") } else { value }
 }
 
 /// Whether the state keeps the reference of a signal.

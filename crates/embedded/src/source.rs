@@ -1,9 +1,9 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::inputs::{inputs, keeps_commands, origins, reference, references};
+use crate::inputs::{inputs, keeps_commands, near, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
-use crate::references::{ends, is_speed, keep_references, kept, limited, near, scheduled, wanted_speed};
+use crate::references::{ends, is_speed, keep_references, kept, limited, scheduled, wanted_speed};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use crate::{failsafe, follow};

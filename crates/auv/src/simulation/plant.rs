@@ -52,8 +52,8 @@ impl State {
 
 /// A vehicle in motion, with its workspace: no step allocates.
 ///
-/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations, and in
-/// still water or a steady current; others in the vertical plane.
+/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations, and
+/// in still water or a steady current; others in the vertical plane.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
 /// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion
@@ -450,7 +450,8 @@ impl Plant {
         (self.body[0] + u_c, self.body[1] + w_c)
     }
 
-    /// Velocity over ground in the earth frame, in the vertical plane \[m/s\]: horizontal, and down (the rate of depth).
+    /// Velocity over ground in the earth frame, in the vertical plane \[m/s\]: horizontal, and down (the rate of
+    /// depth).
     pub fn earth_velocity(&self) -> (f64, f64) {
         earth_velocity(&self.body, self.flow())
     }

@@ -10,12 +10,11 @@
 //! the largest over the speeds. While a sensor is lost, what it measures leaves what is expected of it by less: the
 //! vehicle flies level, or near its trim.
 
-use crate::axis::VehicleModel;
 use crate::error::ModelError;
-use crate::linearise::LevelFlight;
+use crate::inputs::design_file::DesignFile;
 use crate::numbers::decimals;
 use auv::longitudinal::{PITCH, SIGNALS};
-use auv::{Trim, lateral, linearise, linearise_with};
+use auv::{Trim, Vehicle, lateral, linearise, linearise_with};
 use scheduled::{ControllerDesign, Sensor, Without};
 use std::collections::BTreeMap;
 
@@ -25,13 +24,17 @@ const LEVEL: f64 = 0.1;
 /// Part of the largest speed by which the speed without its sensor may leave V_r each second.
 const CREEP: f64 = 0.003;
 
-/// The sensors of each signal, at the speeds of these level trims.
+/// The sensors of each signal of a vehicle, as its axis has it and as it is in the vertical plane, at the speeds of
+/// these level trims.
 ///
 /// # Errors
 /// [`ModelError::Trim`].
-pub fn sensors(axis: &LevelFlight<'_>, trims: &[Trim]) -> Result<BTreeMap<String, Sensor>, ModelError> {
-    let LevelFlight { vehicle, plane, file } = *axis;
-    let own = |trim: &Trim| linearise_with(vehicle, trim, axis.states());
+pub fn sensors(
+    [vehicle, plane]: [&Vehicle; 2],
+    file: &DesignFile,
+    trims: &[Trim],
+) -> Result<BTreeMap<String, Sensor>, ModelError> {
+    let own = |trim: &Trim| linearise_with(vehicle, trim, file.states);
     let mut all = trims.iter().map(own).collect::<Result<Vec<_>, _>>()?;
     if file.is_lateral() {
         // The speed is that of the other axis.
