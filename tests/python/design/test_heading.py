@@ -125,8 +125,8 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
     [
         (["--heading", "design"], "--heading is design; it must be a design that tracks heading"),
         ([*HEADING, "--heading", "heading"], "--design is heading; it must be a design of pitch or depth"),
-        (["--heading", "heading", "--turn", "0"], "--turn is 0; it must be other than 0 and at most 180 deg"),
-        (["--heading", "heading", "--turn", "400"], "--turn is 400; it must be"),
+        (["--heading", "heading", "--turn", "0"], "--turn is 0; it must be other than 0 and below 180 deg"),
+        (["--heading", "heading", "--turn", "-180"], "--turn is -180; it must be"),
         (["--heading", "heading", "--current", "0.3"], "it must be two numbers with a comma between"),
         (["--turn", "30"], "--heading <NAME>"),
         (["--heading", "none"], "none.toml"),

@@ -48,8 +48,8 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
 /// Those of the files, the designs and the flights.
 pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f64; 2]>) -> Result<(), Error> {
     let wrong = |name, found: String, allowed: &str| Error::Argument { name, found, allowed: allowed.into() };
-    if !turn.is_finite() || turn == 0.0 || turn.abs() > LARGEST_TURN {
-        return Err(wrong("--turn", turn.to_string(), "other than 0 and at most 180 deg in size"));
+    if !turn.is_finite() || turn == 0.0 || turn.abs() >= HALF_A_TURN {
+        return Err(wrong("--turn", turn.to_string(), "other than 0 and below 180 deg in size"));
     }
     let (inputs, directory) = which.read_to_write()?;
     let other = Which { design: heading.to_owned(), out: None, ..which.clone() };
@@ -80,8 +80,8 @@ pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f6
     Ok(answer(&json!({ "directory": directory, "turns": turned }))?)
 }
 
-/// The largest turn, deg.
-const LARGEST_TURN: f64 = 180.0;
+/// A turn by as much is as short to either side, deg.
+const HALF_A_TURN: f64 = 180.0;
 
 /// The figures of a flight, in rad or m, m/s and fractions.
 fn errors(inputs: &Inputs, figures: &Figures) -> Value {

@@ -1,8 +1,8 @@
 //! The envelope of heading: how fast the vehicle can turn.
 //!
 //! ```text
-//! psi':  the largest rate of a steady turn at constant depth that every actuator holds within its limits, and all
-//!        slower ones with it, to port and to starboard; 70 % of that, at most turn_rate
+//! psi':  the largest rate of a steady turn at constant depth that every actuator holds within its limits, and the
+//!        slower ones with it, in steps of 0.02 rad/s, to port and to starboard; 70 % of that, at most turn_rate
 //! ```
 //!
 //! The rudder of a turn is not found from the gain of the linear model: on a hull that is directionally unstable the
@@ -47,7 +47,7 @@ pub fn envelope(
     Ok(BTreeMap::from([(name, ReferenceLimits { range: None, rate: Some(rate) })]))
 }
 
-/// The fastest turn to a side, at most `fastest` \[rad/s\]: no slower one is beyond the limits.
+/// The fastest turn to a side, at most `fastest` \[rad/s\]: no slower one that was tried is beyond the limits.
 fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64) -> Result<f64, TrimError> {
     let is_held = |rate: f64| {
         turn(vehicle, trim.speed, side * rate, trim.depth, &trim.rule).map(|turn| {
