@@ -5,6 +5,7 @@ pub(crate) mod error;
 mod flow;
 mod frozen;
 pub(crate) mod integrator;
+pub(crate) mod load;
 pub(crate) mod lpv_model;
 pub(crate) mod plant;
 pub(crate) mod rates;

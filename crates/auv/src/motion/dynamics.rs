@@ -168,6 +168,11 @@ impl<D: Scalar> Dynamics<D> {
         product(inverse, self.coefficients.lateral_force(motion, depth, actuators))
     }
 
+    /// Returns the part of \[v' p' r'\] that a load \[Y K N\] beside the other forces makes.
+    pub(crate) fn pushed_sideways(&self, load: [D; 3]) -> [D; 3] {
+        self.inverse_lateral.as_ref().map_or([D::from(0.0); 3], |inverse| product(inverse, load))
+    }
+
     /// Returns the part of \[u' w' q'\] that a load \[X Z M\] beside the other forces makes; along the hull it makes
     /// none where the speed is given.
     pub(crate) fn pushed(&self, load: [D; 3]) -> [D; 3] {

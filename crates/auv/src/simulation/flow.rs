@@ -6,6 +6,7 @@ use crate::motion::dynamics::{Dynamics, Motion, add};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Equations, SWITCHES};
+use crate::simulation::load::{Load, in_plane, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::Water;
@@ -32,8 +33,8 @@ pub(crate) struct Flow<'a> {
     pub(crate) model: Model<'a>,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub(crate) given: f64,
-    /// The load from outside \[N, N, N m\].
-    pub(crate) load: [f64; 3],
+    /// The load from outside.
+    pub(crate) load: Load,
     /// How the inputs change; `None` where all are held.
     pub(crate) slopes: Option<&'a Slopes>,
     /// Water that moves beside the current, with the time and the distance at the start.
@@ -51,13 +52,13 @@ impl Flow<'_> {
     }
 
     /// The current a time later, its rate, and the load.
-    pub(crate) fn outside(&self, time: f64) -> (Current, Current, [f64; 3]) {
+    pub(crate) fn outside(&self, time: f64) -> (Current, Current, Load) {
         match self.slopes {
             None => (self.current, Current::default(), self.load),
             Some(slopes) => (
                 self.current.after(time, slopes.current),
                 slopes.current,
-                add(self.load, slopes.load.map(|slope| slope * time)),
+                sum(self.load, slopes.load.map(|slope| slope * time)),
             ),
         }
     }
@@ -86,14 +87,14 @@ impl ODE<f64, Body> for Flow<'_> {
         let (gained_u, gained_w) = if self.slopes.is_some() { gained.along_body(theta) } else { (0.0, 0.0) };
         let Some((water, start, x)) = self.water else {
             let (x_rate, depth_rate) = earth_velocity(body, current);
-            let [push_u, push_w, push_q] = self.dynamics.pushed(load);
+            let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(load));
             *rate = [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
             return;
         };
         let motion = water.at(start + time, x + made, self.depth + sunk, theta);
         let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
         let (met_u, met_w) = motion.along([x_rate, depth_rate, dtheta]).along_body(theta);
-        let [push_u, push_w, push_q] = self.dynamics.pushed(add(load, motion.load));
+        let [push_u, push_w, push_q] = self.dynamics.pushed(add(in_plane(load), motion.load));
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
         *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];
     }

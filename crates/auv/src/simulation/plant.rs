@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::motion::trim::Trim;
-use crate::simulation::current::{Current, earth_velocity};
+use crate::simulation::current::Current;
 use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::flow::{Flow, Model};
 use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Integrator};
+use crate::simulation::load::Load;
 use crate::simulation::lpv_model::{LpvModel, LpvModelError};
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::Water;
@@ -76,7 +77,7 @@ pub struct Plant {
     pub(crate) water: Option<Arc<dyn Water>>,
     pub(crate) operating_speed: f64,
     pub(crate) given_speed: f64,
-    pub(crate) load: [f64; 3],
+    pub(crate) load: Load,
     pub(crate) slopes: Slopes,
     /// Whether any of the slopes is not zero.
     pub(crate) moving: bool,
@@ -106,7 +107,7 @@ impl Plant {
             water: None,
             operating_speed: 0.0,
             given_speed: 0.0,
-            load: [0.0; 3],
+            load: Load::default(),
             slopes: Slopes::held(inputs),
             moving: false,
             frozen: Frozen::new(inputs),
@@ -200,23 +201,15 @@ impl Plant {
         finite("horizontal current", current.horizontal)?;
         finite("vertical current", current.vertical)?;
         finite("current east", current.east)?;
-        if self.side.is_some() {
-            let mut state = self.state();
-            let [old, new] =
-                [self.current, current].map(|one| state.motion.along_body(state.heading, one.in_earth()));
-            state.motion.v += old[1] - new[1];
-            if !self.is_held {
-                state.motion.u += old[0] - new[0];
-                state.motion.w += old[2] - new[2];
-            }
-            self.set_state(&state);
-            self.current = current;
-            return Ok(());
+        let mut state = self.state();
+        let [old, new] =
+            [self.current, current].map(|one| state.motion.along_body(state.heading, one.in_earth()));
+        state.motion.v += old[1] - new[1];
+        if !self.is_held {
+            state.motion.u += old[0] - new[0];
+            state.motion.w += old[2] - new[2];
         }
-        let theta = self.body[3];
-        let (old, new) = (self.current.along_body(theta), current.along_body(theta));
-        self.body[0] += old.0 - new.0;
-        self.body[1] += old.1 - new.1;
+        self.set_state(&state);
         self.current = current;
         Ok(())
     }
@@ -225,11 +218,10 @@ impl Plant {
     /// the vertical plane, and the vehicle then moves in it.
     #[must_use]
     pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
-        let (surge, heave) = self.velocity_over_ground();
-        self.water = Some(water);
         self.side = None;
-        let (u_c, w_c) = self.flow().along_body(self.body[3]);
-        (self.body[0], self.body[1]) = (surge - u_c, heave - w_c);
+        let now = self.instant();
+        self.water = Some(water);
+        self.set_motion_over_ground(&now);
         self
     }
 
@@ -267,12 +259,11 @@ impl Plant {
         Ok(())
     }
 
-    /// Sets a load \[X Z M\] from outside, along the body and about its origin \[N, N, N m\]: forward, down, bow up.
-    /// Where the speed is given, X has no effect.
+    /// Sets a load from outside. Where the speed is given, X has no effect.
     ///
     /// # Errors
     /// [`SimulationError::InputNotFinite`].
-    pub fn set_load(&mut self, load: [f64; 3]) -> Result<(), SimulationError> {
+    pub fn set_load(&mut self, load: Load) -> Result<(), SimulationError> {
         for value in load {
             finite("load from outside", value)?;
         }
@@ -280,8 +271,8 @@ impl Plant {
         Ok(())
     }
 
-    /// The load from outside \[N, N, N m\].
-    pub fn load(&self) -> [f64; 3] {
+    /// The load from outside.
+    pub fn load(&self) -> Load {
         self.load
     }
 
@@ -318,7 +309,7 @@ impl Plant {
         self.slopes.current = slopes.current;
         [self.slopes.operating_speed, self.slopes.given_speed] = speeds;
         self.slopes.load = slopes.load;
-        let held = slopes.current == Current::default() && speeds == [0.0; 2] && slopes.load == [0.0; 3];
+        let held = slopes.current == Current::default() && speeds == [0.0; 2] && slopes.load == [0.0; 6];
         self.moving = !held || slopes.commands.iter().any(|rate| *rate != 0.0);
         Ok(())
     }
@@ -444,16 +435,20 @@ impl Plant {
         self.body[0].hypot(self.body[1])
     }
 
-    /// Velocity over ground along the body axes, in the vertical plane \[m/s\]: surge, heave.
-    pub fn velocity_over_ground(&self) -> (f64, f64) {
-        let (u_c, w_c) = self.flow().along_body(self.body[3]);
-        (self.body[0] + u_c, self.body[1] + w_c)
+    /// Velocity over ground along the body axes \[m/s\]: surge, sway, heave.
+    pub fn velocity_over_ground(&self) -> [f64; 3] {
+        let State { motion, heading, .. } = self.state();
+        let [u_c, v_c, w_c] = motion.along_body(heading, self.flow().in_earth());
+        [motion.u + u_c, motion.v + v_c, motion.w + w_c]
     }
 
-    /// Velocity over ground in the earth frame, in the vertical plane \[m/s\]: horizontal, and down (the rate of
-    /// depth).
-    pub fn earth_velocity(&self) -> (f64, f64) {
-        earth_velocity(&self.body, self.flow())
+    /// Velocity over ground in the earth frame \[m/s\]: north, or horizontal in the vertical plane, east, and down (the
+    /// rate of depth).
+    pub fn earth_velocity(&self) -> [f64; 3] {
+        let State { motion, heading, .. } = self.state();
+        let ([north, east, down], [north_c, east_c, down_c]) =
+            (motion.velocity(heading), self.flow().in_earth());
+        [north + north_c, east + east_c, down + down_c]
     }
 }
 

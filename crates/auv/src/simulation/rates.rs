@@ -1,78 +1,95 @@
 //! The motion at one instant as states and their rates, for other integrators and for exact derivatives.
 //!
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
-//! they are continuous where the current jumps. They are of the vertical plane.
+//! they are continuous where the current jumps.
 
-use crate::motion::dynamics::Motion;
+use crate::motion::dynamics::{Motion, lateral_actuator_force};
 use crate::scalar::Scalar;
 use crate::simulation::current::Current;
+use crate::simulation::load::{Load, in_plane, of_plane, sideways, sum};
 use crate::simulation::lpv_model::LpvModel;
-use crate::simulation::plant::{Fidelity, Plant};
+use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::vehicle::actuator::Actuator;
 
-/// The motion at one instant, and what acts on it.
+/// The places of the states in an [`Instant`], and of their rates in [`Rates`].
+#[allow(missing_docs, reason = "the words beside them say what they are")]
+pub mod place {
+    // Velocities over ground along the body, m/s: forward, to starboard, down.
+    pub const SURGE: usize = 0;
+    pub const SWAY: usize = 1;
+    pub const HEAVE: usize = 2;
+    // Angular velocities about the axes of the body, rad/s.
+    pub const P: usize = 3;
+    pub const Q: usize = 4;
+    pub const R: usize = 5;
+    // Angles, rad.
+    pub const ROLL: usize = 6;
+    pub const PITCH: usize = 7;
+    pub const HEADING: usize = 8;
+    // The place, m: north, or the horizontal distance in the vertical plane; east; depth.
+    pub const NORTH: usize = 9;
+    pub const EAST: usize = 10;
+    pub const DEPTH: usize = 11;
+    // How many these are.
+    pub const STATES: usize = 12;
+}
+
+use place::{DEPTH, HEADING, NORTH, PITCH, STATES};
+
+/// The motion at one instant, and what acts on it. In the vertical plane sway, p, r, roll, heading and east are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<D = f64> {
     /// Time \[s\].
     pub time: D,
-    /// Velocity over ground along the body, forward \[m/s\].
-    pub surge: D,
-    /// Velocity over ground along the body, down \[m/s\].
-    pub heave: D,
-    /// Pitch rate \[rad/s\].
-    pub pitch_rate: D,
-    /// Pitch \[rad\].
-    pub pitch: D,
-    /// Horizontal distance \[m\].
-    pub distance: D,
-    /// Depth \[m\].
-    pub depth: D,
-    /// Horizontal velocity of the water where the vehicle is \[m/s\].
-    pub current_horizontal: D,
-    /// Vertical velocity of the water there \[m/s\], positive down.
-    pub current_vertical: D,
+    /// The states, by [`place`].
+    pub state: [D; STATES],
+    /// The velocity of the water where the vehicle is, north (or horizontal), east and down \[m/s\].
+    pub current: [D; 3],
     /// Speed at which the LPV model is evaluated \[m/s\].
     pub operating_speed: D,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub given_speed: D,
-    /// The load \[X Z M\] from outside \[N, N, N m\].
-    pub load: [D; 3],
+    /// The load from outside.
+    pub load: Load<D>,
 }
 
-/// Time derivatives of the states of an [`Instant`], in their order, with that of the distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rates<D = f64> {
-    /// Of the surge velocity over ground \[m/s2\].
-    pub surge: D,
-    /// Of the heave velocity over ground \[m/s2\].
-    pub heave: D,
-    /// Of the pitch rate \[rad/s2\].
-    pub pitch_rate: D,
-    /// Of the pitch \[rad/s\].
-    pub pitch: D,
-    /// Of the horizontal distance over ground \[m/s\].
-    pub distance: D,
-    /// Of the depth \[m/s\].
-    pub depth: D,
-}
+/// Time derivatives of the states of an [`Instant`], by [`place`].
+pub type Rates<D = f64> = [D; STATES];
 
 impl<D: Scalar> Instant<D> {
-    /// The current along the body: `u_c = U_c cos - W_c sin`, `w_c = U_c sin + W_c cos`.
-    fn current(&self) -> (D, D) {
-        let (sin, cos) = self.pitch.sin_cos();
-        let (u, w) = (self.current_horizontal, self.current_vertical);
-        (u * cos - w * sin, u * sin + w * cos)
+    /// Nothing of anything; what is set in it carries derivatives alone.
+    pub fn zero() -> Self {
+        let zero = D::from(0.0);
+        Self {
+            time: zero,
+            state: [zero; STATES],
+            current: [zero; 3],
+            operating_speed: zero,
+            given_speed: zero,
+            load: [zero; 6],
+        }
+    }
+
+    /// The motion over ground.
+    fn over_ground(&self) -> Motion<D> {
+        let [u, v, w, p, q, r, phi, theta, ..] = self.state;
+        Motion { u, v, w, p, q, r, phi, theta }
+    }
+
+    /// The velocity of the water along the body.
+    fn water(&self) -> [D; 3] {
+        self.over_ground().along_body(self.state[HEADING], self.current)
     }
 
     /// Where the water is that the vehicle meets, and when.
     fn place(&self) -> [D; 4] {
-        [self.time, self.distance, self.depth, self.pitch]
+        [self.time, self.state[NORTH], self.state[DEPTH], self.state[PITCH]]
     }
 
     /// The motion through the water.
     pub fn motion(&self) -> Motion<D> {
-        let (u_c, w_c) = self.current();
-        Motion::in_plane(self.surge - u_c, self.heave - w_c, self.pitch_rate, self.pitch)
+        let (motion, [u_c, v_c, w_c]) = (self.over_ground(), self.water());
+        Motion { u: motion.u - u_c, v: motion.v - v_c, w: motion.w - w_c, ..motion }
     }
 }
 
@@ -113,19 +130,13 @@ impl Actuator {
 impl Plant {
     /// The motion at this instant, with velocities over ground, and what acts on it.
     pub fn instant(&self) -> Instant {
-        let (surge, heave) = self.velocity_over_ground();
-        let [_, _, pitch_rate, pitch, distance, depth] = self.body;
-        let flow = self.flow();
+        let State { motion, x, depth, heading, east } = self.state();
+        let [surge, sway, heave] = self.velocity_over_ground();
+        let Motion { p, q, r, phi, theta, .. } = motion;
         Instant {
             time: self.time,
-            surge,
-            heave,
-            pitch_rate,
-            pitch,
-            distance,
-            depth,
-            current_horizontal: flow.horizontal,
-            current_vertical: flow.vertical,
+            state: [surge, sway, heave, p, q, r, phi, theta, heading, x, east, depth],
+            current: self.flow().in_earth(),
             operating_speed: self.operating_speed,
             given_speed: self.given_speed,
             load: self.load,
@@ -134,11 +145,13 @@ impl Plant {
 
     /// Sets the motion by its velocities over ground, in the water there.
     pub fn set_motion_over_ground(&mut self, instant: &Instant) {
-        let Instant { surge, heave, pitch_rate, pitch, distance, depth, .. } = *instant;
-        self.body = [surge, heave, pitch_rate, pitch, distance, depth];
-        let (u_c, w_c) = self.flow().along_body(pitch);
-        self.body[0] -= u_c;
-        self.body[1] -= w_c;
+        let [.., heading, x, east, depth] = instant.state;
+        let over_ground = instant.over_ground();
+        self.set_state(&State { motion: over_ground, x, depth, heading, east });
+        let [u_c, v_c, w_c] = over_ground.along_body(heading, self.flow().in_earth());
+        let Motion { u, v, w, .. } = over_ground;
+        let motion = Motion { u: u - u_c, v: v - v_c, w: w - w_c, ..over_ground };
+        self.set_state(&State { motion, x, depth, heading, east });
     }
 
     /// Goes to a time \[s\] as it moves over ground, for an integrator that moves it.
@@ -162,50 +175,76 @@ impl Plant {
         let slopes = [motion.by_time, motion.by_x, motion.by_depth, motion.by_pitch];
         let of =
             |part: fn(&Current) -> f64| along(current, part(&motion.velocity), slopes.map(|one| part(&one)));
-        Instant {
-            current_horizontal: current.current_horizontal + of(|v| v.horizontal),
-            current_vertical: current.current_vertical + of(|v| v.vertical),
-            ..*current
-        }
+        let [north, east, down] = current.current;
+        Instant { current: [north + of(|v| v.horizontal), east, down + of(|v| v.vertical)], ..*current }
     }
 
     /// The load of the water and of what else pushes from outside.
-    fn load_at<D: Scalar>(&self, instant: &Instant<D>) -> [D; 3] {
+    fn load_at<D: Scalar>(&self, instant: &Instant<D>) -> Load<D> {
         let Some(water) = &self.water else { return instant.load };
         let [time, x, depth, pitch] = instant.place().map(|one| one.re());
         let push = water.at(time, x, depth, pitch).load;
         let slopes = water.load_slopes(time, x, depth, pitch);
-        [0, 1, 2].map(|i| instant.load[i] + along(instant, push[i], slopes.map(|slope| slope[i])))
+        let of_water = [0, 1, 2].map(|i| along(instant, push[i], slopes.map(|slope| slope[i])));
+        sum(instant.load, of_plane(of_water))
     }
 
     /// Returns the rates of the motion, `output(i)` being that of actuator i \[N or rad\].
     ///
-    /// With `u = u_g - u_c(theta)`, `w = w_g - w_c(theta)`: `u_g' = u' - theta' w_c`, `w_g' = w' + theta' u_c`, and
-    /// u', w', q', theta' by the equations of motion in use, under a steady current; water that moves otherwise
-    /// changes the velocities over ground by its load alone.
+    /// The water has the velocity \[u_c v_c w_c\] along the body, which turns: with `u = u_g - u_c`, and so on,
+    ///
+    /// ```text
+    /// u_g' = u' - q w_c + r v_c   v_g' = v' - r u_c + p w_c   w_g' = w' + q u_c - p v_c
+    /// ```
+    ///
+    /// and u' to r' by the equations of motion in use, under a steady current; water that moves otherwise changes the
+    /// velocities over ground by its load alone. By the LPV model q is theta'.
     pub fn rates<D: Scalar>(&self, instant: &Instant<D>, output: impl Fn(usize) -> D) -> Rates<D> {
         let motion = instant.motion();
         let (actuators, dynamics) = (self.actuators(), self.dynamics.lifted());
-        let outputs = (0..actuators.len()).map(output);
-        let [du, dw, dq, dtheta] = match (self.fidelity, &self.lpv) {
-            (Fidelity::Lpv, Some(model)) => model.derivative(
-                instant.operating_speed,
-                [motion.u, motion.w, motion.q, motion.theta],
-                outputs,
-            ),
-            _ => dynamics.rate(actuators, &motion, instant.depth, instant.given_speed, outputs),
+        let outputs = || (0..actuators.len()).map(&output);
+        let depth = instant.state[DEPTH];
+        let [du, dw, dq, q, turning] = match (self.fidelity, &self.lpv) {
+            (Fidelity::Lpv, Some(model)) => {
+                let state = [motion.u, motion.w, motion.q, motion.theta];
+                let [du, dw, dq, dtheta] = model.derivative(instant.operating_speed, state, outputs());
+                [du, dw, dq, dtheta, dtheta]
+            }
+            _ => {
+                let given = instant.given_speed;
+                let [du, dw, dq, _] = dynamics.rate(actuators, &motion, depth, given, outputs());
+                [du, dw, dq, motion.q, motion.turning()[1]]
+            }
+        };
+        let [dv, dp, dr] = if self.side.is_some() {
+            let lateral = lateral_actuator_force(actuators, motion.u, outputs());
+            dynamics.lateral_acceleration(&motion, depth, lateral)
+        } else {
+            [D::from(0.0); 3]
         };
         let du = self.dynamics.coefficients().surge.rate(motion.u, instant.given_speed).unwrap_or(du);
-        let ((u_c, w_c), (sin, cos)) = (instant.current(), instant.pitch.sin_cos());
-        let push = dynamics.pushed(self.load_at(instant));
-        Rates {
-            surge: du - dtheta * w_c + push[0],
-            heave: dw + dtheta * u_c + push[1],
-            pitch_rate: dq + push[2],
-            pitch: dtheta,
-            distance: instant.surge * cos + instant.heave * sin,
-            depth: instant.heave * cos - instant.surge * sin,
-        }
+        let [u_c, v_c, w_c] = instant.water();
+        let load = self.load_at(instant);
+        let ([push_u, push_w, push_q], [push_v, push_p, push_r]) =
+            (dynamics.pushed(in_plane(load)), dynamics.pushed_sideways(sideways(load)));
+        let over_ground = instant.over_ground();
+        let [roll, _, heading] = over_ground.turning();
+        let [north, east, down] = over_ground.velocity(instant.state[HEADING]);
+        let Motion { p, r, .. } = motion;
+        [
+            du - q * w_c + r * v_c + push_u,
+            dv - r * u_c + p * w_c + push_v,
+            dw + q * u_c - p * v_c + push_w,
+            dp + push_p,
+            dq + push_q,
+            dr + push_r,
+            roll,
+            turning,
+            heading,
+            north,
+            east,
+            down,
+        ]
     }
 }
 
@@ -258,6 +297,7 @@ impl LpvModel {
 
 #[cfg(test)]
 mod tests {
+    use super::place::HEAVE;
     use super::*;
     use crate::{Current, Speed, Surroundings, Vehicle, trim};
     use squid_sea::{Spectrum, Waves};
@@ -266,13 +306,16 @@ mod tests {
     fn vehicle() -> Vehicle {
         let file =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/vehicle.toml");
-        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap().in_plane()
+        Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
-    /// A short flight moves as the rates say, to second order in its length, in still water and under waves.
+    /// A short flight moves as the rates say, to second order in its length, in still water and under waves, and in six
+    /// degrees of freedom.
     #[test]
     fn rates_are_those_of_the_flight() {
-        let vehicle = vehicle();
+        let whole = vehicle();
+        moves_as_its_rates_say(Plant::new(&whole).unwrap(), &whole, 30.0);
+        let vehicle = whole.in_plane();
         let still = Plant::new(&vehicle).unwrap();
         let waves = Waves::new(&Spectrum::jonswap(1.0, 4.0, 3.3).unwrap(), 2.5, 20, 3).unwrap();
         let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
@@ -283,29 +326,31 @@ mod tests {
     }
 
     fn moves_as_its_rates_say(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
-        plant.start(0.0, &trim(vehicle, Speed::Path(1.5), depth).unwrap()).unwrap();
-        plant.set_current(Current { horizontal: 0.3, vertical: -0.1, ..Current::default() }).unwrap();
+        let level = trim(vehicle, Speed::Path(1.5), depth).unwrap();
+        plant.start(0.0, &level).unwrap();
+        let turns = vehicle.coefficients.has_lateral();
+        let mut state = plant.state();
+        state.heading = 2.5;
+        plant.set_state(&state);
+        plant
+            .set_current(Current { horizontal: 0.3, vertical: -0.1, east: if turns { 0.2 } else { 0.0 } })
+            .unwrap();
+        plant.set_load([1.0, -2.0, 3.0, 0.1, 0.2, -0.3]).unwrap();
         for index in 0..vehicle.actuators.len() {
             plant.set_command(index, 0.7 * vehicle.actuators[index].max).unwrap();
         }
         plant.advance(0.5).unwrap();
         let before = plant.instant();
         let rates = plant.rates(&before, |i| plant.outputs()[i]);
-        let x = plant.state().x;
         let outputs = plant.outputs().to_vec();
         let h = 1e-5;
         plant.advance(0.5 + h).unwrap();
         let after = plant.instant();
-        for (name, change, expected) in [
-            ("surge", after.surge - before.surge, rates.surge),
-            ("heave", after.heave - before.heave, rates.heave),
-            ("pitch_rate", after.pitch_rate - before.pitch_rate, rates.pitch_rate),
-            ("pitch", after.pitch - before.pitch, rates.pitch),
-            ("depth", after.depth - before.depth, rates.depth),
-            ("distance", plant.state().x - x, rates.distance),
-        ] {
-            assert!((change / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{name}");
-            assert!(expected != 0.0, "{name}");
+        for (place, expected) in rates.into_iter().enumerate() {
+            let change = after.state[place] - before.state[place];
+            assert!((change / h - expected).abs() < 1e-3 * (1.0 + expected.abs()), "{place}: {expected}");
+            let in_plane = [place::SURGE, HEAVE, place::Q, PITCH, NORTH, DEPTH].contains(&place);
+            assert_eq!(expected != 0.0, in_plane || turns, "{place}");
         }
         for (index, actuator) in vehicle.actuators.iter().enumerate().filter(|(_, one)| one.lag > 0.0) {
             let rate = actuator.output_rate(outputs[index], plant.commands[index]);

@@ -1,6 +1,7 @@
 //! Inputs that change at constant rates over an interval, instead of being held.
 
 use crate::simulation::current::Current;
+use crate::simulation::load::Load;
 use crate::vehicle::actuator::Actuator;
 
 /// The rates at which the inputs of a plant change; all zero where they are held.
@@ -14,8 +15,8 @@ pub struct Slopes {
     pub operating_speed: f64,
     /// Of the speed that is given to a vehicle that takes one \[m/s2\].
     pub given_speed: f64,
-    /// Of the load from outside \[N/s, N/s, N m/s\].
-    pub load: [f64; 3],
+    /// Of the load from outside.
+    pub load: Load,
 }
 
 impl Slopes {

@@ -3,6 +3,7 @@
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::simulation::current::Current;
 use crate::simulation::error::{SimulationError, finite};
+use crate::simulation::load::Load;
 use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::slopes::Slopes;
 use crate::vehicle::coefficients::{CoefficientError, Coefficients};
@@ -29,8 +30,8 @@ pub struct Snapshot {
     pub operating_speed: f64,
     /// The speed that is given to a vehicle that takes one \[m/s\].
     pub given_speed: f64,
-    /// The load \[X Z M\] from outside \[N, N, N m\].
-    pub load: [f64; 3],
+    /// The load from outside.
+    pub load: Load,
     /// The rates at which the inputs change.
     pub slopes: Slopes,
     /// The step size that the integrator last proposed \[s\].

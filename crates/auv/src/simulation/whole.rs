@@ -5,6 +5,7 @@ use differential_equations::ode::ODE;
 use crate::motion::dynamics::{Motion, lateral_actuator_force};
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
+use crate::simulation::load::{in_plane, sideways};
 
 /// v, p, r, phi, psi, and the way east.
 pub(crate) type Side = [f64; 6];
@@ -49,7 +50,8 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
         let (current, gained, load) = self.flow.outside(time);
         let [gained_u, gained_v, gained_w] = motion.along_body(heading, gained.in_earth());
-        let [push_u, push_w, push_q] = dynamics.pushed(load);
+        let [push_u, push_w, push_q] = dynamics.pushed(in_plane(load));
+        let [push_v, push_p, push_r] = dynamics.pushed_sideways(sideways(load));
         let [roll, pitch, yaw] = motion.turning();
         let [north, east, down] = motion.velocity(heading);
         let [north_c, east_c, down_c] = current.in_earth();
@@ -59,7 +61,8 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
             let (du, dw) = (du + push_u - gained_u, dw + push_w - gained_w);
             [du, dw, dq + push_q, pitch, north + north_c, down + down_c]
         };
-        *rate = joined(ahead, [dv - gained_v, dp, dr, roll, yaw, east + east_c]);
+        let (dv, dp, dr) = (dv + push_v - gained_v, dp + push_p, dr + push_r);
+        *rate = joined(ahead, [dv, dp, dr, roll, yaw, east + east_c]);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::common::remus100;
 use auv::longitudinal::turning;
 use auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
-    Vehicle, linearise, linearise_with, trim, trims,
+    Vehicle, linearise, linearise_with, place, trim, trims,
 };
 use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
 
@@ -169,8 +169,9 @@ fn the_speed_follows_what_is_given_and_nothing_else() {
     let before = plant.clone();
     plant.advance(before.time() + 1e-5).unwrap();
     let after = plant.instant();
-    close((after.heave - instant.heave) / 1e-5, rates.heave, 1e-3);
-    close((after.pitch_rate - instant.pitch_rate) / 1e-5, rates.pitch_rate, 1e-3);
+    for place in [place::HEAVE, place::Q] {
+        close((after.state[place] - instant.state[place]) / 1e-5, rates[place], 1e-3);
+    }
     let mut again = before.clone();
     again.restore(&before.snapshot()).unwrap();
     again.advance(plant.time()).unwrap();

@@ -3,7 +3,7 @@
 use crate::common::{remus100, squid};
 use auv::{
     Ballast, CoefficientError, Instant, LpvModel, Motion, Plant, Rates, Slopes, Speed, State, Vehicle,
-    linearise, trim,
+    linearise, place, trim,
 };
 
 /// Squid without trim moments: neutral, centres at the origin, and no coupling of heave and pitch.
@@ -31,16 +31,17 @@ fn rates(plant: &Plant) -> Rates {
 fn at_rest_a_load_moves_mass_and_added_mass() {
     let vehicle = neutral();
     let c = &vehicle.coefficients;
-    let load @ [ahead, down, moment] = [0.3, 0.2, -0.1];
+    let [ahead, down, moment] = [0.3, 0.2, -0.1];
     let mut plant = at_rest(&vehicle);
-    plant.set_load(load).unwrap();
+    plant.set_load([ahead, 0.0, down, 0.0, moment, 0.0]).unwrap();
     let expected = [ahead / (c.mass - c.X_u_dot), down / (c.mass - c.Z_w_dot), moment / (c.I_yy - c.M_q_dot)];
     let found = rates(&plant);
-    for (found, expected) in [found.surge, found.heave, found.pitch_rate].iter().zip(expected) {
+    for (found, expected) in [place::SURGE, place::HEAVE, place::Q].map(|one| found[one]).iter().zip(expected)
+    {
         assert!((found - expected).abs() < 1e-15 + 1e-13 * expected.abs(), "{found} and {expected}");
     }
     let mut sinks = at_rest(&vehicle);
-    sinks.set_load([0.0, 1e-6, 0.0]).unwrap();
+    sinks.set_load([0.0, 0.0, 1e-6, 0.0, 0.0, 0.0]).unwrap();
     sinks.advance(2.0).unwrap();
     // Damping at rest is quadratic but for Z_w.
     let linear = |t: f64| {
@@ -58,18 +59,17 @@ fn level_a_heavier_vehicle_is_one_that_is_pulled_down() {
         let more = 0.05 * vehicle.coefficients.weight;
         let (mut pulled, mut heavier) = (at_rest(&vehicle), at_rest(&vehicle));
         let ballast = heavier.ballast();
-        pulled.set_load([0.0, more, -ballast.x_G * more]).unwrap();
+        pulled.set_load([0.0, 0.0, more, 0.0, -ballast.x_G * more, 0.0]).unwrap();
         // The weight without its mass, which is what differs.
         heavier.set_ballast(&Ballast { weight: ballast.weight + more, ..ballast }).unwrap();
         let (one, other) = (rates(&pulled), rates(&heavier));
-        let pairs = [(one.surge, other.surge), (one.heave, other.heave), (one.pitch_rate, other.pitch_rate)];
-        for (one, other) in pairs {
+        for (one, other) in one.into_iter().zip(other) {
             assert!((one - other).abs() < 1e-13, "{one} and {other}");
         }
-        assert!(one.heave - rates(&at_rest(&vehicle)).heave > 0.1);
+        assert!(one[place::HEAVE] - rates(&at_rest(&vehicle))[place::HEAVE] > 0.1);
         let mass = ballast.mass * (1.0 + more / ballast.weight);
         heavier.set_ballast(&Ballast { mass, weight: ballast.weight + more, ..ballast }).unwrap();
-        assert!(rates(&heavier).heave < one.heave);
+        assert!(rates(&heavier)[place::HEAVE] < one[place::HEAVE]);
     }
 }
 
@@ -88,7 +88,7 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
             let mut plant = Plant::new(&vehicle).unwrap().with_lpv(model.clone()).unwrap();
             plant.set_fidelity(fidelity).unwrap();
             plant.start(0.0, &level).unwrap();
-            let (h, slope) = (1.0 / f64::from(pieces), [4.0, -6.0, 0.5]);
+            let (h, slope) = (1.0 / f64::from(pieces), [4.0, 0.0, -6.0, 0.0, 0.5, 0.0]);
             if pieces == 1 {
                 let slopes = Slopes { load: slope, ..Slopes::held(vehicle.actuators.len()) };
                 plant.set_slopes(&slopes).unwrap();
@@ -102,7 +102,7 @@ fn a_load_on_a_ramp_is_the_limit_of_stairs() {
             plant
         });
         let [ramp, stairs] = flown.map(|plant| (plant.state(), plant.load()));
-        assert_eq!(ramp.1, [4.0, -6.0, 0.5]);
+        assert_eq!(ramp.1, [4.0, 0.0, -6.0, 0.0, 0.5, 0.0]);
         for (one, other) in [
             (ramp.0.motion.u, stairs.0.motion.u),
             (ramp.0.motion.w, stairs.0.motion.w),

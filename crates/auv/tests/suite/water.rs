@@ -103,15 +103,14 @@ fn water_that_changes_with_the_place_is_met() {
     let steps = 4000;
     for step in 1..=steps {
         let State { x, depth, .. } = stairs.state();
-        let (across, down) = stairs.earth_velocity();
+        let [across, _, down] = stairs.earth_velocity();
         let h = 2.0 / f64::from(steps);
         let (x, depth) = (x + 0.5 * h * across, depth + 0.5 * h * down - 30.0);
         stairs.set_current(current(0.02 * x - 0.05 * depth, 0.01 * x + 0.03 * depth)).unwrap();
         stairs.advance(f64::from(step) * h).unwrap();
     }
-    let ground = |plant: &Plant| plant.velocity_over_ground();
-    assert!((ground(&moved).0 - ground(&stairs).0).abs() < 1e-6);
-    assert!((ground(&moved).1 - ground(&stairs).1).abs() < 1e-6);
+    let [one, other] = [&moved, &stairs].map(Plant::velocity_over_ground);
+    assert!(one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-6));
     let [moved, stairs] = [moved, stairs].map(|plant| numbers(plant.state()));
     (2..6).for_each(|i| assert!((moved[i] - stairs[i]).abs() < 1e-6, "{i}"));
 }
@@ -142,7 +141,7 @@ fn water_does_not_move_a_vehicle_that_enters_it() {
     let before = plant.earth_velocity();
     let entered = plant.with_water(Arc::new(Linear { motion, carried: None }));
     let after = entered.earth_velocity();
-    assert!((before.0 - after.0).abs() < 1e-14 && (before.1 - after.1).abs() < 1e-14);
+    assert!(before.iter().zip(after).all(|(before, after)| (before - after).abs() < 1e-14));
     assert!(entered.flow().horizontal > 0.3);
     let mut again = entered.clone();
     again.set_motion_over_ground(&entered.instant());
