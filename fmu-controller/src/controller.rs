@@ -8,6 +8,11 @@ use crate::axis::{Axis, ControllerError, RESOURCE};
 use crate::tangents::Quantity;
 use crate::variables::{Input, engagement, healths, inputs, outputs, stale_after, validity};
 
+/// The names of monitors and constants of a further axis begin with that of its design.
+pub fn prefix(design: &ControllerDesign) -> String {
+    format!("{}_", design.design)
+}
+
 /// The axes of an autopilot. They have one sample time, and an input of one name is one input.
 #[derive(Debug, Clone)]
 pub struct Controller {
@@ -16,8 +21,8 @@ pub struct Controller {
     shared: Vec<[(usize, Input); 2]>,
 }
 
-/// The file of an axis.
-fn file(index: usize) -> String {
+/// The file of an axis in `resources/`, counted from 0.
+pub fn resource(index: usize) -> String {
     if index == 0 { RESOURCE.to_owned() } else { RESOURCE.replace(".json", &format!("_{}.json", index + 1)) }
 }
 
@@ -111,7 +116,7 @@ impl Model for Controller {
 
     fn load(resources: &Resources) -> Result<Self, ControllerError> {
         let mut controller = Self { axes: vec![], shared: vec![] };
-        let files = (0..).map(file).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
+        let files = (0..).map(resource).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
         for file in files {
             controller.add(Axis::load(resources, &file)?, file)?;
         }
@@ -151,8 +156,7 @@ impl Model for Controller {
         let mut table = vec![];
         for (index, axis) in self.axes.iter().enumerate() {
             let design = axis.design();
-            // The names of monitors and constants of further axes begin with that of the design.
-            let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
+            let prefix = if index == 0 { String::new() } else { prefix(design) };
             let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
             let own = || inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
             let judged = self.axes.iter().any(|axis| axis.design().failsafe.is_some());

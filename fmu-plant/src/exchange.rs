@@ -1,7 +1,7 @@
 //! The plant for an external integrator: states, their rates, and inputs that act at once.
 //!
-//! The states are velocities over ground along the body, pitch rate, pitch, distance, depth, and the output of each
-//! actuator that lags. The equations have no jumps, only corners, where a velocity or the Reynolds number
+//! The states are velocities over ground along the body, angular velocities, angles, the place, and the output of each
+//! actuator that lags; in the vertical plane surge, heave, pitch rate, pitch, distance and depth. The equations have no jumps, only corners, where a velocity or the Reynolds number
 //! of friction passes its threshold and where a command or its rate passes a limit, so that no event is needed.
 
 use auv::{Instant, Rates};
@@ -12,8 +12,7 @@ impl PlantModel {
     /// The present motion under the present inputs; a new current does not change the velocity over ground.
     pub fn instant(&self) -> Instant {
         let under_inputs = Instant {
-            current_horizontal: self.inputs.current.horizontal,
-            current_vertical: self.inputs.current.vertical,
+            current: self.inputs.current.in_earth(),
             operating_speed: self.inputs.operating_speed,
             given_speed: self.inputs.given_speed,
             load: self.inputs.load,

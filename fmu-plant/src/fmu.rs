@@ -1,11 +1,11 @@
 //! The plant behind the interface of an FMU.
 
-use auv::{Fidelity, Instant, LpvModel, Rates, Slopes, State, Vehicle};
+use auv::{Fidelity, LpvModel, Slopes, State, Vehicle};
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable, rounding_of_time};
 
 use crate::resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
-use crate::variables::{fidelities, inputs, outputs, parameters};
+use crate::variables::{inputs, outputs, parameters};
 use crate::{PlantError, PlantModel, Quantity, states};
 
 /// Default tolerance of an importer's integrator, relative to the nominal values of the states; in co-simulation the
@@ -24,15 +24,13 @@ impl Model for PlantModel {
 
     fn about(&self) -> About {
         let Vehicle { name, status, description, .. } = self.vehicle();
+        let motion = if self.turns() { "Motion in six degrees of freedom" } else { "Longitudinal motion" };
         About {
             identifier: format!("{}_plant", identifier(name)),
             name: format!("{name} plant"),
-            description: format!(
-                "Longitudinal motion of {name} ({} coefficients). {description}",
-                status.word()
-            ),
+            description: format!("{motion} of {name} ({} coefficients). {description}", status.word()),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            enumerations: vec![fidelities()],
+            enumerations: self.fidelities(),
             default_experiment: DefaultExperiment {
                 start_time: 0.0,
                 stop_time: 60.0,
@@ -83,20 +81,20 @@ impl Model for PlantModel {
 
     fn states(&self, states: &mut [f64]) {
         let now = self.plant.instant();
-        let motion = [now.surge, now.heave, now.pitch_rate, now.pitch, now.distance, now.depth];
+        let motion = self.places().iter().map(|place| now.state[*place]);
         let outputs = self.lagging().map(|index| self.plant.outputs()[index]);
-        for (state, value) in states.iter_mut().zip(motion.into_iter().chain(outputs)) {
+        for (state, value) in states.iter_mut().zip(motion.chain(outputs)) {
             *state = value;
         }
     }
 
     fn set_states(&mut self, states: &[f64]) {
-        let [surge, heave, pitch_rate, pitch, distance, depth, outputs @ ..] = states else { return };
-        let (surge, heave, pitch_rate, pitch) = (*surge, *heave, *pitch_rate, *pitch);
-        let (distance, depth) = (*distance, *depth);
-        let instant = Instant { surge, heave, pitch_rate, pitch, distance, depth, ..self.plant.instant() };
+        let mut instant = self.plant.instant();
+        for (place, value) in self.places().iter().zip(states) {
+            instant.state[*place] = *value;
+        }
         self.plant.set_motion_over_ground(&instant);
-        let mut outputs = outputs.iter();
+        let mut outputs = states.iter().skip(self.places().len());
         for index in 0..self.vehicle.actuators.len() {
             if self.vehicle.actuators[index].lag > 0.0
                 && let Some(&output) = outputs.next()
@@ -123,10 +121,10 @@ impl Model for PlantModel {
     }
 
     fn derivatives(&self, rates: &mut [f64]) {
-        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = self.rates();
-        let motion = [surge, heave, pitch_rate, pitch, distance, depth];
+        let all = self.rates();
+        let motion = self.places().iter().map(|place| all[*place]);
         let outputs = self.lagging().map(|index| self.output_rate(index));
-        for (rate, value) in rates.iter_mut().zip(motion.into_iter().chain(outputs)) {
+        for (rate, value) in rates.iter_mut().zip(motion.chain(outputs)) {
             *rate = value;
         }
     }
@@ -136,12 +134,13 @@ impl Model for PlantModel {
         for (index, &rate) in commands.iter().enumerate() {
             tangents[Quantity::command(index)] = rate;
         }
-        tangents[Quantity::CurrentHorizontal.number()] = current.horizontal;
-        tangents[Quantity::CurrentVertical.number()] = current.vertical;
+        for (axis, rate) in current.in_earth().into_iter().enumerate() {
+            tangents[Quantity::Current(axis).number()] = rate;
+        }
         tangents[Quantity::OperatingSpeed.number()] = *operating_speed;
         tangents[Quantity::GivenSpeed.number()] = *given_speed;
-        for (quantity, &rate) in Quantity::EXTERNAL.into_iter().zip(load) {
-            tangents[quantity.number()] = rate;
+        for (axis, &rate) in load.iter().enumerate() {
+            tangents[Quantity::External(axis).number()] = rate;
         }
         tangents[Quantity::Time.number()] = 1.0;
     }

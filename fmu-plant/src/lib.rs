@@ -1,4 +1,5 @@
-//! The vehicle in the vertical plane as an FMU for co-simulation and model exchange:
+//! The vehicle as an FMU for co-simulation and model exchange, in the vertical plane, or in six degrees of freedom if it
+//! has coefficients of sway, roll and yaw:
 //!
 //! ```text
 //! resources/vehicle.json, plant.json -> auv::Plant -> table of variables -> FMU
@@ -37,7 +38,7 @@ pub use model::{Inputs, PlantModel, Settings};
 pub use quantity::Quantity;
 pub use resources::{LPV_RESOURCE, VEHICLE_RESOURCE};
 pub use states::states;
-pub use variables::{GIVEN_SPEED, fidelities, inputs, outputs, parameters};
+pub use variables::{GIVEN_SPEED, inputs, of_current, outputs, parameters};
 pub use waves::{WAVES, WaveParameters};
 
 use fmi2::{DescribeError, Described, Resources};

@@ -1,10 +1,11 @@
 //! The plant with its settings and held inputs, independent of FMI.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use auv::{
-    Ballast, Coefficients, Current, Fidelity, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed, State,
-    Surroundings, Trim, TrimPoint, Vehicle, trim_with,
+    Ballast, Coefficients, Current, Fidelity, Load, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed,
+    State, Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };
 
 use crate::{PlantError, WaveParameters};
@@ -18,6 +19,8 @@ pub struct Settings {
     pub initial_speed: f64,
     /// Initial depth \[m\].
     pub initial_depth: f64,
+    /// Initial heading \[rad\], of a vehicle that leaves the vertical plane.
+    pub initial_heading: f64,
     /// Which equations of motion are integrated.
     pub fidelity: Fidelity,
     /// The waves, for a vehicle whose size is known.
@@ -36,8 +39,8 @@ pub struct Inputs {
     pub operating_speed: f64,
     /// Forward speed through the water that is given to a vehicle that takes one \[m/s\]; others do not use it.
     pub given_speed: f64,
-    /// A load \[X Z M\] from outside, along the body and about its origin \[N, N, N m\]: forward, down, bow up.
-    pub load: [f64; 3],
+    /// A load from outside.
+    pub load: Load,
 }
 
 /// What the vehicle had at the start and can lose in flight.
@@ -56,6 +59,9 @@ impl Launch {
 }
 
 /// A vehicle that starts in level trim and then moves under its inputs.
+///
+/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV model
+/// is then that of the vehicle in the vertical plane, whose trims count.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
     /// Settings; [`PlantModel::start`] applies them.
@@ -88,10 +94,14 @@ impl PlantModel {
         if lpv.vehicle != vehicle.name {
             return Err(PlantError::OtherVehicle { found: lpv.vehicle, expected: vehicle.name });
         }
-        let row = row_at_centre(&lpv)?.clone();
+        let mut row = row_at_centre(&lpv)?.clone();
+        let plane = plane_of(&vehicle);
+        // It fits the vehicle in the plane.
+        Plant::new(&plane)?.with_lpv(lpv.clone())?;
+        row.actuators = vehicle.outputs_of_plane(&plane, &row.actuators);
         let trim = trim_of(&row, lpv.depth, lpv.pitch());
         let lpv = Arc::new(lpv);
-        let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&lpv))?;
+        let mut plant = plant_of(&vehicle, &lpv)?;
         plant.start(0.0, &trim)?;
         let taken = vehicle.actuators.iter().zip(row.actuators).map(|(one, output)| one.taken(output).0);
         Ok(Self {
@@ -99,6 +109,7 @@ impl PlantModel {
                 coefficients: vehicle.coefficients.clone(),
                 initial_speed: row.speed,
                 initial_depth: lpv.depth,
+                initial_heading: 0.0,
                 fidelity: Fidelity::Nonlinear,
                 waves: WaveParameters::default(),
             },
@@ -107,7 +118,7 @@ impl PlantModel {
                 current: Current::default(),
                 operating_speed: row.speed,
                 given_speed: row.forward_speed,
-                load: [0.0; 3],
+                load: Load::default(),
             },
             slopes: Slopes::held(vehicle.actuators.len()),
             asked: Slopes::held(vehicle.actuators.len()),
@@ -142,9 +153,14 @@ impl PlantModel {
         self.vehicle.coefficients.surge.is_given()
     }
 
-    /// Whether the size of the hull is known, which waves need.
+    /// Whether there can be waves: the size of the hull is known, and it stays in the vertical plane.
     pub fn can_meet_waves(&self) -> bool {
-        self.vehicle.geometry.is_some()
+        self.vehicle.geometry.is_some() && !self.turns()
+    }
+
+    /// Whether the vehicle leaves the vertical plane.
+    pub fn turns(&self) -> bool {
+        self.vehicle.coefficients.has_lateral()
     }
 
     /// The trim from which the flight starts.
@@ -162,7 +178,7 @@ impl PlantModel {
         self.plant.state()
     }
 
-    /// Speed along the path through the water, sqrt(u^2 + w^2) \[m/s\].
+    /// Speed along the path through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
     pub fn path_speed(&self) -> f64 {
         self.plant.speed()
     }
@@ -180,7 +196,8 @@ impl PlantModel {
     /// # Errors
     /// Coefficients that are not allowed, waves that cannot be, a start above the surface, or no trim: [`PlantError`].
     pub fn start(&mut self, time: f64) -> Result<(), PlantError> {
-        let Settings { coefficients, initial_speed, initial_depth, fidelity, waves } = &self.settings;
+        let Settings { coefficients, initial_speed, initial_depth, initial_heading, fidelity, waves } =
+            &self.settings;
         coefficients.check()?;
         if *initial_depth < 0.0 {
             return Err(PlantError::AboveSurface { depth: *initial_depth });
@@ -189,8 +206,10 @@ impl PlantModel {
             return Err(PlantError::NotAhead { speed: *initial_speed });
         }
         let vehicle = self.with(coefficients);
-        let trim = trim_with(&vehicle, Speed::Path(*initial_speed), *initial_depth, &self.lpv.pitch())?;
-        let mut plant = Plant::new(&vehicle)?.with_lpv(Arc::clone(&self.lpv))?;
+        let plane = plane_of(&vehicle);
+        let trim = trim_with(&plane, Speed::Path(*initial_speed), *initial_depth, &self.lpv.pitch())?;
+        let trim = Trim { actuators: vehicle.outputs_of_plane(&plane, &trim.actuators), ..trim };
+        let mut plant = plant_of(&vehicle, &self.lpv)?;
         plant.set_fidelity(*fidelity)?;
         plant.set_current(self.inputs.current)?;
         plant.set_load(self.inputs.load)?;
@@ -199,6 +218,9 @@ impl PlantModel {
             plant = plant.with_water(water.clone());
         }
         plant.start(time, &trim)?;
+        if self.turns() {
+            plant.set_state(&State { heading: *initial_heading, ..plant.state() });
+        }
         let clearance = surroundings.as_ref().map(|water| water.clearance(time, 0.0, trim.depth, trim.pitch));
         if let Some(clearance) = clearance.filter(|clearance| *clearance < 0.0) {
             return Err(PlantError::BreaksSurface { depth: trim.depth, out: -clearance });
@@ -270,6 +292,17 @@ impl PlantModel {
         self.inputs.load = self.plant.load();
         Ok(())
     }
+}
+
+/// The vehicle in the vertical plane.
+fn plane_of(vehicle: &Vehicle) -> Cow<'_, Vehicle> {
+    if vehicle.coefficients.has_lateral() { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) }
+}
+
+/// The vehicle at rest, with the LPV model where that is its own.
+fn plant_of(vehicle: &Vehicle, lpv: &Arc<LpvModel>) -> Result<Plant, PlantError> {
+    let plant = Plant::new(vehicle)?;
+    Ok(if vehicle.coefficients.has_lateral() { plant } else { plant.with_lpv(Arc::clone(lpv))? })
 }
 
 /// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two at equal

@@ -1,47 +1,44 @@
 //! The quantities with exact derivatives in the plant.
 
-/// One quantity that does not belong to an actuator.
+use auv::place::STATES;
+
+/// One quantity that does not belong to an actuator. In the vertical plane nothing belongs to some.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Quantity {
-    CurrentHorizontal,
-    CurrentVertical,
+    /// The velocity of the current: north or horizontal, east, down.
+    Current(usize),
+    /// The operating speed of the LPV model.
     OperatingSpeed,
-    /// Velocities over ground along the body.
-    SurgeOverGround,
-    HeaveOverGround,
-    PitchRate,
-    Pitch,
-    Distance,
-    Depth,
-    /// Rates of the last six.
-    SurgeAcceleration,
-    HeaveAcceleration,
-    PitchAcceleration,
-    RateOfPitch,
-    RateOfDistance,
-    RateOfDepth,
-    /// Through the water: u, w and V.
-    Speed,
-    Heave,
-    PathSpeed,
-    /// Of a vehicle that is given its speed; nothing belongs to it in others.
+    /// Of a vehicle that is given its speed.
     GivenSpeed,
-    /// The load from outside.
-    ExternalForceX,
-    ExternalForceZ,
-    ExternalMoment,
+    /// The load from outside, X Y Z K M N.
+    External(usize),
     /// By which waves change.
     Time,
+    /// By [`auv::place`].
+    State(usize),
+    /// Of these.
+    Rate(usize),
+    /// Through the water: u, v, w and V.
+    Speed,
+    #[allow(missing_docs)]
+    Sway,
+    #[allow(missing_docs)]
+    Heave,
+    #[allow(missing_docs)]
+    PathSpeed,
+    /// theta' and psi' of a vehicle that leaves the vertical plane; in it theta' is the state q.
+    PitchRate,
+    #[allow(missing_docs)]
+    HeadingRate,
 }
 
+const CURRENT: usize = 3;
+const LOAD: usize = 6;
 /// Quantities that do not belong to an actuator; every actuator adds three.
-const FIXED: usize = Quantity::Time as usize + 1;
+const FIXED: usize = CURRENT + LOAD + 2 * STATES + 9;
 
 impl Quantity {
-    /// The load from outside, X Z M.
-    pub const EXTERNAL: [Self; 3] = [Self::ExternalForceX, Self::ExternalForceZ, Self::ExternalMoment];
-
     /// Number of quantities of a vehicle with a number of actuators.
     pub fn count(actuators: usize) -> usize {
         FIXED + 3 * actuators
@@ -49,7 +46,22 @@ impl Quantity {
 
     /// The number of the quantity.
     pub fn number(self) -> usize {
-        self as usize
+        let others = CURRENT + LOAD + 2 * STATES;
+        match self {
+            Self::Current(axis) => axis,
+            Self::External(axis) => CURRENT + axis,
+            Self::State(place) => CURRENT + LOAD + place,
+            Self::Rate(place) => CURRENT + LOAD + STATES + place,
+            Self::OperatingSpeed => others,
+            Self::GivenSpeed => others + 1,
+            Self::Time => others + 2,
+            Self::Speed => others + 3,
+            Self::Sway => others + 4,
+            Self::Heave => others + 5,
+            Self::PathSpeed => others + 6,
+            Self::PitchRate => others + 7,
+            Self::HeadingRate => others + 8,
+        }
     }
 
     /// The number of the command of an actuator.

@@ -1,6 +1,6 @@
 //! What is in the saved state of a flight.
 
-use auv::{COEFFICIENTS, Coefficients, Fidelity, Snapshot};
+use auv::{COEFFICIENTS, Coefficients, Current, Fidelity, Motion, Snapshot, State};
 use fmi2::{SavedState, StateError};
 
 use crate::PlantModel;
@@ -12,19 +12,23 @@ impl PlantModel {
         let mut in_waves = self.surroundings.is_some();
         let settings = &mut self.settings;
         pass_coefficients(&mut settings.coefficients, state)?;
-        state.each(&mut [&mut settings.initial_speed, &mut settings.initial_depth])?;
+        state.each(&mut [
+            &mut settings.initial_speed,
+            &mut settings.initial_depth,
+            &mut settings.initial_heading,
+        ])?;
         pass_fidelity(&mut settings.fidelity, state)?;
         settings.waves.pass(state)?;
         state.boolean(&mut in_waves)?;
         let inputs = &mut self.inputs;
         state.reals(&mut inputs.commands)?;
-        let current = &mut inputs.current;
-        state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut inputs.operating_speed])?;
+        pass_current(&mut inputs.current, state)?;
+        state.real(&mut inputs.operating_speed)?;
         state.reals(&mut inputs.load)?;
         let slopes = &mut self.slopes;
         state.reals(&mut slopes.commands)?;
-        let current = &mut slopes.current;
-        state.each(&mut [&mut current.horizontal, &mut current.vertical, &mut slopes.operating_speed])?;
+        pass_current(&mut slopes.current, state)?;
+        state.real(&mut slopes.operating_speed)?;
         state.reals(&mut slopes.load)?;
         let trim = &mut self.trim;
         state.each(&mut [
@@ -68,23 +72,20 @@ impl PlantModel {
 fn pass_motion(snapshot: &mut Snapshot, state: &mut dyn SavedState) -> Result<(), StateError> {
     pass_coefficients(&mut snapshot.coefficients, state)?;
     pass_fidelity(&mut snapshot.fidelity, state)?;
-    let place = &mut snapshot.state;
-    let motion = &mut place.motion;
-    state.each(&mut [
-        &mut snapshot.time,
-        &mut motion.u,
-        &mut motion.w,
-        &mut motion.q,
-        &mut motion.theta,
-        &mut place.x,
-        &mut place.depth,
-    ])?;
+    state.real(&mut snapshot.time)?;
+    let State { motion, x, depth, heading, east } = &mut snapshot.state;
+    let Motion { u, v, w, p, q, r, phi, theta } = motion;
+    state.each(&mut [u, v, w, p, q, r, phi, theta, x, depth, heading, east])?;
     state.reals(&mut snapshot.outputs)?;
     state.reals(&mut snapshot.commands)?;
-    let current = &mut snapshot.current;
-    state.each(&mut [&mut current.horizontal, &mut current.vertical])?;
+    pass_current(&mut snapshot.current, state)?;
     state.reals(&mut snapshot.load)?;
     state.each(&mut [&mut snapshot.operating_speed, &mut snapshot.integrator_step])
+}
+
+fn pass_current(current: &mut Current, state: &mut dyn SavedState) -> Result<(), StateError> {
+    let Current { horizontal, east, vertical } = current;
+    state.each(&mut [horizontal, east, vertical])
 }
 
 fn pass_fidelity(fidelity: &mut Fidelity, state: &mut dyn SavedState) -> Result<(), StateError> {

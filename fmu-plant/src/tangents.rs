@@ -1,6 +1,6 @@
 //! Exact derivatives of the plant, by dual numbers in the code that simulates.
 
-use auv::{Dual64, Instant, Rates};
+use auv::{Dual64, Instant, Motion, place};
 
 use crate::{PlantModel, Quantity as Q};
 
@@ -17,8 +17,7 @@ impl PlantModel {
         let instant = self.seeded(tangents);
         let output = |index: usize| self.seeded_output(index, tangents);
         let rates = self.plant.rates(&instant, output);
-        let motion = instant.motion();
-        let Rates { surge, heave, pitch_rate, pitch, distance, depth } = rates;
+        let motion @ Motion { u, v, w, .. } = instant.motion();
         let actuators = self.plant.actuators();
         for (index, actuator) in actuators.iter().enumerate() {
             let output = self.seeded_output(index, tangents);
@@ -26,45 +25,41 @@ impl PlantModel {
             tangents[Q::output(index)] = output.eps;
             tangents[Q::output_rate(index)] = rate.eps;
         }
-        let square = motion.u * motion.u + motion.w * motion.w;
+        for (place, rate) in rates.into_iter().enumerate() {
+            tangents[Q::Rate(place).number()] = rate.eps;
+        }
+        let [_, pitch_rate, heading_rate] = motion.turning();
         for (quantity, value) in [
-            (Q::SurgeAcceleration, surge),
-            (Q::HeaveAcceleration, heave),
-            (Q::PitchAcceleration, pitch_rate),
-            (Q::RateOfPitch, pitch),
-            (Q::RateOfDistance, distance),
-            (Q::RateOfDepth, depth),
-            (Q::Speed, motion.u),
-            (Q::Heave, motion.w),
+            (Q::Speed, u),
+            (Q::Sway, v),
+            (Q::Heave, w),
+            (Q::PitchRate, pitch_rate),
+            (Q::HeadingRate, heading_rate),
         ] {
             tangents[quantity.number()] = value.eps;
         }
-        // V = sqrt(u^2 + w^2) has no derivative at rest; 0 is the mean of those to either side.
+        // V has no derivative at rest; 0 is the mean of those to either side.
+        let square = u * u + w * w + v * v;
         tangents[Q::PathSpeed.number()] =
             if square.re > 0.0 { 0.5 * square.eps / square.re.sqrt() } else { 0.0 };
     }
 
     fn carry_current(&self, tangents: &mut [f64]) {
-        let still = Instant { surge: 0.0, heave: 0.0, ..self.instant() };
-        let dual = |value: f64, quantity: Q| Dual64::new(value, tangents[quantity.number()]);
-        let against = Instant {
-            time: Dual64::from(0.0),
-            surge: Dual64::from(0.0),
-            heave: Dual64::from(0.0),
-            pitch_rate: Dual64::from(0.0),
-            pitch: Dual64::from(still.pitch),
-            distance: Dual64::from(0.0),
-            depth: Dual64::from(0.0),
-            current_horizontal: dual(still.current_horizontal, Q::CurrentHorizontal),
-            current_vertical: dual(still.current_vertical, Q::CurrentVertical),
-            operating_speed: Dual64::from(0.0),
-            given_speed: Dual64::from(0.0),
-            load: [Dual64::from(0.0); 3],
-        };
         // At rest over ground the velocity through the water is minus that of the current.
-        let water = against.motion();
-        tangents[Q::SurgeOverGround.number()] = -water.u.eps;
-        tangents[Q::HeaveOverGround.number()] = -water.w.eps;
+        let now = self.instant();
+        let mut against = Instant::<Dual64>::zero();
+        for angle in [place::ROLL, place::PITCH, place::HEADING] {
+            against.state[angle] = Dual64::from(now.state[angle]);
+        }
+        against.current = self.seeded_current(now.current, tangents);
+        let Motion { u, v, w, .. } = against.motion();
+        for (place, velocity) in [(place::SURGE, u), (place::SWAY, v), (place::HEAVE, w)] {
+            tangents[Q::State(place).number()] = -velocity.eps;
+        }
+    }
+
+    fn seeded_current(&self, current: [f64; 3], tangents: &[f64]) -> [Dual64; 3] {
+        std::array::from_fn(|axis| Dual64::new(current[axis], tangents[Q::Current(axis).number()]))
     }
 
     fn seeded(&self, tangents: &[f64]) -> Instant<Dual64> {
@@ -72,17 +67,11 @@ impl PlantModel {
         let now = self.instant();
         let in_current = Instant {
             time: dual(now.time, Q::Time),
-            surge: dual(now.surge, Q::SurgeOverGround),
-            heave: dual(now.heave, Q::HeaveOverGround),
-            pitch_rate: dual(now.pitch_rate, Q::PitchRate),
-            pitch: dual(now.pitch, Q::Pitch),
-            distance: dual(now.distance, Q::Distance),
-            depth: dual(now.depth, Q::Depth),
-            current_horizontal: dual(self.inputs.current.horizontal, Q::CurrentHorizontal),
-            current_vertical: dual(self.inputs.current.vertical, Q::CurrentVertical),
+            state: std::array::from_fn(|place| dual(now.state[place], Q::State(place))),
+            current: self.seeded_current(self.inputs.current.in_earth(), tangents),
             operating_speed: dual(now.operating_speed, Q::OperatingSpeed),
             given_speed: dual(now.given_speed, Q::GivenSpeed),
-            load: std::array::from_fn(|i| dual(now.load[i], Q::EXTERNAL[i])),
+            load: std::array::from_fn(|axis| dual(now.load[axis], Q::External(axis))),
         };
         self.plant.in_water(&in_current)
     }

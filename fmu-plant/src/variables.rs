@@ -4,7 +4,7 @@
 //! and an actuator without lag follows its command. A master has no algebraic loop unless the commands follow such
 //! a quantity. First values of other outputs follow from parameters alone.
 
-use auv::{Actuator, Allowed, CoefficientSpec, Fidelity, Surge};
+use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, place};
 use fmi2::model_description::Enumeration;
 
 use crate::{PlantModel, Quantity, WAVES};
@@ -12,8 +12,14 @@ use crate::{PlantModel, Quantity, WAVES};
 type Variable = fmi2::Variable<PlantModel>;
 type Role<T> = fmi2::Role<PlantModel, T>;
 
-/// The type of the parameter `fidelity`.
-pub fn fidelities() -> Enumeration {
+impl PlantModel {
+    /// The type of the parameter `fidelity`, of a vehicle with an LPV model of its own.
+    pub fn fidelities(&self) -> Vec<Enumeration> {
+        if self.turns() { vec![] } else { vec![fidelities()] }
+    }
+}
+
+fn fidelities() -> Enumeration {
     let items = [
         ("nonlinear", "the nonlinear equations of motion"),
         (
@@ -26,7 +32,7 @@ pub fn fidelities() -> Enumeration {
 
 /// An input with the name of its field, and of that of its rate.
 macro_rules! input {
-    ($name:expr, $description:expr, $quantity:ident, $($field:ident).+) => {
+    ($name:expr, $description:expr, $quantity:expr, $($field:ident).+) => {
         Variable::real(
             $name,
             $description,
@@ -35,7 +41,7 @@ macro_rules! input {
         )
         .unit("m/s")
         .nominal(1.0)
-        .quantity(Quantity::$quantity.number())
+        .quantity($quantity.number())
         .slope(|m, v| m.slopes.$($field).+ = v)
     };
 }
@@ -56,44 +62,85 @@ macro_rules! parameter {
 /// Commands, current, the operating speed of the LPV model, and the load from outside.
 pub fn inputs(model: &PlantModel) -> Vec<Variable> {
     let commands = model.vehicle().actuators.iter().enumerate().map(|(i, actuator)| command(i, actuator));
-    let horizontal = "horizontal velocity of the current, positive the way of distance";
-    let vertical = "vertical velocity of the current, positive down";
     let operating_speed = "speed along the path through the water, V, about whose trim the LPV model stands; \
                            fidelity nonlinear does not use it";
-    let others = [
-        input!("current_horizontal", horizontal, CurrentHorizontal, current.horizontal),
-        input!("current_vertical", vertical, CurrentVertical, current.vertical),
-        ahead(model, input!("operating_speed", operating_speed, OperatingSpeed, operating_speed)),
-    ];
-    commands.chain(others).chain(given_speed(model)).chain(external_load(model)).collect()
+    let operating_speed = (!model.turns()).then(|| {
+        ahead(model, input!("operating_speed", operating_speed, Quantity::OperatingSpeed, operating_speed))
+    });
+    commands
+        .chain(current(model))
+        .chain(operating_speed)
+        .chain(given_speed(model))
+        .chain(external_load(model))
+        .collect()
 }
 
-/// The load from outside: its place among X, Z and M, name, unit and description.
-type External = (usize, &'static str, &'static str, &'static str);
+/// The names of the inputs of the current.
+pub fn of_current(model: &PlantModel) -> &'static [&'static str] {
+    if model.turns() {
+        &["current_north", "current_east", "current_vertical"]
+    } else {
+        &["current_horizontal", "current_vertical"]
+    }
+}
 
-/// The inputs of the load from outside.
-const EXTERNAL: [&str; 3] = ["external_force_x", "external_force_z", "external_moment"];
+fn current(model: &PlantModel) -> Vec<Variable> {
+    let down = "vertical velocity of the current, positive down";
+    let down = input!("current_vertical", down, Quantity::Current(2), current.vertical);
+    if !model.turns() {
+        let horizontal = "horizontal velocity of the current, positive the way of distance";
+        return vec![
+            input!("current_horizontal", horizontal, Quantity::Current(0), current.horizontal),
+            down,
+        ];
+    }
+    let (north, east) = ("velocity of the current, north", "velocity of the current, east");
+    vec![
+        input!("current_north", north, Quantity::Current(0), current.horizontal),
+        input!("current_east", east, Quantity::Current(1), current.east),
+        down,
+    ]
+}
+
+/// The load from outside: its place among X Y Z K M N, name, unit and description.
+type External = (usize, &'static str, &'static str, &'static str);
 
 /// What of the load from outside acts: at a given speed a force along the hull does not.
 pub(crate) fn external(model: &PlantModel) -> impl Iterator<Item = External> {
-    const MEANINGS: [(&str, &str); 3] = [
-        ("N", "force from outside at the origin of the body, along the body axis, positive forward"),
-        ("N", "force from outside at the origin of the body, across the body axis, positive down"),
-        ("N.m", "pitch moment from outside about the origin of the body, positive bow up"),
-    ];
-    let all = EXTERNAL.into_iter().zip(MEANINGS).enumerate();
+    let ahead = "force from outside at the origin of the body, along the body axis, positive forward";
+    let down = "force from outside at the origin of the body, across the body axis, positive down";
+    let bow_up = "pitch moment from outside about the origin of the body, positive bow up";
+    let aside = "force from outside at the origin of the body, across the body axis, positive to starboard";
+    let rolling = "roll moment from outside about the origin of the body, positive starboard down";
+    let yawing = "yaw moment from outside about the origin of the body, positive bow to starboard";
+    let all = if model.turns() {
+        vec![
+            (0, "external_force_x", "N", ahead),
+            (1, "external_force_y", "N", aside),
+            (2, "external_force_z", "N", down),
+            (3, "external_moment_x", "N.m", rolling),
+            (4, "external_moment_y", "N.m", bow_up),
+            (5, "external_moment_z", "N.m", yawing),
+        ]
+    } else {
+        vec![
+            (0, "external_force_x", "N", ahead),
+            (2, "external_force_z", "N", down),
+            (4, "external_moment", "N.m", bow_up),
+        ]
+    };
     let first = usize::from(model.takes_a_speed());
-    all.map(|(place, (name, (unit, meaning)))| (place, name, unit, meaning)).skip(first)
+    all.into_iter().skip(first)
 }
 
 fn external_load(model: &PlantModel) -> impl Iterator<Item = Variable> {
-    external(model).map(|(place, name, unit, meaning)| {
-        let set = move |m: &mut PlantModel, v| m.inputs.load[place] = v;
-        Variable::real(name, meaning, move |m| m.inputs.load[place], Role::input(set))
+    external(model).map(|(axis, name, unit, meaning)| {
+        let set = move |m: &mut PlantModel, v| m.inputs.load[axis] = v;
+        Variable::real(name, meaning, move |m| m.inputs.load[axis], Role::input(set))
             .unit(unit)
             .nominal(10.0)
-            .quantity(Quantity::EXTERNAL[place].number())
-            .slope(move |m, v| m.slopes.load[place] = v)
+            .quantity(Quantity::External(axis).number())
+            .slope(move |m, v| m.slopes.load[axis] = v)
     })
 }
 
@@ -107,7 +154,7 @@ fn given_speed(model: &PlantModel) -> Option<Variable> {
     let Surge::Given { lag } = model.vehicle().coefficients.surge else { return None };
     let description =
         format!("forward speed through the water that is given; speed follows it with a lag of {lag} s");
-    Some(input!(GIVEN_SPEED, description, GivenSpeed, given_speed))
+    Some(input!(GIVEN_SPEED, description, Quantity::GivenSpeed, given_speed))
 }
 
 /// The input of a vehicle that is given its speed.
@@ -132,7 +179,10 @@ fn command(index: usize, actuator: &Actuator) -> Variable {
 /// Motion, position, actuator outputs, and the initial trim.
 pub fn outputs(model: &PlantModel) -> Vec<Variable> {
     let mut table = motion(model);
-    table.extend(position());
+    if model.turns() {
+        table.extend(out_of_plane(model));
+    }
+    table.extend(position(model));
     for (index, actuator) in model.vehicle().actuators.iter().enumerate() {
         table.push(actuator_output(model, index, actuator));
     }
@@ -159,14 +209,17 @@ fn output(
     Variable::real(name, description, get, Role::output()).unit(unit).depends_on(&[])
 }
 
-/// Motion through the water.
+/// A velocity through the water, which depends on that over ground, on the angles and on the current.
+fn through_water(model: &PlantModel, one: Variable, quantity: Quantity, own: &[&str]) -> Variable {
+    let angles: &[&str] = if model.turns() { &["roll", "pitch", "heading"] } else { &["pitch"] };
+    let place: &[&str] = if model.can_meet_waves() { &["distance", "depth"] } else { &[] };
+    let knowns = [own, angles, of_current(model), place].concat();
+    one.depends_on(&knowns).initially_depends_on(&knowns_of_trim(model)).quantity(quantity.number())
+}
+
+/// Motion through the water in the vertical plane.
 fn motion(model: &PlantModel) -> Vec<Variable> {
     let trim = knowns_of_trim(model);
-    let place: &[&str] = if model.can_meet_waves() { &["distance", "depth"] } else { &[] };
-    let through_water = |one: Variable, quantity: Quantity, own: &[&str]| {
-        let knowns = [own, &["pitch", "current_horizontal", "current_vertical"], place].concat();
-        one.depends_on(&knowns).initially_depends_on(&trim).quantity(quantity.number())
-    };
     let speed = output("speed", "forward speed through the water, along the body axis (u)", "m/s", |m| {
         m.state().motion.u
     });
@@ -174,44 +227,95 @@ fn motion(model: &PlantModel) -> Vec<Variable> {
         output("heave", "heave velocity through the water, positive down in the body (w)", "m/s", |m| {
             m.state().motion.w
         });
-    let path_speed =
-        output("path_speed", "speed along the path through the water, V = sqrt(u^2 + w^2)", "m/s", |m| {
-            m.path_speed()
-        });
-    let both = ["surge_over_ground", "heave_over_ground"];
+    let path = if model.turns() {
+        "speed along the path through the water, V = sqrt(u^2 + v^2 + w^2)"
+    } else {
+        "speed along the path through the water, V = sqrt(u^2 + w^2)"
+    };
+    let path_speed = output("path_speed", path, "m/s", |m| m.path_speed());
+    let pitch_rate = if model.turns() {
+        output("pitch_rate", "rate of pitch, theta'", "rad/s", |m| m.state().motion.turning()[1])
+            .depends_on(&["roll", "angular_velocity_y", "angular_velocity_z"])
+            .quantity(Quantity::PitchRate.number())
+    } else {
+        state("pitch_rate", "rate of pitch (q)", "rad/s", place::Q, |m| m.state().motion.q)
+    };
+    let of_path: &[&str] = if model.turns() {
+        &["surge_over_ground", "sway_over_ground", "heave_over_ground"]
+    } else {
+        &["surge_over_ground", "heave_over_ground"]
+    };
+    let through = |one: Variable, quantity: Quantity, own: &[&str]| through_water(model, one, quantity, own);
     vec![
-        state("pitch", "pitch angle, positive bow up", "rad", Quantity::Pitch, |m| m.state().motion.theta)
+        state("pitch", "pitch angle, positive bow up", "rad", place::PITCH, |m| m.state().motion.theta)
             .nominal(0.1)
             .initially_depends_on(&trim),
-        through_water(speed.nominal(1.0), Quantity::Speed, &both[..1]),
-        state("pitch_rate", "rate of pitch (q)", "rad/s", Quantity::PitchRate, |m| m.state().motion.q)
-            .nominal(0.1)
-            .initially_depends_on(&[]),
-        through_water(heave.nominal(0.1), Quantity::Heave, &both[1..]),
-        through_water(path_speed.at_least(0.0).nominal(1.0), Quantity::PathSpeed, &both),
+        through(speed.nominal(1.0), Quantity::Speed, &["surge_over_ground"]),
+        pitch_rate.nominal(0.1).initially_depends_on(&[]),
+        through(heave.nominal(0.1), Quantity::Heave, &["heave_over_ground"]),
+        through(path_speed.at_least(0.0).nominal(1.0), Quantity::PathSpeed, of_path),
     ]
 }
 
-/// An output that is a state too.
+/// What leaves the vertical plane.
+fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
+    let sway = output("sway", "sway velocity through the water, positive to starboard (v)", "m/s", |m| {
+        m.state().motion.v
+    });
+    let heading_rate =
+        output("heading_rate", "rate of heading, psi'", "rad/s", |m| m.state().motion.turning()[2])
+            .depends_on(&["roll", "pitch", "angular_velocity_y", "angular_velocity_z"])
+            .quantity(Quantity::HeadingRate.number());
+    let sway = through_water(model, sway.nominal(0.1), Quantity::Sway, &["sway_over_ground"]);
+    let of = |name, what, unit, place, get: fn(&PlantModel) -> f64| {
+        state(name, what, unit, place, get).nominal(0.1).initially_depends_on(&[])
+    };
+    vec![
+        state("heading", "heading, clockwise from north, not wrapped", "rad", place::HEADING, |m| {
+            m.state().heading
+        })
+        .nominal(1.0)
+        .initially_depends_on(&["initial_heading"]),
+        heading_rate.nominal(0.1).initially_depends_on(&[]),
+        of("roll", "roll angle, positive starboard down", "rad", place::ROLL, |m| m.state().motion.phi),
+        sway.initially_depends_on(&[]),
+        of("angular_velocity_x", "angular velocity about the body's x axis (p)", "rad/s", place::P, |m| {
+            m.state().motion.p
+        }),
+        of("angular_velocity_y", "angular velocity about the body's y axis (q)", "rad/s", place::Q, |m| {
+            m.state().motion.q
+        }),
+        of("angular_velocity_z", "angular velocity about the body's z axis (r)", "rad/s", place::R, |m| {
+            m.state().motion.r
+        }),
+    ]
+}
+
+/// An output that is a state too, by [`auv::place`].
 fn state(
     name: &str,
     description: &str,
     unit: &str,
-    quantity: Quantity,
+    place: usize,
     get: impl Fn(&PlantModel) -> f64 + Send + Sync + 'static,
 ) -> Variable {
-    output(name, description, unit, get).depends_linearly_on(name).quantity(quantity.number())
+    output(name, description, unit, get).depends_linearly_on(name).quantity(Quantity::State(place).number())
 }
 
-fn position() -> [Variable; 2] {
-    [
-        state("depth", "depth of the origin of the body", "m", Quantity::Depth, |m| m.state().depth)
-            .nominal(10.0)
-            .initially_depends_on(&["initial_depth"]),
-        state("distance", "horizontal way made over ground", "m", Quantity::Distance, |m| m.state().x)
-            .nominal(10.0)
-            .initially_depends_on(&[]),
-    ]
+fn position(model: &PlantModel) -> Vec<Variable> {
+    let depth = state("depth", "depth of the origin of the body", "m", place::DEPTH, |m| m.state().depth)
+        .initially_depends_on(&["initial_depth"]);
+    let made = |name, what, place, get: fn(&PlantModel) -> f64| {
+        state(name, what, "m", place, get).initially_depends_on(&[])
+    };
+    let mut table = vec![depth];
+    if model.turns() {
+        table.push(made("north", "way made north over ground", place::NORTH, |m| m.state().x));
+        table.push(made("east", "way made east over ground", place::EAST, |m| m.state().east));
+    } else {
+        table.push(made("distance", "horizontal way made over ground", place::NORTH, |m| m.state().x));
+    }
+    table.into_iter().map(|one| one.nominal(10.0)).collect()
 }
 
 fn actuator_output(model: &PlantModel, index: usize, actuator: &Actuator) -> Variable {
@@ -260,16 +364,23 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
     let mut table = vec![
         ahead(model, parameter!("initial_speed", "m/s", speed, initial_speed)).nominal(1.0),
         parameter!("initial_depth", "m", "depth at the start", initial_depth).at_least(0.0).nominal(10.0),
-        Variable::enumeration(
+    ];
+    if model.turns() {
+        let heading = "heading at the start, clockwise from north";
+        table.push(parameter!("initial_heading", "rad", heading, initial_heading).nominal(1.0));
+    } else {
+        table.push(Variable::enumeration(
             "fidelity",
             "which equations of motion are integrated",
             &fidelities(),
             |m| number_of(m.settings.fidelity),
             Role::parameter(|m, v| m.settings.fidelity = fidelity_of(v)),
-        ),
-    ];
+        ));
+    }
     table.extend(waves(model));
-    table.extend(model.vehicle().coefficients.acting().map(|spec| coefficient(spec, model)));
+    let lateral = COEFFICIENTS.iter().filter(|spec| model.turns() && spec.is_lateral());
+    let all = model.vehicle().coefficients.acting().chain(lateral);
+    table.extend(all.map(|spec| coefficient(spec, model)));
     table
 }
 

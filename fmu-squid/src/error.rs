@@ -1,7 +1,7 @@
 //! Errors of the loop, each as one sentence.
 
 use fmi2::ResourceError;
-use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE};
+use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE, resource};
 use fmu_plant::PlantError;
 
 use scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
@@ -25,19 +25,29 @@ pub enum ClosedLoopError {
     /// The parameters of the manoeuvre are not allowed.
     #[error("the manoeuvre cannot be flown: {0}")]
     Manoeuvre(#[from] ManoeuvreError),
+    /// A vehicle that turns without an axis of heading, or such an axis of one in the vertical plane.
+    #[error(
+        "a vehicle with coefficients of sway, roll and yaw needs a design of heading in resources/{}, and one without \
+         has none",
+        resource(1)
+    )]
+    OtherAxes,
+    /// The axes do not tick together.
+    #[error("the designs have sample times of {one} s and {other} s, and must have the same")]
+    OtherSampleTime { one: f64, other: f64 },
     /// The controller is for another vehicle.
     #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
     OtherVehicle { found: String, expected: String },
     /// The controller measures other signals than the vehicle has.
     #[error(
-        "resources/{CONTROLLER_RESOURCE} has the signals {}, and those of the vehicle are {}",
+        "resources/{file} has the signals {}, and those of the vehicle are {}",
         found.join(", "),
         expected.join(", ")
     )]
-    OtherSignals { found: Vec<String>, expected: Vec<String> },
+    OtherSignals { file: String, found: Vec<String>, expected: Vec<String> },
     /// The controller commands other actuators than the vehicle has.
     #[error(
-        "resources/{CONTROLLER_RESOURCE} commands {}, and the actuators of the vehicle are {}",
+        "the autopilot in resources commands {}, and the actuators of the vehicle are {}",
         found.join(", "),
         expected.join(", ")
     )]

@@ -2,8 +2,8 @@
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
-use fmu_controller::{Axis, RESOURCE, healths};
-use fmu_plant::{PlantModel, TOLERANCE, fidelities};
+use fmu_controller::{Axis, RESOURCE, healths, resource};
+use fmu_plant::{PlantModel, TOLERANCE};
 
 use crate::tangents::Own;
 use crate::{ClosedLoop, ClosedLoopError};
@@ -14,27 +14,30 @@ impl Model for ClosedLoop {
 
     fn load(resources: &Resources) -> Result<Self, ClosedLoopError> {
         let plant = PlantModel::load(resources)?;
-        let controller = Axis::load(resources, RESOURCE)?;
+        let files = (0..2).map(resource).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
+        let axes = files.map(|file| Axis::load(resources, &file)).collect::<Result<_, _>>()?;
         let manoeuvre = Manoeuvre::from_json(resources.text(MANOEUVRE_RESOURCE)?)
             .map_err(ClosedLoopError::ManoeuvreFile)?;
-        Self::new(plant, controller, manoeuvre)
+        Self::new(plant, axes, manoeuvre)
     }
 
     fn about(&self) -> About {
-        let (vehicle, design) = (self.plant.vehicle(), self.controller.design());
+        let (vehicle, design) = (self.plant.vehicle(), self.axes[0].design());
         let steered = design.steered();
+        let heading = self.axes.get(1).map(|axis| &axis.design().design);
+        let turning = heading.map_or(String::new(), |name| format!(" and that of heading '{name}'"));
         About {
             identifier: identifier(&vehicle.name),
             name: vehicle.name.clone(),
             description: format!(
-                "{} ({} coefficients) with its LPV {steered} controller '{}' in one loop, flying a {steered} step on a \
-                 ramp of speed",
+                "{} ({} coefficients) with its LPV {steered} controller '{}'{turning} in one loop, flying a {steered} \
+                 step on a ramp of speed",
                 vehicle.name,
                 vehicle.status.word(),
                 design.design
             ),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            enumerations: vec![fidelities(), healths()],
+            enumerations: [self.plant.fidelities(), vec![healths()]].concat(),
             default_experiment: DefaultExperiment {
                 start_time: 0.0,
                 stop_time: self.manoeuvre.duration,
@@ -54,7 +57,7 @@ impl Model for ClosedLoop {
 
     fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
         self.plant.stands_at(from)?;
-        self.controller.keeps_up(from)?;
+        self.axes.iter().try_for_each(|axis| axis.keeps_up(from))?;
         self.advance(to, log)
     }
 
@@ -67,7 +70,7 @@ impl Model for ClosedLoop {
         state.reals(&mut self.outside.references)?;
         state.reals(&mut self.outside.slopes)?;
         self.plant.pass_state(state)?;
-        self.controller.pass_state(state)
+        self.axes.iter_mut().try_for_each(|axis| axis.pass_state(state))
     }
 
     fn tangents() -> Option<Tangents<Self>> {
@@ -110,12 +113,12 @@ impl Model for ClosedLoop {
     }
 
     fn next_event(&self) -> Option<f64> {
-        Some(self.controller.autopilot().next_tick_time())
+        Some(self.axes[0].autopilot().next_tick_time())
     }
 
     /// Runs the tick that is due; one at a time, so that no event can take long.
     fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
-        if self.controller.autopilot().is_due_at(time) {
+        if self.axes[0].autopilot().is_due_at(time) {
             self.tick(log)?;
         }
         Ok(())

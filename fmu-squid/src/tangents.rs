@@ -1,16 +1,18 @@
 //! Exact derivatives of the loop between two ticks, while the commands are held, and at its start.
 
-use auv::longitudinal::{DEPTH, EachTracked, PITCH, SIGNALS, SPEED, TRACKED};
+use auv::longitudinal::{DEPTH, PITCH, SPEED};
+use auv::place;
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
 
+use crate::closed_loop::{REFERENCES, of_axis};
 use crate::{ClosedLoop, ClosedLoopError};
 
 /// The quantities of the loop itself; they follow those of the plant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Own {
-    /// By the place in [`SIGNALS`].
+    /// By its place.
     Reference(usize),
     ReferenceUsed(usize),
     TrackingError,
@@ -20,7 +22,7 @@ pub(crate) enum Own {
 }
 
 /// Own quantities that are not commands.
-const FIXED: usize = 2 * TRACKED + 3;
+const FIXED: usize = 2 * REFERENCES + 3;
 
 impl Own {
     /// Number of quantities of a loop with a number of actuators, including those of the plant.
@@ -32,10 +34,10 @@ impl Own {
     pub(crate) fn number(self, actuators: usize) -> usize {
         let position = match self {
             Self::Reference(place) => place,
-            Self::ReferenceUsed(place) => TRACKED + place,
-            Self::TrackingError => 2 * TRACKED,
-            Self::SchedulingParameter => 2 * TRACKED + 1,
-            Self::TrimPitch => 2 * TRACKED + 2,
+            Self::ReferenceUsed(place) => REFERENCES + place,
+            Self::TrackingError => 2 * REFERENCES,
+            Self::SchedulingParameter => 2 * REFERENCES + 1,
+            Self::TrimPitch => 2 * REFERENCES + 2,
             Self::Command(index) => FIXED + index,
         };
         Quantity::count(actuators) + position
@@ -49,25 +51,36 @@ impl ClosedLoop {
     pub(crate) fn carry(&self, moment: Moment, tangents: &mut [f64]) -> Result<(), ClosedLoopError> {
         let actuators = self.plant.vehicle().actuators.len();
         let own = |quantity: Own| quantity.number(actuators);
-        let references: EachTracked<f64> = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
+        let references: [f64; REFERENCES] = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
         tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            let direction = Inputs { measured: vec![0.0; SIGNALS.len()], references: references.to_vec() };
-            let autopilot = self.controller.autopilot();
-            let moved = self.controller.tangents(moment.initial, &direction)?;
-            tangents[own(Own::ReferenceUsed(0))..][..TRACKED].copy_from_slice(&moved.references);
-            tangents[own(Own::TrimPitch)] = moved.trim[PITCH];
-            for (index, command) in moved.commands.into_iter().enumerate() {
-                tangents[own(Own::Command(index))] = command;
-                tangents[Quantity::command(index)] = command;
+            for (index, (axis, actuators)) in self.axes.iter().zip(&self.commanded).enumerate() {
+                let design = axis.design();
+                let wanted = (0..design.references().count()).map(|place| references[of_axis(index, place)]);
+                let direction =
+                    Inputs { measured: vec![0.0; design.signals.len()], references: wanted.collect() };
+                let moved = axis.tangents(moment.initial, &direction)?;
+                for (place, used) in moved.references.into_iter().enumerate() {
+                    // That of the speed is the first axis's.
+                    if index == 0 || place != SPEED {
+                        tangents[own(Own::ReferenceUsed(of_axis(index, place)))] = used;
+                    }
+                }
+                if index == 0 {
+                    tangents[own(Own::TrimPitch)] = moved.trim[PITCH];
+                }
+                for (place, command) in actuators.iter().zip(moved.commands) {
+                    tangents[own(Own::Command(*place))] = command;
+                    tangents[Quantity::command(*place)] = command;
+                }
             }
             tangents[Quantity::GivenSpeed.number()] = references[SPEED];
-            let slope = autopilot.trim().speed_slope(self.outside.references[SPEED]);
+            let slope = self.axes[0].autopilot().trim().speed_slope(self.outside.references[SPEED]);
             tangents[Quantity::OperatingSpeed.number()] = slope * references[SPEED];
         }
         self.plant.carry(moment.initial, tangents);
         let stepped = self.stepped();
-        let measured = if stepped == DEPTH { Quantity::Depth } else { Quantity::Pitch };
+        let measured = Quantity::State(if stepped == DEPTH { place::DEPTH } else { place::PITCH });
         tangents[own(Own::TrackingError)] =
             tangents[own(Own::ReferenceUsed(stepped))] - tangents[measured.number()];
         Ok(())

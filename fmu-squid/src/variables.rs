@@ -2,11 +2,13 @@
 //!
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, tracked};
-use fmu_plant::WAVES;
+use auv::longitudinal::{DEPTH, PITCH};
+use fmu_controller::prefix;
+use fmu_plant::{WAVES, of_current};
 use signals::{Level, Reference, Signal};
 
 use crate::ClosedLoop;
+use crate::closed_loop::{HEADING, signal};
 use crate::tangents::Own;
 
 type Variable = fmi2::Variable<ClosedLoop>;
@@ -15,8 +17,8 @@ type Role<T> = fmi2::Role<ClosedLoop, T>;
 /// The parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
 
-/// The parameters of the steps, by the places of what steps in [`SIGNALS`], with what they are and a typical size.
-const STEPS: [(usize, &str, &str, f64); 2] = [
+/// The parameters of the steps, by the places of what steps, with what they are and a typical size.
+const STEPS: [(usize, &str, &str, f64); 3] = [
     (
         PITCH,
         "pitch_step",
@@ -24,6 +26,7 @@ const STEPS: [(usize, &str, &str, f64); 2] = [
         0.1,
     ),
     (DEPTH, "depth_step", "height of the depth step, above zero downwards, from the depth of the start", 1.0),
+    (HEADING, "heading_step", "turn from the heading of the start, above zero to starboard", 0.1),
 ];
 
 /// The table for one loop.
@@ -60,10 +63,11 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
-    let what = if model.stepped() == PITCH { "pitch" } else { "depth" };
-    let steps = STEPS.into_iter().filter(|(place, ..)| model.controller.design().has_reference(*place));
-    let steps = steps.map(|(place, key, what, nominal)| {
-        let Signal { name, unit, range, .. } = SIGNALS[place];
+    let level = if model.stepped() == PITCH { "pitch" } else { "depth" };
+    let what = if model.turns() { format!("{level} and heading") } else { level.to_owned() };
+    let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
+    let steps = steps(model).map(|(place, key, what, nominal)| {
+        let Signal { name, unit, range, .. } = *signal(place);
         let set = move |m: &mut ClosedLoop, v| {
             if let Some(step) = m.manoeuvre.steps.get_mut(name) {
                 *step = v;
@@ -77,8 +81,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         }
     });
     let others = [
-        parameter!(step_time, "s", format!("time at which the {what} step comes")).nominal(10.0),
-        parameter!(step_end, "s", format!("time at which the {what} step ends")).nominal(10.0),
+        parameter!(step_time, "s", format!("time at which the {what} {comes}")).nominal(10.0),
+        parameter!(step_end, "s", format!("time at which the {what} {ends}")).nominal(10.0),
         speed(parameter!(speed_from, "m/s", from)).nominal(1.0),
         speed(parameter!(speed_to, "m/s", to)).nominal(1.0),
         parameter!(ramp_start, "s", "time at which the ramp of speed begins").nominal(10.0),
@@ -87,6 +91,12 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
             .nominal(10.0),
     ];
     steps.chain(others).collect()
+}
+
+/// The steps that the loop has references of.
+fn steps(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static str, &'static str, f64)> + use<> {
+    let followed = model.followed();
+    STEPS.into_iter().filter(move |(place, ..)| followed.contains(place))
 }
 
 /// All but the initial speed, which is that of the manoeuvre.
@@ -100,11 +110,11 @@ fn of_plant(one: fmi2::Variable<fmu_plant::PlantModel>) -> Variable {
 }
 
 fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let speeds = &model.controller.design().trim.forward_speed;
+    let speeds = &model.axes[0].design().trim.forward_speed;
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let actuators = actuators(model);
     let own = move |quantity: Own| quantity.number(actuators);
-    let design = model.controller.design();
+    let design = model.axes[0].design();
     let wanted = model.outside.references;
     let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
@@ -124,7 +134,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .nominal(signal.nominal)
         .quantity(own(Own::Reference(place)))
         .slope(move |m, v| m.outside.slopes[place] = v);
-        let limited = design.widest(&design.signals[place]);
+        let limited = if place == HEADING { None } else { design.widest(&design.signals[place]) };
         match (signal.level, limited.or(signal.range)) {
             // The start may lie outside: it is that of the default flight.
             (_, Some([least, most])) => one.range(least.min(wanted[place]), most.max(wanted[place])),
@@ -135,11 +145,9 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     std::iter::once(manual).chain(references)
 }
 
-/// The signals that the loop has a reference of, with their places in [`auv::longitudinal::SIGNALS`].
-fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> {
-    let has = |place: &usize| model.controller.design().has_reference(*place);
-    let rows = tracked().enumerate().map(|(place, (signal, reference))| (place, signal, reference));
-    rows.filter(move |(place, ..)| has(place))
+/// The signals that the loop has a reference of, with their places.
+fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> + use<> {
+    model.followed().into_iter().filter_map(|place| Some((place, signal(place), signal(place).reference?)))
 }
 
 /// The inputs of the plant that the loop does not set: the current, and the load from outside.
@@ -161,7 +169,8 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
             // Their first values depend on the same variables as in the plant, too.
-            "depth" | "distance" | "pitch_rate" => one,
+            "depth" | "distance" | "pitch_rate" | "north" | "east" | "heading" | "heading_rate" | "roll"
+            | "sway" | "angular_velocity_x" | "angular_velocity_y" | "angular_velocity_z" => one,
             name if at_once.iter().any(|output| output == name) => {
                 one.initially_depends_on(&knowns_of_first_tick(model))
             }
@@ -175,10 +184,11 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let known = known_of(model);
     let of_plant = fmu_plant::states(&model.plant).into_iter().map(of_plant);
     of_plant.map(move |one| one.depends_only_where(&known)).map(|one| match one.name() {
-        "surge_over_ground" | "heave_over_ground" => {
-            let current = ["current_horizontal", "current_vertical"];
+        "surge_over_ground" | "sway_over_ground" | "heave_over_ground" => {
             let waves: &[&str] = if model.plant.can_meet_waves() { &WAVES } else { &[] };
-            one.initially_depends_on(&[&knowns_of_start(model)[..], &current, waves].concat())
+            let heading: &[&str] = if model.turns() { &["initial_heading"] } else { &[] };
+            let knowns = [&knowns_of_start(model)[..], heading, of_current(&model.plant), waves];
+            one.initially_depends_on(&knowns.concat())
         }
         _ => one,
     })
@@ -186,7 +196,7 @@ fn states(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 
 /// The dependencies in the plant but those on variables that the loop sets.
 fn known_of(model: &ClosedLoop) -> impl Fn(&str) -> bool + use<> {
-    let actuators = model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone());
+    let actuators = model.axes.iter().flat_map(|axis| &axis.design().actuators).map(|one| one.name.clone());
     let set: Vec<String> =
         actuators.chain(["operating_speed", fmu_plant::GIVEN_SPEED].map(str::to_owned)).collect();
     move |name| !set.iter().any(|known| known == name)
@@ -201,23 +211,33 @@ fn knowns_of_start(model: &ClosedLoop) -> Vec<&'static str> {
     SPEED_PROFILE.into_iter().chain(["initial_depth"]).chain(coefficients).collect()
 }
 
-/// Commands, scheduling, and constants of the design, but its references: the loop has more of them.
+/// Commands, scheduling, and constants of the designs, but their references: the loop has more of them.
 fn of_controller(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
-    let constants = ["sample_time", "gamma", "gamma_certified"];
+    let each = model.axes.iter().enumerate().map(|(index, axis)| {
+        let prefix = if index == 0 { String::new() } else { prefix(axis.design()) };
+        of_axis(model, index, &prefix)
+    });
+    each.collect::<Vec<_>>().into_iter().flatten()
+}
+
+fn of_axis(model: &ClosedLoop, index: usize, prefix: &str) -> Vec<Variable> {
+    let constants = ["sample_time", "gamma", "gamma_certified"].map(|name| format!("{prefix}{name}"));
     let names: Vec<String> =
         model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
     let of_loop: Vec<String> =
-        followed(model).map(|(_, _, reference)| format!("{}_used", reference.name)).collect();
-    let own = move |one: &fmi2::Variable<_>| !of_loop.iter().any(|name| name == one.name());
-    fmu_controller::outputs(model.controller.design(), "").into_iter().filter(own).map(move |one| {
-        let constant = constants.contains(&one.name());
-        let one = one.embedded(|m: &ClosedLoop| &m.controller, |m| &mut m.controller);
-        let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };
-        match quantity_of(one.name(), &names) {
-            Some(own) => one.quantity(own.number(names.len())),
-            None => one,
-        }
-    })
+        followed(model).map(|(_, _, reference)| format!("{prefix}{}_used", reference.name)).collect();
+    let own = |one: &fmi2::Variable<_>| !of_loop.iter().any(|name| name == one.name());
+    let all =
+        fmu_controller::outputs(model.axes[index].design(), prefix).into_iter().filter(own).map(|one| {
+            let constant = constants.iter().any(|name| name == one.name());
+            let one = one.embedded(move |m: &ClosedLoop| &m.axes[index], move |m| &mut m.axes[index]);
+            let one = if constant { one } else { one.initially_depends_on(&knowns_of_first_tick(model)) };
+            match quantity_of(one.name().strip_prefix(prefix).unwrap_or(one.name()), &names) {
+                Some(own) => one.quantity(own.number(names.len())),
+                None => one,
+            }
+        });
+    all.collect()
 }
 
 /// The quantity of an output of the controller.
@@ -230,9 +250,11 @@ fn quantity_of(name: &str, actuators: &[String]) -> Option<Own> {
 }
 
 fn knowns_of_first_tick(model: &ClosedLoop) -> Vec<&'static str> {
-    let steps = STEPS.into_iter().filter(|(place, ..)| model.controller.design().has_reference(*place));
     let mut knowns: Vec<&str> =
-        steps.map(|(_, name, ..)| name).chain(["step_time", "step_end", "manual"]).collect();
+        steps(model).map(|(_, name, ..)| name).chain(["step_time", "step_end", "manual"]).collect();
+    if model.turns() {
+        knowns.push("initial_heading");
+    }
     knowns.extend(followed(model).map(|(_, _, reference)| reference.name));
     knowns.extend(knowns_of_start(model));
     knowns
@@ -243,14 +265,14 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let own = move |quantity: Own| quantity.number(actuators);
     let knowns = knowns_of_first_tick(model);
     let stepped = model.stepped();
-    let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
+    let Signal { name, unit, nominal, .. } = *signal(stepped);
     let measured = |m: &ClosedLoop, place| {
         if place == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
     };
     let error = Variable::real(
         "tracking_error",
         format!("{name}_reference_used less {name}"),
-        move |m| m.controller.autopilot().references()[stepped] - measured(m, stepped),
+        move |m| m.axes[0].autopilot().references()[stepped] - measured(m, stepped),
         Role::output(),
     )
     .unit(unit)
@@ -265,7 +287,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
                 "{}, at the last tick, of the manoeuvre or the input, within the envelope",
                 reference.wanted
             ),
-            move |m: &ClosedLoop| m.controller.autopilot().references()[place],
+            move |m: &ClosedLoop| m.reference_used(place),
             Role::output(),
         )
         .unit(signal.unit)

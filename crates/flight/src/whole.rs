@@ -90,12 +90,8 @@ pub fn fly_whole(
     let mut axes = [Axis::new(vehicle, designs[0])?, Axis::new(vehicle, designs[1])?];
     let mut plant = Plant::new(vehicle)?;
     plant.set_current(current)?;
-    let trimmed = |name: &String| {
-        let place = plane.actuators.iter().position(|one| one.name == *name);
-        place.map_or(0.0, |place| level.actuators[place])
-    };
-    let outputs = vehicle.actuators.iter().map(|one| trimmed(&one.name)).collect();
-    plant.start(0.0, &auv::Trim { actuators: outputs, ..level })?;
+    let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
+    plant.start(0.0, &auv::Trim { actuators, ..level })?;
     let start = plant.state();
     let steps = (manoeuvre.duration / sample_time).round() as u64;
     let mut rows = Vec::with_capacity(steps as usize + 1);

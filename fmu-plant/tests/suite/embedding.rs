@@ -4,7 +4,7 @@ use crate::common::{squid, vehicle};
 use auv::{Fidelity, LpvModel};
 use fmi2::model_description::DefaultExperiment;
 use fmi2::{About, Log, Model, Resources, SavedState, Silent, StateError, Table, Variable};
-use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, fidelities, outputs, parameters};
+use fmu_plant::{LPV_RESOURCE, PlantError, PlantModel, outputs, parameters};
 
 /// A plant whose commands come from inside.
 #[derive(Clone)]
@@ -25,7 +25,7 @@ impl Model for Tow {
             name: "tow".into(),
             description: "a plant within".into(),
             version: "1".into(),
-            enumerations: vec![fidelities()],
+            enumerations: self.plant.fidelities(),
             default_experiment: DefaultExperiment {
                 start_time: 0.0,
                 stop_time: 1.0,

@@ -154,7 +154,7 @@ fn rounded_steps_neither_lose_nor_double_a_tick() {
             let now = flight.instance.time();
             flight.instance.step(now, step, &mut Silent).unwrap();
         }
-        assert_eq!(flight.instance.model().controller.autopilot().ticks(), 500, "{step}");
+        assert_eq!(flight.instance.model().axes[0].autopilot().ticks(), 500, "{step}");
         assert!(differ(&mut flight, &mut exact) < 1e-9, "{step}");
     }
 }
@@ -242,7 +242,7 @@ fn a_flight_may_start_at_any_time() {
     assert!((flight.get("path_speed") - 2.4).abs() < 1e-9, "the ramp is over");
     flight.fly(100.05, 0.05);
     let model = flight.instance.model();
-    assert_eq!((model.plant.time(), model.controller.autopilot().ticks()), (100.05, 3));
+    assert_eq!((model.plant.time(), model.axes[0].autopilot().ticks()), (100.05, 3));
 }
 
 #[test]

@@ -21,7 +21,7 @@ impl Current {
     }
 
     /// Returns the velocity north, east and down.
-    pub(crate) fn in_earth(self) -> [f64; 3] {
+    pub fn in_earth(self) -> [f64; 3] {
         [self.horizontal, self.east, self.vertical]
     }
 

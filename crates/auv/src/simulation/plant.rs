@@ -430,9 +430,10 @@ impl Plant {
         self.current
     }
 
-    /// Speed through the water in the vertical plane, sqrt(u^2 + w^2) \[m/s\].
+    /// Speed through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
     pub fn speed(&self) -> f64 {
-        self.body[0].hypot(self.body[1])
+        let Motion { u, v, w, .. } = self.state().motion;
+        u.hypot(w).hypot(v)
     }
 
     /// Velocity over ground along the body axes \[m/s\]: surge, sway, heave.

@@ -33,6 +33,13 @@ impl Vehicle {
         plane
     }
 
+    /// Returns the outputs of all actuators where those of the vehicle in the `plane` are given: 0 of the others.
+    pub fn outputs_of_plane(&self, plane: &Self, outputs: &[f64]) -> Vec<f64> {
+        let of = |one: &Actuator| plane.actuators.iter().position(|other| other.name == one.name);
+        let output = |one| of(one).and_then(|place| outputs.get(place)).copied().unwrap_or_default();
+        self.actuators.iter().map(output).collect()
+    }
+
     /// Returns the vehicle as an axis of heading has it: its actuators are those that yaw it and do nothing in the
     /// vertical plane. What is left over keeps level flight.
     #[must_use]
