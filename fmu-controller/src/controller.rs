@@ -103,7 +103,10 @@ impl Controller {
             };
             tangents[number(*to, *here)] = tangents[number(*from, *there)];
         }
-        for (index, axis) in self.axes.iter().enumerate() {
+        // A shared input that was set reaches the other axes with the next step.
+        let mut next = self.clone();
+        next.share();
+        for (index, axis) in next.axes.iter().enumerate() {
             let first = self.first(index);
             axis.carry(moment, &mut tangents[first..first + Quantity::count(axis.design())])?;
         }

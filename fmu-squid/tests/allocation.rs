@@ -60,8 +60,8 @@ fn tune<M: Model>(c: Component, signals: &Signals, factor: f64) {
 
 /// A thousand communication steps with everything that belongs to one.
 fn simulate<M: Model>(c: Component, signals: &Signals) -> f64 {
-    let (mut values, mut rates) = ([0.0; 128], [0.0; 128]);
-    let (orders, count) = ([1; 128], signals.outputs.len());
+    let (mut values, mut rates) = ([0.0; 256], [0.0; 256]);
+    let (orders, count) = ([1; 256], signals.outputs.len());
     let mut sum = 0.0;
     for k in 0..1000 {
         set_all::<M>(c, signals);
@@ -124,7 +124,7 @@ fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
 }
 
 fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: Interface) {
-    for files in [example::resources(), example::with_curves()] {
+    for files in [example::resources(), example::with_curves(), example::turning()] {
         allocates_nothing_of::<M>(&files, run, interface);
     }
 }

@@ -16,9 +16,21 @@ pub use flight::Flight;
 pub const DEPTH: f64 = 50.0;
 
 pub fn vehicle(name: &str) -> Vehicle {
+    whole(name).in_plane()
+}
+
+/// In six degrees of freedom.
+pub fn whole(name: &str) -> Vehicle {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
     let text = std::fs::read_to_string(root.join(name).join("vehicle.toml")).unwrap();
-    Vehicle::parse(&text, "vehicle.toml").unwrap().in_plane()
+    Vehicle::parse(&text, "vehicle.toml").unwrap()
+}
+
+/// Squid in six degrees of freedom, with the rudder of REMUS 100.
+pub fn squid_with_a_rudder() -> Vehicle {
+    let mut vehicle = whole("squid");
+    vehicle.actuators.extend(whole("remus100").actuators.into_iter().filter(|one| one.name == "rudder"));
+    vehicle
 }
 
 /// A and B as parabolas through the linearisations at the ends and the middle of the speeds.
@@ -28,6 +40,13 @@ pub fn lpv(vehicle: &Vehicle, speeds: [f64; 3]) -> LpvModel {
     let a = [mid.a.clone(), (&high.a - &low.a) * 0.5, (&high.a + &low.a) * 0.5 - &mid.a];
     let b = [mid.b.clone(), (&high.b - &low.b) * 0.5, (&high.b + &low.b) * 0.5 - &mid.b];
     LpvModel::new(&vehicle.name, DEPTH, (speeds[1], speeds[2] - speeds[1]), &a, &b, &trims).unwrap()
+}
+
+/// The files of a vehicle, with the LPV model of it in the vertical plane.
+pub fn turning(vehicle: &Vehicle, speeds: [f64; 3]) -> Resources {
+    let mut resources = of(&vehicle.in_plane(), speeds);
+    resources.insert(VEHICLE_RESOURCE, vehicle.to_json().unwrap());
+    resources
 }
 
 pub fn squid() -> Resources {

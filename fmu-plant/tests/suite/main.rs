@@ -7,3 +7,4 @@ mod common;
 mod description;
 mod embedding;
 mod flight;
+mod turning;

@@ -5,7 +5,7 @@
 use fmi2::model_description::{Causality, Kind, ModelDescription};
 use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
 
-use crate::example::{resources, with_curves, with_given_speed, with_two_degrees, without_lag};
+use crate::example::{resources, turning, with_curves, with_given_speed, with_two_degrees, without_lag};
 
 /// Which files, which equations of motion by their number, and whether under waves.
 #[derive(Clone, Copy)]
@@ -24,8 +24,9 @@ pub const GIVEN: Case = Case { resources: with_given_speed, fidelity: 1, waves: 
 pub const GIVEN_LPV: Case = Case { resources: with_given_speed, fidelity: 2, waves: false };
 pub const WAVES: Case = Case { waves: true, ..TWO_DEGREES };
 pub const LPV_WAVES: Case = Case { waves: true, ..LPV };
-pub const CASES: [Case; 9] =
-    [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV, WAVES, LPV_WAVES];
+pub const TURNING: Case = Case { resources: turning, fidelity: 1, waves: false };
+pub const CASES: [Case; 10] =
+    [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV, WAVES, LPV_WAVES, TURNING];
 
 /// Waves of 6 s from the side of the bow, over a vehicle that is 4 m deep; nothing for a model that has no sea.
 pub fn set_waves<M: Model>(instance: &mut Instance<M>) {

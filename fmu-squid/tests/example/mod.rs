@@ -69,6 +69,81 @@ pub fn with_given_speed() -> Resources {
     together(files, &design, &manoeuvre())
 }
 
+/// Those of a vehicle in six degrees of freedom, with a design of heading beside [`two_degrees`], that turns by 20
+/// degrees.
+pub fn turning() -> Resources {
+    let files = plant::turning(&plant::squid_with_a_rudder(), [0.5, 1.75, 3.0]);
+    let mut manoeuvre = manoeuvre();
+    manoeuvre.steps.insert("heading".to_owned(), 20f64.to_radians());
+    let mut resources = together(files, &two_degrees(), &manoeuvre);
+    resources.insert(&fmu_controller::resource(1), serde_json::to_string(&of_heading()).unwrap());
+    resources
+}
+
+/// PID on heading by the rudder, with damping by the heading's rate, its proportional part scheduled.
+fn of_heading() -> ControllerDesign {
+    let port = |signal: &signals::Signal| Port {
+        name: signal.name.to_owned(),
+        unit: signal.unit.to_owned(),
+        measured: signal.measured.to_owned(),
+        reference: signal
+            .reference
+            .map(|one| Reference { name: one.name.to_owned(), wanted: one.wanted.to_owned() }),
+        level: signal.level,
+        start: 0.0,
+        range: signal.range,
+        circular: signal.circular,
+        nominal: signal.nominal,
+    };
+    let input = |signal: &str, kind, unit: &str| ControllerInput {
+        signal: signal.to_owned(),
+        kind,
+        unit: unit.to_owned(),
+        scale: 0.17,
+    };
+    let vehicle = plant::squid_with_a_rudder();
+    let rudder = vehicle.actuators.last().unwrap();
+    let design = design();
+    let (kp, ki, kd) = (-1.2, -0.1, -1.0);
+    ControllerDesign {
+        design: "heading".to_owned(),
+        signals: auv::lateral::SIGNALS.iter().map(port).collect(),
+        controller_inputs: vec![
+            input("heading", Kind::Reference, "rad"),
+            input("heading", Kind::Measurement, "rad"),
+            input("heading_rate", Kind::Measurement, "rad/s"),
+        ],
+        actuators: vec![Actuator {
+            name: rudder.name.clone(),
+            unit: rudder.unit().to_owned(),
+            scale: 0.2,
+            minimum: rudder.min,
+            maximum: rudder.max,
+            curve: None,
+            force: Some(rudder.force_per_output()),
+        }],
+        lft: LftMatrices {
+            blocks: vec![1],
+            a: vec![vec![0.0]],
+            by: vec![vec![1.0, -1.0, 0.0]],
+            bt: vec![vec![0.0]],
+            cu: vec![vec![ki]],
+            duy: vec![vec![kp, -kp, -kd]],
+            dut: vec![vec![-0.5 * kp]],
+            ct: vec![vec![0.0]],
+            dty: vec![vec![1.0, -1.0, 0.0]],
+            dtt: vec![vec![0.1]],
+        },
+        trim: TrimTable {
+            signals: Default::default(),
+            actuators: vec![vec![0.0]; design.trim.speed.len()],
+            ..design.trim.clone()
+        },
+        reference_filter: Some(0.5),
+        ..design
+    }
+}
+
 /// Those of the design [`two_degrees`].
 pub fn with_two_degrees() -> Resources {
     with(&two_degrees(), &manoeuvre())

@@ -100,7 +100,7 @@ proptest! {
         at in prop::collection::vec(-1.0..1.0, 12),
         direction in prop::collection::vec(-1.0..1.0, 12),
     ) {
-        [SQUID, TWO_DEGREES, CURVED, GIVEN].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
+        [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
     }
 
     #[test]
@@ -109,7 +109,7 @@ proptest! {
         direction in prop::collection::vec(-1.0..1.0, 12),
         ticks in 0..20,
     ) {
-        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN] {
+        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
             hold_at_the_next_tick(case, &at, &direction, ticks);
         }
     }

@@ -1,7 +1,7 @@
 //! The loop as an FMU, without C: what it flies, and that the way of stepping it does not matter.
 
 use crate::example::{
-    Flight, design, input, manoeuvre, resources, started, two_degrees, with, with_two_degrees,
+    Flight, design, input, manoeuvre, resources, started, turning, two_degrees, with, with_two_degrees,
 };
 use fmi2::{Resources, Silent};
 use fmu_squid::{ClosedLoop, describe};
@@ -59,13 +59,27 @@ fn equals_plant_and_controller_stepped_by_a_master() {
     equals_both_stepped_by_a_master(&with_two_degrees(), &["pitch", "speed", "pitch_rate"]);
 }
 
+#[test]
+fn in_six_degrees_of_freedom_it_equals_them_too() {
+    let measured = ["pitch", "speed", "pitch_rate", "heading", "heading_rate"];
+    equals_both_stepped_by_a_master(&turning(), &measured);
+}
+
 fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
-    for fidelity in [NONLINEAR, LPV] {
+    let turns = measured.contains(&"heading");
+    let (fidelities, way, others): (&[_], _, &[_]) = if turns {
+        (&[NONLINEAR], "north", &["east", "heading", "roll", "rudder_output"])
+    } else {
+        (&[NONLINEAR, LPV], "distance", &[])
+    };
+    for &fidelity in fidelities {
         let mut whole = Flight::prepare(describe(resources).unwrap(), 0.0);
-        whole.set("fidelity", fidelity);
-        whole.begin().unwrap();
         let mut plant = Flight::prepare(fmu_plant::describe(resources).unwrap(), 0.0);
-        plant.set("fidelity", fidelity);
+        if !turns {
+            whole.set("fidelity", fidelity);
+            plant.set("fidelity", fidelity);
+        }
+        whole.begin().unwrap();
         plant.set("initial_speed", 0.8);
         plant.begin().unwrap();
         let mut controller = Flight::prepare(fmu_controller::describe(resources).unwrap(), 0.0);
@@ -80,14 +94,21 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
             }
             controller.set("pitch_reference", pitch_reference);
             controller.set("speed_reference", speed_reference);
+            if turns {
+                let turn = if time > 2.0 - 1e-6 { 20f64.to_radians() } else { 0.0 };
+                controller.set("heading_reference", turn);
+            }
             controller.instance.step(time, 0.02, &mut Silent).unwrap();
-            for name in ACTUATORS {
+            for name in ACTUATORS.into_iter().chain(turns.then_some("rudder")) {
                 plant.set(name, controller.get(name));
             }
-            plant.set("operating_speed", operating_speed);
+            if !turns {
+                plant.set("operating_speed", operating_speed);
+            }
             plant.instance.step(time, 0.02, &mut Silent).unwrap();
             whole.instance.step(time, 0.02, &mut Silent).unwrap();
-            for name in MOTION.into_iter().chain(["lower_output"]) {
+            let motion = MOTION.iter().filter(|name| **name != "distance").chain([&"lower_output", &way]);
+            for name in motion.chain(others) {
                 let (one, two) = (whole.get(name), plant.get(name));
                 assert!((one - two).abs() < 1e-9, "{name} at {time} s: {one} and {two}");
             }
@@ -96,7 +117,8 @@ fn equals_both_stepped_by_a_master(resources: &Resources, measured: &[&str]) {
                 assert!((one - two).abs() < 1e-9, "{name} at {time} s: {one} and {two}");
             }
         }
-        assert!(whole.get("pitch") > 0.1 && whole.get("distance") > 20.0, "it flew");
+        assert!(whole.get("pitch") > 0.1 && whole.get(way) > 20.0, "it flew");
+        assert!(!turns || (whole.get("heading") - 20f64.to_radians()).abs() < 0.1, "it turned");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Run, save, run on, restore, run on: the same bits, whether the state stayed in memory or went through bytes.
 
 use crate::case::{read, real_of, references, set_waves};
-use crate::example::{resources, with_given_speed, with_two_degrees};
+use crate::example::{resources, turning, with_given_speed, with_two_degrees};
 use fmi2::model_description::{Causality, ModelDescription};
 use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
 use fmu_controller::Controller;
@@ -94,6 +94,7 @@ proptest! {
     fn plants_go_on_alike(before in moves(6), after in moves(6)) {
         goes_on_alike::<PlantModel>(&resources(), &before, &after);
         goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
+        goes_on_alike::<PlantModel>(&turning(), &before, &after);
         goes_on_alike_from(begun::<PlantModel>(&resources(), set_waves), &resources(), &before, &after);
     }
 
@@ -101,6 +102,7 @@ proptest! {
     fn controllers_go_on_alike(before in moves(9), after in moves(9)) {
         goes_on_alike::<Controller>(&resources(), &before, &after);
         goes_on_alike::<Controller>(&with_two_degrees(), &before, &after);
+        goes_on_alike::<Controller>(&turning(), &before, &after);
     }
 
     #[test]
@@ -108,6 +110,7 @@ proptest! {
         goes_on_alike::<ClosedLoop>(&resources(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
+        goes_on_alike::<ClosedLoop>(&turning(), &before, &after);
         goes_on_alike_from(begun::<ClosedLoop>(&resources(), set_waves), &resources(), &before, &after);
     }
 }

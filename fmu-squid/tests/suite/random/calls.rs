@@ -238,9 +238,10 @@ fn survives<M: Model>(fmu: &Unpacked<M>, interface: Interface, calls: &Calls) ->
 }
 
 /// Tries the same calls on an FMU all of whose actuators lag, on one with an actuator that does not, and on one whose
-/// controller takes in references and measurements.
+/// controller takes in references and measurements, and on one that turns.
 fn tried<M: Model>(name: &str, interface: Interface) {
-    let files = [example::resources(), example::without_lag(), example::with_two_degrees()];
+    let files =
+        [example::resources(), example::without_lag(), example::with_two_degrees(), example::turning()];
     let fmus = files.map(|files| Unpacked::<M>::new(&files));
     fuzz::run(name, |calls| fmus.iter().flat_map(|fmu| survives(fmu, interface, calls)).collect());
 }
