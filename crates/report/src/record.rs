@@ -4,7 +4,7 @@ use crate::page::{Kind, Line, Panel};
 use auv::Actuator;
 use squid_flight::record::Record;
 
-/// Pitch, heading, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator
+/// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator
 /// outputs, in one panel per unit.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
@@ -34,6 +34,7 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let panels = [
         panel("pitch (deg)", pitch),
         panel("heading (deg)", heading),
+        panel("roll (deg)", vec![line("roll", "roll", deg, Kind::Own)]),
         panel("speed (m/s)", speed),
         panel("thrust (N)", commands("N", 1.0)),
         panel("deflection (deg)", commands("rad", deg)),

@@ -1,7 +1,7 @@
 //! Simulations in six degrees of freedom: a design of pitch or depth and one of heading, in one vehicle.
 
 use crate::error::Error;
-use crate::page::{Kind, Line, Panel, draw, known};
+use crate::page::{draw, known};
 use crate::record::panels;
 use crate::threads::in_parallel;
 use auv::{Current, turn};
@@ -86,9 +86,7 @@ pub fn run(
         inputs.design.source(),
         both.heading.0.design.source()
     );
-    let mut all = panels(&record, &inputs.whole.actuators);
-    all.push(roll(&flight));
-    let svg = draw(&directory.join("turn.svg"), &title, &all)?;
+    let svg = draw(&directory.join("turn.svg"), &title, &panels(&record, &inputs.whole.actuators))?;
     let mut files = Files::default();
     files.add(directory.join("turn.svg"), svg);
     files.add(directory.join("turn.csv"), record.csv());
@@ -220,12 +218,6 @@ fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
         add(format!("{} [{}]", actuator.name, actuator.taken_unit()), &taken);
     }
     Record::new(columns)
-}
-
-/// The roll of a flight.
-fn roll(flight: &[WholeRow]) -> Panel {
-    let points = flight.iter().map(|row| (row.time, row.state.motion.phi.to_degrees())).collect();
-    Panel { label: "roll (deg)".into(), lines: vec![Line { name: "roll".into(), points, kind: Kind::Own }] }
 }
 
 fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) -> String {

@@ -5,10 +5,12 @@ use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
 use auv::Actuator;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, tracked};
+use auv::lateral;
+use auv::longitudinal::{self, DEPTH, PITCH, TRACKED};
 use auv::toml_file::cited;
 use base::files::{read, write};
 use serde_json::{Value, json};
+use signals::Signal;
 use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
@@ -25,11 +27,19 @@ use std::path::{Path, PathBuf};
 pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<(), Error> {
     let to = out.unwrap_or_else(|| path.with_extension("svg"));
     check_plot(&to)?;
+    let mut record = read_record(path)?;
     let actuators = match vehicle {
-        Some(directory) => read_vehicle(&directory.join("vehicle.toml"))?.in_plane().actuators,
+        Some(directory) => {
+            let whole = read_vehicle(&directory.join("vehicle.toml"))?;
+            if record.get(HEADING_USED).is_some() {
+                let recorded = |one: &Actuator| record.get(&one.name).is_some();
+                whole.actuators.into_iter().filter(recorded).collect()
+            } else {
+                whole.in_plane().actuators
+            }
+        }
         None => Vec::new(),
     };
-    let mut record = read_record(path)?;
     match record.get("time") {
         Some([]) => return Err(wrong(path, "it has no rows")),
         Some([first, .., last]) if first == last => return Err(wrong(path, "its time stands still")),
@@ -38,8 +48,8 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
     let surfacing = end_at_surface(&mut record);
     plot(path, &record, &to, &actuators)?;
     if is_for_programs() {
-        let rows = rows(&record, &actuators).map_err(|reason| wrong(path, reason))?;
-        return Ok(answer(&figures(&rows, &actuators, surfacing, &to))?);
+        let found = figures(&record, &actuators, surfacing, &to).map_err(|reason| wrong(path, reason))?;
+        return Ok(answer(&found)?);
     }
     if let Some(Surfacing { time, speed }) = surfacing {
         let speed = if speed.is_nan() { String::new() } else { format!(", with {speed:.2} m/s") };
@@ -63,22 +73,29 @@ fn check_plot(to: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The record of a flight, a row for each time; commands are those of the actuators that are given.
-pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, String> {
+/// The reference of heading, in the record of a vehicle that turns.
+const HEADING_USED: &str = "heading_reference_used";
+
+/// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the actuators
+/// that are given.
+fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal; 5]) -> Result<Vec<Row>, String> {
     let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
-    let every = |names: Vec<String>| names.iter().map(|name| column(name)).collect::<Result<Vec<_>, _>>();
-    every(tracked().map(|(signal, _)| signal.name.to_owned()).collect())?;
-    let measured = SIGNALS.each_ref().map(|signal| record.get(signal.name));
-    let references: Vec<Option<&[f64]>> =
-        tracked().map(|(_, wanted)| record.get(&format!("{}_used", wanted.name))).collect();
-    let wanted = tracked().map(|(_, wanted)| format!("'{}_used'", wanted.name)).collect::<Vec<_>>();
-    if references[PITCH].or(references[DEPTH]).is_none() {
-        return Err(format!("there is no column {} and none {}", wanted[PITCH], wanted[DEPTH]));
+    let tracked = || signals.iter().filter_map(|signal| Some((signal, signal.reference?)));
+    for (signal, _) in tracked() {
+        column(signal.name)?;
     }
+    let measured = signals.each_ref().map(|signal| record.get(signal.name));
+    let mut references: Vec<Option<Vec<f64>>> = tracked()
+        .map(|(signal, wanted)| {
+            let used = record.get(&format!("{}_used", wanted.name))?;
+            Some(if signal.circular { ends_of_ramps(used) } else { used.to_vec() })
+        })
+        .collect();
+    references.resize(TRACKED, None);
     column("speed_reference_used")?;
-    let commands = every(actuators.iter().map(|a| a.name.clone()).collect())?;
+    let commands: Vec<&[f64]> = actuators.iter().map(|a| column(&a.name)).collect::<Result<_, _>>()?;
     let (time, depth) = (column("time")?, column("depth")?);
-    let used = |k: usize| from_fn(|place| references[place].map_or(f64::NAN, |column| column[k]));
+    let used = |k: usize| from_fn(|place| references[place].as_ref().map_or(f64::NAN, |column| column[k]));
     let row = |k: usize| Row {
         time: time[k],
         used: used(k),
@@ -94,8 +111,24 @@ pub(super) fn rows(record: &Record, actuators: &[Actuator]) -> Result<Vec<Row>, 
     Ok((0..time.len()).map(row).collect())
 }
 
+/// What a reference that is limited in rate goes to: where it changes, the end of that change.
+fn ends_of_ramps(used: &[f64]) -> Vec<f64> {
+    let mut ends = used.to_vec();
+    for k in (1..used.len()).rev() {
+        if used[k] != used[k - 1] {
+            ends[k - 1] = ends[k];
+        }
+    }
+    ends
+}
+
 /// The figures of a flight in SI units and fractions, by the names in `squid plot --help`; what is not known is null.
-fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, plot: &Path) -> Value {
+fn figures(
+    record: &Record,
+    actuators: &[Actuator],
+    surfacing: Option<Surfacing>,
+    plot: &Path,
+) -> Result<Value, String> {
     let limits: Vec<(f64, f64)> = actuators.iter().map(|a| (a.min, a.max)).collect();
     let step = |Step { time, height, figures: f }: &Step| {
         json!({
@@ -107,24 +140,34 @@ fn figures(rows: &[Row], actuators: &[Actuator], surfacing: Option<Surfacing>, p
             "steady_error": f.steady_error,
         })
     };
-    let of = |place: usize| FlightFigures::of(rows, place, &limits);
-    let whole = of(PITCH);
+    let used = |signal: &Signal| signal.reference.map(|wanted| format!("{}_used", wanted.name));
+    let has = |signal: &Signal| used(signal).is_some_and(|name| record.get(&name).is_some());
+    let level = &longitudinal::SIGNALS;
+    let axes = [(level, [PITCH, DEPTH].as_slice()), (&lateral::SIGNALS, &[lateral::HEADING])];
+    let axes = axes.map(|(signals, places)| {
+        (signals, places.iter().copied().filter(|place| has(&signals[*place])).collect::<Vec<_>>())
+    });
+    if axes.iter().all(|(_, places)| places.is_empty()) {
+        let wanted = [PITCH, DEPTH].map(|place| used(&level[place]).unwrap_or_default());
+        return Err(format!("there is no column '{}' and none '{}'", wanted[0], wanted[1]));
+    }
     let mut figures = json!({
         "plot": plot.display().to_string(),
         "surface": surfacing.map(|s| json!({ "time": s.time, "speed": s.speed })),
         "settled": SETTLED,
         "grace": GRACE,
-        "speed_error": whole.speed_deviation,
-        "actuator_use": (!actuators.is_empty()).then_some(whole.actuator_use),
     });
-    for place in [PITCH, DEPTH] {
-        if rows.first().is_some_and(|row| !row.reference(place).is_nan()) {
-            let (flight, name) = (of(place), SIGNALS[place].name);
+    for (signals, places) in &axes {
+        let rows = if places.is_empty() { vec![] } else { rows(record, actuators, signals)? };
+        for place in places {
+            let (flight, name) = (FlightFigures::of(&rows, *place, &limits), signals[*place].name);
             figures[format!("{name}_steps")] = flight.steps.iter().map(step).collect();
             figures[format!("{name}_error")] = json!(flight.error);
+            figures["speed_error"] = json!(flight.speed_deviation);
+            figures["actuator_use"] = json!((!actuators.is_empty()).then_some(flight.actuator_use));
         }
     }
-    figures
+    Ok(figures)
 }
 
 /// Draws the record of a flight of `squid.fmu`; commands are shown of the actuators that are given.
