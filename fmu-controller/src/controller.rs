@@ -16,9 +16,9 @@ pub struct Controller {
     shared: Vec<[(usize, Input); 2]>,
 }
 
-/// The file of an axis.
-fn file(index: usize) -> String {
-    if index == 0 { RESOURCE.to_owned() } else { RESOURCE.replace(".json", &format!("_{}.json", index + 1)) }
+/// The name of a resource of an axis, such as `controller.json`: of the second axis `controller_2.json`, and so on.
+pub fn of_axis(resource: &str, axis: usize) -> String {
+    if axis == 0 { resource.to_owned() } else { resource.replace(".json", &format!("_{}.json", axis + 1)) }
 }
 
 impl Controller {
@@ -111,8 +111,8 @@ impl Model for Controller {
 
     fn load(resources: &Resources) -> Result<Self, ControllerError> {
         let mut controller = Self { axes: vec![], shared: vec![] };
-        let files = (0..).map(file).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
-        for file in files {
+        let files = (0..).map(|axis| of_axis(RESOURCE, axis));
+        for file in files.take_while(|file| file == RESOURCE || resources.bytes(file).is_ok()) {
             controller.add(Axis::load(resources, &file)?, file)?;
         }
         Ok(controller)
@@ -152,7 +152,7 @@ impl Model for Controller {
         for (index, axis) in self.axes.iter().enumerate() {
             let design = axis.design();
             // The names of monitors and constants of further axes begin with that of the design.
-            let prefix = if index == 0 { String::new() } else { format!("{}_", design.design) };
+            let prefix = if index == 0 { String::new() } else { format!("{}_", identifier(&design.design)) };
             let is_shared = |input: Input| self.shared.iter().any(|[_, here]| *here == (index, input));
             let own = || inputs(design).filter(|(.., input)| !is_shared(*input)).map(|(.., input)| input);
             let judged = self.axes.iter().any(|axis| axis.design().failsafe.is_some());
