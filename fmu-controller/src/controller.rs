@@ -10,7 +10,7 @@ use crate::variables::{Input, engagement, healths, inputs, outputs, stale_after,
 
 /// The names of monitors and constants of a further axis begin with that of its design.
 pub fn prefix(design: &ControllerDesign) -> String {
-    format!("{}_", design.design)
+    format!("{}_", identifier(&design.design))
 }
 
 /// The axes of an autopilot. They have one sample time, and an input of one name is one input.
@@ -21,9 +21,9 @@ pub struct Controller {
     shared: Vec<[(usize, Input); 2]>,
 }
 
-/// The file of an axis in `resources/`, counted from 0.
-pub fn resource(index: usize) -> String {
-    if index == 0 { RESOURCE.to_owned() } else { RESOURCE.replace(".json", &format!("_{}.json", index + 1)) }
+/// The name of a resource of an axis, such as `controller.json`: of the second axis `controller_2.json`, and so on.
+pub fn of_axis(resource: &str, axis: usize) -> String {
+    if axis == 0 { resource.to_owned() } else { resource.replace(".json", &format!("_{}.json", axis + 1)) }
 }
 
 impl Controller {
@@ -119,8 +119,8 @@ impl Model for Controller {
 
     fn load(resources: &Resources) -> Result<Self, ControllerError> {
         let mut controller = Self { axes: vec![], shared: vec![] };
-        let files = (0..).map(resource).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
-        for file in files {
+        let files = (0..).map(|axis| of_axis(RESOURCE, axis));
+        for file in files.take_while(|file| file == RESOURCE || resources.bytes(file).is_ok()) {
             controller.add(Axis::load(resources, &file)?, file)?;
         }
         Ok(controller)

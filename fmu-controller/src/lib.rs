@@ -13,7 +13,7 @@ mod tangents;
 mod variables;
 
 pub use axis::{Axis, ControllerError, RESOURCE};
-pub use controller::{Controller, prefix, resource};
+pub use controller::{Controller, of_axis, prefix};
 pub use variables::{healths, outputs};
 
 use fmi2::{DescribeError, Described, Resources};

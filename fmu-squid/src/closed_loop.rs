@@ -1,7 +1,7 @@
 //! The loop of plant and autopilot, in the order in which a master steps the two.
 
 use fmi2::{Log, Model};
-use fmu_controller::{Axis, resource};
+use fmu_controller::{Axis, RESOURCE, of_axis};
 use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
@@ -56,7 +56,7 @@ fn fits(axis: &Axis, index: usize, plant: &PlantModel, signals: &[Signal]) -> Re
     let found: Vec<_> = design.signals.iter().map(|signal| signal.name.clone()).collect();
     let expected: Vec<_> = signals.iter().map(|signal| signal.name.to_owned()).collect();
     if found != expected {
-        return Err(ClosedLoopError::OtherSignals { file: resource(index), found, expected });
+        return Err(ClosedLoopError::OtherSignals { file: of_axis(RESOURCE, index), found, expected });
     }
     if design.vehicle.name != vehicle.name {
         let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
@@ -191,7 +191,7 @@ impl ClosedLoop {
         for (index, axis) in self.axes.iter_mut().enumerate() {
             axis.inputs.measured.copy_from_slice(&measured[index]);
             for (place, reference) in axis.inputs.references.iter_mut().enumerate() {
-                *reference = references[of_axis(index, place)];
+                *reference = references[reference_of(index, place)];
             }
         }
         self.plant.inputs.operating_speed = path_speed;
@@ -229,7 +229,7 @@ impl ClosedLoop {
 }
 
 /// The place of a reference of an axis among those of the loop.
-pub(crate) fn of_axis(axis: usize, place: usize) -> usize {
+pub(crate) fn reference_of(axis: usize, place: usize) -> usize {
     if axis > 0 && place == lateral::HEADING { HEADING } else { place }
 }
 
@@ -242,10 +242,10 @@ fn commanded(plant: &PlantModel, axes: &[Axis]) -> Result<Vec<Vec<usize>>, Close
     };
     let own = plant.vehicle().actuators.iter();
     let expected: Vec<_> = own.map(|one| named(&one.name, one.curve.as_ref())).collect();
-    let of_axis = |axis: &Axis| -> Vec<String> {
+    let commands = |axis: &Axis| -> Vec<String> {
         axis.design().actuators.iter().map(|one| named(&one.name, one.curve.as_ref())).collect()
     };
-    let names: Vec<Vec<String>> = axes.iter().map(of_axis).collect();
+    let names: Vec<Vec<String>> = axes.iter().map(commands).collect();
     let place = |name: &String| expected.iter().position(|one| one == name);
     let places = names.iter().map(|names| names.iter().map(place).collect::<Option<Vec<usize>>>());
     let places: Option<Vec<Vec<usize>>> = places.collect();

@@ -1,7 +1,7 @@
 //! Errors of the loop, each as one sentence.
 
 use fmi2::ResourceError;
-use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE, resource};
+use fmu_controller::{ControllerError, RESOURCE as CONTROLLER_RESOURCE, of_axis};
 use fmu_plant::PlantError;
 
 use scheduled::{MANOEUVRE_RESOURCE, ManoeuvreError};
@@ -29,7 +29,7 @@ pub enum ClosedLoopError {
     #[error(
         "a vehicle with coefficients of sway, roll and yaw needs a design of heading in resources/{}, and one without \
          has none",
-        resource(1)
+        of_axis(CONTROLLER_RESOURCE, 1)
     )]
     OtherAxes,
     /// The axes do not tick together.

@@ -2,7 +2,7 @@
 
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
-use fmu_controller::{Axis, RESOURCE, healths, resource};
+use fmu_controller::{Axis, RESOURCE, healths, of_axis};
 use fmu_plant::{PlantModel, TOLERANCE};
 
 use crate::tangents::Own;
@@ -14,7 +14,9 @@ impl Model for ClosedLoop {
 
     fn load(resources: &Resources) -> Result<Self, ClosedLoopError> {
         let plant = PlantModel::load(resources)?;
-        let files = (0..2).map(resource).take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
+        let files = (0..2)
+            .map(|axis| of_axis(RESOURCE, axis))
+            .take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
         let axes = files.map(|file| Axis::load(resources, &file)).collect::<Result<_, _>>()?;
         let manoeuvre = Manoeuvre::from_json(resources.text(MANOEUVRE_RESOURCE)?)
             .map_err(ClosedLoopError::ManoeuvreFile)?;

@@ -6,7 +6,7 @@ use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
 
-use crate::closed_loop::{REFERENCES, of_axis};
+use crate::closed_loop::{REFERENCES, reference_of};
 use crate::{ClosedLoop, ClosedLoopError};
 
 /// The quantities of the loop itself; they follow those of the plant.
@@ -56,14 +56,15 @@ impl ClosedLoop {
         if moment.initial && self.outside.manual {
             for (index, (axis, actuators)) in self.axes.iter().zip(&self.commanded).enumerate() {
                 let design = axis.design();
-                let wanted = (0..design.references().count()).map(|place| references[of_axis(index, place)]);
+                let wanted =
+                    (0..design.references().count()).map(|place| references[reference_of(index, place)]);
                 let direction =
                     Inputs { measured: vec![0.0; design.signals.len()], references: wanted.collect() };
                 let moved = axis.tangents(moment.initial, &direction)?;
                 for (place, used) in moved.references.into_iter().enumerate() {
                     // That of the speed is the first axis's.
                     if index == 0 || place != SPEED {
-                        tangents[own(Own::ReferenceUsed(of_axis(index, place)))] = used;
+                        tangents[own(Own::ReferenceUsed(reference_of(index, place)))] = used;
                     }
                 }
                 if index == 0 {

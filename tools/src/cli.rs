@@ -14,6 +14,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
 use squid_flight::sea::Sea;
+use squid_package::axes::Axes;
 use squid_package::kind::Interfaces;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -112,7 +113,7 @@ pub enum Verb {
     /// first two
     ///
     /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
-    /// bound fails.
+    /// bound fails. With --heading the FMUs have the autopilots of two designs, of which each is proved.
     Package {
         #[command(flatten)]
         which: Which,
@@ -215,8 +216,8 @@ pub enum Verb {
     ///
     /// Every number is read as an exact rational number; nothing is rounded, and no code is shared with the synthesis.
     /// For an FMU it also checks that the proof is about the controller in it, and that its resources belong to its
-    /// GUID. With --vehicle it computes again that plant, scales, trims and limits are those of the vehicle's files:
-    /// all that is required before an FMU is packed.
+    /// GUID; of one with two axes it proves both. With --vehicle it computes again that plant, scales, trims and limits
+    /// are those of the vehicle's files: all that is required before an FMU is packed.
     Verify(Verify),
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]
@@ -344,6 +345,9 @@ pub struct Verify {
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
     #[arg(value_parser = design_name)]
     pub design: String,
+    /// The design of heading of an FMU with two axes: a file NAME.toml in the vehicle's directory
+    #[arg(long, value_name = "NAME", requires = "vehicle", conflicts_with = "c", value_parser = design_name)]
+    pub heading: Option<String>,
     /// The bandwidth that replaced w_b of every tracking weight, rad/s
     #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
@@ -445,6 +449,10 @@ pub enum Language {
 /// The options of `squid package`.
 #[derive(Debug, Args)]
 pub struct Packing {
+    /// Pack this design of heading, NAME.toml in the vehicle's directory, together with one of pitch or depth; it is
+    /// read from its default directory, and the FMUs are written to that of the other
+    #[arg(long, value_name = "NAME", value_parser = design_name)]
+    pub heading: Option<String>,
     /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, darwin64, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
     pub platforms: Vec<String>,
@@ -569,6 +577,35 @@ impl Which {
         let (inputs, directory) = self.read()?;
         check_directory(&directory)?;
         Ok((inputs, directory))
+    }
+}
+
+impl Which {
+    /// A design of heading beside this one, and its default directory.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] when one of the two is of another axis; those of the files.
+    pub fn beside(&self, first: &Inputs, heading: &str) -> Result<(Inputs, PathBuf), Error> {
+        let inputs = inputs(&self.vehicle, heading, self.bandwidth)?;
+        let (one, other) = (&first.design, &inputs.design);
+        let wrong = |name, found: &str, allowed: &str| {
+            Err(Error::Argument { name, found: found.into(), allowed: allowed.into() })
+        };
+        match (one.is_lateral(), other.is_lateral()) {
+            (true, _) => wrong("--design", &one.name, "a design of pitch or depth beside --heading"),
+            (_, false) => wrong("--heading", &other.name, "a design that tracks heading"),
+            _ => Ok((inputs.clone(), store::default_directory(&inputs))),
+        }
+    }
+
+    /// Reads the files of this design, and of one of heading beside it; also returns their directories.
+    ///
+    /// # Errors
+    /// As [`Which::read`] and [`Which::beside`].
+    pub fn axes(&self, heading: Option<&str>) -> Result<Axes<(Inputs, PathBuf)>, Error> {
+        let first = self.read()?;
+        let heading = heading.map(|name| self.beside(&first.0, name)).transpose()?;
+        Ok(Axes { first, heading })
     }
 }
 

@@ -1,6 +1,8 @@
 //! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
 //! time.
 
+use crate::axes::Designs;
+use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::error::Error;
 use crate::kind::Kind;
 use crate::platform::Platform;
@@ -8,6 +10,7 @@ use crate::terminals::terminals;
 use base::files;
 use certificate::Theorem;
 use fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
+use fmu_controller::of_axis;
 use model_description::{Interfaces, ModelDescription};
 use proof::error::ProofError;
 use squid_design::certify::claims::{self, Terms};
@@ -113,13 +116,11 @@ fn uncertified(reason: &str) -> String {
 /// The model description and resources of an FMU with these interfaces.
 ///
 /// # Errors
-/// [`Error::Describe`] when the frozen design gives no valid FMU, or the model lacks the interface.
-pub fn prepare(
-    kind: Kind,
-    inputs: &Inputs,
-    stored: &Stored,
-    interfaces: Interfaces,
-) -> Result<Prepared, Error> {
+/// [`Error::SampleTimes`]; [`Error::Describe`] when the frozen designs give no valid FMU, or the model lacks the
+/// interface.
+pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Result<Prepared, Error> {
+    let inputs = designs.map(|(inputs, _)| inputs);
+    inputs.check()?;
     let mut resources = Resources::default();
     match interfaces {
         Interfaces::All => {}
@@ -127,17 +128,20 @@ pub fn prepare(
         Interfaces::ModelExchange => resources.insert(INTERFACE_RESOURCE, "ModelExchange"),
     }
     if kind != Kind::Plant {
-        resources.insert("controller.json", stored.controller.to_json()?);
-        if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
-            resources.insert("certificate.json", certificate.as_str());
+        for (axis, (_, stored)) in designs.into_iter().enumerate() {
+            resources.insert(&of_axis(CONTROLLER, axis), stored.controller.to_json()?);
+            if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
+                resources.insert(&of_axis(CERTIFICATE, axis), certificate.as_str());
+            }
         }
     }
     if kind != Kind::Controller {
-        resources.insert("plant.json", stored.plant.as_ref().ok_or(Error::OfHeading)?.to_json()?);
-        resources.insert("vehicle.json", inputs.vehicle.to_json()?);
+        let plant = designs.first.1.plant.as_ref().ok_or(Error::OfHeading)?;
+        resources.insert("plant.json", plant.to_json()?);
+        resources.insert("vehicle.json", inputs.vehicle().to_json()?);
     }
     if kind == Kind::Squid {
-        resources.insert("manoeuvre.json", stored.manoeuvre.to_json()?);
+        resources.insert("manoeuvre.json", inputs.manoeuvre().to_json()?);
     }
     match kind {
         Kind::Plant => Ok(prepared(fmu_plant::describe(&resources)?, resources)),
@@ -158,7 +162,7 @@ fn prepared<M: Model>(described: Described<M>, resources: Resources) -> Prepared
 pub fn pack(
     kind: Kind,
     prepared: Prepared,
-    stored: &Stored,
+    designs: Designs<'_>,
     page: &Rendered,
     binaries: &Binaries,
     directory: &Path,
@@ -175,12 +179,12 @@ pub fn pack(
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
     }
-    entries.insert("documentation/index.html".into(), page.page(&about(kind, stored)).into_bytes());
+    entries.insert("documentation/index.html".into(), page.page(&about(kind, designs)).into_bytes());
     for (licence, text) in LICENCES {
         entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
     }
     let path = directory.join(format!("{}.fmu", prepared.identifier));
-    let plug = terminals(kind, &prepared.description, &stored.controller)
+    let plug = terminals(kind, &prepared.description, designs)
         .map_err(|reason| Error::Zip { path: path.display().to_string(), reason: reason.into() })?;
     entries.extend(plug.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml".into(), text)));
     entries.insert("terminalsAndIcons/icon.png".into(), ICON.to_vec());
@@ -217,18 +221,34 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 }
 
 /// The first paragraphs of the page that importers show: the content, and whether it is certified.
-fn about(kind: Kind, stored: &Stored) -> Vec<String> {
+fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
+    let steered = designs.map(|(_, stored)| stored.controller.steered());
     let what = match kind {
+        Kind::Plant if steered.heading.is_some() => {
+            "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
+        }
         Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),
-        Kind::Controller => format!(
-            "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
-            stored.controller.steered()
-        ),
+        Kind::Controller => {
+            let all: Vec<&str> = steered.as_ref().into_iter().map(String::as_str).collect();
+            format!(
+                "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
+                all.join(" and one of ")
+            )
+        }
         Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
     };
+    let each = designs.into_iter().zip(steered.as_ref());
+    let bounds = each.map(|((_, stored), name)| designs.said(name, &bound(stored)));
+    let of_first = format!("What follows is of the design of {}.", steered.first);
+    let of_first = steered.heading.is_some().then_some(of_first);
+    std::iter::once(what).chain(bounds).chain(of_first).collect()
+}
+
+/// The bound of a design, and whether it is certified.
+fn bound(stored: &Stored) -> String {
     let gamma = &stored.controller.gamma;
     let scheduling = &stored.controller.scheduling;
-    let standing = if gamma.certified {
+    if gamma.certified {
         format!(
             "Bound of the L2 gain from references and disturbances to weighted errors and commands: {}, \
                 certified in exact arithmetic. Speeds {} to {} m/s; \
@@ -243,13 +263,13 @@ fn about(kind: Kind, stored: &Stored) -> Vec<String> {
                 {} as a bound of the L2 gain. Speeds {} to {} m/s.",
             gamma.bound, scheduling.minimum, scheduling.maximum
         )
-    };
-    vec![what, standing]
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::axes::Axes;
     use scheduled::{ControllerInput, Kind as Part};
     use squid_design::store::load;
 
@@ -281,21 +301,22 @@ mod tests {
     fn what_the_design_measures_is_wired() {
         let wires = |measured: &[(&str, &str)]| {
             let (inputs, stored) = measuring(measured);
+            let designs = Axes { first: (&inputs, &stored), heading: None };
             let packed = |kind| {
                 let Prepared { identifier, description, .. } =
-                    prepare(kind, &inputs, &stored, Interfaces::All).unwrap();
+                    prepare(kind, designs, Interfaces::All).unwrap();
                 Packed { path: identifier.into(), bytes: Vec::new(), description }
             };
             let (plant, controller) = (packed(Kind::Plant), packed(Kind::Controller));
             let plug = |kind, of: &Packed| {
-                let text = terminals(kind, &of.description, &stored.controller).unwrap().unwrap();
+                let text = terminals(kind, &of.description, designs).unwrap().unwrap();
                 let text = String::from_utf8(text).unwrap();
                 let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
                 members.map(str::to_owned).collect::<Vec<_>>()
             };
             assert_eq!(plug(Kind::Plant, &plant), plug(Kind::Controller, &controller));
             let (_, system) =
-                crate::ssp::pack("system", &plant, &controller, &stored, Path::new("")).unwrap();
+                crate::ssp::pack("system", &plant, &controller, designs, Path::new("")).unwrap();
             let mut system = zip::ZipArchive::new(Cursor::new(system)).unwrap();
             let mut read = |name: &str| std::io::read_to_string(system.by_name(name).unwrap()).unwrap();
             let structure = read("SystemStructure.ssd");

@@ -7,6 +7,7 @@
 //! ```
 
 pub mod archive;
+pub mod axes;
 pub mod c;
 pub mod error;
 pub mod fmu;

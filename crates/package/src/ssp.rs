@@ -14,16 +14,17 @@
 
 mod units;
 
+use crate::axes::Designs;
 use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
 use crate::ssp::units::{of_connectors, real, units};
 use auv::TrimPoint;
-use auv::longitudinal::{SIGNALS, measured, tracked};
+use auv::{lateral, longitudinal};
 use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
-use signals::{Reference, Signal};
-use squid_design::store::Stored;
+use scheduled::Manoeuvre;
+use signals::Signal;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,7 @@ pub fn pack(
     name: &str,
     plant: &Packed,
     controller: &Packed,
-    stored: &Stored,
+    designs: Designs<'_>,
     directory: &Path,
 ) -> Result<(PathBuf, Vec<u8>), Error> {
     let path = directory.join(format!("{name}.ssp"));
@@ -59,6 +60,8 @@ pub fn pack(
     for (_, packed) in components {
         entries.insert(source(packed), packed.bytes.clone());
     }
+    let (_, stored) = designs.first;
+    let manoeuvre = designs.map(|(inputs, _)| inputs).manoeuvre();
     let model = stored.plant.as_ref().ok_or(Error::OfHeading)?;
     let points = speeds(&model.trim);
     for (index, point) in points.iter().enumerate() {
@@ -67,14 +70,14 @@ pub fn pack(
             name,
             variant: &variant,
             components,
-            duration: stored.manoeuvre.duration,
+            duration: manoeuvre.duration,
             sample_time: stored.controller.sample_time,
         };
         let is_default = index == (points.len() - 1) / 2;
         let file = if is_default { "SystemStructure" } else { &variant };
         entries.insert(format!("{file}.ssd"), system.description().map_err(failed)?);
         for (kind, packed) in components {
-            let values = start_values(kind, packed, (point, model.depth), stored);
+            let values = start_values(kind, packed, (point, model.depth), &manoeuvre);
             let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
             entries.insert(values_file(kind, &variant), set);
         }
@@ -98,7 +101,7 @@ fn start_values(
     kind: Kind,
     packed: &Packed,
     (at, depth): (&TrimPoint, f64),
-    stored: &Stored,
+    manoeuvre: &Manoeuvre,
 ) -> Vec<(&'static str, f64)> {
     let values = match kind {
         Kind::Plant => vec![
@@ -107,16 +110,27 @@ fn start_values(
             ("given_speed", at.forward_speed),
         ],
         _ => {
-            let level = measured([at.forward_speed, at.heave, 0.0, at.pitch, depth]);
-            let wanted = |(signal, reference): (&Signal, Reference), level: f64| {
-                (reference.name, level + stored.manoeuvre.step(signal.name))
-            };
-            let references = tracked().zip(level).map(|(one, level)| wanted(one, level));
-            SIGNALS.iter().map(|signal| signal.name).zip(level).chain(references).collect()
+            let level = longitudinal::measured([at.forward_speed, at.heave, 0.0, at.pitch, depth]);
+            let mut values = wanted(&longitudinal::SIGNALS, &level, manoeuvre);
+            // The speed is among both.
+            let of_heading = wanted(&lateral::SIGNALS, &lateral::level(at.forward_speed), manoeuvre);
+            let is_new = |(name, _): &(&str, f64)| values.iter().all(|(other, _)| other != name);
+            let new: Vec<_> = of_heading.into_iter().filter(is_new).collect();
+            values.extend(new);
+            values
         }
     };
     let known = |name: &str| packed.description.variables.iter().any(|variable| variable.name == name);
     values.into_iter().filter(|(name, _)| known(name)).collect()
+}
+
+/// The signals of an axis in level flight, and their references a step above that.
+fn wanted(signals: &[Signal], level: &[f64], manoeuvre: &Manoeuvre) -> Vec<(&'static str, f64)> {
+    let each = || signals.iter().zip(level);
+    let step = |(signal, level): (&Signal, &f64)| {
+        Some((signal.reference?.name, level + manoeuvre.step(signal.name)))
+    };
+    each().map(|(signal, level)| (signal.name, *level)).chain(each().filter_map(step)).collect()
 }
 
 fn values_file(kind: Kind, variant: &str) -> String {

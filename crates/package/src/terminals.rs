@@ -2,25 +2,35 @@
 //! one gesture wires them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs
 //! of FMI 2.0 too.
 
+use crate::axes::Designs;
 use crate::kind::Kind;
 use model_description::ModelDescription;
 use model_description::element::{NONE, Xml, document, leaf, parent};
-use scheduled::ControllerDesign;
 use std::io;
 
-/// What goes through the plug, in the order of the design: measurements one way, commands the other.
-fn members<'a>(of: &'a ModelDescription, design: &'a ControllerDesign) -> impl Iterator<Item = &'a str> {
-    let commands = design.actuators.iter().map(|one| one.name.as_str());
-    let measured = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
-    let all = measured.map(|(_, signal)| signal.name.as_str()).chain(commands);
-    all.filter(|name| of.position(name).is_some())
+/// What goes through the plug, in the order of the designs: measurements one way, commands the other.
+fn members<'a>(of: &ModelDescription, designs: Designs<'a>) -> Vec<&'a str> {
+    let all = || designs.into_iter().map(|(_, stored)| &stored.controller);
+    let measured = all().flat_map(|design| {
+        let places = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
+        places.map(|(_, signal)| signal.name.as_str())
+    });
+    let commands = all().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
+    let mut members = vec![];
+    for name in measured.chain(commands).filter(|name| of.position(name).is_some()) {
+        // The axes measure the speed, each of them.
+        if !members.contains(&name) {
+            members.push(name);
+        }
+    }
+    members
 }
 
 /// The terminals of an FMU; the loop, in which everything is wired, has none.
 pub(crate) fn terminals(
     kind: Kind,
     of: &ModelDescription,
-    design: &ControllerDesign,
+    designs: Designs<'_>,
 ) -> io::Result<Option<Vec<u8>>> {
     let (name, about) = match kind {
         Kind::Plant => ("autopilot", "to the terminal 'vehicle' of the controller"),
@@ -32,7 +42,7 @@ pub(crate) fn terminals(
         parent(xml, "fmiTerminalsAndIcons", &[("fmiVersion", "3.0")], |xml| {
             parent(xml, "Terminals", NONE, |xml| {
                 parent(xml, "Terminal", &plug, |xml| {
-                    members(of, design).try_for_each(|member| signal(xml, member))
+                    members(of, designs).into_iter().try_for_each(|member| signal(xml, member))
                 })
             })
         })

@@ -4,12 +4,14 @@
 //! file, that plant, ball and all other data of the FMU follow from them.
 
 use crate::archive::FmuArchive;
+use crate::axes::Axes;
 use crate::c::{self, CONTROLLER};
 use crate::error::Error;
 use auv::LpvModel;
 use base::files::{self, read};
 use certificate::{Certificate, Theorem};
 use fmi2::Resources;
+use fmu_controller::of_axis;
 use proof::claim::parse;
 use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::certify::claims::{Terms, lines, unproved};
@@ -28,9 +30,11 @@ use std::path::Path;
 const NOT_RECOMPUTED: &str = "not part of what is verified here: scales, trims, limits of the commands, and what \
                               references are limited to; --vehicle computes them again";
 
-/// What was verified.
+/// What was verified of an axis.
 #[derive(Debug, Clone)]
 pub struct Verified {
+    /// What the axis steers; empty if the file does not say.
+    pub axis: String,
     /// The theorem.
     pub theorem: Theorem,
     /// Name of vehicle and design, when the file says so, and what was computed again.
@@ -50,10 +54,18 @@ pub struct Verified {
 /// [`ProofError::Certificate`](proof::error::ProofError::Certificate),
 /// [`ProofError::Mismatch`](proof::error::ProofError::Mismatch),
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
-/// [`Error::NotOfInputs`], [`ProofError::Unproved`](proof::error::ProofError::Unproved).
-pub fn verify(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
-    let found = if is_archive(path)? { verify_fmu(path, inputs) } else { verify_certificate(path, inputs) };
+/// [`Error::NotOfInputs`], [`Error::NoSecondAxis`], [`Error::NoHeading`], [`Error::ThirdAxis`],
+/// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
+pub fn verify(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verified>, Error> {
     let name = path.display().to_string();
+    let found = if is_archive(path)? {
+        verify_fmu(path, inputs)
+    } else if inputs.is_some_and(|inputs| inputs.heading.is_some()) {
+        Err(Error::NoSecondAxis { path: name.clone() })
+    } else {
+        let one = verify_certificate(path, inputs.map(|inputs| inputs.first));
+        one.map(|first| Axes { first, heading: None })
+    };
     found.map_err(|reason| {
         if reason.to_string().starts_with(&name) {
             reason
@@ -96,14 +108,15 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     let manoeuvre = inputs.map(|inputs| &inputs.design.manoeuvre);
     let terms = Terms::of(&design, &theorem, manoeuvre);
     let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
+    let axis = design.steered();
     if let Some(inputs) = inputs {
-        made_of(design, text, &Resources::default(), inputs)
+        made_of(design, text, None, inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
     } else {
         about.push(NOT_RECOMPUTED.into());
     }
-    Ok(Verified { theorem, about, lines, unproved, step })
+    Ok(Verified { axis, theorem, about, lines, unproved, step })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -126,6 +139,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     if let Some(inputs) = inputs {
         let of_plant = |about| {
             Ok(Verified {
+                axis: String::new(),
                 lines: lines(&theorem, None),
                 unproved: None,
                 theorem: theorem.clone(),
@@ -153,7 +167,8 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
         about.push(format!("{}: {what} of {}", path.display(), named(inputs)));
     }
     let unproved = terms.as_ref().and_then(|terms| unproved(&theorem, terms));
-    Ok(Verified { lines: lines(&theorem, terms.as_ref()), unproved, theorem, about, step })
+    let lines = lines(&theorem, terms.as_ref());
+    Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step })
 }
 
 /// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
@@ -210,56 +225,96 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
     Ok(vec![plant, controller])
 }
 
-fn verify_fmu(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, Error> {
+fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verified>, Error> {
     let FmuArchive { guid, description, resources } = FmuArchive::read(path)?;
-    let resource = |name: &str| {
-        let missing = Error::NoCertificate { path: path.display().to_string(), name: name.into() };
-        resources.text(name).map_err(|_| missing)
-    };
-    let design = ControllerDesign::from_json(resource("controller.json")?)?;
-    let text = resource("certificate.json")?;
-    let certificate = parse(text, &format!("{}, resources/certificate.json", path.display()))?;
-    check_design(&design, &certificate)?;
-    let coverage = match certificate.model_error() {
-        Some(_) => "for the fit, and for a ball of models around it",
-        None => "for the fit alone; nothing about the residual between the fit and the true linearisations",
-    };
-    let mut about = vec![format!(
-        "{} ({} coefficients), design '{}': {coverage}",
-        design.vehicle.name,
-        design.vehicle.status.word(),
-        design.design
-    )];
-    let theorem = certificate.prove()?;
+    let of_path = || path.display().to_string();
+    let has = |axis: usize| resources.bytes(&of_axis(CONTROLLER, axis)).is_ok();
+    let axes = Axes { first: 0, heading: has(1).then_some(1) };
+    if axes.heading.is_some() && has(2) {
+        return Err(Error::ThirdAxis { path: of_path(), name: of_axis(CONTROLLER, 2) });
+    }
+    let proved = axes.try_map(|axis| Proved::read(path, &resources, axis))?;
     let packed = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
         Ok(_) => fmu_squid::describe(&resources).map(|of| (of.guid, of.xml))?,
         Err(_) => fmu_controller::describe(&resources).map(|of| (of.guid, of.xml))?,
     };
     if packed.0 != guid {
-        return Err(Error::WrongGuid { path: path.display().to_string() });
+        return Err(Error::WrongGuid { path: of_path() });
     }
     if packed.1.as_bytes() != description {
-        return Err(Error::WrongDescription { path: path.display().to_string() });
+        return Err(Error::WrongDescription { path: of_path() });
     }
-    check_autopilot(&design, &certificate)?;
-    let step = ClaimedStep::of(&design, &theorem);
-    let packed = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
-    let manoeuvre = packed.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
-    let terms = Terms::of(&design, &theorem, manoeuvre);
-    let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
-    if let Some(inputs) = inputs {
-        let certificate = text.to_owned();
-        made_of(design, certificate, &resources, inputs)
-            .map_err(|reason| Error::NotOfInputs { path: path.display().to_string(), reason })?;
-        about.push(format!(
-            "its controller is proved for, and all else that it flies, the limits of its references among it, \
-             follows from {}",
-            named(inputs)
-        ));
-    } else {
-        about.push(NOT_RECOMPUTED.into());
+    match (inputs.map(|inputs| inputs.heading.is_some()), &proved.heading) {
+        (Some(true), None) => return Err(Error::NoSecondAxis { path: of_path() }),
+        (Some(false), Some(second)) => {
+            return Err(Error::NoHeading { path: of_path(), design: second.design.design.clone() });
+        }
+        _ => {}
     }
-    Ok(Verified { theorem, about, lines, unproved, step })
+    let not_of_inputs = |reason| Error::NotOfInputs { path: of_path(), reason };
+    inputs.map_or(Ok(()), |inputs| same_files(&resources, inputs)).map_err(not_of_inputs)?;
+    let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
+    let mut of_files = inputs.into_iter().flatten();
+    proved.try_map(|proved| {
+        let Proved { design, text, certificate, theorem, covered } = proved;
+        check_autopilot(&design, &certificate)?;
+        let (axis, step) = (design.steered(), ClaimedStep::of(&design, &theorem));
+        let inputs = of_files.next();
+        let flown = manoeuvre.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
+        let terms = Terms::of(&design, &theorem, flown);
+        let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
+        let computed = if let Some(inputs) = inputs {
+            made_of(design, text, resources.text("plant.json").ok(), inputs).map_err(not_of_inputs)?;
+            format!(
+                "its controller is proved for, and all else that it flies, the limits of its references among it, \
+                 follows from {}",
+                named(inputs)
+            )
+        } else {
+            NOT_RECOMPUTED.into()
+        };
+        Ok(Verified { axis, theorem, about: vec![covered, computed], lines, unproved, step })
+    })
+}
+
+/// An axis of an FMU whose certificate is proved, and is of its controller.
+struct Proved {
+    design: ControllerDesign,
+    /// The text of the certificate.
+    text: String,
+    certificate: Certificate,
+    theorem: Theorem,
+    /// Of what vehicle and design it is, and whether a model error is covered.
+    covered: String,
+}
+
+impl Proved {
+    fn read(path: &Path, resources: &Resources, axis: usize) -> Result<Self, Error> {
+        let [controller, certificate] = [CONTROLLER, c::CERTIFICATE].map(|name| of_axis(name, axis));
+        let resource = |name: String| {
+            let missing = Error::NoCertificate { path: path.display().to_string(), name: name.clone() };
+            resources.text(&name).map_err(|_| missing)
+        };
+        let file = format!("{}, resources/{certificate}", path.display());
+        let design = ControllerDesign::from_json(resource(controller)?)?;
+        let text = resource(certificate)?.to_owned();
+        let certificate = parse(&text, &file)?;
+        check_design(&design, &certificate)?;
+        let coverage = match certificate.model_error() {
+            Some(_) => "for the fit, and for a ball of models around it",
+            None => {
+                "for the fit alone; nothing about the residual between the fit and the true linearisations"
+            }
+        };
+        let covered = format!(
+            "{} ({} coefficients), design '{}': {coverage}",
+            design.vehicle.name,
+            design.vehicle.status.word(),
+            design.design
+        );
+        let theorem = certificate.prove()?;
+        Ok(Self { design, text, certificate, theorem, covered })
+    }
 }
 
 /// Vehicle and design, as what is compared with them is said.
@@ -271,27 +326,33 @@ pub fn named(inputs: &Inputs) -> String {
     )
 }
 
-/// Checks that the resources of an FMU are what vehicle and design file make of the controller's matrices, and that
-/// the certificate is of their plant: what is asked before an FMU is packed.
+/// Checks that vehicle and manoeuvre of an FMU are those of the files.
+fn same_files(resources: &Resources, inputs: Axes<&Inputs>) -> Result<(), String> {
+    let texts = [
+        (fmu_plant::VEHICLE_RESOURCE, inputs.vehicle().to_json().map_err(|e| e.to_string())?),
+        ("manoeuvre.json", inputs.manoeuvre().to_json().map_err(|e| e.to_string())?),
+    ];
+    match texts.iter().find(|(name, text)| resources.text(name).is_ok_and(|found| found != text)) {
+        Some((name, _)) => Err(format!("resources/{name} differs")),
+        None => Ok(()),
+    }
+}
+
+/// Checks that an axis, with the LPV model beside it, is what vehicle and design file make of the controller's
+/// matrices, and that the certificate is of their plant: what is asked before an FMU is packed.
 fn made_of(
     controller: ControllerDesign,
     certificate: String,
-    resources: &Resources,
+    plant: Option<&str>,
     inputs: &Inputs,
 ) -> Result<(), String> {
     if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
     }
-    let texts = [
-        (fmu_plant::VEHICLE_RESOURCE, inputs.vehicle.to_json().map_err(|e| e.to_string())?),
-        ("manoeuvre.json", inputs.design.manoeuvre.to_json().map_err(|e| e.to_string())?),
-    ];
-    if let Some((name, _)) = texts.iter().find(|(name, text)| resources.text(name).is_ok_and(|t| t != text)) {
-        return Err(format!("resources/{name} differs"));
-    }
-    let plant = match resources.text("plant.json") {
-        Ok(text) => Some(LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?),
-        Err(_) => {
+    // The LPV model is of surge, heave and pitch.
+    let plant = match plant.filter(|_| !inputs.design.is_lateral()) {
+        Some(text) => Some(LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?),
+        None => {
             let model = Model::new(&inputs.axis(), &inputs.design).map_err(|e| e.to_string())?;
             let (lft, gamma) = (controller.lft.clone(), controller.gamma.clone());
             freeze::frozen(inputs, &model, lft, gamma).map_err(|e| e.to_string())?.plant

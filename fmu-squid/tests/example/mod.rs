@@ -76,7 +76,10 @@ pub fn turning() -> Resources {
     let mut manoeuvre = manoeuvre();
     manoeuvre.steps.insert("heading".to_owned(), 20f64.to_radians());
     let mut resources = together(files, &two_degrees(), &manoeuvre);
-    resources.insert(&fmu_controller::resource(1), serde_json::to_string(&of_heading()).unwrap());
+    resources.insert(
+        &fmu_controller::of_axis(fmu_controller::RESOURCE, 1),
+        serde_json::to_string(&of_heading()).unwrap(),
+    );
     resources
 }
 

@@ -7,7 +7,8 @@ use crate::progress::show;
 use base::files::{Files, check_directory};
 use base::progress::Progress;
 use serde_json::json;
-use squid_design::store;
+use squid_design::inputs::Inputs;
+use squid_design::store::{self, Stored};
 use squid_package::error::Error as PackageError;
 use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, require_proof, standing};
 use squid_package::kind::{Interfaces, Kind};
@@ -17,54 +18,75 @@ use squid_report::rendered::Rendered;
 use squid_report::report::brief;
 use std::path::{Path, PathBuf};
 
-/// Packs the FMUs of a design.
+/// Packs the FMUs of a design, or of two.
 ///
 /// # Errors
 /// Those of the files, the design, the report and the libraries.
 pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
-    let Packing { platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
+    let Packing { heading, platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
     let interfaces = kind.into();
     let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
-    let (inputs, directory) = which.read()?;
-    let mut stored = store::load(&directory, &inputs)?;
+    let read = which.axes(heading.as_deref())?;
+    read.as_ref().map(|(inputs, _)| inputs).check()?;
+    // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
+    let alone = read.first.0.design.is_lateral();
+    let mut kinds = Kind::with(interfaces);
+    kinds.retain(|kind| !alone || *kind == Kind::Controller);
+    if kinds.is_empty() {
+        let allowed = "cs or both where a controller is packed alone, which has no continuous states".into();
+        return Err(Error::Argument { name: "--kind", found: "me".into(), allowed });
+    }
+    let directory = read.first.1.clone();
+    let load = |(inputs, directory): (Inputs, PathBuf)| {
+        store::load(&directory, &inputs).map(|stored| (inputs, directory, stored))
+    };
+    let loaded = read.try_map(load)?;
     let folder = descriptions.as_ref().unwrap_or(&directory);
     check_directory(folder)?;
     if descriptions.is_none() {
         binaries.find()?;
     }
     let progress = Progress::new(&show);
-    let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
+    let prove = |(inputs, directory, mut stored): (Inputs, PathBuf, Stored)| {
+        let proof = require_proof(&inputs, &mut stored, &directory, allow_uncertified);
+        proof.map(|proof| (inputs, stored, proof))
+    };
     let what = "proving again, and computing the plant of the proof again";
-    let proof = progress.timed("certify", what, prove).0?;
-    let (standing, claims) = (standing(&proof), lines(&proof, &stored));
+    let proved = progress.timed("certify", what, || loaded.try_map(prove)).0?;
+    let designs = proved.as_ref().map(|(inputs, stored, _)| (inputs, stored));
+    let (mut standings, mut claims) = (vec![], vec![]);
+    for (_, stored, proof) in proved.as_ref() {
+        let said = |words: &str| designs.said(&stored.controller.steered(), words);
+        standings.push(said(&standing(proof)));
+        claims.extend(lines(proof, stored).iter().map(|line| said(line)));
+    }
+    let standing = standings.join("\n");
     claims.iter().for_each(|line| say(line));
     if verbose {
         say(&standing);
     }
-    // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
-    let of_design = |kind: &Kind| stored.plant.is_some() || *kind == Kind::Controller;
-    let kinds: Vec<Kind> = Kind::with(interfaces).into_iter().filter(of_design).collect();
     // All are made before any is written.
     let files: Vec<(PathBuf, Vec<u8>)> = match &descriptions {
         Some(to) => {
             let kinds = kinds.iter().copied();
-            let described = kinds.map(|kind| prepare(kind, &inputs, &stored, interfaces));
+            let described = kinds.map(|kind| prepare(kind, designs, interfaces));
             let file = |p: Prepared| (to.join(format!("{}.xml", p.identifier)), p.xml.into_bytes());
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let write = || brief(&inputs, &stored, &proof, &which.report_of("VEHICLE_DIR"), &progress);
+            let (inputs, stored, proof) = &proved.first;
+            let write = || brief(inputs, stored, proof, &which.report_of("VEHICLE_DIR"), &progress);
             let page = Rendered::of(&progress.timed("page", "writing the documentation", write).0?);
             let packing = progress.begin("package", "compressing");
             let packed = |kind| -> Result<Packed, PackageError> {
-                let prepared = prepare(kind, &inputs, &stored, interfaces)?;
-                pack(kind, prepared, &stored, &page, &binaries, &directory)
+                let prepared = prepare(kind, designs, interfaces)?;
+                pack(kind, prepared, designs, &page, &binaries, &directory)
             };
             let fmus = kinds.iter().copied().map(packed).collect::<Result<Vec<_>, _>>()?;
             let system = match &fmus[..] {
                 [plant, controller, whole] => {
                     let name = &whole.description.model_identifier;
-                    Some(ssp::pack(name, plant, controller, &stored, &directory)?)
+                    Some(ssp::pack(name, plant, controller, designs, &directory)?)
                 }
                 _ => None,
             };
@@ -79,7 +101,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     let mut set = Files::default();
     if descriptions.is_none() && interfaces == Interfaces::ModelExchange {
         say("no controller and no SSP: they are for co-simulation");
-        let [_, controller, whole] = Kind::ALL.map(|kind| prepare(kind, &inputs, &stored, Interfaces::All));
+        let [_, controller, whole] = Kind::ALL.map(|kind| prepare(kind, designs, Interfaces::All));
         set.remove(directory.join(format!("{}.fmu", controller?.identifier)));
         set.remove(directory.join(format!("{}.ssp", whole?.identifier)));
     }

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
 use auv::Actuator;
 use auv::lateral;
-use auv::longitudinal::{self, DEPTH, PITCH, TRACKED};
+use auv::longitudinal::{self, DEPTH, Each, PITCH, TRACKED};
 use auv::toml_file::cited;
 use base::files::{read, write};
 use serde_json::{Value, json};
@@ -78,7 +78,11 @@ const HEADING_USED: &str = "heading_reference_used";
 
 /// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the actuators
 /// that are given.
-fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal; 5]) -> Result<Vec<Row>, String> {
+pub(super) fn rows(
+    record: &Record,
+    actuators: &[Actuator],
+    signals: &Each<Signal>,
+) -> Result<Vec<Row>, String> {
     let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let tracked = || signals.iter().filter_map(|signal| Some((signal, signal.reference?)));
     for (signal, _) in tracked() {

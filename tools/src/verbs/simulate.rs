@@ -6,6 +6,7 @@ use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use auv::Current;
+use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::{Value, json};
 use squid_design::inputs::Inputs;
@@ -47,26 +48,13 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
 /// # Errors
 /// Those of the files, the designs and the flights.
 pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f64; 2]>) -> Result<(), Error> {
-    let wrong = |name, found: String, allowed: &str| Error::Argument { name, found, allowed: allowed.into() };
     if !turn.is_finite() || turn == 0.0 || turn.abs() >= HALF_A_TURN {
-        return Err(wrong("--turn", turn.to_string(), "other than 0 and below 180 deg in size"));
+        let allowed = "other than 0 and below 180 deg in size".into();
+        return Err(Error::Argument { name: "--turn", found: turn.to_string(), allowed });
     }
     let (inputs, directory) = which.read_to_write()?;
-    let other = Which { design: heading.to_owned(), out: None, ..which.clone() };
-    let (turning, its) = other.read_to_write()?;
-    for (name, design, is_right, allowed) in [
-        (
-            "--design",
-            &inputs.design,
-            !inputs.design.is_lateral(),
-            "a design of pitch or depth beside --heading",
-        ),
-        ("--heading", &turning.design, turning.design.is_lateral(), "a design that tracks heading"),
-    ] {
-        if !is_right {
-            return Err(wrong(name, design.name.clone(), allowed));
-        }
-    }
+    let (turning, its) = which.beside(&inputs, heading)?;
+    check_directory(&its)?;
     let stored = load_or_design(&inputs, &directory)?;
     let own = load_or_design(&turning, &its)?;
     stored.unproved(&inputs).into_iter().chain(own.unproved(&turning)).for_each(|words| say(&words));

@@ -1,17 +1,18 @@
 //! `squid verify`: proves the certificate of an FMU, or of a file.
 
-use crate::cli::{Verify, inputs};
+use crate::cli::{Verify, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::verbs::design::no_faster;
 use base::files;
 use certificate::ConstantTheorem;
 use proof::claim::parse;
-use serde_json::json;
+use serde_json::{Value, json};
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::numbers::above;
-use squid_package::verify::{named, verify, verify_source};
+use squid_package::axes::Axes;
+use squid_package::verify::{Verified, named, verify, verify_source};
 
 /// Proves a certificate; for the design of a vehicle if one is given.
 ///
@@ -19,16 +20,22 @@ use squid_package::verify::{named, verify, verify_source};
 /// Those of the files, and why nothing is proved.
 pub fn run(asked: &Verify) -> Result<(), Error> {
     let file = asked.file.as_deref();
-    let vehicle = asked.vehicle.as_deref();
-    let inputs = vehicle.map(|directory| inputs(directory, &asked.design, asked.bandwidth)).transpose()?;
+    let axes = asked.vehicle.clone().map(|vehicle| {
+        let (design, bandwidth) = (asked.design.clone(), asked.bandwidth);
+        let which = Which { vehicle, design, bandwidth, out: None };
+        Ok::<_, Error>(which.axes(asked.heading.as_deref())?.map(|(inputs, _)| inputs))
+    });
+    let axes = axes.transpose()?;
+    let (axes, inputs) = (axes.as_ref().map(Axes::as_ref), axes.as_ref().map(|axes| &axes.first));
     if let Some(file) = file
+        && asked.heading.is_none()
         && let Ok(text) = files::read(file)
         && let Ok(certificate) = parse(&text, &file.display().to_string())
         && certificate.constant().is_some()
     {
         let theorem = certificate.prove()?;
-        let share = inputs.as_ref().map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
-        if let (Some(inputs), Some(share)) = (&inputs, share) {
+        let share = inputs.map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
+        if let (Some(inputs), Some(share)) = (inputs, share) {
             say(&format!(
                 "{}: its plant and its balls are those of {}, for {:.1} % of the declared uncertainty and any \
                  trajectory of speed{}",
@@ -48,32 +55,49 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
         )?);
     }
     let verified = match (file, &asked.c) {
-        (Some(file), _) => verify(file, inputs.as_ref())?,
-        (None, Some(source)) => verify_source(source, inputs.as_ref())?,
+        (Some(file), _) => verify(file, axes)?,
+        (None, Some(source)) => Axes { first: verify_source(source, inputs)?, heading: None },
         (None, None) => return Ok(()),
     };
-    verified.about.iter().for_each(|line| say(line));
-    let theorem = &verified.theorem;
-    verified.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
-    verified.unproved.iter().for_each(|line| say(line));
-    if asked.verbose {
-        theorem.sentences().iter().for_each(|sentence| say(sentence));
-        if let Some(ClaimedStep { output, size, unit, .. }) = &verified.step {
-            say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));
+    for axis in verified.as_ref() {
+        let say = |line: &str| say(&verified.said(&axis.axis, line));
+        axis.about.iter().for_each(|line| say(line));
+        axis.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
+        axis.unproved.iter().for_each(|line| say(line));
+        if asked.verbose {
+            axis.theorem.sentences().iter().for_each(|sentence| say(sentence));
+            if let Some(ClaimedStep { output, size, unit, .. }) = &axis.step {
+                say(&format!("That step is one of the {output} reference, of up to {size} {unit}."));
+            }
         }
     }
-    let step = |name: &str| verified.step.as_ref().filter(|step| step.output == name).map(|step| step.size);
-    Ok(answer(&json!({
+    let mut found = object(&verified.first);
+    if verified.heading.is_some() {
+        let named = |axis: &Verified| {
+            let mut found = object(axis);
+            found["axis"] = json!(axis.axis);
+            found
+        };
+        found["axes"] = verified.as_ref().into_iter().map(named).collect();
+    }
+    Ok(answer(&found)?)
+}
+
+/// What was verified of an axis, as JSON.
+fn object(axis: &Verified) -> Value {
+    let theorem = &axis.theorem;
+    let step = |name: &str| axis.step.as_ref().filter(|step| step.output == name).map(|step| step.size);
+    json!({
         "status": "proved",
         "theorem": theorem.to_string(),
-        "claims": verified.lines,
+        "claims": axis.lines,
         "gamma": theorem.gamma,
         "gamma_at_rate": theorem.gamma_at_rate(),
         "gamma_with_model_error": theorem.gamma_with_model_error,
         "pitch_step_deg": step("pitch"),
         "depth_step_m": step("depth"),
-        "about": verified.about,
-    }))?)
+        "about": axis.about,
+    })
 }
 
 /// What is proved for constant coefficients, in a line.

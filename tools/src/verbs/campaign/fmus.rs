@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::verbs::plot::{read_record, rows, wrong};
+use auv::longitudinal;
 use serde_json::{Map, Value, json};
 use squid_campaign::flight::Row;
 use squid_campaign::plan::{Drawn, Plan};
@@ -46,7 +47,8 @@ fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
 pub(super) fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
     let path = records.join(format!("flight-{flight}.csv"));
     let record = read_record(&path)?;
-    let rows = rows(&record, &plan.inputs.vehicle.actuators).map_err(|reason| wrong(&path, reason))?;
+    let actuators = &plan.inputs.vehicle.actuators;
+    let rows = rows(&record, actuators, &longitudinal::SIGNALS).map_err(|reason| wrong(&path, reason))?;
     let distance = record.get("distance").ok_or_else(|| wrong(&path, "there is no column 'distance'"))?;
     Ok(plan.judge(flight, rows, distance)?)
 }

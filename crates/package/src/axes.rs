@@ -1,0 +1,85 @@
+//! The axes that are packed into one FMU: one, or one of pitch or depth and one of heading.
+
+use crate::error::Error;
+use auv::Vehicle;
+use scheduled::Manoeuvre;
+use squid_design::inputs::Inputs;
+use squid_design::store::Stored;
+
+/// What there is of each axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Axes<T> {
+    /// Of the axis of pitch or depth; of that of heading if there is no other.
+    pub first: T,
+    /// Of the axis of heading beside it.
+    pub heading: Option<T>,
+}
+
+impl<T> Axes<T> {
+    /// References to what there is.
+    pub fn as_ref(&self) -> Axes<&T> {
+        Axes { first: &self.first, heading: self.heading.as_ref() }
+    }
+
+    /// What is made of each.
+    pub fn map<U>(self, mut made: impl FnMut(T) -> U) -> Axes<U> {
+        Axes { first: made(self.first), heading: self.heading.map(made) }
+    }
+
+    /// As [`Axes::map`], until something fails.
+    ///
+    /// # Errors
+    /// The first of `made`.
+    pub fn try_map<U, E>(self, mut made: impl FnMut(T) -> Result<U, E>) -> Result<Axes<U>, E> {
+        Ok(Axes { first: made(self.first)?, heading: self.heading.map(made).transpose()? })
+    }
+
+    /// Words about an axis that is called `name`: after its name, if there is another axis.
+    pub fn said(&self, name: &str, words: &str) -> String {
+        if self.heading.is_some() { format!("{name}: {words}") } else { words.to_owned() }
+    }
+}
+
+impl<T> IntoIterator for Axes<T> {
+    type Item = T;
+    type IntoIter = std::iter::Chain<std::iter::Once<T>, std::option::IntoIter<T>>;
+
+    /// The first, then that of heading.
+    fn into_iter(self) -> Self::IntoIter {
+        std::iter::once(self.first).chain(self.heading)
+    }
+}
+
+/// The files of each axis, and its stored design.
+pub type Designs<'a> = Axes<(&'a Inputs, &'a Stored)>;
+
+impl<'a> Axes<&'a Inputs> {
+    /// Checks that the axes have one clock.
+    ///
+    /// # Errors
+    /// [`Error::SampleTimes`].
+    pub fn check(self) -> Result<(), Error> {
+        let first = &self.first.design;
+        let other = self.heading.map(|inputs| &inputs.design);
+        match other.filter(|other| other.sample_time != first.sample_time) {
+            None => Ok(()),
+            Some(other) => Err(Error::SampleTimes {
+                files: [first, other].map(|design| design.source()),
+                times: [first, other].map(|design| design.sample_time),
+            }),
+        }
+    }
+
+    /// The vehicle of plant and loop: in the vertical plane if nothing holds its heading.
+    pub fn vehicle(self) -> &'a Vehicle {
+        if self.heading.is_some() { &self.first.whole } else { &self.first.vehicle }
+    }
+
+    /// The default manoeuvre: that of the first axis, with the steps of the other.
+    pub fn manoeuvre(self) -> Manoeuvre {
+        let mut manoeuvre = self.first.design.manoeuvre.clone();
+        let others = self.heading.map(|inputs| inputs.design.manoeuvre.steps.clone());
+        manoeuvre.steps.extend(others.unwrap_or_default());
+        manoeuvre
+    }
+}
