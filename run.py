@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parent
 EXAMPLES = {
     "python3 run.py fly": "design and fly the Squid surrogate",
     "python3 run.py fly vehicles/remus100": "the same for another vehicle",
+    "python3 run.py fly vehicles/remus100 --design depth --heading heading": "depth and heading, in six degrees of "
+    "freedom",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
     "python3 run.py wheels": "the Python package for Linux, Windows and macOS",
@@ -60,6 +62,11 @@ def parser() -> argparse.ArgumentParser:
         default="design",
         metavar="NAME",
         help="name of the design file in VEHICLE_DIR, without .toml (default: design)",
+    )
+    fly.add_argument(
+        "--heading",
+        metavar="NAME",
+        help="name of a design of heading, too: the FMUs then fly in six degrees of freedom",
     )
     fly.add_argument(
         "--platforms",
@@ -114,12 +121,13 @@ def main() -> int:
         print("Python 3.10 or later is required; this is %d.%d." % sys.version_info[:2], file=sys.stderr)
         return 1
     sys.path.insert(0, str(ROOT / "tools"))
-    from fly import all_tests, fix, freeze, main_job, wheel
+    from fly import all_tests, fix, freeze, main_job, package, wheel
     from fly.stages import StageError
 
     try:
         if arguments.verb == "fly":
-            return main_job.run(Path(arguments.vehicle), arguments.design, arguments.platforms)
+            designs = package.Designs(Path(arguments.vehicle), arguments.design, arguments.heading)
+            return main_job.run(designs, arguments.platforms)
         if arguments.verb == "wheels":
             return wheel.build_all(arguments.platforms)
         if arguments.verb == "fix":

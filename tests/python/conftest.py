@@ -15,7 +15,7 @@ from types import ModuleType
 import pytest
 from filelock import FileLock
 from fly import build, stamp, wheel
-from fly.package import Packages, design_and_package, folder_of
+from fly.package import Designs, Packages, design_and_package
 from fly.stages import BUILD, ROOT
 from native import compile_host, program
 from tiers import check
@@ -151,10 +151,10 @@ def with_rate(vehicle: Path) -> Path:
 
 def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
     """Return what the main job made of a vehicle, made if it has not run; not to be changed."""
-    folder = folder_of(vehicle, "design")
+    designs = Designs(vehicle, "design")
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
-        return design_and_package(vehicle, "design", folder, [])
+        return design_and_package(designs, designs.folder, [])
 
 
 def reported(run_squid: Run, vehicle: Path) -> str:

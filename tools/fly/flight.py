@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 
 from fly import record
 from fly.master import Signals, Slave, couple
-from fly.package import Packages
+from fly.package import FIGURES, Packages
 from fly.stages import StageError, answer, run, stage
 
 AGREEMENT = 1e-9
@@ -84,12 +84,13 @@ def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
     return json.loads(answer([squid, "plot", record_file, "--vehicle", vehicle, "--out", drawn, "--json"]))
 
 
-def report(packages: Packages, figures: dict, agreement: float, whole: str) -> None:
+def report(packages: Packages, turning: Path | None, figures: dict, agreement: float, whole: str) -> None:
     """Print the results; figures and plot end at the surface, because the equations hold in deep water."""
-    achieved = json.loads(packages.figures.read_text(encoding="utf-8"))
     print(f"\nResults, {packages.vehicle}")
+    heading = gamma_lines(achieved_in(turning)) if turning else []
     lines = [
-        *gamma_lines(achieved),
+        *gamma_lines(achieved_in(packages.folder)),
+        *((f"{name}, heading" if name == "gamma" else name, value) for name, value in heading),
         *(line for output in OUTPUTS for line in tracking_lines(figures, *output)),
         ("speed tracking", f"error at most {figures['speed_error']:.3f} m/s"),
         *surface_lines(figures["surface"]),
@@ -102,8 +103,13 @@ def report(packages: Packages, figures: dict, agreement: float, whole: str) -> N
         print(f"  {name:<18} {value}")
 
 
-OUTPUTS = (("pitch", 180.0 / math.pi, "deg"), ("depth", 1.0, "m"))
-"""Outputs that step, each with how many of a unit one of SI is; the depth is there where it is tracked."""
+def achieved_in(folder: Path) -> dict:
+    """Return the figures of a design."""
+    return json.loads((folder / FIGURES).read_text(encoding="utf-8"))
+
+
+OUTPUTS = (("pitch", 180.0 / math.pi, "deg"), ("depth", 1.0, "m"), ("heading", 180.0 / math.pi, "deg"))
+"""Outputs that step, each with how many of a unit one of SI is; depth and heading are there where they are tracked."""
 
 
 def tracking_lines(figures: dict, name: str, factor: float, unit: str) -> list[tuple[str, str]]:
@@ -159,6 +165,9 @@ def main() -> int:
     parser.add_argument("squid", type=Path, help="the command squid")
     parser.add_argument("vehicle", type=Path, help="directory of the vehicle that flies")
     parser.add_argument("report", help="the command that writes the whole report, which is named at the end")
+    parser.add_argument(
+        "turning", type=Path, nargs="?", help="folder of the design of heading, if there is one"
+    )
     arguments = parser.parse_args()
     try:
         packages = Packages.found_in(arguments.folder)
@@ -172,7 +181,7 @@ def main() -> int:
             agreement = compare(loop, coupled)
         with stage("Drawing the flight"):
             figures = plot(packages, arguments.squid, arguments.vehicle)
-        report(packages, figures, agreement, arguments.report)
+        report(packages, arguments.turning, figures, agreement, arguments.report)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from fly import build, environment, package, platforms, room
 from fly.stages import stage
@@ -17,11 +16,10 @@ DISK_OF_PLATFORMS = 2.0
 """Additional disk space of the first run for other platforms (GB)."""
 
 
-def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
+def run(designs: package.Designs, platform_words: str = "host") -> int:
     """Build, design, package and fly; return the exit code."""
     begin = time.monotonic()
-    vehicle = vehicle.resolve()
-    package.sources_of(vehicle, design)
+    designs.check()
     names = platforms.named(platform_words)
     room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), TEMPORARY, "building and flying")
     of = f" for {', '.join(platforms.with_own(names))}" if names else ""
@@ -32,9 +30,10 @@ def run(vehicle: Path, design: str, platform_words: str = "host") -> int:
         environment_made = pool.submit(environment.ready)
         build.build(names)
         python = environment_made.result()
-    with stage(f"Designing the controller of {vehicle.name} (design '{design}') and packaging its FMUs"):
-        packages = package.design_and_package(vehicle, design, package.folder_of(vehicle, design), names)
-    whole = package.report_of(vehicle, design, packages.folder)
-    python.run("-m", "fly.flight", packages.folder, build.squid(), vehicle, whole)
+    with stage(f"Designing the controller of {designs} and packaging its FMUs"):
+        packages = package.design_and_package(designs, designs.folder, names)
+    turning = [designs.heading_folder] if designs.heading else []
+    whole = package.report_of(designs, packages.folder)
+    python.run("-m", "fly.flight", packages.folder, build.squid(), designs.vehicle, whole, *turning)
     print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
     return 0

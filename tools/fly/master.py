@@ -208,7 +208,8 @@ class Loop:
         self.wanted = [name for name in controller.names("input") if name.endswith("_reference")]
         self.heard = controller.references([*measured, *self.wanted])
         self.commands = controller.references(actuators)
-        speeds = ["operating_speed", "given_speed"] if self.given else ["operating_speed"]
+        self.linear = "operating_speed" in plant.variables
+        speeds = [name for name in ("operating_speed", "given_speed") if name in plant.variables]
         self.commanded = plant.references([*actuators, *speeds])
         self.path_speed = path_speed_of(controller)
         self.speed_reference = 0.0
@@ -231,6 +232,6 @@ class Loop:
             pairs = zip(commands, self.gains, strict=True)
             commands = [min(max(command * gain, low), high) for command, (gain, low, high) in pairs]
         given = [self.speed_reference] if self.given else []
-        path_speed = self.path_speed(self.speed_reference)
-        self.plant.fmu.setReal(self.commanded, [*commands, path_speed, *given])
+        path_speed = [self.path_speed(self.speed_reference)] if self.linear else []
+        self.plant.fmu.setReal(self.commanded, [*commands, *path_speed, *given])
         return commands

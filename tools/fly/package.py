@@ -60,10 +60,46 @@ class Packages:
         return self.folder / FIGURES
 
 
-def report_of(vehicle: Path, design: str, folder: Path) -> str:
+@dataclass(frozen=True)
+class Designs:
+    """The design of a vehicle, and that of its heading beside it."""
+
+    vehicle: Path
+    design: str
+    heading: str | None = None
+
+    def __str__(self) -> str:
+        names = [f"'{name}'" for name in (self.design, self.heading) if name]
+        return (
+            f"{self.vehicle.resolve().name} ({'designs' if self.heading else 'design'} {' and '.join(names)})"
+        )
+
+    def check(self) -> list[Path]:
+        """Return the input files; raise an error that names a missing one."""
+        names = [name for name in (self.design, self.heading) if name]
+        sources = [self.vehicle / "vehicle.toml", *(self.vehicle / f"{name}.toml" for name in names)]
+        for source in sources:
+            if not source.is_file():
+                raise StageError(
+                    f"{source}: there is no such file; VEHICLE_DIR must contain vehicle.toml and the design files."
+                )
+        return sources
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the main job."""
+        return BUILD / self.vehicle.resolve().name / self.design
+
+    @property
+    def heading_folder(self) -> Path:
+        """The folder of the design of heading, where `squid` finds it."""
+        return BUILD / self.vehicle.resolve().name / str(self.heading)
+
+
+def report_of(designs: Designs, folder: Path) -> str:
     """Return the command that writes the whole report of a design, as it is typed in this directory."""
-    which = "" if design == "design" else f" --design {design}"
-    return f"cargo squid report {typed(vehicle)}{which} --out {typed(folder)}"
+    which = "" if designs.design == "design" else f" --design {designs.design}"
+    return f"cargo squid report {typed(designs.vehicle)}{which} --out {typed(folder)}"
 
 
 def typed(path: Path) -> str:
@@ -71,47 +107,37 @@ def typed(path: Path) -> str:
     return shlex.quote(os.path.relpath(path))
 
 
-def folder_of(vehicle: Path, design: str) -> Path:
-    """Return the folder of the main job for a design."""
-    return BUILD / vehicle.resolve().name / design
-
-
-def sources_of(vehicle: Path, design: str) -> list[Path]:
-    """Return the input files of a design; raise an error that names a missing one."""
-    sources = [vehicle / "vehicle.toml", vehicle / f"{design}.toml"]
-    for source in sources:
-        if not source.is_file():
-            raise StageError(
-                f"{source}: there is no such file; VEHICLE_DIR must contain vehicle.toml and the design files."
-            )
-    return sources
-
-
-def design_and_package(vehicle: Path, design: str, folder: Path, names: list[str]) -> Packages:
+def design_and_package(designs: Designs, folder: Path, names: list[str]) -> Packages:
     """Run `squid design` and `squid package`, unless their results exist and nothing has changed since.
 
     The FMUs run on the host platform and on those named, by their names in FMI.
     """
-    sources = sources_of(vehicle, design)
+    sources = designs.check()
     binaries = dict.fromkeys([*build.binaries(), *platforms.binaries(names)])
     made_from = [build.squid(), *binaries, *sources]
+    words = [designs.design, designs.heading or "", *names]
     mark = folder / "stamp"
     packages = made_before(folder) if mark.is_file() else None
-    if packages and stamp.is_fresh(mark, digest_of(made_from, packages, [design, *names])):
+    if packages and stamp.is_fresh(mark, digest_of(made_from, packages, words)):
         print("    nothing has changed since the last run")
         return packages
     folder.mkdir(parents=True, exist_ok=True)
     mark.unlink(missing_ok=True)
-    which = [vehicle, "--design", design, "--out", folder]
+    which = [designs.vehicle, "--design", designs.design, "--out", folder]
     run([build.squid(), "design", *which])
+    if designs.heading:
+        out = designs.heading_folder
+        run([build.squid(), "design", designs.vehicle, "--design", designs.heading, "--out", out])
+        which += ["--heading", designs.heading]
     run([build.squid(), "package", *which, "--platforms", platforms.option(names)])
     packages = Packages.found_in(folder)
     if not packages.plant.is_file():
         raise StageError(
             f"{sources[1]} is a design of heading, which is packed as a controller alone ({packages.controller}): "
-            f"fly it beside one of pitch or depth, `cargo squid simulate {typed(vehicle)} --heading {design}`."
+            f"fly it beside one of pitch or depth, `python3 run.py fly {typed(designs.vehicle)} --design NAME "
+            f"--heading {designs.design}`."
         )
-    stamp.write(mark, digest_of(made_from, packages, [design, *names]))
+    stamp.write(mark, digest_of(made_from, packages, words))
     return packages
 
 

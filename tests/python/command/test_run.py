@@ -190,7 +190,7 @@ def test_the_main_job_ends_by_naming_plot_and_report(
     gammas = {"gamma_bound": 0.5, "gamma_optimum": 0.4, "back_off": 0.1, "gamma_bound_with_model_error": None}
     (tmp_path / FIGURES).write_text(json.dumps({"certified": True, **gammas}), encoding="utf-8")
     figures = {"speed_error": 0.1, "surface": None, "actuator_use": 0.5, "plot": tmp_path / "flight.svg"}
-    flight.report(Packages(tmp_path, "squid"), figures, 1e-12, "cargo squid report somewhere")
+    flight.report(Packages(tmp_path, "squid"), None, figures, 1e-12, "cargo squid report somewhere")
     plot, page = (line.strip() for line in capsys.readouterr().out.splitlines()[-2:])
     assert plot.split() == ["plot", os.path.relpath(tmp_path / "flight.svg")]
     assert page.split(maxsplit=3) == ["the", "whole", "report", "cargo squid report somewhere"]
@@ -202,7 +202,9 @@ def test_the_command_of_the_whole_report_is_exact(
 ) -> None:
     """What follows `cargo squid` is what the command takes: it says that there is no such vehicle, and no more."""
     monkeypatch.chdir(ROOT)
-    cargo, name, *words = shlex.split(package.report_of(tmp_path / "no where", design, BUILD / "none"))
+    cargo, name, *words = shlex.split(
+        package.report_of(package.Designs(tmp_path / "no where", design), BUILD / "none")
+    )
     assert (cargo, name) == ("cargo", "squid") and ("--design" in words) == (design != "design")
     done = run_squid(*words)
     assert done.returncode == 1 and "no where" in done.stderr and "Usage" not in done.stderr

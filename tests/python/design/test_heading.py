@@ -10,7 +10,7 @@ import pytest
 from conftest import REMUS100, Run, designed, once, written
 from fly import build
 from fly.master import Slave
-from fly.package import design_and_package
+from fly.package import Designs, design_and_package
 from fly.stages import ROOT, StageError
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -155,9 +155,9 @@ def test_the_paper_has_no_heading(run_squid: Run, tmp_path: Path) -> None:
 def test_the_main_job_says_what_flies_heading(squid_command: Path, tmp_path: Path) -> None:
     assert squid_command.is_file()
     with pytest.raises(
-        StageError, match=r"a design of heading.*squid simulate \S*remus100 --heading heading"
+        StageError, match=r"a design of heading.*run.py fly \S*remus100 --design NAME --heading heading"
     ):
-        design_and_package(REMUS100, "heading", tmp_path, [])
+        design_and_package(Designs(REMUS100, "heading"), tmp_path, [])
 
 
 def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ use auv::longitudinal::{self, DEPTH, Each, PITCH, TRACKED};
 use auv::toml_file::cited;
 use base::files::{read, write};
 use serde_json::{Value, json};
-use signals::Signal;
+use signals::{Level, Signal};
 use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
 use squid_flight::metrics::{FlightFigures, GRACE, SETTLED, Step};
 use squid_flight::record::Record;
@@ -92,7 +92,8 @@ pub(super) fn rows(
     let mut references: Vec<Option<Vec<f64>>> = tracked()
         .map(|(signal, wanted)| {
             let used = record.get(&format!("{}_used", wanted.name))?;
-            Some(if signal.circular { ends_of_ramps(used) } else { used.to_vec() })
+            let is_limited = signal.level == Level::Start;
+            Some(if is_limited { ends_of_ramps(used) } else { used.to_vec() })
         })
         .collect();
     references.resize(TRACKED, None);
@@ -115,7 +116,8 @@ pub(super) fn rows(
     Ok((0..time.len()).map(row).collect())
 }
 
-/// What a reference that is limited in rate goes to: where it changes, the end of that change.
+/// What a reference goes to that is limited in rate, as those of depth and heading are: where it changes, the end of
+/// that change.
 fn ends_of_ramps(used: &[f64]) -> Vec<f64> {
     let mut ends = used.to_vec();
     for k in (1..used.len()).rev() {
