@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
@@ -76,11 +77,11 @@ def run_squid(squid_command: Path) -> Run:
     """
 
     def run(
-        *words: str | Path, timeout: float = 300.0, columns: str = UNBROKEN
+        *words: str | Path, timeout: float = 300.0, columns: str = UNBROKEN, cwd: Path = ROOT
     ) -> subprocess.CompletedProcess:
         return subprocess.run(
             [squid_command, *map(str, words)],
-            cwd=ROOT,
+            cwd=cwd,
             capture_output=True,
             text=True,
             timeout=timeout,
@@ -136,6 +137,29 @@ def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
     return Packages.found_in(
         once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
     )
+
+
+def heading_alone(run_squid: Run) -> Path:
+    """Return the folder of the design of heading of REMUS 100 with its package, made once; not to be changed."""
+    words = ("--design", "heading")
+
+    def make(folder: Path) -> None:
+        design(run_squid, REMUS100, folder, *words)
+        written(run_squid, folder, "package", REMUS100, *words)
+
+    made_from = [build.squid(), *build.binaries(), *sorted(REMUS100.glob("*.toml"))]
+    return once(made_from, ["package", *words], make)
+
+
+def rewritten(fmu: Path, copy: Path, name: str, change: Callable[[bytes], bytes | None]) -> Path:
+    """Copy an FMU with one of its entries changed, or left out if `change` returns None."""
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as target:
+        for entry in source.infolist():
+            content = source.read(entry)
+            new = change(content) if entry.filename == name else content
+            if new is not None:
+                target.writestr(entry, new)
+    return copy
 
 
 def with_rate(vehicle: Path) -> Path:

@@ -113,7 +113,7 @@ pub enum Verb {
     /// first two
     ///
     /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
-    /// bound fails. With --heading the FMUs have the autopilots of two designs, of which each is proved.
+    /// bound fails. With --heading there are the autopilots of two designs, of which each is proved.
     Package {
         #[command(flatten)]
         which: Which,

@@ -270,7 +270,9 @@ fn bound(stored: &Stored) -> String {
 mod tests {
     use super::*;
     use crate::axes::Axes;
-    use scheduled::{ControllerInput, Kind as Part};
+    use scheduled::{ControllerInput, Gamma, Kind as Part, LftMatrices};
+    use squid_design::fit::Model;
+    use squid_design::store::freeze::frozen;
     use squid_design::store::load;
 
     /// The committed design, whose controller measures more than its design file asks for.
@@ -297,28 +299,40 @@ mod tests {
         (inputs, stored)
     }
 
+    /// An FMU without its bytes.
+    fn unpacked(kind: Kind, designs: Designs<'_>) -> Packed {
+        let Prepared { identifier, description, .. } = prepare(kind, designs, Interfaces::All).unwrap();
+        Packed { path: identifier.into(), bytes: Vec::new(), description }
+    }
+
+    /// The members of a plug.
+    fn plug(kind: Kind, of: &Packed, designs: Designs<'_>) -> Vec<String> {
+        let text = String::from_utf8(terminals(kind, &of.description, designs).unwrap().unwrap()).unwrap();
+        let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
+        members.map(str::to_owned).collect()
+    }
+
+    /// The files of the SSP of plant and controller, by their names.
+    fn read_system(
+        plant: &Packed,
+        controller: &Packed,
+        designs: Designs<'_>,
+    ) -> impl FnMut(&str) -> String + use<> {
+        let (_, system) = crate::ssp::pack("system", plant, controller, designs, Path::new("")).unwrap();
+        let mut system = zip::ZipArchive::new(Cursor::new(system)).unwrap();
+        move |name| std::io::read_to_string(system.by_name(name).unwrap()).unwrap()
+    }
+
     #[test]
     fn what_the_design_measures_is_wired() {
         let wires = |measured: &[(&str, &str)]| {
             let (inputs, stored) = measuring(measured);
             let designs = Axes { first: (&inputs, &stored), heading: None };
-            let packed = |kind| {
-                let Prepared { identifier, description, .. } =
-                    prepare(kind, designs, Interfaces::All).unwrap();
-                Packed { path: identifier.into(), bytes: Vec::new(), description }
-            };
+            let packed = |kind| unpacked(kind, designs);
             let (plant, controller) = (packed(Kind::Plant), packed(Kind::Controller));
-            let plug = |kind, of: &Packed| {
-                let text = terminals(kind, &of.description, designs).unwrap().unwrap();
-                let text = String::from_utf8(text).unwrap();
-                let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
-                members.map(str::to_owned).collect::<Vec<_>>()
-            };
+            let plug = |kind, of| plug(kind, of, designs);
             assert_eq!(plug(Kind::Plant, &plant), plug(Kind::Controller, &controller));
-            let (_, system) =
-                crate::ssp::pack("system", &plant, &controller, designs, Path::new("")).unwrap();
-            let mut system = zip::ZipArchive::new(Cursor::new(system)).unwrap();
-            let mut read = |name: &str| std::io::read_to_string(system.by_name(name).unwrap()).unwrap();
+            let mut read = read_system(&plant, &controller, designs);
             let structure = read("SystemStructure.ssd");
             let start = read("resources/controller_speed_0.700.ssv");
             let wired = ["pitch", "speed", "pitch_rate", "heave"].map(|name| {
@@ -346,5 +360,87 @@ mod tests {
             wires(&[("heave", "m/s")]),
             ([&all[..], &actuators].concat().iter().map(|&name| name.into()).collect(), [yes; 4])
         );
+    }
+
+    /// A design of REMUS 100 whose controller does nothing.
+    fn idle(design: &str) -> (Inputs, Stored) {
+        let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/remus100"));
+        let inputs = Inputs::read(vehicle, design).unwrap();
+        let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
+        let columns = inputs.design.tracked.len() + inputs.design.measured.len();
+        let rows = inputs.vehicle.actuators.len();
+        let zeros = |rows: usize, columns: usize| vec![vec![0.0; columns]; rows];
+        let lft = LftMatrices {
+            blocks: vec![1],
+            a: vec![vec![-1.0]],
+            by: zeros(1, columns),
+            bt: zeros(1, 1),
+            cu: zeros(rows, 1),
+            duy: zeros(rows, columns),
+            dut: zeros(rows, 1),
+            ct: zeros(1, 1),
+            dty: zeros(1, columns),
+            dtt: zeros(1, 1),
+        };
+        let gamma = Gamma { optimum: 1.0, bound: 1.0, back_off: 0.0, certified: false };
+        let stored = Stored::of(&frozen(&inputs, &model, lft, gamma).unwrap(), &inputs);
+        (inputs, stored)
+    }
+
+    #[test]
+    fn a_design_of_heading_is_packed_beside_another() {
+        let (depth, mut heading) = (idle("depth"), idle("heading"));
+        heading.1.controller.design = "my-heading".into();
+        let first = (&depth.0, &depth.1);
+        let alone = Axes { first, heading: None };
+        let both = Axes { first, heading: Some((&heading.0, &heading.1)) };
+
+        let prepared = prepare(Kind::Controller, both, Interfaces::All).unwrap();
+        let texts =
+            ["controller.json", "controller_2.json"].map(|file| prepared.resources.text(file).unwrap());
+        assert_eq!(texts, [&depth, &heading].map(|(_, stored)| stored.controller.to_json().unwrap()));
+        assert!(prepared.xml.contains("name=\"my_heading_gamma\""), "{}", prepared.xml);
+
+        let inputs = both.map(|(inputs, _)| inputs);
+        assert_eq!(inputs.vehicle(), &depth.0.whole);
+        let steps = inputs.manoeuvre().steps;
+        assert_eq!(steps.keys().collect::<Vec<_>>(), ["depth", "heading"]);
+
+        let (plant, controller) = (unpacked(Kind::Plant, alone), unpacked(Kind::Controller, both));
+        assert_eq!(
+            plug(Kind::Controller, &controller, both),
+            [
+                "pitch",
+                "speed",
+                "depth",
+                "pitch_rate",
+                "heading",
+                "heading_rate",
+                "propeller",
+                "stern_planes",
+                "rudder"
+            ]
+        );
+        let mut read = read_system(&plant, &controller, both);
+        let start = read("resources/controller_speed_1.736.ssv");
+        for (name, value) in
+            [("heading", 0.0), ("heading_rate", 0.0), ("heading_reference", steps["heading"])]
+        {
+            let line = format!("<ssv:Parameter name=\"{name}\">");
+            let (_, found) = start.split_once(&line).unwrap_or_else(|| panic!("no {name} in {start}"));
+            assert!(found.trim_start().starts_with(&format!("<ssv:Real value=\"{value:?}\"")), "{found}");
+        }
+        assert_eq!(start.matches("name=\"speed\"").count(), 1);
+
+        let page = about(Kind::Controller, both);
+        assert!(page[0].contains("an LPV controller of depth and one of heading"), "{page:?}");
+        assert!(page[1].starts_with("depth: UNCERTIFIED") && page[2].starts_with("heading: UNCERTIFIED"));
+
+        let mut slow = heading.0.clone();
+        slow.design.sample_time = 0.04;
+        let refused =
+            prepare(Kind::Controller, Axes { first, heading: Some((&slow, &heading.1)) }, Interfaces::All);
+        let words = refused.unwrap_err().to_string();
+        assert!(words.contains("is 0.02 s in depth.toml and 0.04 s in heading.toml"), "{words}");
     }
 }

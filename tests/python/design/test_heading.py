@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REMUS100, Run, designed, once, written
-from fly import build
+from conftest import REMUS100, Run, designed, heading_alone
 from fly.master import Slave
 from fly.package import Designs, design_and_package
 from fly.stages import ROOT, StageError
@@ -23,13 +22,7 @@ HEADING = ("--design", "heading")
 @pytest.fixture(scope="session")
 def packed(run_squid: Run) -> Path:
     """Return the folder of the design with its package."""
-
-    def make(folder: Path) -> None:
-        written(run_squid, folder, "design", REMUS100, "--no-advise", *HEADING)
-        written(run_squid, folder, "package", REMUS100, *HEADING)
-
-    made_from = [build.squid(), *build.binaries(), *sorted(REMUS100.glob("*.toml"))]
-    return once(made_from, ["package", *HEADING], make)
+    return heading_alone(run_squid)
 
 
 def test_the_controller_is_packed_alone(run_squid: Run, packed: Path) -> None:

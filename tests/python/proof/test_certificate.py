@@ -12,21 +12,12 @@ from pathlib import Path
 import fmpy
 import pytest
 from claims import claim, robust_gain, without_limits, without_model_error
-from conftest import SQUID, Run
+from conftest import SQUID, Run, rewritten
 from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
-
-
-def rewritten(package: Path, copy: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
-    """Copy an FMU with one of its entries changed."""
-    with zipfile.ZipFile(package) as source, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as target:
-        for entry in source.infolist():
-            content = source.read(entry)
-            target.writestr(entry, change(content) if entry.filename == name else content)
-    return copy
 
 
 def edited(package: Path, copy: Path, name: str, change: Callable[[dict], None]) -> Path:
