@@ -173,9 +173,9 @@ def with_rate(vehicle: Path) -> Path:
     return vehicle
 
 
-def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
+def of_main_job(run_squid: Run, vehicle: Path, heading: str | None = None) -> Packages:
     """Return what the main job made of a vehicle, made if it has not run; not to be changed."""
-    designs = Designs(vehicle, "design")
+    designs = Designs(vehicle, "design", heading)
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
         return design_and_package(designs, designs.folder, [])
@@ -214,6 +214,12 @@ def remus100(run_squid: Run) -> Packages:
 
 
 @pytest.fixture(scope="session")
+def turning(run_squid: Run) -> Packages:
+    """Return the FMUs of REMUS 100 in six degrees of freedom, with its designs of pitch and of heading."""
+    return of_main_job(run_squid, REMUS100, "heading")
+
+
+@pytest.fixture(scope="session")
 def rate_limited(run_squid: Run, tmp_path_factory: pytest.TempPathFactory) -> Packages:
     """Return the FMUs of REMUS 100 with a limit on the rate of its planes."""
     return kept(run_squid, with_rate(tmp_path_factory.mktemp("rate") / "remus100"))
@@ -241,6 +247,12 @@ def quick_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(params=["squid", "remus100"])
 def packages(request: pytest.FixtureRequest) -> Packages:
     """Return the FMUs of each vehicle in turn."""
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(params=["squid", "remus100", "turning"])
+def all_packages(request: pytest.FixtureRequest) -> Packages:
+    """Return the FMUs of each vehicle in turn, and of one in six degrees of freedom."""
     return request.getfixturevalue(request.param)
 
 

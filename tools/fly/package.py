@@ -87,8 +87,9 @@ class Designs:
 
     @property
     def folder(self) -> Path:
-        """The folder of the main job."""
-        return BUILD / self.vehicle.resolve().name / self.design
+        """The folder of the main job; the FMUs of both have names of those of one."""
+        name = f"{self.design}-{self.heading}" if self.heading else self.design
+        return BUILD / self.vehicle.resolve().name / name
 
     @property
     def heading_folder(self) -> Path:

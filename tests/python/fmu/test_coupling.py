@@ -26,9 +26,9 @@ def fly_loop(packages: Packages, step: float) -> Signals:
     return fly_alone(packages.loop, 40.0, step)
 
 
-def couple_like(packages: Packages, loop: Signals, fidelity: int = 1) -> Signals:
+def couple_like(packages: Packages, loop: Signals, **values: float) -> Signals:
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
-        plant.begin({"initial_speed": float(loop["path_speed"][0]), "fidelity": fidelity})
+        plant.begin({"initial_speed": float(loop["path_speed"][0]), **values})
         controller.begin()
         end = float(loop["time"][-1])
         return couple(plant, controller, references_in(loop), end, sample_time(packages))
@@ -38,10 +38,21 @@ def couple_like(packages: Packages, loop: Signals, fidelity: int = 1) -> Signals
 def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
     """By the nonlinear equations and by the LPV model, which stands about the trim of the wanted speed."""
     loop = fly_alone(packages.loop, 40.0, sample_time(packages), {"fidelity": fidelity})
-    coupled = couple_like(packages, loop, fidelity)
+    coupled = couple_like(packages, loop, fidelity=fidelity)
     found = differences(loop, coupled)
     assert {"pitch", "speed", "depth", "distance", *limits(packages)} <= set(found)
     assert max(found.values()) <= AGREEMENT, found
+
+
+def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages) -> None:
+    """Two certificates, one flight: a turn by 10 degrees beside a pitch step, from a heading of its own."""
+    start = {"initial_heading": 0.7}
+    loop = fly_alone(turning.loop, 40.0, sample_time(turning), start)
+    found = differences(loop, couple_like(turning, loop, **start))
+    assert {"pitch", "heading", "roll", "sway", "north", "east", *limits(turning)} <= set(found)
+    assert max(found.values()) <= AGREEMENT, found
+    assert loop["heading"][-1] - 0.7 == pytest.approx(np.deg2rad(10.0), rel=0.01)
+    assert np.ptp(loop["rudder"]) > 0.01 and np.ptp(loop["roll"]) > 1e-3
 
 
 def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ import fmipp_importer
 import fmpy
 import numpy as np
 import pytest
+from flights import place, turns
 from fly import libraries, record
 from fly.master import Signals, Slave, shared
 from fly.package import Packages
@@ -125,6 +126,12 @@ def by_fmpy(plan: Mapping) -> Signals:
     return dict(zip(["time", *plan["record"]], np.array(rows).T, strict=True))
 
 
+@pytest.fixture
+def packages(all_packages: Packages) -> Packages:
+    """Return the FMUs of each vehicle in turn, in six degrees of freedom, too."""
+    return all_packages
+
+
 def loop_plan(packages: Packages) -> dict:
     """Return the flight of the FMU that holds both: its own manoeuvre."""
     return {
@@ -134,7 +141,7 @@ def loop_plan(packages: Packages) -> dict:
         "step": 0.02,
         "count": 3000,
         "every": 10,
-        "record": [f"loop.{name}" for name in ("pitch", "speed", "depth", "distance", "pitch_rate", "heave")],
+        "record": [f"loop.{name}" for name in ("pitch", "speed", *place(packages), "pitch_rate", "heave")],
     }
 
 
@@ -149,6 +156,8 @@ def coupled_plan(packages: Packages) -> dict:
             "controller.pitch_reference": plant.get("trim_pitch") + np.deg2rad(10.0),
             "controller.speed_reference": plant.get("speed"),
         }
+        if turns(packages):
+            values["controller.heading_reference"] = np.deg2rad(20.0)
         controller.begin()
         controller.ready()
     return {
@@ -162,7 +171,7 @@ def coupled_plan(packages: Packages) -> dict:
         "count": 2000,
         "every": 10,
         "record": [
-            *(f"plant.{name}" for name in ("pitch", "speed", "depth", "distance")),
+            *(f"plant.{name}" for name in ("pitch", "speed", *place(packages))),
             *(f"controller.{name}" for name in actuators),
         ],
     }

@@ -21,6 +21,12 @@ pytestmark = pytest.mark.change
 KINDS = ["plant", "controller", "loop"]
 
 
+@pytest.fixture
+def packages(all_packages: Packages) -> Packages:
+    """Return the FMUs of each vehicle in turn, in six degrees of freedom, too."""
+    return all_packages
+
+
 @pytest.fixture(params=KINDS)
 def fmu(packages: Packages, request: pytest.FixtureRequest) -> Path:
     """Return each FMU in turn."""

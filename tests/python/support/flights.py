@@ -26,6 +26,16 @@ def figures_of(run_squid: Run, flown: Signals, folder: Path) -> dict:
     return json.loads(done.stdout)
 
 
+def turns(packages: Packages) -> bool:
+    """Return whether the vehicle moves in six degrees of freedom."""
+    return any(v.name == "heading" for v in read_model_description(packages.plant).modelVariables)
+
+
+def place(packages: Packages) -> tuple[str, ...]:
+    """Return the outputs that say where the vehicle is."""
+    return ("depth", "north", "east", "heading") if turns(packages) else ("depth", "distance")
+
+
 def start_value(fmu: Path, name: str) -> float:
     """Return the start value of a variable in the model description."""
     variables = read_model_description(fmu).modelVariables
