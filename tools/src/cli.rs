@@ -90,6 +90,10 @@ pub enum Verb {
         /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
+        /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if there
+        /// is one
+        #[arg(long, value_enum, value_name = "OUTPUT", default_value_t = Track::Pitch, conflicts_with = "controller")]
+        track: Track,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,
@@ -283,6 +287,15 @@ pub struct Design {
     /// Exit with code 5 if a requirement is missed
     #[arg(long)]
     pub strict: bool,
+}
+
+/// What a design file tracks that `squid tune` creates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Track {
+    /// Pitch and speed, by surge, heave and pitch
+    Pitch,
+    /// Heading, by sway and yaw
+    Heading,
 }
 
 /// What `squid tune` tunes instead of weights.

@@ -80,8 +80,8 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Tune { vehicle, design, to, controller: Some(TunedController::Pid), degree, .. } => {
             tune::pid(&vehicle, &design, to.as_deref(), degree.into())
         }
-        Verb::Tune { vehicle, design, to, designs, .. } => {
-            tune::run(&vehicle, &design, to.as_deref(), designs)
+        Verb::Tune { vehicle, design, track, to, designs, .. } => {
+            tune::run(&vehicle, (&design, track), to.as_deref(), designs)
         }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),

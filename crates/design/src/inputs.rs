@@ -167,8 +167,11 @@ impl Inputs {
     }
 }
 
-/// The vehicle with what yaws it.
-fn yawing(whole: &Vehicle, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
+/// The vehicle as an axis of heading has it; the names of its file and of the design's are for messages.
+///
+/// # Errors
+/// [`InputError::NoLateral`], [`InputError::NothingYaws`].
+pub fn yawing(whole: &Vehicle, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
     let file = |file: &str| file.to_owned();
     if !whole.coefficients.has_lateral() {
         return Err(InputError::NoLateral { design: file(design), vehicle: file(vehicle) });

@@ -20,7 +20,10 @@ pub enum Error {
          for a first design: {reasons}; write a design file for the range that you need"
     )]
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
-    /// No actuator acts on pitch or speed.
+    /// There is no straight level flight.
+    #[error("{vehicle} does not fly straight and level at {speed:.2} m/s: {reason}")]
+    NoStraightFlight { vehicle: String, speed: f64, reason: auv::TrimError },
+    /// No actuator acts on pitch, speed or heading.
     #[error(
         "no actuator of {vehicle} acts on its {signal} at {speed:.2} m/s, so that it cannot be controlled"
     )]

@@ -33,7 +33,7 @@ const MAX_AUTHORITY_RATIO: f64 = 5.0;
 /// The initial acceleration of a step as a fraction of what the actuators can give.
 pub(crate) const ACCELERATION_FRACTION: f64 = 0.5;
 /// The frequency of the fastest model times the lag of the slowest actuator.
-const FREQUENCY_TIMES_LAG: f64 = 0.35;
+pub(crate) const FREQUENCY_TIMES_LAG: f64 = 0.35;
 /// The largest frequency of the pitch model, rad/s.
 const FASTEST_PITCH: f64 = 1.75;
 /// The largest growth rate of an unstable mode times the lag of the main pitch actuator.

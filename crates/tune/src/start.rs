@@ -14,6 +14,8 @@
 //! The gain of an actuator in units of its reach is proportional to a. The exponents are fitted to the designs of the
 //! shipped vehicles.
 
+mod heading;
+
 use crate::error::Error;
 use crate::knob::three_digits;
 use crate::range::{
@@ -24,6 +26,8 @@ use squid_design::fit::Model;
 use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
+
+pub use heading::start_heading;
 
 /// The largest frequency of the speed model, rad/s.
 const FASTEST_SPEED: f64 = 1.5;
@@ -36,13 +40,13 @@ const WEIGHT: f64 = 0.05;
 /// The disturbance for a = 1.
 const DISTURBANCE: f64 = 0.45;
 /// The corner of the weight on commands times the lag of the main pitch actuator.
-const ROLL_OFF: f64 = 2.0;
+pub(crate) const ROLL_OFF: f64 = 2.0;
 /// A longer lag (s) needs more damping: the assumed noise of the pitch rate is lower, that of the pitch higher.
-const SHORT_LAG: f64 = 0.2;
+pub(crate) const SHORT_LAG: f64 = 0.2;
 /// The growth rate (1/s) above which a vehicle is unstable, and the delay margin (s) that is then asked: more would
 /// cost most of the speed.
-const UNSTABLE: f64 = 0.01;
-const DELAY_MARGIN_IF_UNSTABLE: f64 = 0.15;
+pub(crate) const UNSTABLE: f64 = 0.01;
+pub(crate) const DELAY_MARGIN_IF_UNSTABLE: f64 = 0.15;
 /// The two orders of the fit.
 const ORDERS: [usize; 2] = [2, 3];
 /// The error of the frequency response above which the higher order is considered.

@@ -16,7 +16,7 @@ use squid_tune::attempt::ControllerKind;
 use squid_tune::error::Error;
 use squid_tune::knob::Knob;
 use squid_tune::search::{CandidateStatus, search};
-use squid_tune::start::start;
+use squid_tune::start::{start, start_heading};
 use std::path::{Path, PathBuf};
 
 fn vehicles() -> PathBuf {
@@ -83,7 +83,45 @@ fn a_first_design_needs_only_the_vehicle() {
 }
 
 fn vehicle(file: &Path) -> Vehicle {
-    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap().in_plane()
+    whole(file).in_plane()
+}
+
+fn whole(file: &Path) -> Vehicle {
+    Vehicle::parse(&base::files::read(file).unwrap(), "vehicle.toml").unwrap()
+}
+
+const FILES: [&str; 2] = ["vehicle.toml", "heading.toml"];
+
+/// So does one of heading: the design that is begun is proved as it stands, or soon after.
+#[test]
+fn a_first_design_of_heading_needs_only_the_vehicle() {
+    for name in ["remus100", "lauv", "tethys"] {
+        let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
+        let text = start_heading(&vehicle, FILES, None).unwrap();
+        let design = DesignFile::parse(&text, "heading.toml", "heading").unwrap();
+        assert!(design.is_lateral());
+        let inputs = Inputs::new(vehicle.clone(), design).unwrap();
+        let tuned = search(&inputs, &text, 8, &Progress::default()).unwrap();
+        assert!(tuned.finished.proof.is_ok(), "{name}: {}", tuned.finished.verdict);
+        let given = start_heading(&vehicle, FILES, Some([1.4, 1.6])).unwrap();
+        let design = DesignFile::parse(&given, "heading.toml", "heading").unwrap();
+        assert_eq!((design.speed_min, design.speed_max), (1.4, 1.6));
+    }
+}
+
+/// Squid has thrusters that yaw and pitch it, which the other axis commands; Sparus II has no sway.
+#[test]
+fn what_cannot_hold_a_heading_is_refused_in_words() {
+    let refused = |name: &str| {
+        let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
+        start_heading(&vehicle, FILES, None).unwrap_err().to_string()
+    };
+    let (squid, sparus) = (refused("squid"), refused("sparus2"));
+    assert!(
+        squid.contains("vehicle.toml has no actuator that yaws the vehicle and does nothing in the"),
+        "{squid}"
+    );
+    assert!(sparus.contains("moves in the vertical plane alone: give it 'mass.I_xx'"), "{sparus}");
 }
 
 /// Thrusters hold the box-shaped ROV level at rest, so its speed range starts at rest.

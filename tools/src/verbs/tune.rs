@@ -1,6 +1,6 @@
 //! `squid tune`: searches the weights of a design, and writes them as a design file.
 
-use crate::cli::{DEFAULT_DESIGN, read_vehicle};
+use crate::cli::{DEFAULT_DESIGN, Track, read_vehicle};
 use crate::error::Error;
 use crate::output::answer;
 use crate::progress::show;
@@ -19,7 +19,7 @@ use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
 use squid_tune::search::{CandidateStatus, Tuned, search};
-use squid_tune::start::start;
+use squid_tune::start::{start, start_heading};
 use std::path::Path;
 
 /// Rows of the table of the front.
@@ -29,12 +29,17 @@ const SHOWN: usize = 12;
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
-pub fn run(vehicle: &Path, design: &str, to: Option<&str>, designs: usize) -> Result<(), Error> {
+pub fn run(
+    vehicle: &Path,
+    (design, begun_for): (&str, Track),
+    to: Option<&str>,
+    designs: usize,
+) -> Result<(), Error> {
     if designs == 0 {
         let allowed = "at least 1".into();
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
-    let (inputs, text, begun) = read(vehicle, design)?;
+    let (inputs, text, begun) = read(vehicle, design, begun_for)?;
     if inputs.design.controller.is_some() {
         let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
         return Err(InputError::GivenController { file, what }.into());
@@ -103,7 +108,7 @@ fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
 /// # Errors
 /// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
 pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Result<(), Error> {
-    let (inputs, text, begun) = read(vehicle, design)?;
+    let (inputs, text, begun) = read(vehicle, design, Track::Pitch)?;
     let name = target(to, design, begun);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
@@ -174,7 +179,7 @@ fn not_found(tuned: &Tuned) -> String {
 }
 
 /// The files; without a design file one that is begun from the vehicle.
-fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error> {
+fn read(directory: &Path, design: &str, track: Track) -> Result<(Inputs, String, bool), Error> {
     if !directory.is_dir() {
         return Err(InputError::NoVehicle { directory: directory.display().to_string() }.into());
     }
@@ -184,16 +189,31 @@ fn read(directory: &Path, design: &str) -> Result<(Inputs, String, bool), Error>
     }
     let file = directory.join("vehicle.toml");
     let vehicle = read_vehicle(&file)?;
-    let text = start(&vehicle)?;
+    let text = match track {
+        Track::Pitch => start(&vehicle)?,
+        Track::Heading => {
+            let files = [&file, &path].map(|file| file.display().to_string());
+            start_heading(&vehicle, files.each_ref().map(String::as_str), level_speeds(directory)?)?
+        }
+    };
     let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
     let words = format!(
         "begun from the vehicle: {} to {} m/s, steps of {:.1} deg",
         auv::number(parsed.speed_min),
         auv::number(parsed.speed_max),
-        parsed.manoeuvre.step("pitch").to_degrees()
+        parsed.manoeuvre.step(parsed.interface.signals[parsed.stepped()].name).to_degrees()
     );
     Progress::new(&show).done("start", &words);
     Ok((Inputs::new(vehicle, parsed)?, text, true))
+}
+
+/// The range of speed of the design of level flight, if there is one.
+fn level_speeds(directory: &Path) -> Result<Option<[f64; 2]>, Error> {
+    if !directory.join(format!("{DEFAULT_DESIGN}.toml")).exists() {
+        return Ok(None);
+    }
+    let design = Inputs::read(directory, DEFAULT_DESIGN)?.design;
+    Ok(Some([design.speed_min, design.speed_max]))
 }
 
 /// The front as a table: what margin costs in speed.
