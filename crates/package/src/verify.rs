@@ -252,10 +252,9 @@ fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verifie
         _ => {}
     }
     let not_of_inputs = |reason| Error::NotOfInputs { path: of_path(), reason };
-    inputs.map_or(Ok(()), |inputs| same_files(&resources, inputs)).map_err(not_of_inputs)?;
     let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
     let mut of_files = inputs.into_iter().flatten();
-    proved.try_map(|proved| {
+    let verified = proved.try_map(|proved| {
         let Proved { design, text, certificate, theorem, covered } = proved;
         check_autopilot(&design, &certificate)?;
         let (axis, step) = (design.steered(), ClaimedStep::of(&design, &theorem));
@@ -273,8 +272,11 @@ fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verifie
         } else {
             NOT_RECOMPUTED.into()
         };
-        Ok(Verified { axis, theorem, about: vec![covered, computed], lines, unproved, step })
-    })
+        Ok::<_, Error>(Verified { axis, theorem, about: vec![covered, computed], lines, unproved, step })
+    })?;
+    // Last, because other files than those of the design are told as such.
+    inputs.map_or(Ok(()), |inputs| same_files(&resources, inputs)).map_err(not_of_inputs)?;
+    Ok(verified)
 }
 
 /// An axis of an FMU whose certificate is proved, and is of its controller.
