@@ -39,6 +39,11 @@ impl Controller {
             for (what, found, expected) in [
                 ("vehicle", design.vehicle.name.clone(), first.vehicle.name.clone()),
                 ("sample_time", design.sample_time.to_string(), first.sample_time.to_string()),
+                (
+                    "inputs.vehicle_sha256",
+                    design.inputs.vehicle_sha256.clone(),
+                    first.inputs.vehicle_sha256.clone(),
+                ),
             ] {
                 if found != expected {
                     return Err(ControllerError::OtherAxes { file, what, found, expected });

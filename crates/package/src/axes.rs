@@ -34,6 +34,14 @@ impl<T> Axes<T> {
         Ok(Axes { first: made(self.first)?, heading: self.heading.map(made).transpose()? })
     }
 
+    /// What the proofs of two axes do not say.
+    pub fn unproved(&self) -> Option<&'static str> {
+        self.heading.is_some().then_some(
+            "Each axis is proved alone: in straight level flight the two decouple. What a turn couples is simulated, and \
+             checked in frozen turns (squid simulate --heading), not proved.",
+        )
+    }
+
     /// Words about an axis that is called `name`: after its name, if there is another axis.
     pub fn said(&self, name: &str, words: &str) -> String {
         if self.heading.is_some() { format!("{name}: {words}") } else { words.to_owned() }
@@ -54,20 +62,24 @@ impl<T> IntoIterator for Axes<T> {
 pub type Designs<'a> = Axes<(&'a Inputs, &'a Stored)>;
 
 impl<'a> Axes<&'a Inputs> {
-    /// Checks that the axes have one clock.
+    /// Checks that the axes have one clock, and a speed at which both fly.
     ///
     /// # Errors
-    /// [`Error::SampleTimes`].
+    /// [`Error::SampleTimes`], [`Error::NoCommonSpeed`].
     pub fn check(self) -> Result<(), Error> {
-        let first = &self.first.design;
-        let other = self.heading.map(|inputs| &inputs.design);
-        match other.filter(|other| other.sample_time != first.sample_time) {
-            None => Ok(()),
-            Some(other) => Err(Error::SampleTimes {
-                files: [first, other].map(|design| design.source()),
-                times: [first, other].map(|design| design.sample_time),
-            }),
+        let Some(heading) = self.heading else { return Ok(()) };
+        let both = [&self.first.design, &heading.design];
+        let files = both.map(|design| design.source());
+        let times = both.map(|design| design.sample_time);
+        if times[0] != times[1] {
+            return Err(Error::SampleTimes { files, times });
         }
+        let speeds = both.map(|design| [design.speed_min, design.speed_max]);
+        if speeds[0][0].max(speeds[1][0]) > speeds[0][1].min(speeds[1][1]) {
+            let of = |[least, most]: [f64; 2]| format!("{least} to {most} m/s");
+            return Err(Error::NoCommonSpeed { files, speeds: speeds.map(of) });
+        }
+        Ok(())
     }
 
     /// The vehicle of plant and loop: in the vertical plane if nothing holds its heading.

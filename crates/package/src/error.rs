@@ -58,6 +58,12 @@ pub enum Error {
         .times[0], .files[0], .times[1], .files[1]
     )]
     SampleTimes { files: [String; 2], times: [f64; 2] },
+    /// No speed is in the range of both axes.
+    #[error(
+        "{} is of {} and {} of {}: no speed is in the range of both; change 'model.speed_min' or 'model.speed_max' of one",
+        files[0], speeds[0], files[1], speeds[1]
+    )]
+    NoCommonSpeed { files: [String; 2], speeds: [String; 2] },
     /// A design of heading is named, and the file has no axis for it.
     #[error("{path}: it has no second axis for the design of --heading; leave out --heading")]
     NoSecondAxis { path: String },

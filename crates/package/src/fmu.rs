@@ -241,7 +241,8 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let bounds = each.map(|((_, stored), name)| designs.said(name, &bound(stored)));
     let of_first = format!("What follows is of the design of {}.", steered.first);
     let of_first = steered.heading.is_some().then_some(of_first);
-    std::iter::once(what).chain(bounds).chain(of_first).collect()
+    let unproved = designs.unproved().map(str::to_owned);
+    std::iter::once(what).chain(bounds).chain(unproved).chain(of_first).collect()
 }
 
 /// The bound of a design, and whether it is certified.

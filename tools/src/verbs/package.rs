@@ -62,6 +62,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     }
     let standing = standings.join("\n");
     claims.iter().for_each(|line| say(line));
+    designs.unproved().into_iter().for_each(say);
     if verbose {
         say(&standing);
     }

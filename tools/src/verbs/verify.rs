@@ -71,6 +71,7 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             }
         }
     }
+    verified.unproved().into_iter().for_each(say);
     let mut found = object(&verified.first);
     if verified.heading.is_some() {
         let named = |axis: &Verified| {
