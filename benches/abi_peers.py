@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 HERE = ROOT / "benches" / "abi"
 SIGNALS = ("pitch", "speed", "pitch_rate")
 INPUTS = (*SIGNALS, "pitch_reference", "speed_reference")
+MORE = ("heading", "heading_rate", "heading_reference")
+"""Inputs of the axis of heading, where there is one."""
 COUNT, SLOW_COUNT = 20_000, 2_000
 COMPARED = 500
 """Steps before the commands are compared; the loop is open, so that later all of them are at their limits."""
@@ -112,8 +114,9 @@ class Peer:
         self, name: str, library: Path, guid: str, resources: str, variables: dict[str, int], count: int
     ):
         self.name, self.count = name, count
-        outputs = [vr for variable, vr in variables.items() if variable not in INPUTS]
-        inputs = [variables[variable] for variable in INPUTS]
+        given = (*INPUTS, *(name for name in MORE if name in variables))
+        outputs = [vr for variable, vr in variables.items() if variable not in given]
+        inputs = [variables[variable] for variable in given]
         self.tail = [",".join(map(str, inputs)), ",".join(map(str, outputs))]
         self.head = [library, guid, resources]
 
@@ -135,7 +138,7 @@ def from_fmu(name: str, fmu: Path, folder: Path, outputs: list[str], count: int)
     references = {v.get("name"): int(v.get("valueReference")) for v in root.iter("ScalarVariable")}
     identifier = root.find("CoSimulation").get("modelIdentifier")
     library = folder / "binaries" / "linux64" / f"{identifier}.so"
-    variables = {name: references[name] for name in (*INPUTS, *outputs)}
+    variables = {name: references[name] for name in (*INPUTS, *MORE, *outputs) if name in references}
     return Peer(name, library, root.get("guid"), (folder / "resources").as_uri(), variables, count)
 
 

@@ -26,10 +26,11 @@ typedef int (*SetReal)(void *, const unsigned *, size_t, const double *);
 typedef int (*GetReal)(void *, const unsigned *, size_t, double *);
 typedef int (*DoStep)(void *, double, double, int);
 
-enum { MOST = 16, ROUNDS = 101 };
+enum { FEWEST = 5, MOST = 16, ROUNDS = 101 };
 
-/* Pitch, speed, pitch rate and the references of the first two at the initialisation, which sets the filtered reference. */
-static const double FIRST[5] = {0.0, 1.0, 0.0, 0.0, 1.0};
+/* Pitch, speed, pitch rate and the references of the first two at the initialisation, which sets the filtered reference;
+ * further inputs are angles. */
+static const double FIRST[MOST] = {0.0, 1.0, 0.0, 0.0, 1.0};
 
 static void fail(const char *what) {
     fprintf(stderr, "driver: %s\n", what);
@@ -85,7 +86,7 @@ int main(int argc, char **argv) {
     const long count = strtol(argv[5], NULL, 10), rounds = strtol(argv[6], NULL, 10);
     unsigned in[MOST], out[MOST];
     const size_t ins = references(argv[7], in), outs = references(argv[8], out);
-    if (ins != 5 || outs == 0 || rounds < 1 || rounds > ROUNDS) fail("5 inputs, some outputs, 1 to 101 rounds");
+    if (ins < FEWEST || outs == 0 || rounds < 1 || rounds > ROUNDS) fail("5 inputs or more, some outputs, 1 to 101 rounds");
 
     double taken[ROUNDS], values[MOST] = {0};
     const Callbacks callbacks = {logger, calloc, free, NULL, NULL};
@@ -103,7 +104,8 @@ int main(int argc, char **argv) {
              * vehicle is too slow for; cheap beside a step. */
             const double a = (double)(k % 101) / 101.0, b = 1.0 - fabs((double)(k % 74) / 37.0 - 1.0);
             const double v = 1.0 + 0.5 * (1.0 - fabs((double)(k % 100) / 50.0 - 1.0)); /* The mean of the speed. */
-            const double inputs[5] = {0.05 * (a - 0.5), 1.0 + 0.5 * b, 0.05 * (a - b), 0.05 * (b - 0.5), v};
+            double inputs[MOST] = {0.05 * (a - 0.5), 1.0 + 0.5 * b, 0.05 * (a - b), 0.05 * (b - 0.5), v};
+            for (size_t i = FEWEST; i < ins; i++) inputs[i] = 0.05 * (b - a);
             worst |= set(c, in, ins, inputs) | step(c, (double)k * size, size, 1) | get(c, out, outs, values);
         }
         taken[round] = (now() - begin) / (double)count;

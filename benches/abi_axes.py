@@ -1,0 +1,46 @@
+"""Time a step of the controllers of pitch and of heading in one FMU through the C ABI, over that of pitch alone.
+
+Run `python3 run.py fly` first, which builds the command and the binaries. Writes a line to docs/benchmarks.md.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+
+from abi_peers import COUNT, HERE, TURNS, compiled_driver, from_fmu
+from page import ROOT, in_environment, put, squid
+
+VEHICLE = ROOT / "vehicles" / "lauv"
+STEP = 0.02
+ONE, BOTH = ("propeller", "stern_planes"), ("propeller", "stern_planes", "rudder")
+
+
+def main() -> int:
+    """Measure, and write the line."""
+    in_environment(__file__, "abi", HERE / "requirements.txt")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        os.chdir(folder)
+        for design in ("design", "heading"):
+            squid("design", VEHICLE, "--design", design)
+        fmu = folder / "build" / VEHICLE.name / "design" / f"{VEHICLE.name}_controller.fmu"
+        found = []
+        for title, outputs, more in (("one", ONE, []), ("both", BOTH, ["--heading", "heading"])):
+            squid("package", VEHICLE, *more)
+            found.append(from_fmu(title, fmu, folder / title, list(outputs), COUNT))
+        driver = compiled_driver(folder)
+        turns = [[peer.measure(driver, STEP, peer.count, 5)[0] for peer in found] for _ in range(TURNS)]
+        one, both = (statistics.median(turn[i] for turn in turns) for i in (0, 1))
+        ratio = statistics.median(turn[1] / turn[0] for turn in turns)
+        os.chdir(ROOT)
+    words = f"LAUV: pitch {one:.0f} ns a step; pitch and heading in one FMU {both:.0f} ns, {ratio:.2f} times that."
+    put("abi axes", [words])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
