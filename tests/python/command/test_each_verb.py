@@ -78,6 +78,10 @@ def test_a_new_vehicle_is_like_its_model(run_squid: Run, tmp_path: Path, like: s
     assert '\nname = "mine"\n' in text and '\nstatus = "surrogate"\n' in text
     design = (mine / "design.toml").read_text(encoding="utf-8")
     assert f"squid design {mine} --design NAME" in design and f"vehicles/{like}" not in text + design
+    heading = mine / "heading.toml"
+    assert heading.is_file() == (model / "heading.toml").is_file()
+    if heading.is_file():
+        assert run_squid("show", mine, "--speed", "1.5", "--design", "heading").returncode == 0
 
 
 def test_a_vehicle_is_shown_without_its_design(run_squid: Run, tmp_path: Path) -> None:

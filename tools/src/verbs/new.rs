@@ -8,20 +8,28 @@ use serde_json::json;
 use squid_design::inputs::design_file::DesignFile;
 use std::path::Path;
 
-/// The two files of a vehicle that is shipped, and the line of its name.
+/// The files of a vehicle that is shipped, and the line of its name.
 struct Template {
     vehicle: &'static str,
     design: &'static str,
+    heading: Option<&'static str>,
     name: &'static str,
 }
 
 macro_rules! template {
-    ($name:literal) => {
+    ($name:literal, $heading:expr) => {
         Template {
             vehicle: include_str!(concat!("../../../vehicles/", $name, "/vehicle.toml")),
             design: include_str!(concat!("../../../vehicles/", $name, "/design.toml")),
+            heading: $heading,
             name: concat!("name = \"", $name, "\""),
         }
+    };
+    ($name:literal) => {
+        template!($name, None)
+    };
+    ($name:literal and heading) => {
+        template!($name, Some(include_str!(concat!("../../../vehicles/", $name, "/heading.toml"))))
     };
 }
 
@@ -47,16 +55,16 @@ impl Like {
     fn template(self) -> Template {
         match self {
             Self::Squid => template!("squid"),
-            Self::Remus100 => template!("remus100"),
-            Self::Lauv => template!("lauv"),
-            Self::Tethys => template!("tethys"),
+            Self::Remus100 => template!("remus100" and heading),
+            Self::Lauv => template!("lauv" and heading),
+            Self::Tethys => template!("tethys" and heading),
             Self::Sparus2 => template!("sparus2"),
             Self::Bluerov2Heavy => template!("bluerov2_heavy"),
         }
     }
 }
 
-/// Writes vehicle.toml and design.toml to a directory that is not there yet; its name is that of the vehicle.
+/// Writes vehicle.toml, design.toml and, where there is one, heading.toml to a directory that is not there yet; its name is that of the vehicle.
 ///
 /// # Errors
 /// [`Error::Exists`], a name that no vehicle can have, those of the files.
@@ -65,7 +73,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     if directory.exists() {
         return Err(Error::Exists { path: directory.display().to_string() });
     }
-    let Template { vehicle, design, name: theirs } = like.template();
+    let Template { vehicle, design, heading, name: theirs } = like.template();
     let whose = theirs.trim_start_matches("name = ").trim_matches('"');
     let head = format!(
         "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
@@ -87,19 +95,29 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
         .map_err(|reason| files::Error::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
-    files.add(directory.join("design.toml"), head + &here(design));
+    let designs = [("design.toml", Some(design)), ("heading.toml", heading)];
+    let designs: Vec<_> = designs.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
+    for (name, text) in &designs {
+        files.add(directory.join(name), head.clone() + &here(text));
+    }
     files.save(directory)?;
+    let of_heading = if heading.is_some() {
+        format!("{shown}/heading.toml: what the controller of heading must do\n")
+    } else {
+        String::new()
+    };
     let speed = auv::number(0.5 * (limits.speed_min + limits.speed_max));
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\
          {shown}/design.toml: what the controller must do\n\
-         Next: squid show {shown} --speed {speed}; squid design {shown}\n\
+         {of_heading}Next: squid show {shown} --speed {speed}; squid design {shown}\n\
          With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
          a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. \
-         design.toml is still that of {whose}: remove it then."
+         design.toml is still that of {whose}: remove it then. With --track heading it begins one of heading."
     ));
-    let files = ["vehicle.toml", "design.toml"].map(|name| directory.join(name));
+    let names = std::iter::once("vehicle.toml").chain(designs.iter().map(|(name, _)| *name));
+    let files: Vec<_> = names.map(|name| directory.join(name)).collect();
     Ok(answer(&json!({ "files": files }))?)
 }
 
