@@ -14,8 +14,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from conftest import SQUID, Run
-from fly.package import Packages
+from conftest import REMUS100, SQUID, Run
+from fly.package import Designs, Packages
+from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
 
@@ -49,6 +50,21 @@ def test_models_are_those_of_the_command(sq: ModuleType, run_squid: Run) -> None
         *((SQUID / f"{name}.toml").read_text(encoding="utf-8") for name in ("vehicle", "design"))
     )
     assert np.array_equal(of_texts.linearise(2.0).A, found.A)
+
+
+def test_heading(sq: ModuleType, turning: Packages) -> None:
+    """The axis of sway and yaw, in the folder of the main job: its model, its proof, a turn."""
+    assert turning.controller.is_file()
+    vehicle = sq.Vehicle.read(REMUS100, "heading")
+    found = vehicle.linearise(1.8)
+    assert found.states == ["v", "r", "psi"] and vehicle.actuators == ["rudder"] == found.inputs
+    assert found.B[1, 0] < 0.0, "the rudder is positive to port"
+    design = sq.Design.read(vehicle, Designs(REMUS100, "design", "heading").heading_folder)
+    assert design.certificate.verify().gamma == design.gamma < 0.3
+    flight = design.simulate({"heading_step": -0.5})
+    assert flight["heading"][-1] == pytest.approx(-0.5, abs=1e-3)
+    with pytest.raises(sq.InputError, match="heading"):
+        design.simulate(sea=(ROOT / "vehicles" / "sea.toml").read_text(encoding="utf-8"))
 
 
 def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages, tmp_path: Path) -> None:
