@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Run, kept, package
+from conftest import REMUS100, Run, kept, package
 from flights import engagement, fly_alone, limits, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Signals, Slave, couple
 from fly.package import Packages
-from fly.record import differences, references_in
+from fly.record import differences, read, references_in
+from fly.stages import ROOT
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
@@ -53,6 +54,23 @@ def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages)
     assert max(found.values()) <= AGREEMENT, found
     assert loop["heading"][-1] - 0.7 == pytest.approx(np.deg2rad(10.0), rel=0.01)
     assert np.ptp(loop["rudder"]) > 0.01 and np.ptp(loop["roll"]) > 1e-3
+
+
+def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> None:
+    """`squid simulate --heading` flies both axes without FMI; on the ramp of speed it records the flight."""
+    words = ("--heading", "heading", "--turn", "10", "--out", turning.folder)
+    done = run_squid("simulate", REMUS100, *words, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    found = read(turning.folder / "turn.csv")
+    recorded = {name.split(" [")[0]: values for name, values in found.items()}
+    values = {"step_time": 10.0, "step_end": 1e6, "heading_step": float(np.deg2rad(10.0))}
+    flown = fly_alone(turning.loop, float(recorded["time"][-1]), sample_time(turning), values)
+    apart = {
+        name: np.max(np.abs(flown[name] - recorded[name]))
+        for name in ("pitch", "heading", "roll", "speed", "sway", "depth", "north", "east")
+    }
+    assert max(apart.values()) < 1e-9, apart
+    assert flown["heading"][-1] == pytest.approx(np.deg2rad(10.0), rel=1e-3)
 
 
 def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:
