@@ -12,8 +12,7 @@ ROOT = Path(__file__).resolve().parent
 EXAMPLES = {
     "python3 run.py fly": "design and fly the Squid surrogate",
     "python3 run.py fly vehicles/remus100": "the same for another vehicle",
-    "python3 run.py fly vehicles/remus100 --design depth --heading heading": "depth and heading, in six degrees of "
-    "freedom",
+    "python3 run.py fly vehicles/remus100 --heading heading": "pitch and heading, in six degrees of freedom",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
     "python3 run.py wheels": "the Python package for Linux, Windows and macOS",
@@ -29,7 +28,8 @@ NEEDED = (
 
 def epilog(width: int) -> str:
     """Return the end of the help: the examples, one per line, and the requirements."""
-    lines = [f"  {command:<41} {what}" for command, what in EXAMPLES.items()]
+    longest = max(map(len, EXAMPLES))
+    lines = [f"  {command:<{longest}}  {what}" for command, what in EXAMPLES.items()]
     wrapped = [textwrap.fill(line, width, subsequent_indent=" " * 6) for line in lines]
     return "\n".join(["examples:", *wrapped, "", textwrap.fill(NEEDED, width)])
 
