@@ -12,7 +12,7 @@ import statistics
 import sys
 from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -29,12 +29,14 @@ CURRENT = {"current_north": 0.43, "current_east": 0.25}  # m/s
 TURN, TURN_TIME, AFTER = math.radians(-60.0), 10.0, 150.0  # When it begins, and how long it is watched (s).
 DEPTHS = 10.0, 30.0  # m, before and after the beginning of the turn.
 BAND = 0.02  # Of the turn.
-HELD = 20.0  # Seconds at the end of a flight in which the heading must be within the band.
+HELD = 20.0  # Seconds at the end of a flight in which the heading must be within the band,
+REST = math.radians(1.0)  # and in which the rudder may move by so much, or it swings for ever.
 ROLL, ASTRAY = math.radians(60.0), math.pi  # A vehicle beyond this roll or heading error has departed.
 NOISE = math.radians(0.3), math.radians(0.1)  # Of a sample of the heading, and of its rate.
 STEADY = 300.0  # Seconds in which the rudder is measured under noise.
 CORNERS, SEED = 40, 7
-CORNER_SPEEDS = 1.6, 2.1  # m/s
+DELAY_SPEEDS = 1.54, 2.1  # m/s
+CORNER_SPEEDS = 1.6, 2.1
 LONGEST_DELAY = 60  # Ticks.
 OURS = "squid"
 LAWS: tuple[str, ...] = (OURS, *(peer.name for peer in PEERS))
@@ -84,11 +86,11 @@ class Turn:
         return [value / self.wanted for value in self.heading[round(TURN_TIME / TICK) :]]
 
     def settled(self) -> float:
-        """Return the time from which on the heading is in the band (s); it is endless if it is not so at the end."""
-        part = self.part()
+        """Return the time from which on the heading is in the band (s); it is endless without rest at the end."""
+        part, held = self.part(), round(HELD / TICK)
         last = max((k for k, value in enumerate(part) if abs(value - 1.0) > BAND), default=-1)
-        made = not self.departed and last < len(part) - HELD / TICK
-        return (last + 1) * TICK if made else math.inf
+        at_rest = last < len(part) - held and max(self.rudder[-held:]) - min(self.rudder[-held:]) < REST
+        return (last + 1) * TICK if at_rest and not self.departed else math.inf
 
     def rise(self) -> float:
         """Return the time from 10 to 90 % of the turn (s)."""
@@ -228,10 +230,12 @@ def under_noise(folder: Path, name: str) -> float:
     return math.degrees(math.sqrt(statistics.fmean(one * one for one in command)))
 
 
-def delay_survived(folder: Path, name: str) -> float:
+def delay_survived(folder: Path, name: str, speed: float) -> float:
     """Return the longest added delay with which, and with every shorter one, the turn settles (ms)."""
     ticks = 0
-    while ticks < LONGEST_DELAY and fly(folder, made(name), Flight(delay=ticks + 1)).settled() < math.inf:
+    while ticks < LONGEST_DELAY and math.isfinite(
+        fly(folder, made(name), Flight(speed=speed, delay=ticks + 1)).settled()
+    ):
         ticks += 1
     return 1e3 * TICK * ticks
 
@@ -267,8 +271,8 @@ class Row:
 
 
 def at(speed: float) -> str:
-    """Return how a speed of the corners is printed."""
-    return f"{speed:.1f} m/s"
+    """Return how a speed is printed."""
+    return f"{speed:g} m/s"
 
 
 ROWS = (
@@ -279,7 +283,10 @@ ROWS = (
     Row("turn: travel of the rudder (deg)", "travel", 1),
     Row("turn: depth moved (mm)", "depth moved", 1),
     Row("noise: rudder command, rms (deg)", "noise", 2),
-    Row("added delay with which the turn settles (ms)", "delay", more=True),
+    *(
+        Row(f"added delay with which the turn settles, {at(speed)} (ms)", f"delay {speed}", more=True)
+        for speed in DELAY_SPEEDS
+    ),
     *(
         row
         for speed in CORNER_SPEEDS
@@ -298,6 +305,16 @@ ROWS = (
 )
 
 
+@dataclass(frozen=True)
+class Asked:
+    """The flights of a law that are under way; by speed those with a delay and those at corners."""
+
+    turn: Future[dict[str, float]]
+    noise: Future[float]
+    delays: dict[float, Future[float]]
+    corners: dict[float, list[Future[tuple[float, float]]]]
+
+
 def of_corners(speed: float, turns: list[tuple[float, float]]) -> dict[str, float]:
     """Return how many vehicles settle, and the worst figures of these."""
     settled = [(time, over) for time, over in turns if math.isfinite(time)]
@@ -307,25 +324,32 @@ def of_corners(speed: float, turns: list[tuple[float, float]]) -> dict[str, floa
 
 def measure(folder: Path) -> dict[str, dict[str, float]]:
     """Fly every law, on all cores, and return its figures."""
-    drawn, figures = corners(folder), {}
+    drawn = corners(folder)
     with ProcessPoolExecutor() as pool:
-        asked = {
-            name: (
-                pool.submit(nominal, folder, name),
-                pool.submit(under_noise, folder, name),
-                pool.submit(delay_survived, folder, name),
-                {
-                    speed: [pool.submit(at_corner, folder, name, speed, one) for one in drawn]
-                    for speed in CORNER_SPEEDS
-                },
-            )
-            for name in LAWS
-        }
-        for name, (turn, noise, delay, boxes) in asked.items():
-            figures[name] = turn.result() | {"noise": noise.result(), "delay": delay.result()}
-            for speed, turns in boxes.items():
-                figures[name] |= of_corners(speed, [one.result() for one in turns])
-            print(f"{name}: {figures[name]}", flush=True)
+        asked = {name: ask(pool, folder, name, drawn) for name in LAWS}
+        return {name: gathered(name, one) for name, one in asked.items()}
+
+
+def ask(pool: ProcessPoolExecutor, folder: Path, name: str, drawn: list[Corner]) -> Asked:
+    """Begin the flights of a law."""
+    return Asked(
+        pool.submit(nominal, folder, name),
+        pool.submit(under_noise, folder, name),
+        {speed: pool.submit(delay_survived, folder, name, speed) for speed in DELAY_SPEEDS},
+        {
+            speed: [pool.submit(at_corner, folder, name, speed, one) for one in drawn]
+            for speed in CORNER_SPEEDS
+        },
+    )
+
+
+def gathered(name: str, asked: Asked) -> dict[str, float]:
+    """Return the figures of a law when its flights have ended, and print them."""
+    figures = asked.turn.result() | {"noise": asked.noise.result()}
+    figures |= {f"delay {speed}": delay.result() for speed, delay in asked.delays.items()}
+    for speed, turns in asked.corners.items():
+        figures |= of_corners(speed, [one.result() for one in turns])
+    print(name, *(f"    {row.label}: {row.cell(figures[row.key])}" for row in ROWS), sep="\n", flush=True)
     return figures
 
 
@@ -365,8 +389,10 @@ def table(figures: dict[str, dict[str, float]]) -> list[str]:
 def main() -> int:
     """Measure, and write the table."""
     in_environment(__file__)
+    from fly import fix
+
     folder = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else FOLDER
-    put("heading", table(measure(folder)))
+    put("heading", fix.wrap("\n".join(table(measure(folder)))).splitlines())
     return 0
 
 
