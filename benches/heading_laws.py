@@ -135,8 +135,8 @@ PEERS = (
     Peer(
         "DUNE",
         lambda _: Dune(),
-        "`etc/auv/control.ini` of [DUNE](https://github.com/LSTS/dune), which every LAUV includes: `Heading PID Gains` "
-        "1.5, 0, 0, `Maximum Heading Rate` 30, `Heading Rate PID Gains` 1.2, 0, 0, `Maximum Fin Rotation` 25, "
-        "`Fin effect N` 0.5",
+        "`etc/auv/control.ini` of [DUNE](https://github.com/LSTS/dune), the file that the LAUVs have in common: "
+        "`Heading PID Gains` 1.5, 0, 0, `Maximum Heading Rate` 30, `Heading Rate PID Gains` 1.2, 0, 0, `Maximum Fin "
+        "Rotation` 25, `Fin effect N` 0.5. The files of single vehicles change the second gain to 1.5 or add 0.15 of D",
     ),
 )

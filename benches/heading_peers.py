@@ -34,6 +34,10 @@ REST = math.radians(1.0)  # and in which the rudder may move by so much, or it s
 ROLL, ASTRAY = math.radians(60.0), math.pi  # A vehicle beyond this roll or heading error has departed.
 NOISE = math.radians(0.3), math.radians(0.1)  # Of a sample of the heading, and of its rate.
 STEADY = 300.0  # Seconds in which the rudder is measured under noise.
+OFFSET, LATER = (
+    math.radians(1.0),
+    60.0,
+)  # Of a rudder that is mounted askew, and when the heading is measured (s).
 CORNERS, SEED = 40, 7
 DELAY_SPEEDS = 1.54, 2.1  # m/s
 CORNER_SPEEDS = 1.6, 2.1
@@ -68,6 +72,7 @@ class Flight:
     duration: float = TURN_TIME + AFTER
     delay: int = 0
     noise: bool = False
+    offset: float = 0.0
 
 
 class Turn:
@@ -162,7 +167,7 @@ def fly(folder: Path, law: Law | None, flight: Flight) -> Turn:
                 command = -law.rudder(wanted, heading + noise[k, 0], yaw_rate + noise[k, 1])
             command = max(low, min(high, command))
             waiting.append(command)
-            plant.set("rudder", flight.vehicle.gain * waiting.popleft())
+            plant.set("rudder", flight.vehicle.gain * waiting.popleft() + flight.offset)
             if flight.vehicle.moment:
                 plant.set("external_moment_z", flight.vehicle.moment * speed * abs(speed) * rudder)
             plant.step_to(end)
@@ -230,6 +235,12 @@ def under_noise(folder: Path, name: str) -> float:
     return math.degrees(math.sqrt(statistics.fmean(one * one for one in command)))
 
 
+def askew(folder: Path, name: str) -> float:
+    """Return how far off the heading is that is held with a rudder mounted askew (deg)."""
+    held = Flight(turn=0.0, depths=DEPTHS[1:] * 2, duration=LATER, offset=OFFSET)
+    return math.degrees(abs(fly(folder, made(name), held).heading[-1]))
+
+
 def delay_survived(folder: Path, name: str, speed: float) -> float:
     """Return the longest added delay with which, and with every shorter one, the turn settles (ms)."""
     ticks = 0
@@ -283,6 +294,7 @@ ROWS = (
     Row("turn: travel of the rudder (deg)", "travel", 1),
     Row("turn: depth moved (mm)", "depth moved", 1),
     Row("noise: rudder command, rms (deg)", "noise", 2),
+    Row("rudder 1 deg askew: heading off after 60 s (deg)", "askew", 3, absolute=0.01),
     *(
         Row(f"added delay with which the turn settles, {at(speed)} (ms)", f"delay {speed}", more=True)
         for speed in DELAY_SPEEDS
@@ -311,6 +323,7 @@ class Asked:
 
     turn: Future[dict[str, float]]
     noise: Future[float]
+    askew: Future[float]
     delays: dict[float, Future[float]]
     corners: dict[float, list[Future[tuple[float, float]]]]
 
@@ -335,6 +348,7 @@ def ask(pool: ProcessPoolExecutor, folder: Path, name: str, drawn: list[Corner])
     return Asked(
         pool.submit(nominal, folder, name),
         pool.submit(under_noise, folder, name),
+        pool.submit(askew, folder, name),
         {speed: pool.submit(delay_survived, folder, name, speed) for speed in DELAY_SPEEDS},
         {
             speed: [pool.submit(at_corner, folder, name, speed, one) for one in drawn]
@@ -345,7 +359,7 @@ def ask(pool: ProcessPoolExecutor, folder: Path, name: str, drawn: list[Corner])
 
 def gathered(name: str, asked: Asked) -> dict[str, float]:
     """Return the figures of a law when its flights have ended, and print them."""
-    figures = asked.turn.result() | {"noise": asked.noise.result()}
+    figures = asked.turn.result() | {"noise": asked.noise.result(), "askew": asked.askew.result()}
     figures |= {f"delay {speed}": delay.result() for speed, delay in asked.delays.items()}
     for speed, turns in asked.corners.items():
         figures |= of_corners(speed, [one.result() for one in turns])
