@@ -48,9 +48,9 @@ class Fossen:
     def rudder(self, reference: float, heading: float, rate: float) -> float:
         """Return the rudder, and move integral and reference model by a tick."""
         angle, turn, acceleration = self.wanted
-        error, slip = heading - angle, rate - turn
-        off = slip + 2.0 * self.surface * error + self.surface**2 * self.integral
-        pull = acceleration - 2.0 * self.surface * slip - self.surface**2 * error
+        error, rate_error = heading - angle, rate - turn
+        off = rate_error + 2.0 * self.surface * error + self.surface**2 * self.integral
+        pull = acceleration - 2.0 * self.surface * rate_error - self.surface**2 * error
         switched = self.switching * within(off / self.layer, 1.0)
         self.integral += self.tick * error
         self.follow(reference)

@@ -17,10 +17,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import tomllib
 from heading_laws import PEERS, Law
 from page import ROOT, in_environment, put
+
+if TYPE_CHECKING:
+    from fly.master import Loop, Slave
 
 VEHICLE = ROOT / "vehicles" / "remus100"
 FOLDER = ROOT / "build" / "remus100" / "depth-heading"
@@ -75,6 +79,26 @@ class Flight:
     offset: float = 0.0
 
 
+class Seen(NamedTuple):
+    """What is read of the plant at each sample, by the names of its outputs."""
+
+    heading: float
+    heading_rate: float
+    angular_velocity_z: float
+    depth: float
+    roll: float
+    speed: float
+    rudder_output: float
+
+    def plus(self, angle: float, rate: float) -> Seen:
+        """Return what is measured with errors of the heading and of its rate."""
+        return self._replace(
+            heading=self.heading + angle,
+            heading_rate=self.heading_rate + rate,
+            angular_velocity_z=self.angular_velocity_z + rate,
+        )
+
+
 class Turn:
     """The record of a flight, until its end or until the vehicle departs."""
 
@@ -85,6 +109,13 @@ class Turn:
         self.command: list[float] = []
         self.rudder: list[float] = []
         self.departed = False
+
+    def add(self, now: Seen, command: float) -> None:
+        """Record a sample."""
+        self.heading.append(now.heading)
+        self.depth.append(now.depth)
+        self.command.append(command)
+        self.rudder.append(now.rudder_output)
 
     def part(self) -> list[float]:
         """Return the part of the turn that is made, from its beginning."""
@@ -113,7 +144,7 @@ class Turn:
 
 
 @contextmanager
-def vehicle(folder: Path, flight: Flight) -> Iterator[tuple]:
+def vehicle(folder: Path, flight: Flight) -> Iterator[tuple[Loop, dict[str, float]]]:
     """Yield the loop of plant and controller, initialised in trim, and the references before the turn."""
     from fly.master import Loop, Slave
 
@@ -138,9 +169,6 @@ def vehicle(folder: Path, flight: Flight) -> Iterator[tuple]:
         yield loop, references
 
 
-SEEN = ("heading", "heading_rate", "angular_velocity_z", "depth", "roll", "speed", "rudder_output")
-
-
 def fly(folder: Path, law: Law | None, flight: Flight) -> Turn:
     """Fly the law of a peer, or without one squid's own."""
     import numpy as np
@@ -148,37 +176,44 @@ def fly(folder: Path, law: Law | None, flight: Flight) -> Turn:
     turn, steps = Turn(flight.turn), round(flight.duration / TICK)
     noise = np.random.default_rng(SEED).normal(size=(steps, 2)) * NOISE * flight.noise
     with vehicle(folder, flight) as (loop, references):
-        plant, controller = loop.plant, loop.controller
-        seen, (low, high) = plant.references(SEEN), plant.limits("rudder")
+        seen = loop.plant.references(Seen._fields)
         waiting = deque([0.0] * flight.delay)
         for k in range(steps):
-            end = (k + 1) * TICK
             if k * TICK >= TURN_TIME:
                 references |= {"depth_reference": flight.depths[1], "heading_reference": flight.turn}
-            heading, heading_rate, yaw_rate, depth, roll, speed, rudder = plant.fmu.getReal(seen)
+            now = Seen(*loop.plant.fmu.getReal(seen))
             loop.inform(references)
-            controller.set("heading", heading + noise[k, 0])
-            controller.set("heading_rate", heading_rate + noise[k, 1])
-            controller.step_to(end)
-            loop.command()
-            command = controller.get("rudder")
-            if law:
-                wanted = references["heading_reference"]
-                command = -law.rudder(wanted, heading + noise[k, 0], yaw_rate + noise[k, 1])
-            command = max(low, min(high, command))
+            command = decide(loop, law, references["heading_reference"], now.plus(*noise[k]), (k + 1) * TICK)
             waiting.append(command)
-            plant.set("rudder", flight.vehicle.gain * waiting.popleft() + flight.offset)
-            if flight.vehicle.moment:
-                plant.set("external_moment_z", flight.vehicle.moment * speed * abs(speed) * rudder)
-            plant.step_to(end)
-            turn.heading.append(heading)
-            turn.depth.append(depth)
-            turn.command.append(command)
-            turn.rudder.append(rudder)
-            turn.departed = abs(roll) > ROLL or abs(heading - references["heading_reference"]) > ASTRAY
+            act(loop.plant, flight, waiting.popleft(), now)
+            loop.plant.step_to((k + 1) * TICK)
+            turn.add(now, command)
+            turn.departed = (
+                abs(now.roll) > ROLL or abs(now.heading - references["heading_reference"]) > ASTRAY
+            )
             if turn.departed:
                 break
     return turn
+
+
+def decide(loop: Loop, law: Law | None, reference: float, measured: Seen, time: float) -> float:
+    """Step the controller, command all but the rudder, and return the command to the rudder within its limits."""
+    loop.controller.set("heading", measured.heading)
+    loop.controller.set("heading_rate", measured.heading_rate)
+    loop.controller.step_to(time)
+    loop.command()
+    if law:
+        command = -law.rudder(reference, measured.heading, measured.angular_velocity_z)
+    else:
+        command = loop.controller.get("rudder")
+    low, high = loop.plant.limits("rudder")
+    return max(low, min(high, command))
+
+
+def act(plant: Slave, flight: Flight, command: float, now: Seen) -> None:
+    """Command the rudder of a vehicle that may be another than the plant's."""
+    plant.set("rudder", flight.vehicle.gain * command + flight.offset)
+    plant.set("external_moment_z", flight.vehicle.moment * now.speed * abs(now.speed) * now.rudder_output)
 
 
 def made(name: str) -> Law | None:
