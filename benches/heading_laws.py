@@ -1,7 +1,8 @@
 """Heading laws that are flown on REMUS 100 and LAUV, with the gains their authors publish.
 
 The equations are written anew from the sources named below; gains and limits are theirs unless `source` says otherwise.
-Angles are in rad. A law returns the rudder in its own sign, positive to starboard: of this vehicle it is to port.
+Angles are in rad, and not wrapped, which turns of less than 180 deg do without. A law returns the rudder in its own
+sign, positive to starboard; that of this vehicle is positive to port.
 """
 
 from __future__ import annotations
