@@ -60,8 +60,8 @@ impl Launch {
 
 /// A vehicle that starts in level trim and then moves under its inputs.
 ///
-/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV model
-/// is then that of the vehicle in the vertical plane, whose trims count.
+/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV
+/// model is then that of the vehicle in the vertical plane, whose trims count.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
     /// Settings; [`PlantModel::start`] applies them.

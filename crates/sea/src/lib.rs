@@ -15,8 +15,8 @@
 //! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.
 //!
 //! Axes: north, east, and depth down from the still water, where in the vertical plane of a vehicle north is the way
-//! that it faces; body axes as SNAME (1950), x forward, y to starboard, z down. Units are SI, angles are radians. Linear theory ends at the surface: waves
-//! of small slope, a hull that is submerged.
+//! that it faces; body axes as SNAME (1950), x forward, y to starboard, z down. Units are SI, angles are radians.
+//! Linear theory ends at the surface: waves of small slope, a hull that is submerged.
 //!
 //! ```
 //! use squid_sea::{Place, Spectrum, Waves};

@@ -29,9 +29,9 @@ type Load = [f64; 6];
 /// ```
 ///
 /// That is the Froude-Krylov load. In waves that are long beside the hull, diffraction adds `A alpha`, with the added
-/// mass A and the water's mean acceleration along the hull: `[X, Y, Z]/(density V)` and, for the rate of turn whose flow
-/// about the hull is the one that a strain of the water makes, `5 [0, M, N] (a^2 + b^2)/(density V (a^2 - b^2)^2)`. For
-/// the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
+/// mass A and the water's mean acceleration along the hull: `[X, Y, Z]/(density V)` and, for the rate of turn whose
+/// flow about the hull is the one that a strain of the water makes, `5 [0, M, N] (a^2 + b^2)/(density V (a^2 -
+/// b^2)^2)`. For the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
 ///
 /// Sources: Newman, Marine Hydrodynamics (1977), chapter 4 (a body in accelerated water); Lamb,
 /// Hydrodynamics (1932), arts. 114 and 115 (k1, k2, k').

@@ -1,9 +1,9 @@
 //! A long-crested sea: components with random phases, and the motion of the water under them.
 //!
-//! Linear theory in deep water: the component `E = a exp(-k z + i (k (x cos(heading) + y sin(heading)) - w t + phase))`,
-//! `w^2 = g k`, with x north, y east and the depth z, has the elevation Re E at depth 0, upward, the pressure `density g
-//! Re E`, the gradient `i k n E` with `n = [cos(heading), sin(heading), i]`, and the velocity `Re(w n E)`, north, east
-//! and down. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
+//! Linear theory in deep water: the component `E = a exp(-k z + i (k (x cos(heading) + y sin(heading)) - w t +
+//! phase))`, `w^2 = g k`, with x north, y east and the depth z, has the elevation Re E at depth 0, upward, the pressure
+//! `density g Re E`, the gradient `i k n E` with `n = [cos(heading), sin(heading), i]`, and the velocity `Re(w n E)`,
+//! north, east and down. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
@@ -74,10 +74,10 @@ impl Waves {
 
     /// A sea of a spectrum, the same for the same seed.
     ///
-    /// `heading` \[rad\] is where the waves go, clockwise from north: for a vehicle that goes north, pi is a head sea and
-    /// 0 a following one. The frequencies from half to ten times that of the peak are cut at constant ratios into `components` intervals.
-    /// Each has one wave, with the energy of its interval, of a frequency drawn in it, so that the sea does not repeat,
-    /// and of a phase drawn from all.
+    /// `heading` \[rad\] is where the waves go, clockwise from north: for a vehicle that goes north, pi is a head sea
+    /// and 0 a following one. The frequencies from half to ten times that of the peak are cut at constant ratios into
+    /// `components` intervals. Each has one wave, with the energy of its interval, of a frequency drawn in it, so that
+    /// the sea does not repeat, and of a phase drawn from all.
     ///
     /// # Errors
     /// [`SeaError::NotAllowed`] of the heading and the number of components.

@@ -60,8 +60,8 @@ impl State {
 
 /// A vehicle in motion, with its workspace: no step allocates.
 ///
-/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; others
-/// in the vertical plane.
+/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations;
+/// others in the vertical plane.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
 /// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion

@@ -1,20 +1,24 @@
 //! Waves about a vehicle in six degrees of freedom.
 
 use crate::common::whole;
-use auv::{Motion, Plant, Speed, State, Surroundings, Vehicle, trim};
+use auv::{Motion, Plant, Pose, Speed, State, Surroundings, Vehicle, Water, trim};
 use squid_sea::{Spectrum, Waves};
 use std::f64::consts::PI;
 use std::sync::Arc;
+
+/// Waves that go to a heading, about a vehicle.
+fn sea(vehicle: &Vehicle, heading: f64) -> Surroundings {
+    let waves = Waves::new(&Spectrum::jonswap(0.5, 4.0, 3.3).unwrap(), heading, 20, 3).unwrap();
+    let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
+    Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap()
+}
 
 /// Ten seconds, 3 m below waves that go to a heading, from another heading and with a rudder \[rad\].
 fn flown(vehicle: &Vehicle, waves: f64, heading: f64, rudder: f64) -> State {
     let plane = vehicle.in_plane();
     let mut level = trim(&plane, Speed::Path(1.6), 3.0).unwrap();
     level.actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
-    let waves = Waves::new(&Spectrum::jonswap(0.5, 4.0, 3.3).unwrap(), waves, 20, 3).unwrap();
-    let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
-    let water = Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap();
-    let mut plant = Plant::new(vehicle).unwrap().with_water(Arc::new(water));
+    let mut plant = Plant::new(vehicle).unwrap().with_water(Arc::new(sea(vehicle, waves)));
     plant.start(0.0, &level).unwrap();
     if vehicle.coefficients.has_lateral() {
         plant.set_state(&State { heading, ..plant.state() });
@@ -38,8 +42,8 @@ fn close<const N: usize>(found: [f64; N], expected: [f64; N], tolerance: f64) {
     assert!(near, "{found:?} instead of {expected:?}");
 }
 
-/// In waves along its way it flies as the vehicle in the vertical plane does. The sine of pi is 1e-16, and a turn of this
-/// vehicle grows a thousandfold in six seconds.
+/// In waves along its way it flies as the vehicle in the vertical plane does. The sine of pi is 1e-16, and a turn of
+/// this vehicle grows a thousandfold in six seconds.
 #[test]
 fn along_the_waves_it_stays_in_the_plane() {
     let vehicle = whole("remus100");
@@ -84,4 +88,34 @@ fn a_beam_sea_is_felt_sideways() {
     for one in [sway, roll_rate, yaw_rate, east, heading] {
         assert!(one.abs() > 1e-4, "{one}");
     }
+}
+
+/// A hull that is the same all round, added mass and all, is pushed down as it was to starboard before it rolled by a
+/// quarter turn.
+#[test]
+fn a_quarter_turn_of_roll_makes_sway_of_heave() {
+    let mut vehicle = whole("remus100");
+    let c = &mut vehicle.coefficients;
+    (c.Y_v_dot, c.Y_r_dot, c.N_r_dot) = (c.Z_w_dot, -c.Z_q_dot, c.M_q_dot);
+    (c.M_w_dot, c.x_B, c.z_B) = (c.Z_q_dot, 0.0, 0.0);
+    assert!(c.Z_q_dot != 0.0);
+    let water = sea(&vehicle, 0.7);
+    let pose = Pose { north: 1.0, east: 2.0, depth: 3.0, roll: 0.3, pitch: -0.2, heading: 1.9 };
+    let [x, y, z, k, m, n] = water.at(4.0, &pose).load;
+    let rolled = water.at(4.0, &Pose { roll: pose.roll + PI / 2.0, ..pose }).load;
+    close(rolled, [x, z, -y, k, n, -m], 1e-12);
+    assert!(y.abs() > 0.1 && n.abs() > 0.01, "{y} {n}");
+}
+
+/// How deep the hull is, and where its centre of buoyancy is, whichever way north is.
+#[test]
+fn the_clearance_is_that_at_any_heading() {
+    let mut vehicle = whole("remus100");
+    (vehicle.coefficients.x_B, vehicle.coefficients.z_B) = (0.1, -0.05);
+    let pose = Pose { roll: 0.4, ..Pose::in_plane(0.0, 1.0, 0.3) };
+    let ahead = sea(&vehicle, 0.7).clearance(4.0, &pose);
+    let turned = sea(&vehicle, 0.7 + 1.9).clearance(4.0, &Pose { heading: 1.9, ..pose });
+    close([turned], [ahead], 1e-12);
+    let elsewhere = sea(&vehicle, 0.7).clearance(4.0, &Pose { heading: 1.9, ..pose });
+    assert!((elsewhere - ahead).abs() > 1e-3, "{elsewhere} {ahead}");
 }
