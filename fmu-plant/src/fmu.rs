@@ -192,10 +192,10 @@ impl PlantModel {
     /// failed there would end a simulation at an instant that depends on the step, and a depth held at 0 would be a
     /// discontinuity that the states of model exchange and their derivatives do not have.
     fn warn_of_surface(&mut self, log: &mut dyn Log) {
-        let State { depth, motion, x, .. } = self.plant.state();
+        let state @ State { depth, motion, .. } = self.plant.state();
         let clearance = match &self.surroundings {
             None => depth,
-            Some(water) => water.clearance(self.time(), x, depth, motion.theta),
+            Some(water) => water.clearance(self.time(), &state.pose()),
         };
         let above = clearance < 0.0;
         if above && !self.above_surface && self.surroundings.is_some() {

@@ -60,8 +60,8 @@ impl Launch {
 
 /// A vehicle that starts in level trim and then moves under its inputs.
 ///
-/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV model
-/// is then that of the vehicle in the vertical plane, whose trims count.
+/// One with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations; the LPV
+/// model is then that of the vehicle in the vertical plane, whose trims count.
 #[derive(Debug, Clone)]
 pub struct PlantModel {
     /// Settings; [`PlantModel::start`] applies them.
@@ -153,9 +153,9 @@ impl PlantModel {
         self.vehicle.coefficients.surge.is_given()
     }
 
-    /// Whether there can be waves: the size of the hull is known, and it stays in the vertical plane.
+    /// Whether there can be waves: the size of the hull is known.
     pub fn can_meet_waves(&self) -> bool {
-        self.vehicle.geometry.is_some() && !self.turns()
+        self.vehicle.geometry.is_some()
     }
 
     /// Whether the vehicle leaves the vertical plane.
@@ -221,7 +221,7 @@ impl PlantModel {
         if self.turns() {
             plant.set_state(&State { heading: *initial_heading, ..plant.state() });
         }
-        let clearance = surroundings.as_ref().map(|water| water.clearance(time, 0.0, trim.depth, trim.pitch));
+        let clearance = surroundings.as_ref().map(|water| water.clearance(time, &plant.state().pose()));
         if let Some(clearance) = clearance.filter(|clearance| *clearance < 0.0) {
             return Err(PlantError::BreaksSurface { depth: trim.depth, out: -clearance });
         }

@@ -103,8 +103,7 @@ fn names<'a>(model: &'a PlantModel, places: &'a [usize]) -> impl Iterator<Item =
 /// On what the accelerations depend.
 fn knowns_of_dynamics(model: &PlantModel) -> Vec<String> {
     let place_matters = |place: &usize| match *place {
-        place::NORTH => model.can_meet_waves(),
-        place::EAST => false,
+        place::NORTH | place::EAST => model.can_meet_waves(),
         _ => true,
     };
     let states: Vec<usize> = model.places().iter().copied().filter(place_matters).collect();

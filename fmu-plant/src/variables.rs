@@ -212,7 +212,11 @@ fn output(
 /// A velocity through the water, which depends on that over ground, on the angles and on the current.
 fn through_water(model: &PlantModel, one: Variable, quantity: Quantity, own: &[&str]) -> Variable {
     let angles: &[&str] = if model.turns() { &["roll", "pitch", "heading"] } else { &["pitch"] };
-    let place: &[&str] = if model.can_meet_waves() { &["distance", "depth"] } else { &[] };
+    let place: &[&str] = match (model.can_meet_waves(), model.turns()) {
+        (false, _) => &[],
+        (true, false) => &["distance", "depth"],
+        (true, true) => &["north", "east", "depth"],
+    };
     let knowns = [own, angles, of_current(model), place].concat();
     one.depends_on(&knowns).initially_depends_on(&knowns_of_trim(model)).quantity(quantity.number())
 }
@@ -395,8 +399,11 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break";
     let of_gamma = "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on \
                     average";
-    let of_heading =
-        "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one";
+    let of_heading = if model.turns() {
+        "where the waves go, clockwise from north"
+    } else {
+        "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one"
+    };
     vec![
         parameter!(height, "m", of_height, waves.height).at_least(0.0).nominal(1.0),
         parameter!(period, "s", of_period, waves.period).range(0.5, 30.0).nominal(10.0),

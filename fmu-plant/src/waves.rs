@@ -21,7 +21,7 @@ pub struct WaveParameters {
     pub period: f64,
     /// How much higher the peak is than that of a fully developed sea.
     pub gamma: f64,
-    /// Where the waves go, from the way the vehicle faces \[rad\].
+    /// Where the waves go, clockwise from north, or in the vertical plane from the way the vehicle faces \[rad\].
     pub heading: f64,
     /// What frequencies and phases are drawn from.
     pub seed: i32,

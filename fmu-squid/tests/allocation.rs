@@ -125,18 +125,24 @@ fn integrate<M: Model>(c: Component, signals: &Signals) -> f64 {
 
 fn allocates_nothing<M: Model>(run: fn(Component, &Signals) -> f64, interface: Interface) {
     for files in [example::resources(), example::with_curves(), example::turning()] {
-        allocates_nothing_of::<M>(&files, run, interface);
+        allocates_nothing_of::<M>(&files, &[], run, interface);
+        allocates_nothing_of::<M>(&files, &example::SEA, run, interface);
     }
 }
 
 fn allocates_nothing_of<M: Model>(
     files: &Resources,
+    parameters: &[(&str, f64)],
     run: fn(Component, &Signals) -> f64,
     interface: Interface,
 ) {
     let fmu = Unpacked::<M>::new(files);
-    let signals = signals(&describe::<M>(files).unwrap().description);
-    let c = fmu.started(interface);
+    let description = describe::<M>(files).unwrap().description;
+    let signals = signals(&description);
+    // A controller has no sea.
+    let reference = |name: &str| Some(description.variables[description.position(name)?].value_reference);
+    let known = parameters.iter().filter_map(|(name, value)| Some((reference(name)?, *value)));
+    let c = fmu.started_with(interface, &known.collect::<Vec<_>>());
     let mut sum = 0.0;
     let flight = measure(|| sum = run(c, &signals));
     assert_eq!(flight.count_total, 0, "{interface:?}");

@@ -21,7 +21,7 @@
 //!   [`Parameter`] of vehicle and trim;
 //! - [`Plant`]: the vehicle in motion, by the nonlinear equations or by an [`LpvModel`];
 //! - [`Instant`] and [`Rates`]: the motion at one instant as states and their rates, over any [`Scalar`];
-//! - [`Water`]: waves and layered currents, from a crate that knows them;
+//! - [`Water`]: waves and layered currents, from a crate that knows them, about a vehicle of a [`Pose`];
 //! - [`Slopes`]: inputs that are ramps instead of being held; [`Snapshot`]: the state of a plant, saved and restored.
 //!
 //! ```
@@ -72,7 +72,7 @@ pub use simulation::regular_waves::RegularWaves;
 pub use simulation::slopes::Slopes;
 pub use simulation::snapshot::{Snapshot, SnapshotError};
 pub use simulation::surroundings::Surroundings;
-pub use simulation::water::{Water, WaterMotion};
+pub use simulation::water::{Pose, Water, WaterMotion};
 pub use toml_file::{FileError, FileProblem};
 pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;

@@ -5,21 +5,26 @@
 mod common;
 
 use allocation_counter::measure;
-use auv::{Current, Fidelity, LpvModel, Plant, Speed, Water, WaterMotion, linearise, trim};
+use auv::{Current, Fidelity, Load, LpvModel, Plant, Pose, Speed, Water, WaterMotion, linearise, trim};
 use std::sync::Arc;
 
 #[derive(Debug)]
 struct Swell;
 
 impl Water for Swell {
-    fn at(&self, time: f64, _: f64, _: f64, _: f64) -> WaterMotion {
+    fn at(&self, time: f64, _: &Pose) -> WaterMotion {
         let velocity = Current { horizontal: 0.0, vertical: 0.1 * time.sin(), ..Current::default() };
         let by_time = Current { horizontal: 0.0, vertical: 0.1 * time.cos(), ..Current::default() };
-        WaterMotion { velocity, by_time, load: [0.0, 2.0 * time.cos(), 0.0], ..WaterMotion::default() }
+        WaterMotion {
+            velocity,
+            by_time,
+            load: [0.0, 1.0, 2.0 * time.cos(), 0.0, 0.0, 0.1],
+            ..WaterMotion::default()
+        }
     }
 
-    fn load_slopes(&self, _: f64, _: f64, _: f64, _: f64) -> [[f64; 3]; 4] {
-        [[0.0; 3]; 4]
+    fn load_slopes(&self, _: f64, _: &Pose) -> [Load; 7] {
+        [[0.0; 6]; 7]
     }
 }
 

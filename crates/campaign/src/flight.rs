@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::plan::{Drawn, Plan};
 use auv::longitudinal::{PITCH, SPEED};
-use auv::{Speed, Surroundings, Vehicle, trim_with};
+use auv::{Pose, Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
 use signals::Signal;
 use squid_design::uncertain::gradients::perturbed;
@@ -129,7 +129,9 @@ impl Plan<'_> {
         let vehicle = self.vehicle_of(&drawn);
         let water = self.sea_of(&drawn).map(|sea| sea.about(&vehicle)).transpose()?;
         let water = water.unwrap_or_else(|| Surroundings::still(&vehicle.coefficients));
-        let clearance = |row: &Tick, x: f64| water.clearance(row.time, x, row.depth, row.measured(PITCH));
+        let clearance = |row: &Tick, x: f64| {
+            water.clearance(row.time, &Pose::in_plane(x, row.depth, row.measured(PITCH)))
+        };
         let end = rows.iter().zip(distance).position(|(row, x)| out_of_water(clearance(row, *x)));
         let surfacing = end.map(|k| Surfacing { time: rows[k].time, speed: rows[k].measured(SPEED) });
         rows.truncate(end.unwrap_or(rows.len()));

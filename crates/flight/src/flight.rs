@@ -349,10 +349,10 @@ impl Start {
             if let Some(kept) = &mut kept {
                 plant.hold_level(kept.at(speed)?);
             }
-            let State { motion, x, depth, heading, .. } = plant.state();
+            let state @ State { motion, depth, heading, .. } = plant.state();
             let Motion { u, w, q, theta, .. } = motion;
             let clearance =
-                conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, x, depth, theta));
+                conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, &state.pose()));
             if out_of_water(clearance) {
                 flight.surfacing = Some(Surfacing { time, speed: u });
                 break;
@@ -365,7 +365,7 @@ impl Start {
             let mut read = signals;
             if let Some(sea) = &mut conditions {
                 read.measured = sea.read(&signals.measured);
-                let elevation = sea.surroundings().elevation(time, x);
+                let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
                 flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
                 sea.advance(sample_time);
             }

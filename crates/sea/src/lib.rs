@@ -14,16 +14,16 @@
 //!
 //! All that is random is the same for the same seed; waves, current and each sensor have numbers of their own.
 //!
-//! Axes: x horizontal, the way the vehicle faces; depth down from the still water; body axes as SNAME (1950), x
-//! forward, z down, pitch positive bow up. Units are SI, angles are radians. Linear theory ends at the surface: waves
-//! of small slope, a hull that is submerged.
+//! Axes: north, east, and depth down from the still water, where in the vertical plane of a vehicle north is the way
+//! that it faces; body axes as SNAME (1950), x forward, y to starboard, z down. Units are SI, angles are radians.
+//! Linear theory ends at the surface: waves of small slope, a hull that is submerged.
 //!
 //! ```
 //! use squid_sea::{Place, Spectrum, Waves};
 //!
 //! let sea = Waves::new(&Spectrum::jonswap(1.0, 6.0, 3.3)?, std::f64::consts::PI, 100, 7)?;
-//! let [forward, down] = sea.motion(Place { time: 12.0, x: 0.0, depth: 5.0 }).velocity;
-//! assert!(forward.abs() < 1.0 && down.abs() < 1.0);
+//! let place = Place { time: 12.0, north: 0.0, east: 0.0, depth: 5.0 };
+//! assert!(sea.motion(place).velocity.iter().all(|one| one.abs() < 1.0));
 //! # Ok::<(), squid_sea::SeaError>(())
 //! ```
 
@@ -41,7 +41,7 @@ pub use error::SeaError;
 pub use sensor::{Sensor, SensorErrors};
 pub use shaping::ShapingFilter;
 pub use spectrum::Spectrum;
-pub use spheroid::Spheroid;
+pub use spheroid::{Axes, Spheroid};
 pub use waves::{Component, Place, WaterMotion, Waves, encounter_frequency};
 
 /// The acceleration of gravity \[m/s2\].

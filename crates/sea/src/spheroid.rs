@@ -2,30 +2,36 @@
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
-use crate::waves::{Place, WaterMotion, Waves};
+use crate::waves::{Orbits, Place, WaterMotion, Waves};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
 /// Terms of the series of f and g about 0: below |s| = 1 the next one is less than rounding.
 const TERMS: usize = 10;
 
+/// The axes of a body, forward, to starboard and down: each as a unit vector \[north, east, down\].
+pub type Axes = [[f64; 3]; 3];
+
+/// \[X Y Z K M N\] along the body.
+type Load = [f64; 6];
+
 /// A submerged prolate spheroid, with the masses of water that its acceleration moves.
 ///
 /// The pressure of a component in the water that the hull displaces is `density g E exp(i K r)`, r from the centre,
-/// with the complex wave vector `K1 = k (cos(heading) cos(pitch) - i sin(pitch))`, `K3 = k (cos(heading) sin(pitch) + i
-/// cos(pitch))` along the body. With V the volume, a and b the half axes and `s^2 = (a^2 - b^2) K1^2`, integrated over
-/// the hull without approximation:
+/// with the complex wave vector K, `k [cos(heading), sin(heading), i]` north, east and down, along the body. `K K = 0`.
+/// With V the volume, a and b the half axes and `s^2 = (a^2 - b^2) K1^2`, integrated over the hull without
+/// approximation:
 ///
 /// ```text
-/// X = -density g V Re(i K1 f E)        f = 3 (sin s - s cos s)/s^3
-/// Z = -density g V Re(i K3 f E)        g = f'(s)/s
-/// M =  density g V (a^2 - b^2) Re(K1 K3 g E)
+/// [X, Y, Z] = -density g V Re(i K f E)          f = 3 (sin s - s cos s)/s^3
+/// M =  density g V (a^2 - b^2) Re(K1 K3 g E)    g = f'(s)/s
+/// N = -density g V (a^2 - b^2) Re(K1 K2 g E)    K = 0
 /// ```
 ///
 /// That is the Froude-Krylov load. In waves that are long beside the hull, diffraction adds `A alpha`, with the added
-/// mass A and the water's mean acceleration along the hull: `X/(density V)`, `Z/(density V)` and, for the rate of turn
-/// whose flow about the hull is the one that a strain of the water makes, `5 M (a^2 + b^2)/(density V (a^2 - b^2)^2)`.
-/// For the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
+/// mass A and the water's mean acceleration along the hull: `[X, Y, Z]/(density V)` and, for the rate of turn whose
+/// flow about the hull is the one that a strain of the water makes, `5 [0, M, N] (a^2 + b^2)/(density V (a^2 -
+/// b^2)^2)`. For the spheroid alone these are the factors `1 + k1`, `1 + k2` and `1 + k' ((a^2 + b^2)/(a^2 - b^2))^2`.
 ///
 /// Sources: Newman, Marine Hydrodynamics (1977), chapter 4 (a body in accelerated water); Lamb,
 /// Hydrodynamics (1932), arts. 114 and 115 (k1, k2, k').
@@ -36,12 +42,12 @@ pub struct Spheroid {
     /// Half the diameter b \[m\].
     radius: f64,
     density: f64,
-    added_mass: [[f64; 3]; 3],
+    added_mass: [[f64; 6]; 6],
 }
 
 impl Spheroid {
-    /// A spheroid of half axes a and b \[m\] in water of a density \[kg/m3\], with the added mass \[kg, kg m, kg m2\]
-    /// of surge, heave and pitch about its centre: `[[-X_u', 0, 0], [0, -Z_w', -Z_q'], [0, -M_w', -M_q']]`.
+    /// A spheroid of half axes a and b \[m\] in water of a density \[kg/m3\], with its added mass about its centre
+    /// \[kg, kg m, kg m2\]: the load \[X Y Z K M N\] by each acceleration, positive on the diagonal.
     ///
     /// # Errors
     /// [`SeaError::NotAllowed`]: a hull that is not slender, an added mass that is not finite.
@@ -49,7 +55,7 @@ impl Spheroid {
         half_length: f64,
         radius: f64,
         density: f64,
-        added_mass: [[f64; 3]; 3],
+        added_mass: [[f64; 6]; 6],
     ) -> Result<Self, SeaError> {
         check("density", density, density > 0.0, "above 0 (kg/m3)")?;
         check("diameter", 2.0 * radius, radius > 0.0, "above 0 (m)")?;
@@ -73,59 +79,56 @@ impl Spheroid {
         [along * cos - up * sin, along * sin + up * cos]
     }
 
-    /// Returns the water's motion at the centre, and the load \[X Z M\] about it \[N, N m\], along the body.
-    pub fn in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> (WaterMotion, [f64; 3]) {
-        let (along, across) = self.wave_vector(waves, pitch);
-        let focal = self.focal();
-        let (mut motion, mut load) = (WaterMotion::default(), [0.0; 3]);
+    /// Returns the water's motion at the centre, and the load \[X Y Z K M N\] about it \[N, N m\], along the body.
+    pub fn in_waves(&self, waves: &Waves, centre: Place, axes: &Axes) -> (WaterMotion, Load) {
+        let unit = wave_vector(waves, axes);
+        let square = unit[0] * unit[0] * self.focal();
+        let (mut orbits, mut pushed, mut turned) = (Orbits::default(), Complex64::ZERO, Complex64::ZERO);
         for (wave, value) in waves.at(centre) {
-            motion.add(wave, value, waves.cos_heading());
-            let (k1, k3) = (along * wave.number, across * wave.number);
-            let (f, g) = form(k1 * k1 * focal);
-            let pushed = Complex64::I * f * value;
-            load[0] -= (k1 * pushed).re;
-            load[1] -= (k3 * pushed).re;
-            load[2] += focal * (k1 * k3 * g * value).re;
+            let k = wave.number;
+            let (f, g) = form(square * (k * k));
+            orbits.add(wave, value);
+            pushed += f * value * k;
+            turned += g * value * (k * k);
         }
-        (motion, self.with_diffraction(load))
+        (orbits.motion(waves), self.load(unit, pushed, turned))
     }
 
-    /// Returns the derivatives of the load by time \[N/s, N m/s\], x and depth \[N/m, N\], and pitch \[N/rad, N
-    /// m/rad\].
+    /// Returns the derivatives of the load by time \[N/s, N m/s\], by the way north, that east and depth \[N/m, N\],
+    /// and by a turn about each axis of the body \[N/rad, N m/rad\].
     ///
-    /// E grows by `-i w` in time, by `i k cos(heading)` in x and by `-k` in depth. In pitch `dK1 = -K3` and `dK3 =
-    /// K1`, so that `df = -c K1 K3 g` and `dg = -c K1 K3 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
-    pub fn slopes_in_waves(&self, waves: &Waves, centre: Place, pitch: f64) -> [[f64; 3]; 4] {
-        let (along, across) = self.wave_vector(waves, pitch);
-        let focal = self.focal();
-        let mut slopes = [[0.0; 3]; 4];
+    /// E grows by `-i w` in time and by `i K` over the place. A turn about an axis e changes the wave vector by `dK = K
+    /// x e`, so that `df = c K1 dK1 g` and `dg = c K1 dK1 h`, with `c = a^2 - b^2` and `h = g'(s)/s`.
+    pub fn slopes_in_waves(&self, waves: &Waves, centre: Place, axes: &Axes) -> [Load; 7] {
+        let unit @ [k1, k2, k3] = wave_vector(waves, axes);
+        let square = k1 * k1 * self.focal();
+        let mut sums = [Complex64::ZERO; 7];
         for (wave, value) in waves.at(centre) {
-            let (k1, k3) = (along * wave.number, across * wave.number);
-            let square = k1 * k1 * focal;
+            let (w, k) = (wave.frequency, wave.number);
+            let square = square * (k * k);
             let (f, g) = form(square);
-            let turned = -k1 * k3 * focal;
-            let (df, dg) = (turned * g, turned * next_form(square, f, g));
-            let by_time = -Complex64::I * wave.frequency * value;
-            let by_x = Complex64::I * (wave.number * waves.cos_heading()) * value;
-            for (slope, value) in slopes.iter_mut().zip([by_time, by_x, -wave.number * value]) {
-                let pushed = Complex64::I * f * value;
-                slope[0] -= (k1 * pushed).re;
-                slope[1] -= (k3 * pushed).re;
-                slope[2] += focal * (k1 * k3 * g * value).re;
-            }
-            let pushed = Complex64::I * value;
-            slopes[3][0] -= ((k1 * df - k3 * f) * pushed).re;
-            slopes[3][1] -= ((k3 * df + k1 * f) * pushed).re;
-            slopes[3][2] += focal * (((k1 * k1 - k3 * k3) * g + k1 * k3 * dg) * value).re;
+            let h = next_form(square, f, g) * value * k.powi(4);
+            let (f, g) = (f * value * k, g * value * (k * k));
+            let parts = [f, g, w * f, w * g, k * f, k * g, h];
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
-        slopes.map(|slope| self.with_diffraction(slope))
+        let [pushed, turned, later, later_turned, along, along_turned, h] = sums;
+        let grown = |by: Complex64, pushed, turned| self.load(unit, by * pushed, by * turned);
+        let [north, east, down] = waves.gradient().map(|way| grown(Complex64::I * way, along, along_turned));
+        let turns = [[Complex64::ZERO, k3, -k2], [-k3, Complex64::ZERO, k1], [k2, -k1, Complex64::ZERO]];
+        let [ahead, starboard, below] = turns.map(|dk| {
+            let grown = self.focal() * k1 * dk[0];
+            let force = |j: usize| dk[j] * pushed + unit[j] * grown * along_turned;
+            let moment = |j: usize| (dk[0] * unit[j] + k1 * dk[j]) * turned + k1 * unit[j] * grown * h;
+            self.with_diffraction([0, 1, 2].map(force), [2, 1].map(moment))
+        });
+        [grown(-Complex64::I, later, later_turned), north, east, down, ahead, starboard, below]
     }
 
-    /// The complex wave vector along the body, of a wave number of 1.
-    fn wave_vector(&self, waves: &Waves, pitch: f64) -> (Complex64, Complex64) {
-        let (sin, cos) = pitch.sin_cos();
-        let heading = waves.cos_heading();
-        (Complex64::new(heading * cos, -sin), Complex64::new(heading * sin, cos))
+    /// The load by the sums of `k f E` and `k^2 g E`, and the wave vector of a wave number of 1.
+    fn load(&self, unit: [Complex64; 3], pushed: Complex64, turned: Complex64) -> Load {
+        let [k1, k2, k3] = unit;
+        self.with_diffraction(unit.map(|one| one * pushed), [k1 * k3 * turned, k1 * k2 * turned])
     }
 
     /// a^2 - b^2.
@@ -133,18 +136,26 @@ impl Spheroid {
         self.half_length * self.half_length - self.radius * self.radius
     }
 
-    /// The load of the pressure, in units of that on the mass of a unit of water, with the scattered waves, in N and N
-    /// m.
-    fn with_diffraction(&self, load: [f64; 3]) -> [f64; 3] {
+    /// The load of the pressure by `K f E`, `K1 K3 g E` and `K1 K2 g E`, with that of the scattered waves.
+    fn with_diffraction(&self, [x, y, z]: [Complex64; 3], [pitch, yaw]: [Complex64; 2]) -> Load {
         let (displaced, focal) = (self.displacement(), self.focal());
+        // In units of that on the mass of a unit of water.
+        let load = [x.im, y.im, z.im, 0.0, focal * pitch.re, -focal * yaw.re];
         let sum = self.half_length * self.half_length + self.radius * self.radius;
-        let mean = [load[0], load[1], load[2] * 5.0 * sum / (focal * focal)].map(|one| one * GRAVITY);
-        let total = |i: usize| {
-            let row = self.added_mass[i];
-            displaced * GRAVITY * load[i] + row[0] * mean[0] + row[1] * mean[1] + row[2] * mean[2]
-        };
-        [total(0), total(1), total(2)]
+        let [surge, sway, heave, roll, pitch, yaw] = load;
+        let [pitching, yawing] = [pitch, yaw].map(|one| one * 5.0 * sum / (focal * focal));
+        let mean = [surge, sway, heave, roll, pitching, yawing].map(|one| one * GRAVITY);
+        std::array::from_fn(|i| {
+            let row = self.added_mass[i].iter().zip(mean);
+            row.fold(displaced * GRAVITY * load[i], |sum, (mass, mean)| sum + mass * mean)
+        })
     }
+}
+
+/// The complex wave vector of a wave number of 1 along a body.
+fn wave_vector(waves: &Waves, axes: &Axes) -> [Complex64; 3] {
+    let [north, east, down] = waves.gradient();
+    axes.map(|axis| north * axis[0] + east * axis[1] + down * axis[2])
 }
 
 /// Returns `f = 3 (sin s - s cos s)/s^3` and `g = f'(s)/s = 3 ((s^2 - 3) sin s + 3 s cos s)/s^5` by the square of s: by

@@ -1,8 +1,9 @@
 //! A long-crested sea: components with random phases, and the motion of the water under them.
 //!
-//! Linear theory in deep water: the component `E = a exp(-k depth + i (k x cos(heading) - w t + phase))`, `w^2 = g k`,
-//! has the elevation Re E at depth 0, upward, the pressure `density g Re E`, and the velocity `[w cos(heading) Re E, -w
-//! Im E]`, \[forward, down\]. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
+//! Linear theory in deep water: the component `E = a exp(-k z + i (k (x cos(heading) + y sin(heading)) - w t +
+//! phase))`, `w^2 = g k`, with x north, y east and the depth z, has the elevation Re E at depth 0, upward, the pressure
+//! `density g Re E`, the gradient `i k n E` with `n = [cos(heading), sin(heading), i]`, and the velocity `Re(w n E)`,
+//! north, east and down. Source: Newman, Marine Hydrodynamics (1977), chapter 6.
 
 use crate::GRAVITY;
 use crate::error::{SeaError, check};
@@ -27,23 +28,23 @@ const DEEPEST: f64 = 40.0;
 pub struct Place {
     /// s.
     pub time: f64,
-    /// Horizontal, the way the vehicle faces \[m\].
-    pub x: f64,
+    /// m.
+    pub north: f64,
+    /// m.
+    pub east: f64,
     /// Below the still water \[m\].
     pub depth: f64,
 }
 
-/// How the water moves at a place: each \[forward, down\].
+/// How the water moves at a place: each \[north, east, down\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WaterMotion {
     /// m/s.
-    pub velocity: [f64; 2],
+    pub velocity: [f64; 3],
     /// Its derivative by time, at the place \[m/s2\].
-    pub by_time: [f64; 2],
-    /// Its derivative by x \[1/s\].
-    pub by_x: [f64; 2],
-    /// Its derivative by depth \[1/s\].
-    pub by_depth: [f64; 2],
+    pub by_time: [f64; 3],
+    /// Its derivatives by the way north, by that east and by depth \[1/s\].
+    pub by_place: [[f64; 3]; 3],
 }
 
 /// One wave of a sea.
@@ -55,7 +56,7 @@ pub struct Component {
     pub frequency: f64,
     /// The wave number k \[rad/m\].
     pub number: f64,
-    /// At x = 0 and time 0 \[rad\].
+    /// At the origin and time 0 \[rad\].
     pub phase: f64,
 }
 
@@ -63,7 +64,8 @@ pub struct Component {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waves {
     components: Arc<[Component]>,
-    cos_heading: f64,
+    /// The way they go: north and east.
+    direction: [f64; 2],
 }
 
 impl Waves {
@@ -72,11 +74,10 @@ impl Waves {
 
     /// A sea of a spectrum, the same for the same seed.
     ///
-    /// `heading` \[rad\] is where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following
-    /// one.
-    /// The frequencies from half to ten times that of the peak are cut at constant ratios into `components` intervals.
-    /// Each has one wave, with the energy of its interval, of a frequency drawn in it, so that the sea does not repeat,
-    /// and of a phase drawn from all.
+    /// `heading` \[rad\] is where the waves go, clockwise from north: for a vehicle that goes north, pi is a head sea
+    /// and 0 a following one. The frequencies from half to ten times that of the peak are cut at constant ratios into
+    /// `components` intervals. Each has one wave, with the energy of its interval, of a frequency drawn in it, so that
+    /// the sea does not repeat, and of a phase drawn from all.
     ///
     /// # Errors
     /// [`SeaError::NotAllowed`] of the heading and the number of components.
@@ -102,7 +103,7 @@ impl Waves {
 
     /// A sea of these components, the longest waves first.
     pub fn of(components: Vec<Component>, heading: f64) -> Self {
-        Self { components: components.into(), cos_heading: heading.cos() }
+        Self { components: components.into(), direction: [heading.cos(), heading.sin()] }
     }
 
     /// The waves that it is made of.
@@ -110,15 +111,16 @@ impl Waves {
         &self.components
     }
 
-    /// The cosine of the heading.
-    pub(crate) fn cos_heading(&self) -> f64 {
-        self.cos_heading
+    /// The gradient of E by `i k E`, north, east and down: n.
+    pub(crate) fn gradient(&self) -> [Complex64; 3] {
+        let [north, east] = self.direction;
+        [north.into(), east.into(), Complex64::I]
     }
 
     /// The components that reach a place, with E of each.
     pub(crate) fn at(&self, place: Place) -> impl Iterator<Item = (&Component, Complex64)> {
-        let Place { time, x, depth } = place;
-        let along = x * self.cos_heading;
+        let Place { time, north, east, depth } = place;
+        let along = north * self.direction[0] + east * self.direction[1];
         let felt = self.components.iter().take_while(move |wave| wave.number * depth < DEEPEST);
         felt.map(move |wave| {
             let angle = wave.number * along - wave.frequency * time + wave.phase;
@@ -126,17 +128,17 @@ impl Waves {
         })
     }
 
-    /// Returns how far the surface is above the still water at x and a time \[m\].
-    pub fn elevation(&self, time: f64, x: f64) -> f64 {
-        self.at(Place { time, x, depth: 0.0 }).map(|(_, wave)| wave.re).sum()
+    /// Returns how far the surface is above the still water at a place north and east, and a time \[m\].
+    pub fn elevation(&self, time: f64, [north, east]: [f64; 2]) -> f64 {
+        self.at(Place { time, north, east, depth: 0.0 }).map(|(_, wave)| wave.re).sum()
     }
 
     /// Returns the orbital motion of the water at a place. Above the still water it is that of linear theory continued,
     /// and too large.
     pub fn motion(&self, place: Place) -> WaterMotion {
-        let mut motion = WaterMotion::default();
-        self.at(place).for_each(|(wave, value)| motion.add(wave, value, self.cos_heading));
-        motion
+        let mut orbits = Orbits::default();
+        self.at(place).for_each(|(wave, value)| orbits.add(wave, value));
+        orbits.motion(self)
     }
 }
 
@@ -146,19 +148,24 @@ pub fn encounter_frequency(frequency: f64, heading: f64, speed: f64) -> f64 {
     (frequency - frequency * frequency / GRAVITY * speed * heading.cos()).abs()
 }
 
-impl WaterMotion {
-    /// Adds that of a component with E at the place: the velocity grows by `-i w` in time, `i k cos(heading)` in x and
-    /// `-k` in depth.
-    pub(crate) fn add(&mut self, wave: &Component, value: Complex64, cos_heading: f64) {
-        let Component { frequency, number, .. } = *wave;
-        let forward = frequency * cos_heading * value;
-        let down = frequency * Complex64::I * value;
-        let along = Complex64::I * (number * cos_heading);
-        for (i, velocity) in [forward, down].into_iter().enumerate() {
-            self.velocity[i] += velocity.re;
-            self.by_time[i] += frequency * velocity.im;
-            self.by_x[i] += (along * velocity).re;
-            self.by_depth[i] -= number * velocity.re;
+/// The sums of `w E`, `w^2 E` and `w k E` over the components: all that a long-crested sea moves the water by.
+#[derive(Default)]
+pub(crate) struct Orbits([Complex64; 3]);
+
+impl Orbits {
+    pub(crate) fn add(&mut self, wave: &Component, value: Complex64) {
+        let moved = wave.frequency * value;
+        let parts = [moved, wave.frequency * moved, wave.number * moved];
+        self.0.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+    }
+
+    /// The velocity grows by `-i w` in time and by `i k n` over the place.
+    pub(crate) fn motion(&self, waves: &Waves) -> WaterMotion {
+        let (Self([moved, by_time, by_place]), n) = (self, waves.gradient());
+        WaterMotion {
+            velocity: n.map(|part| (part * moved).re),
+            by_time: n.map(|part| (part * by_time).im),
+            by_place: n.map(|way| n.map(|part| -(way * part * by_place).im)),
         }
     }
 }

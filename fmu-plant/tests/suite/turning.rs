@@ -1,6 +1,6 @@
 //! The plant in six degrees of freedom.
 
-use crate::common::{DEPTH, Flight, remus100, start, turning, whole};
+use crate::common::{Flight, remus100, start, turning, whole};
 use auv::{Current, Plant, Speed, State, trim};
 use fmi2::model_description::Causality;
 use fmu_plant::{PlantModel, describe};
@@ -33,14 +33,19 @@ fn what_is_of_the_vertical_plane_alone_is_left_out() {
     let described = describe(&turning(&whole("remus100"), SPEEDS)).unwrap();
     let description = described.description;
     let has = |name: &str| description.position(name).is_some();
-    for name in
-        ["fidelity", "operating_speed", "current_horizontal", "distance", "wave_height", "external_moment"]
-    {
+    for name in ["fidelity", "operating_speed", "current_horizontal", "distance", "external_moment"] {
         assert!(!has(name), "{name}");
     }
-    for name in
-        ["rudder", "current_north", "current_east", "external_moment_z", "N_uv", "I_xx", "initial_heading"]
-    {
+    for name in [
+        "rudder",
+        "current_north",
+        "current_east",
+        "external_moment_z",
+        "N_uv",
+        "I_xx",
+        "initial_heading",
+        "wave_height",
+    ] {
         assert!(has(name), "{name}");
     }
     assert_eq!(description.structure().derivatives.len(), 12 + 3);
@@ -96,31 +101,39 @@ fn flies_as_the_vehicle_does() {
     assert!((heading - 0.4).abs() > 0.2 && motion.phi.abs() > 1e-3, "it turned and rolled");
 }
 
-/// Straight on, it flies as the vehicle in the vertical plane does.
+/// Five metres below waves that go to a heading.
+fn sea(heading: f64) -> [(&'static str, f64); 4] {
+    [("initial_depth", 5.0), ("wave_height", 0.5), ("wave_period", 5.0), ("wave_heading", heading)]
+}
+
+/// Straight on, it flies as the vehicle in the vertical plane does, in still water and in a following sea.
 #[test]
 fn straight_on_it_stays_in_the_plane() {
-    let mut plane = start(&remus100(), &[]);
-    let planes = plane.get("trim_stern_planes");
-    plane.set("stern_planes", planes + 0.03);
-    plane.set("current_horizontal", 0.2);
-    plane.fly_in(10.0, 1000);
-    let mut flight = flown(&[], &[("stern_planes", 0.03), ("current_north", 0.2)]);
-    let names = ["pitch", "speed", "pitch_rate", "heave", "path_speed", "depth"];
-    close(&all(&mut flight, &names), &all(&mut plane, &names), 1e-11);
-    assert!((flight.get("north") - plane.get("distance")).abs() < 1e-10);
-    let names = ["heading", "roll", "sway", "angular_velocity_x", "angular_velocity_z", "east"];
-    assert_eq!(all(&mut flight, &names), [0.0; 6]);
-    assert!((flight.get("depth") - DEPTH).abs() > 0.1, "it moved");
+    for parameters in [&[][..], &sea(0.0)] {
+        let mut plane = start(&remus100(), parameters);
+        let planes = plane.get("trim_stern_planes");
+        plane.set("stern_planes", planes + 0.03);
+        plane.set("current_horizontal", 0.2);
+        let depth = plane.get("depth");
+        plane.fly_in(10.0, 1000);
+        let mut flight = flown(parameters, &[("stern_planes", 0.03), ("current_north", 0.2)]);
+        let names = ["pitch", "speed", "pitch_rate", "heave", "path_speed", "depth"];
+        close(&all(&mut flight, &names), &all(&mut plane, &names), 1e-11);
+        assert!((flight.get("north") - plane.get("distance")).abs() < 1e-10);
+        let names = ["heading", "roll", "sway", "angular_velocity_x", "angular_velocity_z", "east"];
+        assert_eq!(all(&mut flight, &names), [0.0; 6]);
+        assert!((flight.get("depth") - depth).abs() > 0.1, "it moved");
+    }
 }
 
 #[test]
 fn starboard_is_port_in_a_mirror_and_north_is_east_a_quarter_turn_on() {
     let motion = ["pitch", "speed", "heave", "depth", "roll", "sway", "heading_rate", "angular_velocity_x"];
     let place = ["north", "east", "heading"];
-    let mut one = flown(&[], &[("rudder", 0.1), ("current_north", 0.2), ("current_east", 0.3)]);
-    let mut mirrored = flown(&[], &[("rudder", -0.1), ("current_north", 0.2), ("current_east", -0.3)]);
+    let mut one = flown(&sea(1.0), &[("rudder", 0.1), ("current_north", 0.2), ("current_east", 0.3)]);
+    let mut mirrored = flown(&sea(-1.0), &[("rudder", -0.1), ("current_north", 0.2), ("current_east", -0.3)]);
     let mut turned = flown(
-        &[("initial_heading", FRAC_PI_2)],
+        &[&sea(1.0 + FRAC_PI_2)[..], &[("initial_heading", FRAC_PI_2)]].concat(),
         &[("rudder", 0.1), ("current_north", -0.3), ("current_east", 0.2)],
     );
     let (moved, placed) = (all(&mut one, &motion), all(&mut one, &place));

@@ -93,8 +93,16 @@ impl<M: Model> Unpacked<M> {
 
     /// An instance ready to step, or in event mode.
     pub fn started(&self, interface: Interface) -> Component {
+        self.started_with(interface, &[])
+    }
+
+    /// The same with other values of parameters.
+    pub fn started_with(&self, interface: Interface, parameters: &[(u32, f64)]) -> Component {
         let c = self.instantiate(interface);
         assert!(!c.is_null());
+        for (parameter, value) in parameters {
+            assert_eq!(set::<M>(c, *parameter, *value), Status::Ok);
+        }
         unsafe {
             assert_eq!(lifecycle::setup_experiment::<M>(c, 0, 0.0, 0.0, 0, 0.0), Status::Ok);
             assert_eq!(lifecycle::enter_initialization_mode::<M>(c), Status::Ok);

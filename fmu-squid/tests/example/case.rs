@@ -5,7 +5,7 @@
 use fmi2::model_description::{Causality, Kind, ModelDescription};
 use fmi2::{Described, Experiment, Instance, Interface, Model, Resources, Silent, describe};
 
-use crate::example::{resources, turning, with_curves, with_given_speed, with_two_degrees, without_lag};
+use crate::example::{SEA, resources, turning, with_curves, with_given_speed, with_two_degrees, without_lag};
 
 /// Which files, which equations of motion by their number, and whether under waves.
 #[derive(Clone, Copy)]
@@ -25,14 +25,24 @@ pub const GIVEN_LPV: Case = Case { resources: with_given_speed, fidelity: 2, wav
 pub const WAVES: Case = Case { waves: true, ..TWO_DEGREES };
 pub const LPV_WAVES: Case = Case { waves: true, ..LPV };
 pub const TURNING: Case = Case { resources: turning, fidelity: 1, waves: false };
-pub const CASES: [Case; 10] =
-    [SQUID, LPV, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, GIVEN_LPV, WAVES, LPV_WAVES, TURNING];
+pub const TURNING_WAVES: Case = Case { waves: true, ..TURNING };
+pub const CASES: [Case; 11] = [
+    SQUID,
+    LPV,
+    WITHOUT_LAG,
+    TWO_DEGREES,
+    CURVED,
+    GIVEN,
+    GIVEN_LPV,
+    WAVES,
+    LPV_WAVES,
+    TURNING,
+    TURNING_WAVES,
+];
 
-/// Waves of 6 s from the side of the bow, over a vehicle that is 4 m deep; nothing for a model that has no sea.
+/// Waves of [`SEA`] over a vehicle that is 4 m deep; nothing for a model that has no sea.
 pub fn set_waves<M: Model>(instance: &mut Instance<M>) {
-    for (name, value) in
-        [("initial_depth", 4.0), ("wave_height", 1.0), ("wave_period", 6.0), ("wave_heading", 2.5)]
-    {
+    for (name, value) in SEA.into_iter().chain([("initial_depth", 4.0)]) {
         if let Some(parameter) = instance.table().reference(name) {
             instance.set(&[parameter], |_| value).unwrap();
         }
@@ -46,6 +56,13 @@ impl Case {
 
     /// An instance in initialization mode.
     pub fn instance<M: Model>(self, interface: Interface) -> Instance<M> {
+        let mut instance = self.set_up(interface);
+        instance.enter_initialization().unwrap();
+        instance
+    }
+
+    /// An instance before initialization mode.
+    pub fn set_up<M: Model>(self, interface: Interface) -> Instance<M> {
         let mut instance = Instance::made_for(interface, self.describe::<M>());
         instance.set_up(Experiment::default()).unwrap();
         if let Some(fidelity) = instance.table().reference("fidelity") {
@@ -54,7 +71,6 @@ impl Case {
         if self.waves {
             set_waves(&mut instance);
         }
-        instance.enter_initialization().unwrap();
         instance
     }
 }

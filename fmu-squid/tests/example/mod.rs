@@ -69,6 +69,9 @@ pub fn with_given_speed() -> Resources {
     together(files, &design, &manoeuvre())
 }
 
+/// Waves of 6 s from the side of the bow.
+pub const SEA: [(&str, f64); 3] = [("wave_height", 1.0), ("wave_period", 6.0), ("wave_heading", 2.5)];
+
 /// Those of a vehicle in six degrees of freedom, with a design of heading beside [`two_degrees`], that turns by 20
 /// degrees.
 pub fn turning() -> Resources {

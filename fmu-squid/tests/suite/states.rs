@@ -95,7 +95,9 @@ proptest! {
         goes_on_alike::<PlantModel>(&resources(), &before, &after);
         goes_on_alike::<PlantModel>(&with_given_speed(), &before, &after);
         goes_on_alike::<PlantModel>(&turning(), &before, &after);
-        goes_on_alike_from(begun::<PlantModel>(&resources(), set_waves), &resources(), &before, &after);
+        for files in [resources(), turning()] {
+            goes_on_alike_from(begun::<PlantModel>(&files, set_waves), &files, &before, &after);
+        }
     }
 
     #[test]
@@ -111,7 +113,9 @@ proptest! {
         goes_on_alike::<ClosedLoop>(&with_two_degrees(), &before, &after);
         goes_on_alike::<ClosedLoop>(&with_given_speed(), &before, &after);
         goes_on_alike::<ClosedLoop>(&turning(), &before, &after);
-        goes_on_alike_from(begun::<ClosedLoop>(&resources(), set_waves), &resources(), &before, &after);
+        for files in [resources(), turning()] {
+            goes_on_alike_from(begun::<ClosedLoop>(&files, set_waves), &files, &before, &after);
+        }
     }
 }
 

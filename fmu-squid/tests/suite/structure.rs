@@ -1,23 +1,14 @@
 //! `ModelStructure` tells the truth: what is not listed among the dependencies of an unknown does not move it.
 
-use crate::case::{read, real_of, references};
-use crate::example::{resources, turning, with_curves, with_given_speed, with_two_degrees, without_lag};
+use crate::case::*;
 use fmi2::model_description::{Causality, Initial, Kind, ModelDescription, ScalarVariable, Unknown};
-use fmi2::{Experiment, Instance, Interface, Model, Resources, Silent, describe};
+use fmi2::{Instance, Interface, Model, Silent};
 use fmu_controller::Controller;
 use fmu_plant::PlantModel;
 use fmu_squid::ClosedLoop;
 
-/// Which files the model is made of.
-type Files = fn() -> Resources;
-
-const FILES: [Files; 6] = [resources, without_lag, with_two_degrees, with_curves, with_given_speed, turning];
-
-fn instance<M: Model>(files: Files, interface: Interface) -> Instance<M> {
-    let mut instance = Instance::made_for(interface, describe::<M>(&files()).unwrap());
-    instance.set_up(Experiment::default()).unwrap();
-    instance
-}
+/// Those that differ in what depends on what.
+const CASES: [Case; 8] = [SQUID, WITHOUT_LAG, TWO_DEGREES, CURVED, GIVEN, TURNING, WAVES, TURNING_WAVES];
 
 fn is_real(variable: &ScalarVariable) -> bool {
     matches!(variable.kind, Kind::Real { .. })
@@ -54,10 +45,10 @@ fn inputs(description: &ModelDescription) -> Vec<u32> {
     references(&real_of(description, Causality::Input))
 }
 
-fn derivatives_agree<M: Model>(files: Files, interface: Interface, prepare: fn(&mut Instance<M>)) {
-    let description = describe::<M>(&files()).unwrap().description;
+fn derivatives_agree<M: Model>(case: Case, interface: Interface, prepare: fn(&mut Instance<M>)) {
+    let description = case.describe::<M>().description;
     let structure = description.structure();
-    let mut instance = instance::<M>(files, interface);
+    let mut instance = case.set_up::<M>(interface);
     prepare(&mut instance);
     instance.enter_initialization().unwrap();
     let mut knowns = inputs(&description);
@@ -82,23 +73,23 @@ fn derivatives_vanish_where_no_dependency_is_listed() {
             instance.set(&[fidelity], |_| 2).unwrap();
         }
     };
-    for files in FILES {
-        derivatives_agree::<PlantModel>(files, Interface::ModelExchange, by_lpv_model);
-        derivatives_agree::<PlantModel>(files, Interface::CoSimulation, |_| {});
-        derivatives_agree::<PlantModel>(files, Interface::ModelExchange, |_| {});
-        derivatives_agree::<Controller>(files, Interface::CoSimulation, |_| {});
-        derivatives_agree::<ClosedLoop>(files, Interface::CoSimulation, by_hand);
-        derivatives_agree::<ClosedLoop>(files, Interface::ModelExchange, by_hand);
+    for case in CASES {
+        derivatives_agree::<PlantModel>(case, Interface::ModelExchange, by_lpv_model);
+        derivatives_agree::<PlantModel>(case, Interface::CoSimulation, |_| {});
+        derivatives_agree::<PlantModel>(case, Interface::ModelExchange, |_| {});
+        derivatives_agree::<Controller>(case, Interface::CoSimulation, |_| {});
+        derivatives_agree::<ClosedLoop>(case, Interface::CoSimulation, by_hand);
+        derivatives_agree::<ClosedLoop>(case, Interface::ModelExchange, by_hand);
     }
 }
 
 /// In a flight an output that is read after an input was set has moved as the derivative says, which is zero where no
 /// dependency is listed.
-fn values_move_as_listed<M: Model>(files: Files, at_least: usize) {
-    let description = describe::<M>(&files()).unwrap().description;
+fn values_move_as_listed<M: Model>(case: Case, at_least: usize) {
+    let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().outputs);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
-    let mut instance = instance::<M>(files, Interface::CoSimulation);
+    let mut instance = case.set_up::<M>(Interface::CoSimulation);
     instance.enter_initialization().unwrap();
     instance.exit_initialization(&mut Silent).unwrap();
     (0..7).for_each(|k| instance.step(f64::from(k) * 0.013, 0.013, &mut Silent).unwrap());
@@ -127,15 +118,15 @@ fn values_move_as_listed<M: Model>(files: Files, at_least: usize) {
 
 #[test]
 fn what_is_read_moves_with_the_inputs_that_are_listed() {
-    for files in FILES {
-        values_move_as_listed::<PlantModel>(files, 6);
-        values_move_as_listed::<ClosedLoop>(files, 6);
-        values_move_as_listed::<Controller>(files, 0);
+    for case in CASES {
+        values_move_as_listed::<PlantModel>(case, 6);
+        values_move_as_listed::<ClosedLoop>(case, 6);
+        values_move_as_listed::<Controller>(case, 0);
     }
 }
 
-fn first_values<M: Model>(files: Files, unknowns: &[u32], changed: Option<(u32, f64)>) -> Option<Vec<f64>> {
-    let mut instance = instance::<M>(files, Interface::CoSimulation);
+fn first_values<M: Model>(case: Case, unknowns: &[u32], changed: Option<(u32, f64)>) -> Option<Vec<f64>> {
+    let mut instance = case.set_up::<M>(Interface::CoSimulation);
     if let Some((parameter, value)) = changed {
         instance.set(&[parameter], |_| value).unwrap();
     }
@@ -147,11 +138,11 @@ fn first_values<M: Model>(files: Files, unknowns: &[u32], changed: Option<(u32, 
 
 /// A first value moves with the parameters that it is said to depend on, and with no other; derivatives by them are
 /// refused.
-fn parameters_act_as_listed<M: Model>(files: Files, at_least: usize) {
-    let description = describe::<M>(&files()).unwrap().description;
+fn parameters_act_as_listed<M: Model>(case: Case, at_least: usize) {
+    let description = case.describe::<M>().description;
     let list = named(&description, &description.structure().initial_unknowns);
     let unknowns: Vec<u32> = list.iter().map(|(unknown, _)| *unknown).collect();
-    let before = first_values::<M>(files, &unknowns, None).unwrap();
+    let before = first_values::<M>(case, &unknowns, None).unwrap();
     let parameters = description.variables.iter().filter(|one| one.causality == Causality::Parameter);
     let mut acted = 0;
     for parameter in parameters.filter(|one| is_real(one)) {
@@ -160,14 +151,14 @@ fn parameters_act_as_listed<M: Model>(files: Files, at_least: usize) {
             panic!("a parameter has a start value")
         };
         let reference = parameter.value_reference;
-        let Some(after) = first_values::<M>(files, &unknowns, Some((reference, start * (1.0 + 1e-6)))) else {
+        let Some(after) = first_values::<M>(case, &unknowns, Some((reference, start * (1.0 + 1e-6)))) else {
             continue;
         };
         for (((unknown, on), before), after) in list.iter().zip(&before).zip(after) {
             assert!(*before == after || on.contains(&reference), "{} moves {unknown}", parameter.name);
             acted += usize::from(*before != after);
         }
-        let mut instance = instance::<M>(files, Interface::CoSimulation);
+        let mut instance = case.set_up::<M>(Interface::CoSimulation);
         instance.enter_initialization().unwrap();
         let refused =
             instance.directional_derivative(&unknowns[..1], &[reference], &[1.0], &mut [0.0], &mut Silent);
@@ -179,16 +170,16 @@ fn parameters_act_as_listed<M: Model>(files: Files, at_least: usize) {
 
 #[test]
 fn first_values_depend_on_the_parameters_that_are_listed() {
-    for files in FILES {
-        parameters_act_as_listed::<PlantModel>(files, 20);
-        parameters_act_as_listed::<ClosedLoop>(files, 20);
+    for case in CASES {
+        parameters_act_as_listed::<PlantModel>(case, 20);
+        parameters_act_as_listed::<ClosedLoop>(case, 20);
     }
 }
 
 /// What an actuator puts out that follows its command at once: the command, as it stands, as long as the instance
 /// lives.
 fn obeys_at_once(interface: Interface) {
-    let mut instance = instance::<PlantModel>(without_lag, interface);
+    let mut instance = WITHOUT_LAG.set_up::<PlantModel>(interface);
     let name = instance.model().vehicle().actuators.last().unwrap().name.clone();
     let reference = |name: &str| instance.table().reference(name).unwrap();
     let (command, output, other) =
@@ -218,7 +209,7 @@ fn an_actuator_without_lag_puts_out_its_command() {
 #[test]
 fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
     for interface in [Interface::CoSimulation, Interface::ModelExchange] {
-        let mut instance = instance::<ClosedLoop>(without_lag, interface);
+        let mut instance = WITHOUT_LAG.set_up::<ClosedLoop>(interface);
         let name = instance.model().plant.vehicle().actuators.last().unwrap().name.clone();
         let step = instance.table().reference("step_time").unwrap();
         instance.set(&[step], |_| 0.0).unwrap();
@@ -236,7 +227,7 @@ fn in_the_loop_an_actuator_without_lag_puts_out_the_first_command() {
 #[test]
 fn the_rate_of_pitch_lists_the_pitch_rate_and_little_else() {
     fn knowns_of_rate<M: Model>() -> Vec<String> {
-        let description = describe::<M>(&resources()).unwrap().description;
+        let description = SQUID.describe::<M>().description;
         let rate = description.position("der(pitch)").unwrap() + 1;
         let listed = description.structure().derivatives.into_iter().find(|one| one.index == rate).unwrap();
         let name = |(index, _): (usize, _)| description.variables[index - 1].name.clone();

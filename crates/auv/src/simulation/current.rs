@@ -35,6 +35,13 @@ impl Current {
     }
 }
 
+impl From<[f64; 3]> for Current {
+    /// Of the velocity north, east and down.
+    fn from([horizontal, east, vertical]: [f64; 3]) -> Self {
+        Self { horizontal, east, vertical }
+    }
+}
+
 impl std::ops::Add for Current {
     type Output = Self;
 

@@ -2,14 +2,14 @@
 
 use differential_equations::ode::ODE;
 
-use crate::motion::dynamics::{Dynamics, Motion, add};
+use crate::motion::dynamics::{Dynamics, Motion};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Equations, SWITCHES};
 use crate::simulation::load::{Load, in_plane, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
-use crate::simulation::water::Water;
+use crate::simulation::water::{Pose, Water};
 use crate::vehicle::actuator::Actuator;
 
 /// Which equations apply over the interval.
@@ -37,8 +37,8 @@ pub(crate) struct Flow<'a> {
     pub(crate) load: Load,
     /// How the inputs change; `None` where all are held.
     pub(crate) slopes: Option<&'a Slopes>,
-    /// Water that moves beside the current, with the time and the distance at the start.
-    pub(crate) water: Option<(&'a dyn Water, f64, f64)>,
+    /// Water that moves beside the current, with the time and the ways made north and east at the start.
+    pub(crate) water: Option<(&'a dyn Water, f64, [f64; 2])>,
 }
 
 impl Flow<'_> {
@@ -85,16 +85,16 @@ impl ODE<f64, Body> for Flow<'_> {
         let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);
         let (current, gained, load) = self.outside(time);
         let (gained_u, gained_w) = if self.slopes.is_some() { gained.along_body(theta) } else { (0.0, 0.0) };
-        let Some((water, start, x)) = self.water else {
+        let Some((water, start, [x, _])) = self.water else {
             let (x_rate, depth_rate) = earth_velocity(body, current);
             let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(load));
             *rate = [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
             return;
         };
-        let motion = water.at(start + time, x + made, self.depth + sunk, theta);
+        let motion = water.at(start + time, &Pose::in_plane(x + made, self.depth + sunk, theta));
         let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
-        let (met_u, met_w) = motion.along([x_rate, depth_rate, dtheta]).along_body(theta);
-        let [push_u, push_w, push_q] = self.dynamics.pushed(add(in_plane(load), motion.load));
+        let (met_u, met_w) = motion.along([x_rate, 0.0, depth_rate], [0.0, dtheta, 0.0]).along_body(theta);
+        let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(sum(load, motion.load)));
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
         *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];
     }

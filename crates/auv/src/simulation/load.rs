@@ -16,12 +16,6 @@ pub(crate) fn sideways<D: Scalar>([_, y, _, k, _, n]: Load<D>) -> [D; 3] {
     [y, k, n]
 }
 
-/// The load of X, Z and M.
-pub(crate) fn of_plane<D: Scalar>([x, z, m]: [D; 3]) -> Load<D> {
-    let zero = D::from(0.0);
-    [x, zero, z, zero, m, zero]
-}
-
 /// The sum of two loads.
 pub(crate) fn sum<D: Scalar>(one: Load<D>, other: Load<D>) -> Load<D> {
     std::array::from_fn(|i| one[i] + other[i])

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::motion::trim::Trim;
+use crate::scalar::Scalar;
 use crate::simulation::current::Current;
 use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::flow::{Flow, Model};
@@ -13,7 +14,7 @@ use crate::simulation::integrator::{Body, Integrator};
 use crate::simulation::load::Load;
 use crate::simulation::lpv_model::{LpvModel, LpvModelError};
 use crate::simulation::slopes::Slopes;
-use crate::simulation::water::Water;
+use crate::simulation::water::{Pose, Water};
 use crate::simulation::whole::{Side, WholeFlow, joined, motion_of, split};
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
@@ -45,6 +46,12 @@ pub struct State {
 }
 
 impl State {
+    /// Where the vehicle is and how it lies.
+    pub fn pose(&self) -> Pose {
+        let Self { motion: Motion { phi, theta, .. }, x, depth, heading, east } = *self;
+        Pose { north: x, east, depth, roll: phi, pitch: theta, heading }
+    }
+
     /// In the vertical plane.
     pub fn in_plane(motion: Motion, x: f64, depth: f64) -> Self {
         Self { motion, x, depth, heading: 0.0, east: 0.0 }
@@ -53,8 +60,8 @@ impl State {
 
 /// A vehicle in motion, with its workspace: no step allocates.
 ///
-/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations, and
-/// in still water or a steady current; others in the vertical plane.
+/// A vehicle with coefficients of sway, roll and yaw moves in six degrees of freedom, by the nonlinear equations;
+/// others in the vertical plane.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
 /// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion
@@ -214,11 +221,9 @@ impl Plant {
         Ok(())
     }
 
-    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump. The water is of
-    /// the vertical plane, and the vehicle then moves in it.
+    /// Puts the plant into water that moves beside the current. The velocity over ground does not jump.
     #[must_use]
     pub fn with_water(mut self, water: Arc<dyn Water>) -> Self {
-        self.side = None;
         let now = self.instant();
         self.water = Some(water);
         self.set_motion_over_ground(&now);
@@ -232,11 +237,14 @@ impl Plant {
 
     /// The velocity of the water where the vehicle is: the current, and what moves beside it.
     pub fn flow(&self) -> Current {
-        let [_, _, _, theta, x, depth] = self.body;
-        match &self.water {
-            None => self.current,
-            Some(water) => self.current + water.at(self.time, x, depth, theta).velocity,
-        }
+        let water = self.water.as_ref().map(|water| water.at(self.time, &self.state().pose()));
+        let all = self.current + water.unwrap_or_default().velocity;
+        self.meets(all.in_earth()).into()
+    }
+
+    /// A velocity north, east and down without what a vehicle in the vertical plane does not meet.
+    pub(crate) fn meets<D: Scalar>(&self, [north, east, down]: [D; 3]) -> [D; 3] {
+        [north, if self.side.is_some() { east } else { D::from(0.0) }, down]
     }
 
     /// Sets the speed at which the LPV model is evaluated \[m/s\]; the nonlinear equations do not use it.
@@ -336,6 +344,7 @@ impl Plant {
             Some(model) if self.moving => Model::Scheduled(model, self.operating_speed),
             Some(_) => Model::Frozen(&self.frozen),
         };
+        let State { x, east, .. } = self.state();
         let flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
@@ -347,7 +356,7 @@ impl Plant {
             given: self.given_speed,
             load: self.load,
             slopes: self.moving.then_some(&self.slopes),
-            water: self.water.as_deref().map(|water| (water, from, self.body[4])),
+            water: self.water.as_deref().map(|water| (water, from, [x, east])),
         };
         let [u, w, q, theta, x, depth] = self.body;
         let start = [u, w, q, theta, 0.0, 0.0];

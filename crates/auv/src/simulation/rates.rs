@@ -3,12 +3,13 @@
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
 //! they are continuous where the current jumps.
 
-use crate::motion::dynamics::{Motion, lateral_actuator_force};
+use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
 use crate::scalar::Scalar;
 use crate::simulation::current::Current;
-use crate::simulation::load::{Load, in_plane, of_plane, sideways, sum};
+use crate::simulation::load::{Load, in_plane, sideways, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::plant::{Fidelity, Plant, State};
+use crate::simulation::water::{Pose, WaterMotion};
 use crate::vehicle::actuator::Actuator;
 
 /// The places of the states in an [`Instant`], and of their rates in [`Rates`].
@@ -34,7 +35,7 @@ pub mod place {
     pub const STATES: usize = 12;
 }
 
-use place::{DEPTH, HEADING, NORTH, PITCH, STATES};
+use place::{DEPTH, EAST, HEADING, NORTH, PITCH, ROLL, STATES};
 
 /// The motion at one instant, and what acts on it. In the vertical plane sway, p, r, roll, heading and east are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +82,23 @@ impl<D: Scalar> Instant<D> {
         self.over_ground().along_body(self.state[HEADING], self.current)
     }
 
-    /// Where the water is that the vehicle meets, and when.
-    fn place(&self) -> [D; 4] {
-        [self.time, self.state[NORTH], self.state[DEPTH], self.state[PITCH]]
+    /// Where the vehicle is, and when.
+    fn pose(&self) -> (f64, Pose) {
+        let [.., roll, pitch, heading, north, east, depth] = self.state.map(|one| one.re());
+        (self.time.re(), Pose { north, east, depth, roll, pitch, heading })
+    }
+
+    /// What the derivatives carry time, north, east and depth by, and a turn about each axis of the body: the inverse
+    /// of [`Motion::turning`].
+    fn moved(&self) -> [D; 7] {
+        let of = |one: D| one - one.re();
+        let [roll, pitch, heading] = [ROLL, PITCH, HEADING].map(|place| of(self.state[place]));
+        let ((sin, cos), (sin_phi, cos_phi)) =
+            (self.state[PITCH].re().sin_cos(), self.state[ROLL].re().sin_cos());
+        let [north, east, depth] = [NORTH, EAST, DEPTH].map(|place| of(self.state[place]));
+        let starboard = pitch * cos_phi + heading * (cos * sin_phi);
+        let down = heading * (cos * cos_phi) - pitch * sin_phi;
+        [of(self.time), north, east, depth, roll - heading * sin, starboard, down]
     }
 
     /// The motion through the water.
@@ -93,10 +108,13 @@ impl<D: Scalar> Instant<D> {
     }
 }
 
-/// A number with its derivatives by time, distance, depth and pitch, where these carry derivatives.
-fn along<D: Scalar>(instant: &Instant<D>, value: f64, slopes: [f64; 4]) -> D {
-    let moved = instant.place().map(|one| one - one.re());
-    moved.into_iter().zip(slopes).fold(D::from(value), |sum, (moved, slope)| sum + moved * slope)
+/// Three or six numbers with their derivatives by what [`Instant::moved`] returns.
+fn along<D: Scalar, const N: usize>(instant: &Instant<D>, values: [f64; N], slopes: [[f64; N]; 7]) -> [D; N] {
+    let moved = instant.moved();
+    let of = |i: usize| {
+        moved.into_iter().zip(slopes).fold(D::from(values[i]), |sum, (moved, slope)| sum + moved * slope[i])
+    };
+    std::array::from_fn(of)
 }
 
 /// A number between two others.
@@ -170,23 +188,22 @@ impl Plant {
     #[must_use]
     pub fn in_water<D: Scalar>(&self, current: &Instant<D>) -> Instant<D> {
         let Some(water) = &self.water else { return *current };
-        let [time, x, depth, pitch] = current.place().map(|one| one.re());
-        let motion = water.at(time, x, depth, pitch);
-        let slopes = [motion.by_time, motion.by_x, motion.by_depth, motion.by_pitch];
-        let of =
-            |part: fn(&Current) -> f64| along(current, part(&motion.velocity), slopes.map(|one| part(&one)));
-        let [north, east, down] = current.current;
-        Instant { current: [north + of(|v| v.horizontal), east, down + of(|v| v.vertical)], ..*current }
+        let (time, pose) = current.pose();
+        let WaterMotion { velocity, by_time, by_place: [x, y, z], by_turn: [p, q, r], .. } =
+            water.at(time, &pose);
+        let slopes = [by_time, x, y, z, p, q, r].map(Current::in_earth);
+        let met = along(current, velocity.in_earth(), slopes);
+        Instant { current: add(current.current, self.meets(met)), ..*current }
     }
 
     /// The load of the water and of what else pushes from outside.
     fn load_at<D: Scalar>(&self, instant: &Instant<D>) -> Load<D> {
         let Some(water) = &self.water else { return instant.load };
-        let [time, x, depth, pitch] = instant.place().map(|one| one.re());
-        let push = water.at(time, x, depth, pitch).load;
-        let slopes = water.load_slopes(time, x, depth, pitch);
-        let of_water = [0, 1, 2].map(|i| along(instant, push[i], slopes.map(|slope| slope[i])));
-        sum(instant.load, of_plane(of_water))
+        let (time, pose) = instant.pose();
+        let push = water.at(time, &pose).load;
+        // Without derivatives to carry none are needed.
+        let slopes = if D::NDERIV == 0 { [[0.0; 6]; 7] } else { water.load_slopes(time, &pose) };
+        sum(instant.load, along(instant, push, slopes))
     }
 
     /// Returns the rates of the motion, `output(i)` being that of actuator i \[N or rad\].
@@ -309,19 +326,20 @@ mod tests {
         Vehicle::parse(&std::fs::read_to_string(file).unwrap(), "vehicle.toml").unwrap()
     }
 
-    /// A short flight moves as the rates say, to second order in its length, in still water and under waves, and in six
-    /// degrees of freedom.
+    /// A short flight moves as the rates say, to second order in its length, in still water and under oblique waves, in
+    /// six degrees of freedom and in the vertical plane.
     #[test]
     fn rates_are_those_of_the_flight() {
-        let whole = vehicle();
-        moves_as_its_rates_say(Plant::new(&whole).unwrap(), &whole, 30.0);
-        let vehicle = whole.in_plane();
-        let still = Plant::new(&vehicle).unwrap();
-        let waves = Waves::new(&Spectrum::jonswap(1.0, 4.0, 3.3).unwrap(), 2.5, 20, 3).unwrap();
-        let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
-        let water = Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap();
-        for (plant, depth) in [(still.clone(), 30.0), (still.with_water(Arc::new(water)), 3.0)] {
-            moves_as_its_rates_say(plant, &vehicle, depth);
+        for mut vehicle in [vehicle(), vehicle().in_plane()] {
+            // A centre of buoyancy that turns about the origin.
+            (vehicle.coefficients.x_B, vehicle.coefficients.z_B) = (0.001, -0.01);
+            let still = Plant::new(&vehicle).unwrap();
+            let waves = Waves::new(&Spectrum::jonswap(1.0, 4.0, 3.3).unwrap(), 1.5, 20, 3).unwrap();
+            let (geometry, coefficients) = (vehicle.geometry.unwrap(), &vehicle.coefficients);
+            let water = Surroundings::still(coefficients).with_waves(waves, geometry, coefficients).unwrap();
+            for (plant, depth) in [(still.clone(), 30.0), (still.with_water(Arc::new(water)), 3.0)] {
+                moves_as_its_rates_say(plant, &vehicle, depth);
+            }
         }
     }
 

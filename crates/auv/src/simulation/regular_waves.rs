@@ -6,8 +6,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::motion::dynamics::Dynamics;
 use crate::motion::linearise::Linearisation;
+use crate::simulation::load::in_plane;
 use crate::simulation::surroundings::Surroundings;
-use crate::simulation::water::Water;
+use crate::simulation::water::{Pose, Water};
 use crate::vehicle::geometry::Geometry;
 
 /// Regular waves above a vehicle.
@@ -46,9 +47,9 @@ impl Linearisation {
                 geometry,
                 coefficients,
             )?;
-            let met = water.at(0.0, 0.0, depth, trim.pitch);
-            let [du, dw, dq] = dynamics.pushed(met.load);
-            let (along, across) = met.along([trim.speed, 0.0, 0.0]).along_body(trim.pitch);
+            let met = water.at(0.0, &Pose::in_plane(0.0, depth, trim.pitch));
+            let [du, dw, dq] = dynamics.pushed(in_plane(met.load));
+            let (along, across) = met.along([trim.speed, 0.0, 0.0], [0.0; 3]).along_body(trim.pitch);
             let all = [du - along, dw - across, dq, 0.0, met.velocity.vertical];
             columns.extend(all.iter().skip(coefficients.surge.first()).take(self.states.len()));
         }

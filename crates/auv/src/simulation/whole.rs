@@ -2,10 +2,12 @@
 
 use differential_equations::ode::ODE;
 
-use crate::motion::dynamics::{Motion, lateral_actuator_force};
+use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
+use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
-use crate::simulation::load::{in_plane, sideways};
+use crate::simulation::load::{in_plane, sideways, sum};
+use crate::simulation::water::Pose;
 
 /// v, p, r, phi, psi, and the way east.
 pub(crate) type Side = [f64; 6];
@@ -37,7 +39,7 @@ pub(crate) fn motion_of(whole: &Whole) -> (Motion, f64) {
 }
 
 impl ODE<f64, Whole> for WholeFlow<'_> {
-    /// A changing current leaves the velocity over ground unchanged.
+    /// A changing current leaves the velocity over ground unchanged, and so does other water that moves, which pushes.
     fn diff(&self, time: f64, whole: &Whole, rate: &mut Whole) {
         let Flow { dynamics, actuators, .. } = self.flow;
         let (motion, heading) = motion_of(whole);
@@ -48,21 +50,30 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
         let lateral = lateral_actuator_force(actuators, motion.u, outputs());
         let [dv, dp, dr] = dynamics.lateral_acceleration(&motion, depth, lateral);
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
-        let (current, gained, load) = self.flow.outside(time);
+        let (mut current, mut gained, mut load) = self.flow.outside(time);
+        let [roll, pitch, yaw] = motion.turning();
+        let through = motion.velocity(heading);
+        let over_ground = |current: Current| add(through, current.in_earth());
+        if let Some((water, start, [north, east])) = self.flow.water {
+            let Motion { p, q, r, phi, theta, .. } = motion;
+            let (north, east) = (north + whole[4], east + whole[11]);
+            let met = water.at(start + time, &Pose { north, east, depth, roll: phi, pitch: theta, heading });
+            current = current + met.velocity;
+            gained = gained + met.along(over_ground(current), [p, q, r]);
+            load = sum(load, met.load);
+        }
         let [gained_u, gained_v, gained_w] = motion.along_body(heading, gained.in_earth());
         let [push_u, push_w, push_q] = dynamics.pushed(in_plane(load));
         let [push_v, push_p, push_r] = dynamics.pushed_sideways(sideways(load));
-        let [roll, pitch, yaw] = motion.turning();
-        let [north, east, down] = motion.velocity(heading);
-        let [north_c, east_c, down_c] = current.in_earth();
+        let [north, east, down] = over_ground(current);
         let ahead = if self.is_held {
-            [0.0, 0.0, 0.0, 0.0, north + north_c, 0.0]
+            [0.0, 0.0, 0.0, 0.0, north, 0.0]
         } else {
             let (du, dw) = (du + push_u - gained_u, dw + push_w - gained_w);
-            [du, dw, dq + push_q, pitch, north + north_c, down + down_c]
+            [du, dw, dq + push_q, pitch, north, down]
         };
         let (dv, dp, dr) = (dv + push_v - gained_v, dp + push_p, dr + push_r);
-        *rate = joined(ahead, [dv, dp, dr, roll, yaw, east + east_c]);
+        *rate = joined(ahead, [dv, dp, dr, roll, yaw, east]);
     }
 }
 

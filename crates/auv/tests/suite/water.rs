@@ -1,10 +1,10 @@
 //! Water that moves from place to place and from time to time.
 
-use crate::common::{remus100, squid};
-use auv::{Current, Motion, Plant, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim};
+use crate::common::{remus100, squid, whole};
+use auv::{Current, Load, Motion, Plant, Pose, Slopes, Speed, State, Vehicle, Water, WaterMotion, trim};
 use std::sync::Arc;
 
-/// Water with a linear velocity `v = by_time t + by_x x + by_depth (z - 30)`, and a load.
+/// Water with a linear velocity `v = by_time t + by_x x + by_y y + by_z (z - 30)`, and a load.
 #[derive(Debug, Default)]
 struct Linear {
     motion: WaterMotion,
@@ -13,39 +13,42 @@ struct Linear {
 }
 
 impl Water for Linear {
-    fn at(&self, time: f64, x: f64, depth: f64, pitch: f64) -> WaterMotion {
-        let WaterMotion { by_time, by_x, by_depth, .. } = self.motion;
-        let sum = |part: fn(&Current) -> f64| {
-            part(&by_time) * time + part(&by_x) * x + part(&by_depth) * (depth - 30.0)
+    fn at(&self, time: f64, pose: &Pose) -> WaterMotion {
+        let WaterMotion { by_time, by_place: [x, y, z], .. } = self.motion;
+        let parts = [(by_time, time), (x, pose.north), (y, pose.east), (z, pose.depth - 30.0)];
+        let sum = |sum: [f64; 3], (slope, by): (Current, f64)| {
+            let slope = slope.in_earth();
+            [0, 1, 2].map(|i| sum[i] + slope[i] * by)
         };
-        let velocity = Current {
-            horizontal: sum(|v| v.horizontal),
-            vertical: sum(|v| v.vertical),
-            ..Current::default()
-        };
+        let velocity = parts.into_iter().fold([0.0; 3], sum).into();
         let mut motion = WaterMotion { velocity, ..self.motion };
         if let Some(vehicle) = &self.carried {
-            let (sin, cos) = pitch.sin_cos();
+            let (sin, cos) = pose.pitch.sin_cos();
             let Current { horizontal, vertical, .. } = by_time;
             let along = nalgebra::Vector3::new(
                 horizontal * cos - vertical * sin,
                 horizontal * sin + vertical * cos,
                 0.0,
             );
-            motion.load = (vehicle.coefficients.mass_matrix() * along).into();
+            motion.load = of_plane(vehicle.coefficients.mass_matrix() * along);
         }
         motion
     }
 
-    fn load_slopes(&self, _: f64, _: f64, _: f64, pitch: f64) -> [[f64; 3]; 4] {
-        let by_pitch = self.carried.as_ref().map_or([0.0; 3], |vehicle| {
-            let (sin, cos) = pitch.sin_cos();
+    fn load_slopes(&self, _: f64, pose: &Pose) -> [Load; 7] {
+        let mut slopes = [[0.0; 6]; 7];
+        if let Some(vehicle) = &self.carried {
+            let (sin, cos) = pose.pitch.sin_cos();
             let Current { horizontal, vertical, .. } = self.motion.by_time;
             let turned = [-horizontal * sin - vertical * cos, horizontal * cos - vertical * sin, 0.0];
-            (vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(turned)).into()
-        });
-        [[0.0; 3], [0.0; 3], [0.0; 3], by_pitch]
+            slopes[5] = of_plane(vehicle.coefficients.mass_matrix() * nalgebra::Vector3::from(turned));
+        }
+        slopes
     }
+}
+
+fn of_plane(load: nalgebra::Vector3<f64>) -> Load {
+    [load[0], 0.0, load[1], 0.0, load[2], 0.0]
 }
 
 fn current(horizontal: f64, vertical: f64) -> Current {
@@ -62,8 +65,10 @@ fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
     plant
 }
 
-fn numbers(State { motion: Motion { u, w, q, theta, .. }, x, depth, .. }: State) -> [f64; 6] {
-    [u, w, q, theta, x, depth]
+/// The velocities through the water, and the rest.
+fn numbers(state: State) -> [f64; 12] {
+    let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east } = state;
+    [u, w, v, q, theta, x, depth, p, r, phi, heading, east]
 }
 
 fn close(found: State, expected: State, tolerance: f64) {
@@ -72,14 +77,20 @@ fn close(found: State, expected: State, tolerance: f64) {
     }
 }
 
+fn east(mut current: Current, east: f64) -> Current {
+    current.east = east;
+    current
+}
+
 #[test]
 fn water_that_gains_speed_is_a_current_on_a_ramp() {
-    for vehicle in [squid(), remus100()] {
-        let motion = WaterMotion { by_time: current(0.3, -0.2), ..WaterMotion::default() };
+    for (vehicle, side) in [(squid(), 0.0), (remus100(), 0.0), (whole("remus100"), 0.4)] {
+        let by_time = east(current(0.3, -0.2), side);
+        let motion = WaterMotion { by_time, ..WaterMotion::default() };
         let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
         let mut ramp = started(&vehicle, None);
         let mut slopes = Slopes::held(vehicle.actuators.len());
-        slopes.current = current(0.3, -0.2);
+        slopes.current = by_time;
         ramp.set_slopes(&slopes).unwrap();
         for plant in [&mut moved, &mut ramp] {
             plant.advance(2.0).unwrap();
@@ -87,32 +98,39 @@ fn water_that_gains_speed_is_a_current_on_a_ramp() {
         close(moved.state(), ramp.state(), 1e-9);
         assert_eq!(moved.flow(), ramp.current());
         assert_eq!(moved.earth_velocity(), ramp.earth_velocity());
+        assert_eq!(moved.state().heading != 0.0, side != 0.0);
     }
 }
 
 /// What changes with the place changes for who moves: as many small steps of a current that is uniform.
 #[test]
 fn water_that_changes_with_the_place_is_met() {
-    let vehicle = squid();
-    let motion =
-        WaterMotion { by_x: current(0.02, 0.01), by_depth: current(-0.05, 0.03), ..WaterMotion::default() };
-    let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
-    moved.advance(2.0).unwrap();
+    for (vehicle, side) in [(squid(), 0.0), (whole("remus100"), 0.05)] {
+        let by_place = [
+            east(current(0.02, 0.01), side),
+            east(current(0.03, -0.02), -side),
+            east(current(-0.05, 0.03), side),
+        ];
+        let motion = WaterMotion { by_place, ..WaterMotion::default() };
+        let mut moved = started(&vehicle, Some(Linear { motion, carried: None }));
+        moved.advance(2.0).unwrap();
 
-    let mut stairs = started(&vehicle, None);
-    let steps = 4000;
-    for step in 1..=steps {
-        let State { x, depth, .. } = stairs.state();
-        let [across, _, down] = stairs.earth_velocity();
-        let h = 2.0 / f64::from(steps);
-        let (x, depth) = (x + 0.5 * h * across, depth + 0.5 * h * down - 30.0);
-        stairs.set_current(current(0.02 * x - 0.05 * depth, 0.01 * x + 0.03 * depth)).unwrap();
-        stairs.advance(f64::from(step) * h).unwrap();
+        let mut stairs = started(&vehicle, None);
+        let steps = 4000;
+        for step in 1..=steps {
+            let State { x, depth, east, .. } = stairs.state();
+            let h = 2.0 / f64::from(steps);
+            let [across, aside, down] = stairs.earth_velocity().map(|rate| 0.5 * h * rate);
+            let pose = Pose { north: x + across, east: east + aside, depth: depth + down, ..Pose::default() };
+            stairs.set_current(Linear { motion, carried: None }.at(0.0, &pose).velocity).unwrap();
+            stairs.advance(f64::from(step) * h).unwrap();
+        }
+        let [one, other] = [&moved, &stairs].map(Plant::velocity_over_ground);
+        assert!(one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-6));
+        assert_eq!(one[1] != 0.0, side != 0.0);
+        let [moved, stairs] = [moved, stairs].map(|plant| numbers(plant.state()));
+        (3..moved.len()).for_each(|i| assert!((moved[i] - stairs[i]).abs() < 1e-6, "{i}"));
     }
-    let [one, other] = [&moved, &stairs].map(Plant::velocity_over_ground);
-    assert!(one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-6));
-    let [moved, stairs] = [moved, stairs].map(|plant| numbers(plant.state()));
-    (2..6).for_each(|i| assert!((moved[i] - stairs[i]).abs() < 1e-6, "{i}"));
 }
 
 /// Pushed like the water about it, a vehicle does not notice that the water gains speed.
@@ -135,7 +153,8 @@ fn a_vehicle_that_is_carried_stays_where_it_is_in_the_water() {
 #[test]
 fn water_does_not_move_a_vehicle_that_enters_it() {
     let vehicle = remus100();
-    let motion = WaterMotion { by_x: current(0.1, 0.2), ..WaterMotion::default() };
+    let by_place = [current(0.1, 0.2), Current::default(), Current::default()];
+    let motion = WaterMotion { by_place, ..WaterMotion::default() };
     let mut plant = started(&vehicle, None);
     plant.advance(3.0).unwrap();
     let before = plant.earth_velocity();

@@ -1,15 +1,34 @@
 //! Loads on a spheroid: published figures, the pressure integrated over the hull, a panel method.
 
 use proptest::prelude::*;
-use squid_sea::{Component, GRAVITY, Place, SeaError, Spectrum, Spheroid, Waves};
+use squid_sea::{Axes, Component, GRAVITY, Place, SeaError, Spectrum, Spheroid, Waves};
 use std::f64::consts::{PI, TAU};
 
 const DENSITY: f64 = 1025.0;
-const NONE: [[f64; 3]; 3] = [[0.0; 3]; 3];
+const NONE: [[f64; 6]; 6] = [[0.0; 6]; 6];
 
 fn sea(heading: f64, seed: u64) -> Waves {
     Waves::new(&Spectrum::jonswap(0.2, 2.0, 3.3).unwrap(), heading, 20, seed).unwrap()
 }
+
+/// The axes of a hull that has turned to a heading, then pitched, then rolled, one turn after the other.
+fn axes([roll, pitch, heading]: [f64; 3]) -> Axes {
+    let turned = |angle: f64, one: [f64; 3], other: [f64; 3]| {
+        let (sin, cos) = angle.sin_cos();
+        let mix = |a: f64, b: f64| std::array::from_fn(|i| a * one[i] + b * other[i]);
+        (mix(cos, sin), mix(-sin, cos))
+    };
+    let (ahead, starboard) = turned(heading, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let (down, ahead) = turned(pitch, [0.0, 0.0, 1.0], ahead);
+    let (starboard, down) = turned(roll, starboard, down);
+    [ahead, starboard, down]
+}
+
+fn load(hull: &Spheroid, waves: &Waves, centre: Place, attitude: [f64; 3]) -> [f64; 6] {
+    hull.in_waves(waves, centre, &axes(attitude)).1
+}
+
+const PLACE: Place = Place { time: 7.0, north: 3.0, east: 0.0, depth: 1.5 };
 
 /// Lamb (1932), arts. 114 and 115: k1, k2 and k' of a prolate spheroid.
 fn lamb(a: f64, b: f64) -> [f64; 3] {
@@ -26,7 +45,8 @@ fn lamb(a: f64, b: f64) -> [f64; 3] {
 fn with_added_mass(a: f64, b: f64) -> Spheroid {
     let mass = Spheroid::new(a, b, DENSITY, NONE).unwrap().displacement();
     let [k1, k2, turn] = lamb(a, b);
-    let diagonal = [k1 * mass, k2 * mass, turn * mass * (a * a + b * b) / 5.0];
+    let turn = turn * mass * (a * a + b * b) / 5.0;
+    let diagonal = [k1 * mass, k2 * mass, k2 * mass, 0.0, turn, turn];
     let matrix = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { diagonal[i] } else { 0.0 }));
     Spheroid::new(a, b, DENSITY, matrix).unwrap()
 }
@@ -37,8 +57,9 @@ fn amplitudes(hull: &Spheroid, heading: f64, depth: f64, frequency: f64) -> [f64
     let one = Component { amplitude: 1.0, frequency, number: frequency * frequency / GRAVITY, phase: 0.0 };
     let waves = Waves::of(vec![one], heading);
     let quarter = TAU / frequency / 4.0;
-    let loads = [0.0, quarter].map(|time| hull.in_waves(&waves, Place { time, x: 0.0, depth }, 0.0).1);
-    std::array::from_fn(|i| loads[0][i].hypot(loads[1][i]))
+    let place = |time: f64| Place { time, north: 0.0, east: 0.0, depth };
+    let loads = [0.0, quarter].map(|time| load(hull, &waves, place(time), [0.0; 3]));
+    [0, 2, 4].map(|i| loads[0][i].hypot(loads[1][i]))
 }
 
 fn close(found: f64, expected: f64, tolerance: f64) {
@@ -105,52 +126,72 @@ fn diffraction_is_a_factor() {
     }
 }
 
-/// Force and moment of the pressure on the hull, by the midpoint rule over its surface.
-fn integrated(waves: &Waves, centre: Place, pitch: f64, heading: f64, [a, b]: [f64; 2]) -> [f64; 3] {
-    let (sin, cos) = pitch.sin_cos();
-    let (rings, parts) = (200, 120);
-    let mut sums = [0.0; 3];
+/// Force and moment of the pressure on the hull, by the midpoint rule over rings and around them.
+fn integrated(
+    waves: &Waves,
+    centre: Place,
+    axes: &Axes,
+    heading: f64,
+    [a, b]: [f64; 2],
+    [rings, parts]: [i32; 2],
+) -> [f64; 6] {
+    let mut sums = [0.0; 6];
     for ring in 0..rings {
         let polar = PI * (f64::from(ring) + 0.5) / f64::from(rings);
         for part in 0..parts {
             let around = TAU * (f64::from(part) + 0.5) / f64::from(parts);
             let unit = [polar.cos(), polar.sin() * around.sin(), polar.sin() * around.cos()];
-            let [x, y, z] = [a * unit[0], b * unit[1], b * unit[2]];
-            let (along, down) = (x * cos + z * sin, z * cos - x * sin);
-            let pressure: f64 = waves
-                .components()
-                .iter()
-                .map(|wave| {
-                    let crest = (centre.x + along) * heading.cos() + y * heading.sin();
-                    let angle = wave.number * crest - wave.frequency * centre.time + wave.phase;
-                    let depth = centre.depth + down;
-                    DENSITY * GRAVITY * wave.amplitude * (-wave.number * depth).exp() * angle.cos()
-                })
-                .sum();
+            let r = [a * unit[0], b * unit[1], b * unit[2]];
+            let [north, east, down]: [f64; 3] =
+                std::array::from_fn(|j| (0..3).map(|i| r[i] * axes[i][j]).sum::<f64>());
+            let crest = (centre.north + north) * heading.cos() + (centre.east + east) * heading.sin();
+            let pressure = |wave: &Component| {
+                let angle = wave.number * crest - wave.frequency * centre.time + wave.phase;
+                let depth = centre.depth + down;
+                DENSITY * GRAVITY * wave.amplitude * (-wave.number * depth).exp() * angle.cos()
+            };
+            let pressure: f64 = waves.components().iter().map(pressure).sum();
             let area = a * b * b * polar.sin() * (PI / f64::from(rings)) * (TAU / f64::from(parts));
-            let inward = [-unit[0] / a * area, -unit[2] / b * area];
-            sums[0] += pressure * inward[0];
-            sums[1] += pressure * inward[1];
-            sums[2] += pressure * (z * inward[0] - x * inward[1]);
+            let [x, y, z] = [-unit[0] / a, -unit[1] / b, -unit[2] / b].map(|one| one * area * pressure);
+            let pushed = [x, y, z, r[1] * z - r[2] * y, r[2] * x - r[0] * z, r[0] * y - r[1] * x];
+            sums.iter_mut().zip(pushed).for_each(|(sum, one)| *sum += one);
         }
     }
     sums
 }
 
+fn size(load: &[f64]) -> f64 {
+    load.iter().fold(0.0f64, |most, one| most.max(one.abs()))
+}
+
+/// Waves from the side over a hull that lies askew: force and moment, that of yaw among them, with a fine rule.
+#[test]
+fn oblique_waves_push_as_the_pressure_does() {
+    let heading = 1.1;
+    let (waves, attitude) = (sea(heading, 4), [0.7, -0.3, 2.4]);
+    let found = load(&Spheroid::new(1.0, 0.2, DENSITY, NONE).unwrap(), &waves, PLACE, attitude);
+    let expected = integrated(&waves, PLACE, &axes(attitude), heading, [1.0, 0.2], [4000, 48]);
+    let (force, moment) = (size(&expected[..3]), size(&expected[3..]));
+    for i in 0..6 {
+        close(found[i], expected[i], 1e-6 * if i < 3 { force } else { moment });
+    }
+    assert!(found[3] == 0.0 && found[5].abs() > 0.1 * moment);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// Short waves, any heading, any pitch: the closed form is the integral.
+    /// Short waves, any heading, any attitude: the closed form is the integral.
     #[test]
     fn froude_krylov_is_the_integral_of_the_pressure(
-        heading in 0.0..PI, pitch in -1.2..1.2, seed in 0u64..100, time in 0.0..100.0, radius in 0.1..0.9,
+        heading in -PI..PI, seed in 0u64..100, time in 0.0..100.0, radius in 0.1..0.9,
+        roll in -3.0..3.0, pitch in -1.2..1.2, own in -3.0..3.0,
     ) {
-        let waves = sea(heading, seed);
-        let centre = Place { time, x: 3.0, depth: 1.5 };
-        let found = Spheroid::new(1.0, radius, DENSITY, NONE).unwrap().in_waves(&waves, centre, pitch).1;
-        let expected = integrated(&waves, centre, pitch, heading, [1.0, radius]);
-        let size = expected.iter().fold(0.0f64, |most, one| most.max(one.abs()));
-        for i in 0..3 {
-            close(found[i], expected[i], 2e-3 * size);
+        let (waves, attitude) = (sea(heading, seed), [roll, pitch, own]);
+        let centre = Place { time, north: 3.0, east: -2.0, depth: 1.5 };
+        let found = load(&Spheroid::new(1.0, radius, DENSITY, NONE).unwrap(), &waves, centre, attitude);
+        let expected = integrated(&waves, centre, &axes(attitude), heading, [1.0, radius], [200, 120]);
+        for i in 0..6 {
+            close(found[i], expected[i], 2e-3 * size(&expected));
         }
     }
 
@@ -158,11 +199,78 @@ proptest! {
     #[test]
     fn the_motion_is_that_of_the_waves(time in 0.0..100.0, depth in 1.0..10.0) {
         let waves = sea(1.0, 5);
-        let place = Place { time, x: -2.0, depth };
+        let place = Place { time, north: -2.0, east: 1.0, depth };
         let hull = Spheroid::new(1.0, 0.1, DENSITY, NONE).unwrap();
-        prop_assert_eq!(hull.in_waves(&waves, place, 0.3).0, waves.motion(place));
+        prop_assert_eq!(hull.in_waves(&waves, place, &axes([0.1, 0.3, 0.2])).0, waves.motion(place));
+    }
+
+    /// A hull at a heading in waves of another meets what one at heading 0 meets in waves of the difference.
+    #[test]
+    fn headings_count_from_each_other(
+        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, far in -10.0..10.0,
+    ) {
+        let hull = with_added_mass(0.8, 0.1);
+        let (sin, cos) = f64::sin_cos(own);
+        let there = Place { north: far * cos, east: far * sin, ..PLACE };
+        let turned = load(&hull, &sea(heading, 3), there, [roll, pitch, own]);
+        let ahead = load(&hull, &sea(heading - own, 3), Place { north: far, ..PLACE }, [roll, pitch, 0.0]);
+        (0..6).for_each(|i| close(turned[i], ahead[i], 1e-10 * size(&ahead)));
+    }
+
+    /// In a mirror what acts sideways changes its sign.
+    #[test]
+    fn port_is_starboard_in_a_mirror(
+        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2, east in -10.0..10.0,
+    ) {
+        let hull = with_added_mass(0.8, 0.1);
+        let one = load(&hull, &sea(heading, 3), Place { east, ..PLACE }, [roll, pitch, own]);
+        let other = load(&hull, &sea(-heading, 3), Place { east: -east, ..PLACE }, [-roll, pitch, -own]);
+        let sides = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+        (0..6).for_each(|i| close(other[i], sides[i] * one[i], 1e-10 * size(&one)));
+    }
+
+    /// Rolled by a quarter turn, starboard is where down was and up where starboard was, for a hull as round as its
+    /// added mass: heave and pitch become sway and yaw, and these change their sign.
+    #[test]
+    fn a_quarter_turn_of_roll_makes_sway_of_heave(
+        heading in -PI..PI, own in -3.0..3.0, roll in -3.0..3.0, pitch in -1.2..1.2,
+    ) {
+        let (hull, waves) = (with_added_mass(0.8, 0.1), sea(heading, 3));
+        let [x, y, z, k, m, n] = load(&hull, &waves, PLACE, [roll, pitch, own]);
+        let rolled = load(&hull, &waves, PLACE, [roll + PI / 2.0, pitch, own]);
+        for (found, expected) in rolled.into_iter().zip([x, z, -y, k, n, -m]) {
+            close(found, expected, 1e-10 * size(&rolled));
+        }
     }
 }
+
+/// Of the first version, which knew the vertical plane alone: the load ahead, down and bow up, its derivatives by time,
+/// the way north, depth and pitch, and the velocity of the water.
+#[test]
+fn in_the_plane_all_is_as_it_was() {
+    let mut mass = NONE;
+    (mass[0][0], mass[2][2], mass[4][4]) = (2.0, 60.0, 10.0);
+    (mass[2][4], mass[4][2]) = (-3.0, -3.0);
+    let hull = Spheroid::new(1.0, 0.125, DENSITY, mass).unwrap();
+    let waves = sea(2.5, 7);
+    let place = Place { time: 12.0, north: 3.0, east: 0.0, depth: 1.5 };
+    let axes = axes([0.0, 0.3, 0.0]);
+    let (motion, load) = hull.in_waves(&waves, place, &axes);
+    let slopes = hull.slopes_in_waves(&waves, place, &axes);
+    for (found, expected) in [load, slopes[0], slopes[1], slopes[3], slopes[5]].into_iter().zip(FIRST) {
+        [0, 2, 4].into_iter().zip(expected).for_each(|(i, expected)| close(found[i], expected, 1e-12));
+    }
+    close(motion.velocity[0], -0.006186339834136527, 1e-14);
+    close(motion.velocity[2], 0.04808523319620443, 1e-14);
+}
+
+const FIRST: [[f64; 3]; 5] = [
+    [5.943763740569612, 3.8374307949908175, 1.7703807620398757],
+    [2.708945797633983, -36.76745970161031, -1.7030733934100089],
+    [-0.9155902917187956, -8.301526065247833, -1.3420950211278024],
+    [-4.992759011042701, 4.231830166474834, -2.751045403440979],
+    [-2.6174074575058563, 7.767437292736171, -0.3402134743891357],
+];
 
 #[test]
 fn the_hull_has_a_top() {
@@ -188,29 +296,38 @@ fn hulls_that_are_not_slender_are_refused() {
         (f64::NAN, 0.1, DENSITY, 0.0, "length"),
         (1.0, 0.1, DENSITY, f64::NAN, "added_mass"),
     ] {
-        let error = Spheroid::new(a, b, density, [[mass; 3]; 3]).unwrap_err();
+        let error = Spheroid::new(a, b, density, [[mass; 6]; 6]).unwrap_err();
         assert!(matches!(error, SeaError::NotAllowed { key: found, .. } if found == key), "{error}");
     }
 }
 
 proptest! {
-    /// Derivatives of the load, by differences; short waves and long ones.
+    /// Derivatives of the load, by differences; short waves and long ones, any attitude.
     #[test]
     fn slopes_are_differences(
-        heading in 0.0..PI, pitch in -1.0..1.0, x in -50.0..50.0, depth in 1.0..5.0, period in 0.6..8.0,
+        heading in -PI..PI, roll in -3.0..3.0, pitch in -1.0..1.0, own in -3.0..3.0, north in -50.0..50.0,
+        east in -50.0..50.0, depth in 1.0..5.0, period in 0.6..8.0,
     ) {
         let spectrum = Spectrum::jonswap(0.01, period, 3.3).unwrap();
         let waves = Waves::new(&spectrum, heading, 20, 5).unwrap();
         let hull = with_added_mass(0.8, 0.1);
-        let at = |[time, x, depth, pitch]: [f64; 4]| hull.in_waves(&waves, Place { time, x, depth }, pitch).1;
-        let here = [3.0, x, depth, pitch];
-        let exact = hull.slopes_in_waves(&waves, Place { time: 3.0, x, depth }, pitch);
-        let size: [f64; 3] = std::array::from_fn(|i| 0.1 + exact.iter().map(|slope| slope[i].abs()).sum::<f64>());
+        let axes = axes([roll, pitch, own]);
+        // By a small turn about each axis of the body.
+        let at = |[time, north, east, depth, p, q, r]: [f64; 7]| {
+            let turned: Axes = std::array::from_fn(|i| std::array::from_fn(|j| {
+                let turn = [[0.0, r, -q], [-r, 0.0, p], [q, -p, 0.0]];
+                axes[i][j] + (0..3).map(|l| turn[i][l] * axes[l][j]).sum::<f64>()
+            }));
+            hull.in_waves(&waves, Place { time, north, east, depth }, &turned).1
+        };
+        let here = [3.0, north, east, depth, 0.0, 0.0, 0.0];
+        let exact = hull.slopes_in_waves(&waves, Place { time: 3.0, north, east, depth }, &axes);
+        let size: [f64; 6] = std::array::from_fn(|i| 0.1 + exact.iter().map(|slope| slope[i].abs()).sum::<f64>());
         for (j, slope) in exact.into_iter().enumerate() {
             let h = 1e-5;
             let moved = |by: f64| at(std::array::from_fn(|i| if i == j { here[i] + by } else { here[i] }));
             let (above, below) = (moved(h), moved(-h));
-            for i in 0..3 {
+            for i in 0..6 {
                 close((above[i] - below[i]) / (2.0 * h), slope[i], 1e-6 * size[i]);
             }
         }

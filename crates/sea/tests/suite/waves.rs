@@ -48,8 +48,8 @@ fn what_is_seen_has_the_spectrum() {
     let count = 14_400;
     for i in 0..count {
         let time = 0.25 * f64::from(i);
-        heights += waves.elevation(time, 0.0).powi(2);
-        speeds += waves.motion(Place { time, x: 0.0, depth: 5.0 }).velocity[1].powi(2);
+        heights += waves.elevation(time, [0.0; 2]).powi(2);
+        speeds += waves.motion(Place { time, north: 0.0, east: 0.0, depth: 5.0 }).velocity[2].powi(2);
     }
     close(4.0 * (heights / f64::from(count)).sqrt(), HEIGHT, 0.03);
     close((speeds / f64::from(count)).sqrt(), 0.137, 0.004);
@@ -61,7 +61,7 @@ fn the_seed_decides() {
     assert_ne!(sea(PI, 7).components(), sea(PI, 8).components());
     assert_eq!(sea(PI, 7).components(), sea(1.0, 7).components());
     // Of the first version: a seed means the same sea in every later one.
-    close(sea(PI, 7).elevation(10.0, 2.0), ELEVATION_OF_SEED_7, 1e-9);
+    close(sea(PI, 7).elevation(10.0, [2.0, 0.0]), ELEVATION_OF_SEED_7, 1e-9);
 }
 
 const ELEVATION_OF_SEED_7: f64 = 0.267_366_903_280;
@@ -70,29 +70,34 @@ proptest! {
     /// Derivatives by differences; water keeps its volume and does not turn; at the surface it follows the elevation.
     #[test]
     fn the_motion_obeys_linear_theory(
-        heading in 0.0..PI, seed in 0u64..1000, time in 0.0..1000.0, x in -100.0..100.0, depth in 0.0..20.0,
+        heading in -PI..PI, seed in 0u64..1000, time in 0.0..1000.0, north in -100.0..100.0, east in -100.0..100.0,
+        depth in 0.0..20.0,
     ) {
         let waves = sea(heading, seed);
-        let at = |time, x, depth| waves.motion(Place { time, x, depth });
-        let here = at(time, x, depth);
+        let at = |[time, north, east, depth]: [f64; 4]| waves.motion(Place { time, north, east, depth });
+        let place = [time, north, east, depth];
+        let here = at(place);
         let h = 1e-5;
-        for i in 0..2 {
-            let difference = |plus: [f64; 2], minus: [f64; 2]| (plus[i] - minus[i]) / (2.0 * h);
-            let [later, earlier] = [h, -h].map(|h| at(time + h, x, depth).velocity);
-            close(here.by_time[i], difference(later, earlier), 1e-6);
-            let [ahead, behind] = [h, -h].map(|h| at(time, x + h, depth).velocity);
-            close(here.by_x[i], difference(ahead, behind), 1e-6);
-            let [below, above] = [h, -h].map(|h| at(time, x, depth + h).velocity);
-            close(here.by_depth[i], difference(below, above), 1e-6);
+        let [by_north, by_east, by_depth] = here.by_place;
+        for (j, slope) in [here.by_time, by_north, by_east, by_depth].into_iter().enumerate() {
+            let moved = |by: f64| at(std::array::from_fn(|i| place[i] + if i == j { by } else { 0.0 })).velocity;
+            let (above, below) = (moved(h), moved(-h));
+            (0..3).for_each(|i| close(slope[i], (above[i] - below[i]) / (2.0 * h), 1e-6));
         }
-        close(here.by_depth[0], here.by_x[1], 1e-12);
-        let surface = at(time, x, 0.0).velocity[1];
-        let rise = (waves.elevation(time + h, x) - waves.elevation(time - h, x)) / (2.0 * h);
-        close(-surface, rise, 1e-6);
-        let around = at(time, x, depth);
-        if heading == PI {
-            close(around.by_x[0] + around.by_depth[1], 0.0, 1e-12);
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            close(here.by_place[i][j], here.by_place[j][i], 1e-12);
         }
+        close(by_north[0] + by_east[1] + by_depth[2], 0.0, 1e-12);
+        let surface = at([time, north, east, 0.0]).velocity[2];
+        let rise = waves.elevation(time + h, [north, east]) - waves.elevation(time - h, [north, east]);
+        close(-surface, rise / (2.0 * h), 1e-6);
+    }
+
+    /// What is seen along the way of the waves, and across it nothing changes.
+    #[test]
+    fn crests_are_long(heading in -PI..PI, time in 0.0..100.0, along in -50.0..50.0, across in -50.0..50.0) {
+        let place = [along * heading.cos() - across * heading.sin(), along * heading.sin() + across * heading.cos()];
+        close(sea(heading, 3).elevation(time, place), sea(0.0, 3).elevation(time, [along, 0.0]), 1e-10);
     }
 
     /// Who moves along with the vehicle sees one wave come by that often: after its period all is as it was.
@@ -104,7 +109,7 @@ proptest! {
         prop_assume!(met > 0.05);
         let number = frequency * frequency / GRAVITY;
         let waves = Waves::of(vec![Component { amplitude: 1.0, frequency, number, phase: 0.4 }], heading);
-        let seen = |time: f64| waves.elevation(time, speed * time);
+        let seen = |time: f64| waves.elevation(time, [speed * time, 0.0]);
         close(seen(time + TAU / met), seen(time), 1e-9);
         close(seen(time + PI / met), -seen(time), 1e-9);
     }

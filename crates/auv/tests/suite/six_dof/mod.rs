@@ -3,6 +3,7 @@
 mod file;
 mod model;
 mod turns;
+mod waves;
 
 use crate::common::{text, whole};
 use auv::{Dynamics, Motion, Vehicle, actuator_force, lateral_actuator_force};
