@@ -1,8 +1,9 @@
 //! The plant for an external integrator: states, their rates, and inputs that act at once.
 //!
 //! The states are velocities over ground along the body, angular velocities, angles, the place, and the output of each
-//! actuator that lags; in the vertical plane surge, heave, pitch rate, pitch, distance and depth. The equations have no jumps, only corners, where a velocity or the Reynolds number
-//! of friction passes its threshold and where a command or its rate passes a limit, so that no event is needed.
+//! actuator that lags; in the vertical plane surge, heave, pitch rate, pitch, distance and depth. The equations have no
+//! jumps, only corners, where a velocity or the Reynolds number of friction passes its threshold and where a command or
+//! its rate passes a limit, so that no event is needed.
 
 use auv::{Instant, Rates};
 

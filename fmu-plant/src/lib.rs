@@ -1,5 +1,5 @@
-//! The vehicle as an FMU for co-simulation and model exchange, in the vertical plane, or in six degrees of freedom if it
-//! has coefficients of sway, roll and yaw:
+//! The vehicle as an FMU for co-simulation and model exchange, in the vertical plane, or in six degrees of freedom if
+//! it has coefficients of sway, roll and yaw:
 //!
 //! ```text
 //! resources/vehicle.json, plant.json -> auv::Plant -> table of variables -> FMU

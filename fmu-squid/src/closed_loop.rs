@@ -66,8 +66,8 @@ fn fits(axis: &Axis, index: usize, plant: &PlantModel, signals: &[Signal]) -> Re
 }
 
 impl ClosedLoop {
-    /// Combines vehicle and autopilots: that of surge, heave and pitch, and that of heading for a vehicle that leaves the
-    /// vertical plane.
+    /// Combines vehicle and autopilots: that of surge, heave and pitch, and that of heading for a vehicle that leaves
+    /// the vertical plane.
     ///
     /// # Errors
     /// [`ClosedLoopError::OtherAxes`], [`ClosedLoopError::OtherSampleTime`], [`ClosedLoopError::OtherVehicle`],

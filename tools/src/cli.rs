@@ -90,8 +90,8 @@ pub enum Verb {
         /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
-        /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if there
-        /// is one
+        /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if
+        /// there is one
         #[arg(long, value_enum, value_name = "OUTPUT", default_value_t = Track::Pitch, conflicts_with = "controller")]
         track: Track,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one

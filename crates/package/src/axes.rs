@@ -37,8 +37,8 @@ impl<T> Axes<T> {
     /// What the proofs of two axes do not say.
     pub fn unproved(&self) -> Option<&'static str> {
         self.heading.is_some().then_some(
-            "Each axis is proved alone: in straight level flight the two decouple. What a turn couples is simulated, and \
-             checked in frozen turns (squid simulate --heading), not proved.",
+            "Each axis is proved alone: in straight level flight the two decouple. What a turn couples is simulated, \
+             and checked in frozen turns (squid simulate --heading), not proved.",
         )
     }
 
@@ -76,8 +76,8 @@ impl<'a> Axes<&'a Inputs> {
         }
         let speeds = both.map(|design| [design.speed_min, design.speed_max]);
         if speeds[0][0].max(speeds[1][0]) > speeds[0][1].min(speeds[1][1]) {
-            let of = |[least, most]: [f64; 2]| format!("{least} to {most} m/s");
-            return Err(Error::NoCommonSpeed { files, speeds: speeds.map(of) });
+            let said = |i: usize| format!("{} is of {} to {} m/s", files[i], speeds[i][0], speeds[i][1]);
+            return Err(Error::NoCommonSpeed { one: said(0), other: said(1) });
         }
         Ok(())
     }

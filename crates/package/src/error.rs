@@ -60,10 +60,9 @@ pub enum Error {
     SampleTimes { files: [String; 2], times: [f64; 2] },
     /// No speed is in the range of both axes.
     #[error(
-        "{} is of {} and {} of {}: no speed is in the range of both; change 'model.speed_min' or 'model.speed_max' of one",
-        files[0], speeds[0], files[1], speeds[1]
+        "{one} and {other}: no speed is in the range of both; change 'model.speed_min' or 'model.speed_max' of one"
     )]
-    NoCommonSpeed { files: [String; 2], speeds: [String; 2] },
+    NoCommonSpeed { one: String, other: String },
     /// A design of heading is named, and the file has no axis for it.
     #[error("{path}: it has no second axis for the design of --heading; leave out --heading")]
     NoSecondAxis { path: String },

@@ -4,8 +4,8 @@ use crate::page::{Kind, Line, Panel};
 use auv::Actuator;
 use squid_flight::record::Record;
 
-/// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as actuator
-/// outputs, in one panel per unit.
+/// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as
+/// actuator outputs, in one panel per unit.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
         let points = record.get("time")?.iter().zip(record.get(key)?).map(|(t, v)| (*t, of(*v))).collect();

@@ -22,7 +22,7 @@ pub enum Error {
     NoRange { vehicle: String, from: f64, to: f64, reasons: String },
     /// There is no straight level flight.
     #[error("{vehicle} does not fly straight and level at {speed:.2} m/s: {reason}")]
-    NoStraightFlight { vehicle: String, speed: f64, reason: auv::TrimError },
+    NoStraightFlight { vehicle: String, speed: f64, reason: String },
     /// No actuator acts on pitch, speed or heading.
     #[error(
         "no actuator of {vehicle} acts on its {signal} at {speed:.2} m/s, so that it cannot be controlled"

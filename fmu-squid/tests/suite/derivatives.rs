@@ -100,7 +100,9 @@ proptest! {
         at in prop::collection::vec(-1.0..1.0, 12),
         direction in prop::collection::vec(-1.0..1.0, 12),
     ) {
-        [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING].iter().for_each(|case| hold_at_the_first_outputs(*case, &at, &direction));
+        for case in [SQUID, TWO_DEGREES, CURVED, GIVEN, TURNING] {
+            hold_at_the_first_outputs(case, &at, &direction);
+        }
     }
 
     #[test]

@@ -260,7 +260,7 @@ def test_axes_have_a_speed_in_common(run_squid: Run, tmp_path: Path) -> None:
     done = run_squid("package", vehicle, *BOTH, cwd=tmp_path)
     assert done.returncode == 1
     assert (
-        "depth.toml is of 1.4 to 2.2 m/s and heading.toml of 2.3 to 2.5 m/s: no speed is in the"
+        "depth.toml is of 1.4 to 2.2 m/s and heading.toml is of 2.3 to 2.5 m/s: no speed is in the"
         in done.stderr
     )
 

@@ -64,7 +64,8 @@ impl Like {
     }
 }
 
-/// Writes vehicle.toml, design.toml and, where there is one, heading.toml to a directory that is not there yet; its name is that of the vehicle.
+/// Writes vehicle.toml, design.toml and, where there is one, heading.toml to a directory that is not there yet; its
+/// name is that of the vehicle.
 ///
 /// # Errors
 /// [`Error::Exists`], a name that no vehicle can have, those of the files.

@@ -76,8 +76,8 @@ fn check_plot(to: &Path) -> Result<(), Error> {
 /// The reference of heading, in the record of a vehicle that turns.
 const HEADING_USED: &str = "heading_reference_used";
 
-/// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the actuators
-/// that are given.
+/// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the
+/// actuators that are given.
 pub(super) fn rows(
     record: &Record,
     actuators: &[Actuator],

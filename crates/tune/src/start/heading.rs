@@ -108,7 +108,7 @@ impl Yaw {
         let found = Lateral::at(vehicle, speed, DEPTH, &rule).map_err(|reason| Error::NoStraightFlight {
             vehicle: vehicle.name.clone(),
             speed,
-            reason,
+            reason: reason.to_string(),
         })?;
         let of = |(place, one): (usize, &auv::Actuator)| {
             let yaws = yawing.actuators.iter().any(|other| other.name == one.name);
