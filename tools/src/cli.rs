@@ -117,7 +117,8 @@ pub enum Verb {
     /// first two
     ///
     /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
-    /// bound fails. With --heading there are the autopilots of two designs, of which each is proved.
+    /// bound fails. With --heading there are the autopilots of two designs, of which each is proved, and the vehicle in
+    /// six degrees of freedom; the FMUs take the place of those of the first design alone.
     Package {
         #[command(flatten)]
         which: Which,
@@ -253,8 +254,9 @@ pub enum Verb {
     /// Plot the record of a flight, a CSV file such as `fmpy simulate squid.fmu --output-file` writes
     ///
     /// --json prints the figures of the flight, in s, rad, m/s and fractions: pitch_steps with overshoot, rise_time,
-    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface; and
-    /// depth_steps and depth_error of a flight with a reference of the depth.
+    /// settling_time (null: never settled) and steady_error, pitch_error, speed_error, actuator_use, surface; and the
+    /// same of depth and heading, of a flight with a reference of them. A reference of these that is limited in rate
+    /// counts as a step to where it ends.
     Plot {
         /// The record: a column `time`, then one for each variable
         record: PathBuf,
