@@ -6,6 +6,7 @@ use auv::longitudinal::{DEPTH, PITCH};
 use fmu_controller::prefix;
 use fmu_plant::{WAVES, of_current};
 use signals::{Level, Reference, Signal};
+use std::f64::consts::PI;
 
 use crate::ClosedLoop;
 use crate::closed_loop::{HEADING, signal};
@@ -26,7 +27,12 @@ const STEPS: [(usize, &str, &str, f64); 3] = [
         0.1,
     ),
     (DEPTH, "depth_step", "height of the depth step, above zero downwards, from the depth of the start", 1.0),
-    (HEADING, "heading_step", "turn from the heading of the start, above zero to starboard", 0.1),
+    (
+        HEADING,
+        "heading_step",
+        "turn from the heading of the start, above zero to starboard; the limits themselves are excluded",
+        0.1,
+    ),
 ];
 
 /// The table for one loop.
@@ -67,7 +73,8 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
     let what = if model.turns() { format!("{level} and heading") } else { level.to_owned() };
     let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
     let steps = steps(model).map(|(place, key, what, nominal)| {
-        let Signal { name, unit, range, .. } = *signal(place);
+        let Signal { name, unit, range, circular, .. } = *signal(place);
+        let range = range.or(circular.then_some([-PI, PI]));
         let set = move |m: &mut ClosedLoop, v| {
             if let Some(step) = m.manoeuvre.steps.get_mut(name) {
                 *step = v;

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
-from fly import build, environment, main_job, platforms, room
+from fly import build, environment, main_job, package, platforms, room
 from fly.stages import ROOT, StageError, run
 
 PYTHON_SOURCES = ("run.py", "tools", "crates/python", "tests/python", "tests/importers")
@@ -93,7 +93,7 @@ def documentation() -> None:
 
 def fly(name: str) -> None:
     """Run the main job for a vehicle."""
-    main_job.run(ROOT / "vehicles" / name, "design")
+    main_job.run(package.Designs(ROOT / "vehicles" / name, "design"))
 
 
 def published_cases() -> None:

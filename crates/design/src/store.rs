@@ -33,7 +33,7 @@ use crate::run::Finished;
 use crate::store::freeze::Frozen;
 use crate::synthesise::robust::stored::{self, StoredRobust};
 use crate::verdict::Verdict;
-use crate::verdict::row::StoredRow;
+use crate::verdict::row::{Outcome, StoredRow};
 use auv::{Actuator, LpvModel, LpvModelError};
 use base::files::{Files, read, reading};
 use certificate::{Certificate, Theorem};
@@ -78,6 +78,13 @@ pub struct Stored {
 }
 
 impl Stored {
+    /// What the design misses of its requirements, in words; `None` if nothing is known to be missed.
+    pub fn missed(&self) -> Option<String> {
+        let missed = self.rows.iter().filter(|row| row.outcome == Outcome::Missed);
+        let names: Vec<&str> = missed.map(|row| row.what.as_str()).collect();
+        (!names.is_empty()).then(|| format!("requirements MISSED: {}", names.join("; ")))
+    }
+
     /// A design that was just made, without its certificate: enough for flights and comparisons.
     pub fn of(frozen: &Frozen, inputs: &Inputs) -> Self {
         Self {

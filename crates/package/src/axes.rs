@@ -82,6 +82,24 @@ impl<'a> Axes<&'a Inputs> {
         Ok(())
     }
 
+    /// That one is proved at fewer speeds than the other, and that the default manoeuvre leaves a range.
+    pub fn narrower(self) -> Option<String> {
+        let both = [Some(self.first), self.heading].map(|inputs| inputs.map(|inputs| &inputs.design));
+        let [Some(one), Some(other)] = both else { return None };
+        let (low, high) = (one.speed_min.max(other.speed_min), one.speed_max.min(other.speed_max));
+        let ends = [one.manoeuvre.speed_from, one.manoeuvre.speed_to];
+        let leaves = ends.iter().any(|speed| *speed < low || *speed > high);
+        let differs = one.speed_min != other.speed_min || one.speed_max != other.speed_max;
+        differs.then(|| {
+            let flown = if leaves { "; the default manoeuvre of the loop leaves that range" } else { "" };
+            format!(
+                "{} and {} have the speeds {low} to {high} m/s in common{flown}",
+                one.source(),
+                other.source()
+            )
+        })
+    }
+
     /// The vehicle of plant and loop: in the vertical plane if nothing holds its heading.
     pub fn vehicle(self) -> &'a Vehicle {
         if self.heading.is_some() { &self.first.whole } else { &self.first.vehicle }

@@ -242,7 +242,9 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let of_first = format!("What follows is of the design of {}.", steered.first);
     let of_first = steered.heading.is_some().then_some(of_first);
     let unproved = designs.unproved().map(str::to_owned);
-    std::iter::once(what).chain(bounds).chain(unproved).chain(of_first).collect()
+    // The page has the verdict of the first.
+    let missed = designs.heading.and_then(|(_, stored)| Some(format!("heading: {}", stored.missed()?)));
+    std::iter::once(what).chain(bounds).chain(missed).chain(unproved).chain(of_first).collect()
 }
 
 /// The bound of a design, and whether it is certified.

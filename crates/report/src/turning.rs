@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::page::{draw, known};
 use crate::record::panels;
 use crate::threads::in_parallel;
+use auv::longitudinal::SPEED;
 use auv::{Current, turn};
 use base::files::Files;
 use scheduled::{Autopilot, Manoeuvre};
@@ -208,7 +209,8 @@ fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
     for (axis, (_, stored)) in [both.level, both.heading].into_iter().enumerate() {
         let design = &stored.controller;
         for (place, (signal, reference)) in design.references().enumerate() {
-            if design.has_reference(place) {
+            // The reference of the speed is that of both.
+            if design.has_reference(place) && (axis == 0 || place != SPEED) {
                 add(format!("{}_used [{}]", reference.name, signal.unit), &|row| row.used[axis][place]);
             }
         }

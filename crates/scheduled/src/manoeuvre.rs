@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use crate::ControllerDesign;
 
@@ -133,7 +134,7 @@ impl Manoeuvre {
     }
 
     /// Checks that an autopilot has a reference of every signal that steps, and that each step is within the range of
-    /// its signal.
+    /// its signal, and a turn below half a turn, to which either way is as short.
     ///
     /// # Errors
     /// [`ManoeuvreError::BadNumber`].
@@ -145,7 +146,8 @@ impl Manoeuvre {
             let Some(signal) = place.map(|place| &design.signals[place]) else {
                 return check_number(&key, *height, false, "0: the autopilot has no reference of it");
             };
-            let [least, most] = signal.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            let turn = if signal.circular { PI } else { f64::INFINITY };
+            let [least, most] = signal.range.unwrap_or([-turn, turn]);
             let (valid, allowed) =
                 (least < *height && *height < most, format!("above {least} and below {most}"));
             check_number(&key, *height, valid, &allowed)?;

@@ -12,24 +12,19 @@ use std::path::Path;
 struct Template {
     vehicle: &'static str,
     design: &'static str,
-    heading: Option<&'static str>,
+    /// Further designs: their files, what they are of, and their texts.
+    others: &'static [(&'static str, &'static str, &'static str)],
     name: &'static str,
 }
 
 macro_rules! template {
-    ($name:literal, $heading:expr) => {
+    ($name:literal $(, $file:literal of $what:literal)*) => {
         Template {
             vehicle: include_str!(concat!("../../../vehicles/", $name, "/vehicle.toml")),
             design: include_str!(concat!("../../../vehicles/", $name, "/design.toml")),
-            heading: $heading,
+            others: &[$(($file, $what, include_str!(concat!("../../../vehicles/", $name, "/", $file)))),*],
             name: concat!("name = \"", $name, "\""),
         }
-    };
-    ($name:literal) => {
-        template!($name, None)
-    };
-    ($name:literal and heading) => {
-        template!($name, Some(include_str!(concat!("../../../vehicles/", $name, "/heading.toml"))))
     };
 }
 
@@ -55,16 +50,16 @@ impl Like {
     fn template(self) -> Template {
         match self {
             Self::Squid => template!("squid"),
-            Self::Remus100 => template!("remus100" and heading),
-            Self::Lauv => template!("lauv" and heading),
-            Self::Tethys => template!("tethys" and heading),
+            Self::Remus100 => template!("remus100", "depth.toml" of "depth", "heading.toml" of "heading"),
+            Self::Lauv => template!("lauv", "heading.toml" of "heading"),
+            Self::Tethys => template!("tethys", "heading.toml" of "heading"),
             Self::Sparus2 => template!("sparus2"),
             Self::Bluerov2Heavy => template!("bluerov2_heavy"),
         }
     }
 }
 
-/// Writes vehicle.toml, design.toml and, where there is one, heading.toml to a directory that is not there yet; its
+/// Writes vehicle.toml, design.toml and the other designs of the model to a directory that is not there yet; its
 /// name is that of the vehicle.
 ///
 /// # Errors
@@ -74,7 +69,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     if directory.exists() {
         return Err(Error::Exists { path: directory.display().to_string() });
     }
-    let Template { vehicle, design, heading, name: theirs } = like.template();
+    let Template { vehicle, design, others, name: theirs } = like.template();
     let whose = theirs.trim_start_matches("name = ").trim_matches('"');
     let head = format!(
         "# Made by `squid new` from {whose}: every number is that of {whose} until you replace it.\n#\n"
@@ -96,28 +91,26 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
         .map_err(|reason| files::Error::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
     files.add(file, vehicle);
-    let designs = [("design.toml", Some(design)), ("heading.toml", heading)];
-    let designs: Vec<_> = designs.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
-    for (name, text) in &designs {
-        files.add(directory.join(name), head.clone() + &here(text));
+    files.add(directory.join("design.toml"), head.clone() + &here(design));
+    for (file, _, text) in others {
+        files.add(directory.join(file), head.clone() + &here(text));
     }
     files.save(directory)?;
-    let of_heading = if heading.is_some() {
-        format!("{shown}/heading.toml: what the controller of heading must do\n")
-    } else {
-        String::new()
+    let more = |(file, what, _): &(&str, &str, &str)| {
+        format!("{shown}/{file}: the same of a controller of {what}\n")
     };
+    let more: String = others.iter().map(more).collect();
     let speed = auv::number(0.5 * (limits.speed_min + limits.speed_max));
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\
          {shown}/design.toml: what the controller must do\n\
-         {of_heading}Next: squid show {shown} --speed {speed}; squid design {shown}\n\
+         {more}Next: squid show {shown} --speed {speed}; squid design {shown}\n\
          With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
          a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. \
          design.toml is still that of {whose}: remove it then. With --track heading it begins one of heading."
     ));
-    let names = std::iter::once("vehicle.toml").chain(designs.iter().map(|(name, _)| *name));
+    let names = ["vehicle.toml", "design.toml"].into_iter().chain(others.iter().map(|(file, ..)| *file));
     let files: Vec<_> = names.map(|name| directory.join(name)).collect();
     Ok(answer(&json!({ "files": files }))?)
 }

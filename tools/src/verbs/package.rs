@@ -63,6 +63,14 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     let standing = standings.join("\n");
     claims.iter().for_each(|line| say(line));
     designs.unproved().into_iter().for_each(say);
+    let warn = |words: String| say(&format!("WARNING: {words}"));
+    designs.map(|(inputs, _)| inputs).narrower().into_iter().for_each(warn);
+    for (_, stored) in designs {
+        stored
+            .missed()
+            .into_iter()
+            .for_each(|words| warn(designs.said(&stored.controller.steered(), &words)));
+    }
     if verbose {
         say(&standing);
     }

@@ -185,7 +185,12 @@ fn read(directory: &Path, design: &str, track: Track) -> Result<(Inputs, String,
     }
     let path = directory.join(format!("{design}.toml"));
     if path.exists() {
-        return Ok((Inputs::read(directory, design)?, files::read(&path)?, false));
+        let inputs = Inputs::read(directory, design)?;
+        if track == Track::Heading && !inputs.design.is_lateral() {
+            let found = format!("heading, and {} tracks something else", path.display());
+            return Err(Error::Argument { name: "--track", found, allowed: "what the file tracks".into() });
+        }
+        return Ok((inputs, files::read(&path)?, false));
     }
     let file = directory.join("vehicle.toml");
     let vehicle = read_vehicle(&file)?;

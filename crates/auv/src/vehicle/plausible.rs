@@ -1,5 +1,7 @@
 //! What a vehicle file may say, but hardly means: signs and sizes of coefficients.
 
+#![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
+
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Effect;
 use crate::words::rounded;
@@ -74,7 +76,8 @@ impl Vehicle {
                 )
             },
         );
-        let lags = self.actuators.iter().filter(|a| a.lag > LAG).map(|a| {
+        let all = || self.actuators.iter().chain(&self.others);
+        let lags = all().filter(|a| a.lag > LAG).map(|a| {
             format!(
                 "the lag of '{}' is {} s; more than {LAG} s is unusual: check its unit",
                 a.name,
@@ -82,7 +85,7 @@ impl Vehicle {
             )
         });
         let surfaces =
-            self.actuators.iter().filter(|a| matches!(a.effect, Effect::ControlSurface { .. })).map(|a| {
+            all().filter(|a| matches!(a.effect, Effect::ControlSurface { .. })).map(|a| {
                 let most = a.min.abs().max(a.max.abs()).to_degrees();
                 (most > DEFLECTION + 1e-9).then(|| {
                     format!(
@@ -93,10 +96,23 @@ impl Vehicle {
                     )
                 })
             });
+        let ahead = all().filter_map(|one| match one.effect {
+            Effect::ControlSurface { Y_uu_delta, N_uu_delta, .. } if Y_uu_delta * N_uu_delta > 0.0 => {
+                Some(format!(
+                    "'{}' yaws as a fin {} m ahead of the origin: 'Y_uu_delta' is {} and 'N_uu_delta' {}; those of a \
+                     rudder at the stern have opposite signs",
+                    one.name,
+                    rounded(N_uu_delta / Y_uu_delta),
+                    rounded(Y_uu_delta),
+                    rounded(N_uu_delta)
+                ))
+            }
+            _ => None,
+        });
         let inertia = self.inertia();
         let of_coefficients = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
         let of_coefficients = of_coefficients.chain(lateral).chain(round);
-        of_coefficients.chain(lags).chain(surfaces.flatten()).collect()
+        of_coefficients.chain(ahead).chain(lags).chain(surfaces.flatten()).collect()
     }
 
     /// A moment of inertia about the centre of gravity below that of a ball of the vehicle's mass and the density of

@@ -36,7 +36,7 @@ impl Inputs {
                 auv::number(self.design.speed_min)
             )
         });
-        self.vehicle.doubts().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
+        self.whole.doubts().into_iter().chain(pitch).chain(surfaced).chain(adrift).collect()
     }
 }
 

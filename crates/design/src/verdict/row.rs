@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::{self, Display, Formatter};
 
 /// Whether a figure meets its requirement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
     /// The figure is on the right side of its limit.
@@ -108,6 +108,8 @@ pub struct StoredRow {
     pub what: String,
     /// The worst figure found.
     pub achieved: Figure,
+    /// Met or missed.
+    pub outcome: Outcome,
     /// Advice for a missed row, if it was searched for.
     pub advice: Option<Advice>,
 }
