@@ -41,7 +41,7 @@ def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= columns
     assert columns < 160 or max(map(len, lines)) > 120
-    assert sum(line.startswith("  python3 run.py ") for line in lines) == 7
+    assert sum(line.startswith("  python3 run.py ") for line in lines) == 8
 
 
 WORDS = " ".join(f"word{index}" for index in range(30))

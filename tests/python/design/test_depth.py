@@ -95,8 +95,10 @@ def test_the_depth_is_held_and_followed(
     """A step while the speed ramps through the range; the master flies the same."""
     figures = figures_of(run_squid, flown, tmp_path)
     assert "pitch_steps" not in figures
-    # The step of 1 m is used as a ramp, so that the record has none.
-    assert figures["depth_steps"] == []
+    # The step of 1 m is used as a ramp, which counts as a step to its end.
+    (step,) = figures["depth_steps"]
+    assert step["height"] == pytest.approx(1.0) and step["time"] == pytest.approx(10.0)
+    assert step["overshoot"] < 0.02 and 0.0 < step["settling_time"] < 30.0
     begin = np.searchsorted(
         flown["time"], json.loads((deep.folder / "manoeuvre.json").read_text())["step_time"]
     )

@@ -89,24 +89,25 @@ pub(super) fn rows(
         column(signal.name)?;
     }
     let measured = signals.each_ref().map(|signal| record.get(signal.name));
-    let mut references: Vec<Option<Vec<f64>>> = tracked()
-        .map(|(signal, wanted)| {
-            let used = record.get(&format!("{}_used", wanted.name))?;
-            let is_limited = signal.level == Level::Start;
-            Some(if is_limited { ends_of_ramps(used) } else { used.to_vec() })
-        })
-        .collect();
-    references.resize(TRACKED, None);
+    let mut used: Vec<Option<&[f64]>> =
+        tracked().map(|(_, wanted)| record.get(&format!("{}_used", wanted.name))).collect();
+    used.resize(TRACKED, None);
+    // What was asked is not in the record.
+    let asked = signals.iter().zip(&used).map(|(signal, used)| {
+        let used = (*used)?;
+        Some(if signal.level == Level::Start { ends_of_ramps(used) } else { used.to_vec() })
+    });
+    let asked: Vec<Option<Vec<f64>>> = asked.collect();
     column("speed_reference_used")?;
     let commands: Vec<&[f64]> = actuators.iter().map(|a| column(&a.name)).collect::<Result<_, _>>()?;
     let (time, depth) = (column("time")?, column("depth")?);
-    let used = |k: usize| from_fn(|place| references[place].as_ref().map_or(f64::NAN, |column| column[k]));
+    let at = |column: Option<&[f64]>, k: usize| column.map_or(f64::NAN, |column| column[k]);
     let row = |k: usize| Row {
         time: time[k],
-        used: used(k),
+        used: from_fn(|place| at(used[place], k)),
         signals: Signals {
-            measured: measured.map(|column| column.map_or(f64::NAN, |column| column[k])),
-            references: used(k),
+            measured: measured.map(|column| at(column, k)),
+            references: from_fn(|place| at(asked[place].as_deref(), k)),
         },
         depth: depth[k],
         rho: f64::NAN,
