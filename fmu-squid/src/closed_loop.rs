@@ -60,7 +60,7 @@ fn fits(axis: &Axis, index: usize, plant: &PlantModel, signals: &[Signal]) -> Re
     }
     if design.vehicle.name != vehicle.name {
         let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
-        return Err(ClosedLoopError::OtherVehicle { found, expected });
+        return Err(ClosedLoopError::OtherVehicle { file: of_axis(RESOURCE, index), found, expected });
     }
     Ok(())
 }

@@ -36,8 +36,8 @@ pub enum ClosedLoopError {
     #[error("the designs have sample times of {one} s and {other} s, and must have the same")]
     OtherSampleTime { one: f64, other: f64 },
     /// The controller is for another vehicle.
-    #[error("resources/{CONTROLLER_RESOURCE} is the design for '{found}', and the vehicle is '{expected}'")]
-    OtherVehicle { found: String, expected: String },
+    #[error("resources/{file} is the design for '{found}', and the vehicle is '{expected}'")]
+    OtherVehicle { file: String, found: String, expected: String },
     /// The controller measures other signals than the vehicle has.
     #[error(
         "resources/{file} has the signals {}, and those of the vehicle are {}",

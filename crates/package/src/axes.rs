@@ -37,8 +37,8 @@ impl<T> Axes<T> {
     /// What the proofs of two axes do not say.
     pub fn unproved(&self) -> Option<&'static str> {
         self.heading.is_some().then_some(
-            "Each axis is proved alone: in straight level flight the two decouple. What a turn couples is simulated, \
-             and checked in frozen turns (squid simulate --heading), not proved.",
+            "Each axis is proved alone, about straight level flight without roll, where the two decouple. What a turn \
+             or a roll couples is simulated, and checked in frozen turns (squid simulate --heading), not proved.",
         )
     }
 
