@@ -75,6 +75,17 @@ pub struct Stored {
     pub robust: Option<StoredRobust>,
     /// The rows of the verdict that could be read.
     pub rows: Vec<StoredRow>,
+    /// What is proved of it beside another design.
+    pub coupling: Option<StoredCoupling>,
+}
+
+/// What is proved of a design together with another.
+#[derive(Debug, Clone)]
+pub struct StoredCoupling {
+    /// The text of the certificate of its own axis.
+    pub certificate: String,
+    /// What both prove, in words.
+    pub words: String,
 }
 
 impl Stored {
@@ -95,6 +106,7 @@ impl Stored {
             sampled: None,
             robust: None,
             rows: vec![],
+            coupling: None,
         }
     }
 
@@ -305,7 +317,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     let sampled = sampled_path.is_file().then(|| read(&sampled_path)).transpose()?;
     let robust = stored::stored(directory)?;
     let (manoeuvre, rows) = (inputs.design.manoeuvre.clone(), rows(directory));
-    Ok(Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows })
+    Ok(Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows, coupling: None })
 }
 
 /// The stored LPV model.

@@ -34,12 +34,16 @@ impl<T> Axes<T> {
         Ok(Axes { first: made(self.first)?, heading: self.heading.map(made).transpose()? })
     }
 
-    /// What the proofs of two axes do not say.
-    pub fn unproved(&self) -> Option<&'static str> {
-        self.heading.is_some().then_some(
+    /// What the proofs of two axes do not say; `coupled` is whether there is one of both together.
+    pub fn unproved(&self, coupled: bool) -> Option<&'static str> {
+        self.heading.is_some().then_some(if coupled {
+            "Beyond that each axis is proved alone, about straight level flight without roll. What turns couple is \
+             proved of the linear motion, in continuous time and without limits; the rest is simulated (squid simulate \
+             --heading)."
+        } else {
             "Each axis is proved alone, about straight level flight without roll, where the two decouple. What a turn \
-             or a roll couples is simulated, and checked in frozen turns (squid simulate --heading), not proved.",
-        )
+             or a roll couples is simulated, and checked in frozen turns (squid simulate --heading), not proved."
+        })
     }
 
     /// Words about an axis that is called `name`: after its name, if there is another axis.

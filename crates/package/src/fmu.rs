@@ -14,6 +14,7 @@ use fmu_controller::of_axis;
 use model_description::{Interfaces, ModelDescription};
 use proof::error::ProofError;
 use squid_design::certify::claims::{self, Terms};
+use squid_design::check::coupled::gain::CERTIFICATES;
 use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::store::Stored;
@@ -133,6 +134,9 @@ pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Resu
             if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
                 resources.insert(&of_axis(CERTIFICATE, axis), certificate.as_str());
             }
+            if let Some(coupling) = &stored.coupling {
+                resources.insert(CERTIFICATES[axis], coupling.certificate.as_str());
+            }
         }
     }
     if kind != Kind::Controller {
@@ -241,10 +245,11 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let bounds = each.map(|((_, stored), name)| designs.said(name, &bound(stored)));
     let of_first = format!("What follows is of the design of {}.", steered.first);
     let of_first = steered.heading.is_some().then_some(of_first);
-    let unproved = designs.unproved().map(str::to_owned);
+    let coupled = designs.first.1.coupling.as_ref().map(|coupling| format!("Proved: {}.", coupling.words));
+    let unproved = designs.unproved(coupled.is_some()).map(str::to_owned);
     // The page has the verdict of the first.
     let missed = designs.heading.and_then(|(_, stored)| Some(format!("heading: {}", stored.missed()?)));
-    std::iter::once(what).chain(bounds).chain(missed).chain(unproved).chain(of_first).collect()
+    std::iter::once(what).chain(bounds).chain(missed).chain(coupled).chain(unproved).chain(of_first).collect()
 }
 
 /// The bound of a design, and whether it is certified.

@@ -9,6 +9,7 @@
 pub mod archive;
 pub mod axes;
 pub mod c;
+pub mod coupling;
 pub mod error;
 pub mod fmu;
 pub mod kind;

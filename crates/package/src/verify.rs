@@ -6,6 +6,7 @@
 use crate::archive::FmuArchive;
 use crate::axes::Axes;
 use crate::c::{self, CONTROLLER};
+use crate::coupling;
 use crate::error::Error;
 use auv::LpvModel;
 use base::files::{self, read};
@@ -45,6 +46,8 @@ pub struct Verified {
     pub unproved: Option<String>,
     /// The largest step that the claim with limits is of; where it is known what the step is counted in.
     pub step: Option<ClaimedStep>,
+    /// What is proved of both axes in turns; said of the first.
+    pub coupling: Option<String>,
 }
 
 /// Verifies an FMU (by its extension) or a certificate as JSON; against vehicle and design file, if given.
@@ -116,7 +119,7 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     } else {
         about.push(NOT_RECOMPUTED.into());
     }
-    Ok(Verified { axis, theorem, about, lines, unproved, step })
+    Ok(Verified { axis, theorem, about, lines, unproved, step, coupling: None })
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -145,6 +148,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
                 theorem: theorem.clone(),
                 about,
                 step: None,
+                coupling: None,
             })
         };
         let (vehicle, design) = (&inputs.axis(), &inputs.design);
@@ -168,7 +172,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     }
     let unproved = terms.as_ref().and_then(|terms| unproved(&theorem, terms));
     let lines = lines(&theorem, terms.as_ref());
-    Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step })
+    Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step, coupling: None })
 }
 
 /// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
@@ -253,8 +257,9 @@ fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verifie
     }
     let not_of_inputs = |reason| Error::NotOfInputs { path: of_path(), reason };
     let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
+    let controllers = proved.as_ref().map(|proved| proved.design.clone());
     let mut of_files = inputs.into_iter().flatten();
-    let verified = proved.try_map(|proved| {
+    let mut verified = proved.try_map(|proved| {
         let Proved { design, text, certificate, theorem, covered } = proved;
         check_autopilot(&design, &certificate)?;
         let (axis, step) = (design.steered(), ClaimedStep::of(&design, &theorem));
@@ -272,10 +277,12 @@ fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verifie
         } else {
             NOT_RECOMPUTED.into()
         };
-        Ok::<_, Error>(Verified { axis, theorem, about: vec![covered, computed], lines, unproved, step })
+        let about = vec![covered, computed];
+        Ok::<_, Error>(Verified { axis, theorem, about, lines, unproved, step, coupling: None })
     })?;
-    // Last, because other files than those of the design are told as such.
+    // After the axes, because other files than those of the design are told as such.
     inputs.map_or(Ok(()), |inputs| same_files(&resources, inputs)).map_err(not_of_inputs)?;
+    verified.first.coupling = coupling::verify(path, &resources, controllers.as_ref(), inputs)?;
     Ok(verified)
 }
 
@@ -362,7 +369,7 @@ fn made_of(
     };
     let manoeuvre = inputs.design.manoeuvre.clone();
     let certificate = Ok(certificate);
-    let (sampled, robust, rows) = Default::default();
-    let stored = Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows };
+    let (sampled, robust, rows, coupling) = Default::default();
+    let stored = Stored { controller, plant, manoeuvre, certificate, sampled, robust, rows, coupling };
     stored.prove(inputs).map(|_| ())
 }

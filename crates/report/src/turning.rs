@@ -4,12 +4,15 @@ use crate::error::Error;
 use crate::page::{draw, known};
 use crate::record::panels;
 use crate::threads::in_parallel;
+use auv::Current;
 use auv::longitudinal::SPEED;
-use auv::{Current, turn};
 use base::files::Files;
-use scheduled::{Autopilot, Manoeuvre};
+use proof::claim::text;
+use scheduled::Manoeuvre;
 use serde::Serialize;
-use squid_design::check::coupled::coupled;
+use squid_design::check::coupled::frozen::largest_real_part;
+use squid_design::check::coupled::gain::{CERTIFICATES, Coupling, coupling};
+use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_flight::record::Record;
@@ -50,6 +53,17 @@ pub struct Turned {
     pub travel: f64,
 }
 
+/// What was flown and computed.
+#[derive(Debug, Clone)]
+pub struct Turns {
+    /// The turns, at increasing speeds.
+    pub turned: Vec<Turned>,
+    /// What is proved of both axes together; `None` if no bound was found.
+    pub coupling: Option<Coupling>,
+    /// The text for a terminal.
+    pub words: String,
+}
+
 /// The two designs, each with its inputs: of pitch or depth, and of heading.
 #[derive(Debug, Clone, Copy)]
 pub struct Both<'a> {
@@ -59,18 +73,24 @@ pub struct Both<'a> {
     pub heading: (&'a Inputs, &'a Stored),
 }
 
+impl<'a> Both<'a> {
+    fn turning(&self) -> Turning<'a> {
+        Turning::of(self.level.0, [&self.level.1.controller, &self.heading.1.controller])
+    }
+
+    /// What each axis is called.
+    fn names(&self) -> [String; 2] {
+        [self.level.1, self.heading.1].map(|stored| stored.controller.steered())
+    }
+}
+
 /// Simulates a turn \[rad\] at several speeds in a steady current, in six degrees of freedom, while the other axis
-/// makes the step of its default flight, and once on the ramp of speed of that; writes a record and a plot of this to
-/// `directory`.
+/// makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple. Writes a
+/// record and a plot of this to `directory`, and the certificates of the bounds.
 ///
 /// # Errors
 /// [`Error::NoCommonSpeed`], [`Error::Flight`], [`Error::Plot`].
-pub fn run(
-    both: Both<'_>,
-    turn: f64,
-    current: Current,
-    directory: &Path,
-) -> Result<(Vec<Turned>, String), Error> {
+pub fn run(both: Both<'_>, turn: f64, current: Current, directory: &Path) -> Result<Turns, Error> {
     let (inputs, stored) = both.level;
     let speeds = common(both);
     if speeds[0] > speeds[SPEEDS - 1] {
@@ -91,9 +111,19 @@ pub fn run(
     let mut files = Files::default();
     files.add(directory.join("turn.svg"), svg);
     files.add(directory.join("turn.csv"), record.csv());
+    let coupling = coupling(&both.turning())?;
+    for (axis, name) in CERTIFICATES.iter().enumerate() {
+        let path = directory.join(name);
+        match &coupling {
+            Some(found) => files.add(path.clone(), text(&found.axes[axis].certificate, &path)?),
+            None => files.remove(path),
+        }
+    }
     files.save(directory)?;
-    let words = words(&turned, turn, &stored.manoeuvre, directory);
-    Ok((turned, words))
+    let names = both.names();
+    let coupled = coupling.as_ref().map(|coupling| coupling.words(names.each_ref().map(String::as_str)));
+    let words = words(&turned, turn, &stored.manoeuvre, coupled, directory);
+    Ok(Turns { turned, coupling, words })
 }
 
 /// Speeds in the range of both designs.
@@ -164,17 +194,10 @@ fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned,
 
 /// Up to which rate of turn the linear loop is stable, and the largest rate of the reference, at a speed.
 fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
-    let designs = [&both.level.1.controller, &both.heading.1.controller];
-    let trims = Autopilot::new(designs[1])?.trim().clone();
-    let rate = designs[1].envelope.get("heading").and_then(|limits| limits.rate.as_ref());
-    let end =
-        |place: usize| rate.map_or(0.0, |ends| trims.over(trims.forward_speed(speed), &ends[place]).abs());
-    let fastest = end(0).min(end(1));
-    let inputs = both.level.0;
-    let (depth, pitch) = inputs.design.level();
+    let turning = both.turning();
+    let fastest = turning.fastest(speed)?;
     let is_stable = |rate: f64| -> Result<bool, Error> {
-        let Ok(found) = turn(&inputs.whole, speed, rate, depth, pitch) else { return Ok(false) };
-        Ok(coupled(&inputs.whole, designs, &found)?.is_ok_and(|largest| largest < 0.0))
+        Ok(largest_real_part(&turning, speed, rate)?.is_some_and(|largest| largest < 0.0))
     };
     let mut stable_to = f64::NAN;
     for step in 0..=RATES {
@@ -222,7 +245,13 @@ fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
     Record::new(columns)
 }
 
-fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) -> String {
+fn words(
+    turned: &[Turned],
+    turn: f64,
+    manoeuvre: &Manoeuvre,
+    coupled: Option<String>,
+    directory: &Path,
+) -> String {
     let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
     let mut out = format!(
         "Turns by {} deg in six degrees of freedom, each with the default step of {}\n\n\
@@ -247,5 +276,10 @@ fn words(turned: &[Turned], turn: f64, manoeuvre: &Manoeuvre, directory: &Path) 
     out += "\nDepth moved and speed lost are against the same flight without the turn; travel is of the commands of \
             heading.\nStable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
             of the reference.\n";
+    out += &match coupled {
+        Some(proved) => format!("PROVED: {proved}\n"),
+        None => "Nothing is proved of both axes together: no bound below 1 was found of what turns couple.\n"
+            .to_owned(),
+    };
     out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
 }

@@ -9,6 +9,7 @@ use base::progress::Progress;
 use serde_json::json;
 use squid_design::inputs::Inputs;
 use squid_design::store::{self, Stored};
+use squid_package::coupling::coupled;
 use squid_package::error::Error as PackageError;
 use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, require_proof, standing};
 use squid_package::kind::{Interfaces, Kind};
@@ -52,7 +53,17 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
         proof.map(|proof| (inputs, stored, proof))
     };
     let what = "proving again, and computing the plant of the proof again";
-    let proved = progress.timed("certify", what, || loaded.try_map(prove)).0?;
+    let mut proved = progress.timed("certify", what, || loaded.try_map(prove)).0?;
+    let designs = proved.as_ref().map(|(inputs, stored, _)| (inputs, stored));
+    let coupling = if designs.heading.is_some() {
+        progress.timed("couple", "bounding what turns couple", || coupled(designs)).0?
+    } else {
+        None
+    };
+    let words = coupling.as_ref().map(|[first, _]| first.words.clone());
+    if let (Some([one, other]), Some(heading)) = (coupling, &mut proved.heading) {
+        (proved.first.1.coupling, heading.1.coupling) = (Some(one), Some(other));
+    }
     let designs = proved.as_ref().map(|(inputs, stored, _)| (inputs, stored));
     let (mut standings, mut claims) = (vec![], vec![]);
     for (_, stored, proof) in proved.as_ref() {
@@ -62,7 +73,9 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     }
     let standing = standings.join("\n");
     claims.iter().for_each(|line| say(line));
-    designs.unproved().into_iter().for_each(say);
+    let coupled = words.map(|words| format!("certified: {words}"));
+    coupled.iter().for_each(|line| say(line));
+    designs.unproved(coupled.is_some()).into_iter().for_each(say);
     let warn = |words: String| say(&format!("WARNING: {words}"));
     designs.map(|(inputs, _)| inputs).narrower().into_iter().for_each(warn);
     for (_, stored) in designs {
@@ -119,7 +132,9 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     written.iter().for_each(|line| say(line));
     let report = which.report();
     say(&format!("the whole report: {report}"));
-    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": names, "report": report }))?)
+    Ok(answer(
+        &json!({ "proof": standing, "claims": claims, "coupling": coupled, "files": names, "report": report }),
+    )?)
 }
 
 fn named(platforms: &[String]) -> Result<Vec<Platform>, Error> {

@@ -13,7 +13,7 @@ use squid_design::inputs::Inputs;
 use squid_flight::metrics::StepFigures;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
-use squid_report::turning::{self, Both};
+use squid_report::turning::{self, Both, Turns};
 use std::path::Path;
 
 /// Flies a design, at sea if a file says one, and writes records and plots.
@@ -62,10 +62,14 @@ pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f6
     let current = Current { horizontal, east, ..Current::default() };
     let running = Progress::new(&show).begin("simulate", "flying");
     let both = Both { level: (&inputs, &stored), heading: (&turning, &own) };
-    let (turned, words) = turning::run(both, turn.to_radians(), current, &directory)?;
+    let Turns { turned, coupling, words } = turning::run(both, turn.to_radians(), current, &directory)?;
     drop(running);
     say(words.trim_end());
-    Ok(answer(&json!({ "directory": directory, "turns": turned }))?)
+    let coupling = coupling.map(|found| {
+        let [low, high] = found.rates.map(f64::to_degrees);
+        json!({ "gains": found.gains(), "product": found.product(), "rates_deg": [low, high] })
+    });
+    Ok(answer(&json!({ "directory": directory, "turns": turned, "coupling": coupling }))?)
 }
 
 /// A turn by as much is as short to either side, deg.

@@ -71,7 +71,9 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             }
         }
     }
-    verified.unproved().into_iter().for_each(say);
+    let coupling = verified.first.coupling.as_ref();
+    coupling.into_iter().for_each(|words| say(&format!("PROVED: {words}")));
+    verified.unproved(coupling.is_some()).into_iter().for_each(say);
     let mut found = object(&verified.first);
     if verified.heading.is_some() {
         let named = |axis: &Verified| {
@@ -80,6 +82,7 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             found
         };
         found["axes"] = verified.as_ref().into_iter().map(named).collect();
+        found["coupling"] = json!(coupling);
     }
     Ok(answer(&found)?)
 }

@@ -9,6 +9,9 @@ use proof::claim::{parse, text};
 use rayon::prelude::*;
 use scheduled::{Autopilot, ControllerDesign, Health, Inputs as Ports, Manoeuvre, OverSpeed, Supervisor};
 use squid_design::certify::lft_matrices;
+use squid_design::check::coupled::frozen::largest_real_part;
+use squid_design::check::coupled::gain::{coupling, share_of};
+use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
 use squid_design::store::freeze::{frozen, gamma};
@@ -214,6 +217,46 @@ fn it_turns_under_the_torque_of_its_propeller() {
         let off = both.last().unwrap().state.heading.to_degrees() - side;
         assert!(off.abs() < 0.1, "{side}: {off} deg");
     }
+}
+
+/// A vehicle in turns under both autopilots, at the depth of the flights.
+fn turning(whole: &Vehicle) -> Turning<'_> {
+    let (inputs, finished) = &*MADE;
+    let designs = [&*DIVING, &finished.frozen.controller];
+    Turning { whole, depth: 10.0, pitch: &inputs.design.pitch, designs }
+}
+
+/// Another implementation found 0.21 and 0.42 for the product at 10 and 14 deg/s, frozen, of the coupling alone.
+#[test]
+fn what_turns_couple_is_proved() {
+    let turning = turning(&MADE.0.whole);
+    let found = coupling(&turning).unwrap().unwrap();
+    let fastest = found.rates[0];
+    assert!((fastest.to_degrees() - 12.0).abs() < 1e-9 && found.share == 1.5, "{found:?}");
+    assert!(found.gains().iter().all(|gain| *gain < 0.75) && found.product() < 0.5, "{:?}", found.gains());
+    let words = found.words(["depth", "heading"]);
+    assert!(words.contains("up to 12 deg/s (1.5 times the limit of the reference)"), "{words}");
+    let certificates = found.axes.each_ref().map(|axis| &axis.certificate);
+    let again = certificates.map(|one| parse(&text(one, Path::new("c.json")).unwrap(), "c.json").unwrap());
+    assert!(again.iter().all(|one| one.prove().unwrap().gamma.unwrap() < 1.0));
+    assert_eq!(share_of(&turning, [&again[0], &again[1]]).unwrap(), 1.5);
+    share_of(&turning, [&again[1], &again[0]]).unwrap_err();
+    // At speeds and rates that the bounds do not have.
+    for (speed, part) in [(1.43, 0.11), (1.55, -0.93), (1.77, 0.47), (1.92, -0.29), (2.13, 0.97)] {
+        let largest = largest_real_part(&turning, speed, part * fastest).unwrap().unwrap();
+        assert!(largest < -0.01, "{speed} m/s, {part}: {largest}");
+    }
+}
+
+/// Fins damp roll. Without them, and under the torque of the propeller, what is proved ends at slower turns.
+#[test]
+fn roll_that_nothing_damps_couples_more() {
+    let share = |whole: &Vehicle| coupling(&turning(whole)).unwrap().map_or(0.0, |found| found.share);
+    let with = |key, value| Parameter::Coefficient(key).with_value(&MADE.0.whole, value);
+    let torque = Parameter::Effect { actuator: 0, key: "torque" }.with_value(&MADE.0.whole, -0.543 / 3.86);
+    let [weak, none] = [with("K_up", -0.1), with("K_up", 0.0)].map(|whole| share(&whole));
+    let torque = share(&torque);
+    assert!(weak < 1.5 && none <= weak && torque < 1.5, "{weak}, {none}, {torque}");
 }
 
 /// 40 vehicles at corners of the declared uncertainty, at two speeds each, turn by 60 degrees; a rudder slower by 0.2 s

@@ -1,0 +1,118 @@
+//! Units of what is added to each row, and matrices that bound others.
+
+use lpv::matrix::{Mat, symmetric_function};
+use nalgebra::{Complex, DMatrix};
+
+type Response = DMatrix<Complex<f64>>;
+
+/// The number of times that the units are balanced, and the range of units.
+const ROUNDS: usize = 3;
+const RANGE: f64 = 1e3;
+
+/// Units s of the rows of two axes that make the gains of the loop small: each row gives about as much as it takes.
+///
+/// `added[i][j]` are matrices from \[x; T\] of axis j to \[x'; y\] of axis i; `responses[j]` those of axis j from
+/// \[x'; y\] to \[x; T\] at some frequencies. A row to which nothing is added has the unit 0. After E. E. Osborne, On
+/// pre-conditioning of matrices, J. ACM 7(4), 1960.
+pub fn units(added: [[&[Mat]; 2]; 2], responses: [&[Response]; 2], rows: [usize; 2]) -> [Vec<f64>; 2] {
+    let mut units = rows.map(|rows| vec![1.0; rows]);
+    for _ in 0..ROUNDS {
+        for i in [0, 1] {
+            let (mut takes, mut gives) = (vec![0.0_f64; rows[i]], vec![0.0_f64; rows[i]]);
+            for j in [0, 1] {
+                for response in responses[j] {
+                    for matrix in added[i][j] {
+                        let through = complex(matrix) * response;
+                        for (row, most) in takes.iter_mut().enumerate() {
+                            let size = |k: usize| (through[(row, k)] * units[j][k]).norm_sqr();
+                            *most = most.max((0..rows[j]).map(size).sum::<f64>().sqrt());
+                        }
+                    }
+                }
+                for response in responses[i] {
+                    for matrix in added[j][i] {
+                        let through = complex(matrix) * response;
+                        for (column, most) in gives.iter_mut().enumerate() {
+                            let by = |k: usize| match units[j][k] {
+                                0.0 => 0.0,
+                                unit => (through[(k, column)] / unit).norm_sqr(),
+                            };
+                            *most = most.max((0..rows[j]).map(by).sum::<f64>().sqrt());
+                        }
+                    }
+                }
+            }
+            let largest = gives.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            let is_added =
+                |row: usize| added[i].iter().any(|all| all.iter().any(|m| m.row(row).amax() > 0.0));
+            let balanced = |row: usize| (takes[row] / gives[row].max(largest / RANGE)).sqrt();
+            let most = (0..rows[i]).map(balanced).fold(0.0, f64::max);
+            units[i] = (0..rows[i])
+                .map(|row| if is_added(row) { balanced(row).max(most / RANGE) } else { 0.0 })
+                .collect();
+        }
+    }
+    units
+}
+
+fn complex(m: &Mat) -> Response {
+    m.map(|entry| Complex::new(entry, 0.0))
+}
+
+/// Rounding, relative.
+const ROUNDING: f64 = 1e-13;
+
+/// F with `|D v| <= |F v|` for every v and each of some matrices D with `columns` columns.
+pub fn cover(matrices: &[Mat], columns: usize) -> Mat {
+    let mut square = Mat::zeros(columns, columns);
+    for matrix in matrices {
+        let rest = matrix.transpose() * matrix - &square;
+        square += symmetric_function(&rest, |value| value.max(0.0));
+    }
+    let largest = square.diagonal().max();
+    let root = symmetric_function(&square, |value| value.max(ROUNDING * largest).sqrt() * (1.0 + ROUNDING));
+    // A column that nothing has stays 0.
+    let used: Vec<usize> = (0..columns).filter(|j| square[(*j, *j)] > 0.0).collect();
+    root.select_rows(&used)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_cover_is_no_shorter_than_what_it_covers(
+            entries in prop::collection::vec(-1.0..1.0f64, 36),
+            scale in prop::array::uniform4(-3..=3i32),
+            v in prop::collection::vec(-1.0..1.0f64, 4),
+        ) {
+            let scale = scale.map(|power| 10f64.powi(power));
+            let matrices: Vec<Mat> =
+                entries.chunks(12).map(|part| Mat::from_fn(3, 4, |i, j| part[4 * i + j] * scale[j])).collect();
+            let v = nalgebra::DVector::from_fn(4, |j, _| v[j] / scale[j]);
+            let covered = (cover(&matrices, 4) * &v).norm();
+            let longest = matrices.iter().map(|m| (m * &v).norm()).fold(0.0, f64::max);
+            prop_assert!(covered >= longest * (1.0 - 1e-6), "{covered} {longest}");
+        }
+    }
+
+    /// A column that no matrix has adds nothing; one matrix is covered by one of its own size.
+    #[test]
+    fn a_cover_of_one_matrix_is_as_large() {
+        let one = Mat::from_row_slice(2, 3, &[3.0, 0.0, 4.0, 0.0, 0.0, 1.0]);
+        let found = cover(std::slice::from_ref(&one), 3);
+        let rest = found.transpose() * &found - one.transpose() * &one;
+        assert!(rest.amax() < 1e-10 && found.shape() == (2, 3), "{found}");
+    }
+
+    /// Two loops of one state, 1/(s + 1), with D_12 = 100 and D_21 = 1/100: in balanced units both gains are 1.
+    #[test]
+    fn units_make_gains_equal() {
+        let (large, small) = ([Mat::from_element(1, 1, 100.0)], [Mat::from_element(1, 1, 0.01)]);
+        let response = [DMatrix::from_element(1, 1, Complex::new(1.0, 0.0))];
+        let [one, other] = units([[&[], &large], [&small, &[]]], [&response, &response], [1, 1]);
+        assert!((one[0] / other[0] / 100.0 - 1.0).abs() < 1e-12, "{one:?} {other:?}");
+    }
+}

@@ -1,0 +1,49 @@
+//! The loop of both autopilots in one steady turn, with the controllers frozen at its speed.
+
+use crate::certify::controller_of;
+use crate::check::coupled::turn::Turning;
+use crate::check::frozen_controller;
+use crate::error::Error;
+use lpv::matrix::{Mat, block, diagonal_blocks, eigenvalues};
+use nalgebra::DVector;
+
+/// The lag of an actuator that has none, s: faster than any mode of the loop.
+const SHORTEST_LAG: f64 = 1e-3;
+
+/// The largest real part of the eigenvalues of the loop in a steady turn, at a speed \[m/s\] and a rate of heading
+/// \[rad/s\], 1/s; `None` if there is no such turn.
+///
+/// # Errors
+/// [`Error`] of a controller that is not well posed at the speed.
+pub fn largest_real_part(turning: &Turning<'_>, speed: f64, rate: f64) -> Result<Option<f64>, Error> {
+    let Ok(m) = turning.motion(speed, rate) else { return Ok(None) };
+    let axes = turning.axes();
+    let [x, y, t] = [0, 1, 2].map(|of| -> Vec<usize> {
+        let of_axis = |axis: &crate::check::coupled::turn::Axis| match of {
+            0 => axis.columns[..axis.states].to_vec(),
+            1 => axis.rows[axis.states..].to_vec(),
+            _ => axis.columns[axis.states..].to_vec(),
+        };
+        axes.iter().flat_map(of_axis).collect()
+    });
+    let part = |rows: &[usize], columns: &[usize]| m.select_rows(rows).select_columns(columns);
+    let frozen = |axis: usize| -> Result<_, Error> {
+        let design = turning.designs[axis];
+        let rho = ((speed - design.scheduling.centre) / design.scheduling.half_range).clamp(-1.0, 1.0);
+        Ok(frozen_controller(&controller_of(&design.lft)?, rho)?.frozen(&[])?)
+    };
+    let [one, other] = [frozen(0)?, frozen(1)?];
+    let [ka, kb, kc, kd] = [(&one.a, &other.a), (&one.b, &other.b), (&one.c, &other.c), (&one.d, &other.d)]
+        .map(|(one, other)| diagonal_blocks(&[one, other]));
+    let all: Vec<(f64, f64)> = axes.iter().flat_map(|axis| axis.actuators.clone()).collect();
+    let diagonal = |values: Vec<f64>| Mat::from_diagonal(&DVector::from_vec(values));
+    let rate = diagonal(all.iter().map(|(_, lag)| 1.0 / lag.max(SHORTEST_LAG)).collect());
+    let scale = diagonal(all.iter().map(|(scale, _)| *scale).collect());
+    let (c, by_command) = (part(&y, &x), &rate * scale);
+    let loops = block(&[
+        &[&part(&x, &x), &part(&x, &t), &Mat::zeros(x.len(), ka.nrows())],
+        &[&(&by_command * kd * &c), &-rate, &(&by_command * kc)],
+        &[&(kb * c), &Mat::zeros(ka.nrows(), t.len()), &ka],
+    ]);
+    Ok(Some(eigenvalues(&loops).iter().map(|one| one.re).fold(f64::NEG_INFINITY, f64::max)))
+}

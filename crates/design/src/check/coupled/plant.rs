@@ -1,0 +1,124 @@
+//! The loop of one axis in every turn: its part of M as a function of speed and rate of turn.
+//!
+//! ```text
+//! [x'; y] = (P(rho) + tau N) [x; T] + B d,   z = C [x; T],   T' = (u - T)/lag,   u = K(rho) y
+//! ```
+//!
+//! rho is that of the design, P a polynomial, and tau in \[0, 1\] the rate of turn by its limit.
+
+use crate::check::coupled::turn::Axis;
+use crate::error::Error;
+use lpv::controller::Controller;
+use lpv::lft::Lft;
+use lpv::matrix::{Mat, block, largest_singular_value, rank_factors};
+use lpv::partition::Group::{T, U, W, X, Y, Z};
+use lpv::plant::GeneralisedPlant;
+use lpv::polynomial::MatrixPolynomial;
+
+/// The order of P, and singular values below this part of the largest are left out; what is left out is among what an
+/// axis does to itself (see [`super::gain`]).
+const ORDER: usize = 2;
+const DROP: f64 = 1e-3;
+
+/// The part of M of one axis, with its place in that.
+#[derive(Debug, Clone)]
+pub struct AxisPlant {
+    /// The axis.
+    pub axis: Axis,
+    /// P + tau N as an LFT in rho and 2 tau - 1.
+    model: Lft,
+}
+
+impl AxisPlant {
+    /// Fits the part of an axis to its samples `(rho, tau, M)`.
+    ///
+    /// # Errors
+    /// [`ModelError::Fit`](crate::error::ModelError::Fit).
+    pub fn fit(axis: Axis, samples: &[(f64, f64, Mat)]) -> Result<Self, Error> {
+        let own = |m: &Mat| part(m, &axis.rows, &axis.columns);
+        let straight: Vec<(f64, Mat)> =
+            samples.iter().filter(|(_, tau, _)| *tau == 0.0).map(|(rho, _, m)| (*rho, own(m))).collect();
+        let polynomial = MatrixPolynomial::fit(&straight, ORDER.min(straight.len() - 1))?;
+        let (mut slope, mut weight) = (Mat::zeros(axis.rows.len(), axis.columns.len()), 0.0);
+        for (rho, tau, m) in samples {
+            slope += (own(m) - polynomial.evaluate(*rho)) * *tau;
+            weight += tau * tau;
+        }
+        let half = slope / (2.0 * f64::max(weight, f64::MIN_POSITIVE));
+        let (left, right) = rank_factors(&half, DROP * largest_singular_value(&polynomial.coefficients[0]));
+        let r = left.ncols();
+        let by_rate =
+            Lft { constant: &left * &right, inner: Mat::zeros(r, r), left, right, channels: vec![1; r] };
+        Ok(Self { model: Lft::from_polynomial(&polynomial, DROP).add(&by_rate), axis })
+    }
+
+    /// What it differs by from a sample, rows \[x'; y\], columns \[x; T\].
+    ///
+    /// # Errors
+    /// [`ModelError::Lft`](crate::error::ModelError::Lft).
+    pub fn residual(&self, (rho, tau, m): &(f64, f64, Mat)) -> Result<Mat, Error> {
+        let Axis { rows, columns, .. } = &self.axis;
+        Ok(part(m, rows, columns) - self.model.evaluate(&[*rho, 2.0 * tau - 1.0])?)
+    }
+
+    /// The plant with B (rows \[x'; y\]) and C (columns \[x; T\]).
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`](crate::error::ModelError), an internal error.
+    pub fn plant(&self, b: &Mat, c: &Mat) -> Result<GeneralisedPlant, Error> {
+        let Axis { states: n, actuators, columns, .. } = &self.axis;
+        let (n, m) = (*n, actuators.len());
+        let lagged: Vec<usize> = (0..m).filter(|j| actuators[*j].1 > 0.0).collect();
+        let states = n + lagged.len();
+        // [x; T] = from_state state + from_command u
+        let mut from_state = Mat::zeros(columns.len(), states);
+        from_state.view_mut((0, 0), (n, n)).fill_with_identity();
+        let mut from_command = Mat::zeros(columns.len(), m);
+        let (mut lag, mut by_command) = (Mat::zeros(lagged.len(), states), Mat::zeros(lagged.len(), m));
+        for (j, (scale, time)) in actuators.iter().enumerate() {
+            match lagged.iter().position(|one| *one == j) {
+                Some(i) => {
+                    from_state[(n + j, n + i)] = 1.0;
+                    lag[(i, n + i)] = -1.0 / time;
+                    by_command[(i, j)] = scale / time;
+                }
+                None => from_command[(n + j, j)] = *scale,
+            }
+        }
+        let Lft { constant, left, inner, right, channels } = &self.model;
+        let still = |columns: usize| Mat::zeros(lagged.len(), columns);
+        let (moved, measured) = (constant.rows(0, n).into_owned(), constant.rows_range(n..).into_owned());
+        let rows = |m: &Mat| (m.rows(0, n).into_owned(), m.rows_range(n..).into_owned());
+        let ((left_x, left_y), (b_x, b_y)) = (rows(left), rows(b));
+        let count = |parameter: usize| channels.iter().filter(|one| **one == parameter).count();
+        let parts = [
+            (X, X, block(&[&[&(&moved * &from_state)], &[&lag]])),
+            (X, T, block(&[&[&left_x], &[&still(left.ncols())]])),
+            (X, W, block(&[&[&b_x], &[&still(b.ncols())]])),
+            (X, U, block(&[&[&(&moved * &from_command)], &[&by_command]])),
+            (T, X, right * &from_state),
+            (T, T, inner.clone()),
+            (T, U, right * &from_command),
+            (Z, X, c * &from_state),
+            (Z, U, c * &from_command),
+            (Y, X, &measured * &from_state),
+            (Y, T, left_y),
+            (Y, W, b_y),
+        ];
+        // A parameter without a channel is none.
+        let blocks = [count(0), count(1)].into_iter().filter(|count| *count > 0).collect();
+        Ok(GeneralisedPlant::new(blocks, &parts)?)
+    }
+}
+
+/// The controller of an axis, in the parameters of its plant: it does not depend on the rate of turn.
+pub fn in_parameters_of(plant: &GeneralisedPlant, controller: &Controller) -> Controller {
+    let mut blocks = controller.blocks.clone();
+    blocks.resize(plant.blocks.len(), 0);
+    Controller { blocks, ..controller.clone() }
+}
+
+/// The entries of some rows and columns.
+pub fn part(m: &Mat, rows: &[usize], columns: &[usize]) -> Mat {
+    m.select_rows(rows).select_columns(columns)
+}

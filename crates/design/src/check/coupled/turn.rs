@@ -1,0 +1,165 @@
+//! The linear motion about a steady turn, as two axes have it.
+
+use crate::inputs::Inputs;
+use auv::{Dual64, Motion, Pitch, TrimError, Vehicle, linearise_turn};
+use lpv::matrix::Mat;
+use scheduled::{ControllerDesign, Kind};
+
+/// The states of [`linearise_turn`], on which forces depend.
+const DYNAMIC: [&str; 8] = ["u", "w", "q", "theta", "v", "p", "r", "phi"];
+
+/// Those of each axis.
+const LEVEL: [&str; 5] = ["u", "w", "q", "theta", "z"];
+const LATERAL: [&str; 5] = ["v", "p", "r", "phi", "psi"];
+
+/// A vehicle in turns at one depth, and the designs of its axes: of pitch or depth, and of heading.
+#[derive(Debug, Clone, Copy)]
+pub struct Turning<'a> {
+    /// The vehicle as its file has it.
+    pub whole: &'a Vehicle,
+    /// Depth \[m\].
+    pub depth: f64,
+    /// The pitch in trim.
+    pub pitch: &'a Pitch,
+    /// Of pitch or depth, and of heading.
+    pub designs: [&'a ControllerDesign; 2],
+}
+
+/// An axis in the matrix M of [`Turning::motion`].
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The rows of x' and of y.
+    pub rows: Vec<usize>,
+    /// The columns of x and of T.
+    pub columns: Vec<usize>,
+    /// The number of states x.
+    pub states: usize,
+    /// Of each of its actuators, those of the vehicle: output per command of the controller, and lag \[s\].
+    pub actuators: Vec<(f64, f64)>,
+}
+
+impl<'a> Turning<'a> {
+    /// The vehicle of a design of pitch or depth, at the depth and the pitch of its level flight; `designs` has that
+    /// and one of heading.
+    pub fn of(level: &'a Inputs, designs: [&'a ControllerDesign; 2]) -> Self {
+        let (depth, pitch) = level.design.level();
+        Self { whole: &level.whole, depth, pitch, designs }
+    }
+}
+
+impl Turning<'_> {
+    /// The range of speed that both designs have, m/s.
+    pub fn speeds(&self) -> [f64; 2] {
+        let [one, other] = self.designs.map(|design| &design.scheduling);
+        [one.minimum.max(other.minimum), one.maximum.min(other.maximum)]
+    }
+
+    /// The states x of both axes.
+    fn states(&self) -> Vec<&'static str> {
+        // A depth that nothing holds integrates, and is no state; nor is a speed that is given.
+        let holds =
+            |design: &&ControllerDesign| design.controller_inputs.iter().any(|one| one.signal == "depth");
+        let is_held = self.designs.iter().any(holds);
+        let is_given = self.whole.coefficients.surge.is_given();
+        let level = LEVEL.into_iter().filter(|one| (*one != "z" || is_held) && (*one != "u" || !is_given));
+        level.chain(LATERAL).collect()
+    }
+
+    /// The axes.
+    pub fn axes(&self) -> [Axis; 2] {
+        let states = self.states();
+        let mut measured = states.len();
+        [0, 1].map(|axis| {
+            let design = self.designs[axis];
+            let is_own = |state: &str| LATERAL.contains(&state) == (axis == 1);
+            let own: Vec<usize> = (0..states.len()).filter(|i| is_own(states[*i])).collect();
+            let first = measured;
+            measured += design.controller_inputs.len();
+            let place = |name: &str| self.whole.actuators.iter().position(|one| one.name == name);
+            let found = design.actuators.iter().filter_map(|one| Some((place(&one.name)?, one.scale)));
+            let found: Vec<(usize, f64)> = found.collect();
+            Axis {
+                rows: own.iter().copied().chain(first..measured).collect(),
+                columns: own.iter().copied().chain(found.iter().map(|(at, _)| states.len() + at)).collect(),
+                states: own.len(),
+                actuators: found.iter().map(|(at, scale)| (*scale, self.whole.actuators[*at].lag)).collect(),
+            }
+        })
+    }
+
+    /// M at a speed along the path \[m/s\] and a rate of heading \[rad/s\]: rows x' of both axes, then y1 and y2 in
+    /// units of their scales; columns x of both axes, then the outputs of all actuators of the vehicle.
+    ///
+    /// # Errors
+    /// [`TrimError`]: no such turn.
+    pub fn motion(&self, speed: f64, rate: f64) -> Result<Mat, TrimError> {
+        let turn = auv::turn(self.whole, speed, rate, self.depth, self.pitch)?;
+        let (a, b) = linearise_turn(self.whole, &turn)?;
+        let [pitch_rate, heading_rate, sinking] = gradients(&turn.motion);
+        let states = self.states();
+        let (n, m) = (states.len(), self.whole.actuators.len());
+        let place = |state: &str| DYNAMIC.iter().position(|one| *one == state);
+        // A row over [x; T] of one over the states of `linearise_turn`.
+        let over = |row: &Mat| {
+            let entry = |j: usize| states.get(j).and_then(|state| place(state)).map_or(0.0, |from| row[from]);
+            Mat::from_fn(1, n + m, |_, j| entry(j))
+        };
+        let rows: Vec<Mat> = states
+            .iter()
+            .map(|state| match (*state, place(state)) {
+                (_, Some(from)) => {
+                    let mut row = over(&a.rows(from, 1).into_owned());
+                    row.columns_mut(n, m).copy_from(&b.rows(from, 1));
+                    row
+                }
+                ("psi", None) => over(&heading_rate),
+                _ => over(&sinking),
+            })
+            .chain(self.designs.iter().flat_map(|design| &design.controller_inputs).map(|one| {
+                let sign = match one.kind {
+                    Kind::Reference => 0.0,
+                    Kind::Measurement => 1.0,
+                    Kind::Error => -1.0,
+                };
+                let state = state_of(&one.signal);
+                let row = match one.signal.as_str() {
+                    "pitch_rate" => over(&pitch_rate),
+                    "heading_rate" => over(&heading_rate),
+                    _ => Mat::from_fn(1, n + m, |_, j| f64::from(states.get(j) == Some(&state))),
+                };
+                row * (sign / one.scale)
+            }))
+            .collect();
+        Ok(Mat::from_fn(rows.len(), n + m, |i, j| rows[i][j]))
+    }
+}
+
+/// The state that a signal is, where it is one.
+fn state_of(signal: &str) -> &'static str {
+    let all = auv::longitudinal::SIGNALS.iter().chain(&auv::lateral::SIGNALS);
+    all.filter(|one| one.name == signal).map(|one| one.state).next().unwrap_or_default()
+}
+
+/// How theta', psi' and z' change with the states of [`linearise_turn`], 1 x 8 each.
+fn gradients(at: &Motion) -> [Mat; 3] {
+    let start = [at.u, at.w, at.q, at.theta, at.v, at.p, at.r, at.phi];
+    let mut rows = [(); 3].map(|()| Mat::zeros(1, DYNAMIC.len()));
+    for seed in 0..DYNAMIC.len() {
+        let part = |i: usize| Dual64::new(start[i], if i == seed { 1.0 } else { 0.0 });
+        let motion = Motion {
+            u: part(0),
+            w: part(1),
+            q: part(2),
+            theta: part(3),
+            v: part(4),
+            p: part(5),
+            r: part(6),
+            phi: part(7),
+        };
+        let [_, pitch, heading] = motion.turning();
+        for (row, value) in rows.iter_mut().zip([pitch, heading, motion.sinking()]) {
+            row[seed] = value.eps;
+        }
+    }
+    rows
+}
