@@ -8,6 +8,7 @@ use auv::Vehicle;
 use base::files::{check_directory, read};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use scheduled::DEFAULT_DESIGN;
 use squid_campaign::starts::Starts;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
@@ -33,9 +34,6 @@ pub struct Cli {
     #[arg(long, global = true)]
     pub json: bool,
 }
-
-/// The default design.
-pub const DEFAULT_DESIGN: &str = "design";
 
 /// The end of `--help`, each example on a separate line.
 const FIRST_RUN: &str = "\

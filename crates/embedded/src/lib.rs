@@ -29,7 +29,7 @@ pub use real::Real;
 use crate::header::header;
 use crate::source::source;
 use crate::tables::Tables;
-use scheduled::ControllerDesign;
+use scheduled::{ControllerDesign, DEFAULT_DESIGN};
 
 /// The two files, in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,7 +48,9 @@ pub struct Source {
 /// [`ExportError`].
 pub fn export(design: &ControllerDesign, standing: &Standing, real: Real) -> Result<Source, ExportError> {
     let tables = Tables::of(design, real)?;
-    let name = model_description::identifier(&design.vehicle.name);
+    // Those of several designs can be linked together.
+    let of_design = if design.design == DEFAULT_DESIGN { "" } else { design.design.as_str() };
+    let name = model_description::identifier(&format!("{} {of_design}", design.vehicle.name));
     let fields = template::fields(&name, design, real);
     Ok(Source {
         header: header(design, &tables, standing, &fields)?,

@@ -68,7 +68,8 @@ pub fn verify(
     let names = both.map(ControllerDesign::steered);
     let what = together(names.each_ref().map(String::as_str), [first, second]);
     let Some(inputs) = inputs else {
-        return Ok(Some(format!("in turns {what}; up to which rate of turn, --vehicle computes again")));
+        let whose = "that these are turns of the vehicle, and how fast, --vehicle computes again";
+        return Ok(Some(format!("in turns {what}; {whose}")));
     };
     let turning = Turning::of(inputs.first, both);
     let share = share_of(&turning, [&one, &other])?;

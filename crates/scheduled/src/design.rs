@@ -71,6 +71,9 @@ pub struct ControllerDesign {
     pub inputs: InputHashes,
 }
 
+/// The name of the design that is meant where none is named.
+pub const DEFAULT_DESIGN: &str = "design";
+
 /// Whether a key is omitted.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()

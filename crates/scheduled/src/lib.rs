@@ -45,9 +45,9 @@ mod validate;
 
 pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
 pub use design::{
-    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gain, Gamma, InputHashes, Kind,
-    LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows, Scheduling, Sensor,
-    TrimTable, VehicleName, Without,
+    Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, DEFAULT_DESIGN, Failsafe, Gain, Gamma,
+    InputHashes, Kind, LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows,
+    Scheduling, Sensor, TrimTable, VehicleName, Without,
 };
 pub use error::{DesignError, TickError};
 pub use failsafe::{

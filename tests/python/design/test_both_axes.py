@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from embedded import call
 from conftest import REMUS100, Run, heading_alone, kept, rewritten
+from claims import claim
 from fly.master import Slave
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -71,10 +73,14 @@ def test_both_are_packed_beside_the_first_design(run_squid: Run, made: Made, tmp
             for name in ("controller", "certificate"):
                 stored = made.build / "remus100" / design / f"{name}.json"
                 assert fmu.read(f"resources/{name}{index}.json") == stored.read_bytes()
+            coupling = json.loads(fmu.read(f"resources/coupling_certificate{index}.json"))
+            assert coupling["controller"] == json.loads(stored.read_bytes())["controller"]
         page = fmu.read("documentation/index.html").decode()
     assert "an LPV controller of depth and one of heading" in page
     assert "depth: Bound of the L2 gain" in page and "heading: Bound of the L2 gain" in page
-    assert "Each axis is proved alone" in page
+    together = "in turns of up to 12 deg/s (1.5 times the limit of the reference) the linear loop of both axes"
+    assert f"Proved: {together}" in page and "Beyond that each axis is proved alone" in page
+    assert made.answer["coupling"].startswith(f"certified: {together}")
     done = run_squid("package", REMUS100, *BOTH, "--descriptions", tmp_path, cwd=made.build.parent)
     assert done.returncode == 0, done.stderr
     with zipfile.ZipFile(made.both) as fmu:
@@ -130,6 +136,9 @@ def test_both_are_proved_again(run_squid: Run, made: Made) -> None:
     found = json.loads(done.stdout)
     each = [json.loads(run_squid("verify", fmu, "--json").stdout) for fmu in (made.depth, made.heading)]
     assert all("axes" not in one for one in each)
+    coupling = found.pop("coupling")
+    assert coupling.startswith("in turns the linear loop of both axes")
+    assert "--vehicle computes again" in coupling
     assert found.pop("axes") == [
         {**one, "axis": name} for one, name in zip(each, ("depth", "heading"), strict=True)
     ]
@@ -142,7 +151,104 @@ def test_both_are_proved_again(run_squid: Run, made: Made) -> None:
         assert any(line.startswith(f"{name}: PROVED: gain") for line in own)
         assert any(f"follows from vehicle.toml and design '{name}'" in line for line in own)
         lines = [line for line in lines if line not in own]
-    assert len(lines) == 1 and lines[0].startswith("Each axis is proved alone")
+    assert len(lines) == 2 and lines[1].startswith("Beyond that each axis is proved alone")
+    assert lines[0].startswith("PROVED: in turns of up to 12 deg/s") and lines[0].endswith("both below 1")
+
+
+def frozen(certificate: dict, theta: dict[int, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Close the loop of a certificate at constant parameters: A, B and C, from d to e."""
+    plant = {name: np.array(rows, dtype=float) for name, rows in certificate["plant"].items()}
+    law = {name: np.array(rows, dtype=float) for name, rows in certificate["controller"].items()}
+
+    def at(blocks: list[int], inner: np.ndarray) -> np.ndarray:
+        delta = np.diag([theta[i] for i, count in enumerate(blocks) for _ in range(count)])
+        return delta @ np.linalg.inv(np.eye(len(delta)) - inner @ delta)
+
+    p, k = (
+        at(certificate["blocks"], plant["Dtt"]),
+        at(certificate["controller_blocks"], law["Dtt"]),
+    )
+    a, b1 = plant["A"] + plant["Bt"] @ p @ plant["Ct"], plant["B1"]
+    c1 = plant["C1"]
+    c2 = plant["C2"] + plant["D2t"] @ p @ plant["Ct"]
+    b2 = plant["B2"] + plant["Bt"] @ p @ plant["Dt2"]
+    by, cu = law["By"] + law["Bt"] @ k @ law["Dty"], law["Cu"] + law["Dut"] @ k @ law["Ct"]
+    ak, du = law["A"] + law["Bt"] @ k @ law["Ct"], law["Duy"] + law["Dut"] @ k @ law["Dty"]
+    assert not plant["D12"].any()
+    return (
+        np.block([[a + b2 @ du @ c2, b2 @ cu], [by @ c2, ak]]),
+        np.vstack([b1 + b2 @ du @ plant["D21"], by @ plant["D21"]]),
+        np.hstack([c1, np.zeros((len(c1), len(ak)))]),
+    )
+
+
+def test_both_are_stable_under_whatever_the_coupling_may_be(made: Made) -> None:
+    """By another computation: any d that is no longer than e keeps the loop of both stable, at speeds and in turns."""
+    with zipfile.ZipFile(made.both) as fmu:
+        both = [
+            json.loads(fmu.read(f"resources/coupling_certificate{index}.json")) for index in ("", "_2")
+        ]
+    gains = [claim(one, "gain")["gamma"] for one in both]
+    assert max(gains) < 0.75 and np.prod(gains) < 0.5
+    random = np.random.default_rng(7)
+    for _ in range(40):
+        theta = dict(enumerate(random.choice([-1.0, 1.0, 0.3], size=2)))
+        (a1, b1, c1), (a2, b2, c2) = (frozen(one, theta) for one in both)
+        for (a, b, c), gain in zip(((a1, b1, c1), (a2, b2, c2)), gains, strict=True):
+            identity = np.eye(len(a))
+            sizes = [
+                np.linalg.norm(c @ np.linalg.solve(1j * w * identity - a, b), 2)
+                for w in np.logspace(-3, 2, 60)
+            ]
+            assert np.linalg.eigvals(a).real.max() < 0.0 and max(sizes) < gain
+        apart = np.zeros((len(a1), len(a2)))
+        a = np.block([[a1, apart], [apart.T, a2]])
+        b = np.block([[b1, np.zeros((len(a1), b2.shape[1]))], [np.zeros((len(a2), b1.shape[1])), b2]])
+        c = np.block([[c1, np.zeros((len(c1), len(a2)))], [np.zeros((len(c2), len(a1))), c2]])
+        coupling = random.normal(size=(b.shape[1], len(c)))
+        coupling /= np.linalg.norm(coupling, 2)
+        assert np.linalg.eigvals(a + b @ coupling @ c).real.max() < 0.0
+
+
+TOGETHER = """
+#include "remus100_depth.h"
+#include "remus100_heading.h"
+#include <stdio.h>
+
+int main(void)
+{
+    remus100_depth_state depth;
+    remus100_heading_state heading;
+    remus100_depth_inputs level = {.depth = 20.0, .depth_reference = 20.0, .speed = 1.8, .speed_reference = 1.8};
+    remus100_heading_inputs course = {.heading_reference = 0.1, .speed = 1.8, .speed_reference = 1.8};
+    remus100_depth_outputs planes;
+    remus100_heading_outputs rudder;
+    remus100_depth_init(&depth, &planes);
+    remus100_heading_init(&heading, &rudder);
+    if (remus100_depth_reset(&depth, &level, &planes) != REMUS100_DEPTH_OK) return 1;
+    if (remus100_heading_reset(&heading, &course, &rudder) != REMUS100_HEADING_OK) return 2;
+    level.depth += 0.01, level.pitch += 1e-4, level.pitch_rate += 1e-4, level.speed += 1e-3;
+    course.heading += 1e-4, course.heading_rate += 1e-4, course.speed += 1e-3;
+    if (remus100_depth_step(&depth, &level, &planes) != REMUS100_DEPTH_OK) return 3;
+    if (remus100_heading_step(&heading, &course, &rudder) != REMUS100_HEADING_OK) return 4;
+    printf("%.17g %.17g", planes.stern_planes, rudder.rudder);
+    return 0;
+}
+"""
+
+
+def test_the_c_of_both_is_linked_together(run_squid: Run, made: Made, tmp_path: Path) -> None:
+    main = tmp_path / "main.c"
+    main.write_text(TOGETHER, encoding="utf-8")
+    words: list[str | Path] = [main]
+    for design in ("depth", "heading"):
+        to = tmp_path / design
+        done = run_squid("export", REMUS100, "--design", design, "--to", to, cwd=made.build.parent)
+        assert done.returncode == 0, done.stderr
+        words += [to / f"remus100_{design}.c", f"-I{to}"]
+    call("cc", "-std=c99", "-Wall", "-Wextra", "-Werror", *words, "-lm", "-o", tmp_path / "both")
+    planes, rudder = (float(word) for word in call(tmp_path / "both").split())
+    assert planes != 0.0 and rudder != 0.0
 
 
 def amplify(content: bytes) -> bytes:
@@ -168,6 +274,7 @@ def rescale(content: bytes) -> bytes:
         ("controller_2.json", lambda _: None, "the GUID differs"),
         ("certificate_2.json", lambda _: None, "it contains no resources/certificate_2.json"),
         ("certificate_2.json", lambda content: content.replace(b"1", b"2", 1), ""),
+        ("coupling_certificate_2.json", lambda _: None, "the GUID differs"),
     ],
 )
 def test_what_was_changed_is_refused(

@@ -100,12 +100,17 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
     ]
     done = run_squid(*words, "--out", tmp_path, timeout=900.0)
     assert done.returncode == 0, done.stderr
-    turns = json.loads(done.stdout)["turns"]
+    found = json.loads(done.stdout)
+    turns, coupling = found["turns"], found["coupling"]
     assert len(turns) == 6 and turns[0]["speed"] == 1.4 and turns[-1]["speed"] == 2.2
     for turn in turns:
         assert turn["settling_time"] < 12.0 and turn["overshoot"] < 0.02, turn
         assert turn["depth_by_turn"] < 0.01 and turn["roll"] < np.deg2rad(5.0), turn
         assert turn["stable_to"] == pytest.approx(np.deg2rad(8.0)), turn
+    assert coupling["rates_deg"] == pytest.approx([12.0, 12.0]) and max(coupling["gains"]) < 0.75
+    for name in ("coupling_certificate.json", "coupling_certificate_2.json"):
+        again = run_squid("verify", tmp_path / name, "--json")
+        assert again.returncode == 0 and json.loads(again.stdout)["gamma"] in coupling["gains"], again.stderr
     columns = (tmp_path / "turn.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert {"heading [rad]", "heading_reference_used [rad]", "north [m]", "east [m]", "depth [m]"} <= set(
         columns
@@ -163,7 +168,7 @@ def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) ->
             (copy / path.name).write_bytes(path.read_bytes())
         done = run_squid(*verb, REMUS100, "--out", copy, *HEADING, timeout=900.0)
         assert done.returncode == 0, done.stderr
-    assert (tmp_path / "export" / "c" / "remus100.c").is_file()
+    assert (tmp_path / "export" / "c" / "remus100_heading.c").is_file()
     columns = (tmp_path / "simulate" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
     assert columns.startswith("time [s],heading [rad],heading_reference_used [rad],speed [m/s]")
     page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")

@@ -61,7 +61,8 @@ class Exported:
         vehicle = ROOT / "vehicles" / packages.vehicle
         done = run_squid("export", vehicle, "--out", packages.folder, "--to", folder, *options)
         assert done.returncode == 0, done.stderr
-        return cls(folder, packages.vehicle)
+        (header,) = folder.glob("*.h")
+        return cls(folder, header.stem)
 
     @property
     def header(self) -> Path:

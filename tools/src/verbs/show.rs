@@ -5,12 +5,13 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::{DEFAULT_DESIGN, Show, Which, read_vehicle};
+use crate::cli::{Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use auv::{Lateral, Pitch, Vehicle};
 use base::progress::Progress;
+use scheduled::DEFAULT_DESIGN;
 use serde_json::{Map, Value};
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};

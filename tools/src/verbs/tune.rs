@@ -1,11 +1,12 @@
 //! `squid tune`: searches the weights of a design, and writes them as a design file.
 
-use crate::cli::{DEFAULT_DESIGN, Track, read_vehicle};
+use crate::cli::{Track, read_vehicle};
 use crate::error::Error;
 use crate::output::answer;
 use crate::progress::show;
 use base::files::{self, check_directory, write};
 use base::progress::Progress;
+use scheduled::DEFAULT_DESIGN;
 use serde_json::json;
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
