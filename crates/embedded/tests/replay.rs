@@ -49,9 +49,10 @@ fn standing() -> Standing {
 fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().unwrap();
     let source = export(design, &standing(), real).unwrap();
-    assert_eq!(source.name, "example");
-    std::fs::write(folder.path().join("example.h"), source.header).unwrap();
-    std::fs::write(folder.path().join("example.c"), source.source).unwrap();
+    assert_eq!(source.name, "example_a_b_c_f", "vehicle and design, as in replay.c");
+    let file = |end: &str| folder.path().join(format!("{}.{end}", source.name));
+    std::fs::write(file("h"), &source.header).unwrap();
+    std::fs::write(file("c"), &source.source).unwrap();
     let replay = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/replay.c");
     let warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
     let program = folder.path().join("replay");
@@ -59,7 +60,7 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
         .args(["-std=c99", "-O1"])
         .args(warnings)
         .arg("-I")
-        .args([folder.path(), &folder.path().join("example.c"), &replay])
+        .args([folder.path(), &file("c"), &replay])
         .arg("-o")
         .args([&program])
         .arg("-lm")

@@ -312,15 +312,19 @@ pub struct Actuator {
     /// Curve from a thruster's input to its thrust; `None` if its input is the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
-    /// The force that a command causes, for the documentation only.
+    /// The force that a command causes, \[X Z M\], for the documentation only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
+    /// That across the vertical plane, \[Y K N\], of an axis that it moves there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_force: Option<Force>,
 }
 
 impl Actuator {
     /// The effect of a positive command, in words.
     pub fn sign_in_words(&self) -> Option<String> {
-        self.force.and_then(|force| signals::sign_in_words(force, &self.unit))
+        let forces = [self.force, self.lateral_force].map(Option::unwrap_or_default);
+        signals::sign_in_words(forces[0], forces[1], &self.unit)
     }
 
     /// Unit of the actuator's input.

@@ -127,6 +127,7 @@ fn of_heading() -> ControllerDesign {
             maximum: rudder.max,
             curve: None,
             force: Some(rudder.force_per_output()),
+            lateral_force: None,
         }],
         lft: LftMatrices {
             blocks: vec![1],
@@ -192,6 +193,7 @@ fn by_hand() -> ControllerDesign {
         maximum: one.max,
         curve: one.curve.clone(),
         force: Some(one.force_per_output()),
+        lateral_force: None,
     };
     ControllerDesign {
         vehicle: VehicleName { name: vehicle.name.clone(), status: Status::Surrogate },

@@ -169,6 +169,8 @@ def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) ->
         done = run_squid(*verb, REMUS100, "--out", copy, *HEADING, timeout=900.0)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "export" / "c" / "remus100_heading.c").is_file()
+    header = (tmp_path / "export" / "c" / "remus100_heading.h").read_text(encoding="utf-8")
+    assert "positive deflection, ahead, pushes to starboard and turns the bow to port" in header
     columns = (tmp_path / "simulate" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
     assert columns.startswith("time [s],heading [rad],heading_reference_used [rad],speed [m/s]")
     page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")

@@ -90,6 +90,11 @@ pub struct Actuator {
     pub effect: Effect,
 }
 
+/// What changes from the second to the first, by half: of the forces of 1 and -1.
+fn slope([there, back]: [Force; 2]) -> Force {
+    std::array::from_fn(|i| 0.5 * (there[i] - back[i]))
+}
+
 impl Actuator {
     /// Returns the unit of its output: `N` of a thruster or a group of them, `rad` of a control surface.
     pub fn unit(&self) -> &'static str {
@@ -125,15 +130,19 @@ impl Actuator {
         self.effect.map(|_, value| D::from(value)).lateral_force(u, output)
     }
 
-    /// Returns the force per output about zero, that of a control surface at a surge speed of 1 m/s.
+    /// Returns the force per output about zero, that of a control surface at a surge speed of 1 m/s: \[X Z M\].
     pub fn force_per_output(&self) -> Force {
-        let [there, back] = [1.0, -1.0].map(|output| self.force(1.0, output));
-        std::array::from_fn(|i| 0.5 * (there[i] - back[i]))
+        slope([1.0, -1.0].map(|output| self.force(1.0, output)))
+    }
+
+    /// Returns the same across the vertical plane: \[Y K N\].
+    pub fn lateral_force_per_output(&self) -> Force {
+        slope([1.0, -1.0].map(|output| self.lateral_force(1.0, output)))
     }
 
     /// Returns what a positive output does, in words.
     pub fn sign_in_words(&self) -> Option<String> {
-        signals::sign_in_words(self.force_per_output(), self.unit())
+        signals::sign_in_words(self.force_per_output(), self.lateral_force_per_output(), self.unit())
     }
 
     /// Returns the output a time `elapsed` \[s\] after it was `start`, under a held command within or beyond the

@@ -118,6 +118,7 @@ pub fn controller(
                 maximum: a.max,
                 curve: a.curve.clone(),
                 force: Some(a.force_per_output()),
+                lateral_force: Some(a.lateral_force_per_output()).filter(|force| *force != [0.0; 3]),
             })
             .collect(),
         lft,

@@ -101,6 +101,7 @@ fn actuator(random: &mut Random, index: usize) -> Actuator {
         maximum: 100.0,
         curve,
         force: Some([1.0, 0.0, index as f64 - 0.5]),
+        lateral_force: None,
     }
 }
 

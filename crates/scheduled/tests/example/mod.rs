@@ -61,6 +61,7 @@ pub fn design() -> ControllerDesign {
         maximum: 100.0,
         curve: None,
         force: Some([1.0, 0.0, 0.2]),
+        lateral_force: None,
     };
     ControllerDesign {
         format: CONTROLLER_FORMAT.to_owned(),
