@@ -304,8 +304,8 @@ fn two_models_of_one_vehicle_contradict_each_other() {
     }
 }
 
-/// Squid turns by the group that yaws alone: its thrusters of the vertical plane, two of which could yaw it as well, are
-/// commanded alike. Without the group those two turn it, and need the same moment for the same motion.
+/// Squid turns by the group that yaws alone. Its thrusters of the vertical plane, two of which could yaw it, too, are
+/// commanded alike; without the group those two turn it, with the same moment for the same motion.
 #[test]
 fn thrusters_of_the_plane_are_not_set_against_one_another_for_a_turn() {
     let vehicle = whole("squid");
