@@ -95,7 +95,7 @@ const FILES: [&str; 2] = ["vehicle.toml", "heading.toml"];
 /// So does one of heading: what is begun is soon proved.
 #[test]
 fn a_first_design_of_heading_needs_only_the_vehicle() {
-    for name in ["remus100", "lauv", "tethys"] {
+    for name in ["remus100", "lauv", "tethys", "squid"] {
         let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
         let text = start_heading(&vehicle, FILES, None).unwrap();
         let design = DesignFile::parse(&text, "heading.toml", "heading").unwrap();
@@ -112,11 +112,13 @@ fn a_first_design_of_heading_needs_only_the_vehicle() {
     }
 }
 
-/// Squid has thrusters that yaw and pitch it, which the other axis commands; Sparus II has no sway.
+/// Without the group of two, Squid has thrusters that yaw and pitch it, which the other axis commands; Sparus II has no
+/// sway.
 #[test]
 fn what_cannot_hold_a_heading_is_refused_in_words() {
     let refused = |name: &str| {
-        let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
+        let mut vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
+        vehicle.actuators.retain(|one| one.name != "yaw");
         start_heading(&vehicle, FILES, None).unwrap_err().to_string()
     };
     let (squid, sparus) = (refused("squid"), refused("sparus2"));

@@ -351,6 +351,7 @@ def test_what_a_vehicle_that_turns_needs(
         del table[key]
     for thruster in vehicle["thruster"]:
         thruster.pop("y", None)
+    del vehicle["thruster_group"]
     ends = {"min": number(-10.0, "deg"), "max": number(10.0, "deg"), "lag": number(0.1, "s")}
     vehicle["control_surface"] = [{"name": "surface"} | surface | ends]
     for section, more in sections.items():

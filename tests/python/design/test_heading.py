@@ -1,13 +1,14 @@
-"""The axis of heading of REMUS 100, as the command, an importer of FMUs and a pilot see it."""
+"""The axis of heading of REMUS 100, and the turns of Squid, as the command, an importer of FMUs and a pilot see it."""
 
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REMUS100, Run, designed, heading_alone
+from conftest import REMUS100, SQUID, Run, designed, heading_alone
 from fly.master import Slave
 from fly.package import Designs, design_and_package
 from fly.stages import ROOT, StageError
@@ -116,6 +117,23 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
         columns
     )
     assert (tmp_path / "turn.svg").is_file()
+
+
+def test_squid_turns_by_two_of_its_thrusters(run_squid: Run, tmp_path: Path) -> None:
+    """Beside pitch steps of 10 degrees, within the 15 N that are kept for it; the others never yaw it."""
+    out = Path(shutil.copytree(designed(run_squid, SQUID), tmp_path / "out"))
+    done = run_squid("simulate", SQUID, "--heading", "heading", "--json", "--out", out, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    turns = json.loads(done.stdout)["turns"]
+    assert len(turns) == 6 and turns[0]["speed"] == 0.5 and turns[-1]["speed"] == 3.0
+    for turn in turns:
+        assert turn["settling_time"] < 12.0 and turn["overshoot"] < 0.01, turn
+        assert turn["depth_by_turn"] < 0.02 and turn["roll"] < np.deg2rad(5.0), turn
+        assert np.deg2rad(7.0) < turn["stable_to"] < np.deg2rad(10.01), turn
+    flown = np.genfromtxt(out / "turn.csv", delimiter=",", names=True, deletechars="")
+    yaw, port, starboard = (flown[f"{name}_[N]"] for name in ("yaw", "upper_port", "upper_starboard"))
+    assert 5.0 < np.max(np.abs(yaw)) < 15.0
+    assert port == pytest.approx(starboard, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -162,11 +162,13 @@ def read_vehicle(path):
         for table in tables.get(kind, [])
         if _acts_in_plane(table)
     ]
+    # A group whose thrusters cancel there is none of the vertical plane.
+    actuators = [one for one in actuators if one.kind != "thruster_group" or np.any(one.force(1.0, 1.0))]
     return Vehicle(tables["vehicle"]["name"], c, actuators)
 
 
 def _acts_in_plane(table):
-    """Return whether an actuator acts in the vertical plane: rudders and groups of turned thrusters do not."""
+    """Return whether an actuator may act in the vertical plane: rudders and groups of turned thrusters do not."""
     steers = "Y_uu_delta" in table and "Z_uu_delta" not in table
     return not steers and not any("azimuth" in member for member in table.get("thruster", []))
 

@@ -49,7 +49,7 @@ pub enum Like {
 impl Like {
     fn template(self) -> Template {
         match self {
-            Self::Squid => template!("squid"),
+            Self::Squid => template!("squid", "heading.toml" of "heading"),
             Self::Remus100 => template!("remus100", "depth.toml" of "depth", "heading.toml" of "heading"),
             Self::Lauv => template!("lauv", "heading.toml" of "heading"),
             Self::Tethys => template!("tethys", "heading.toml" of "heading"),

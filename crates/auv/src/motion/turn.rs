@@ -57,7 +57,8 @@ const EQUATIONS: usize = 8;
 
 /// Finds the steady turn at a speed V \[m/s\] along the path, a rate of the heading \[rad/s\] and a depth \[m\], from
 /// straight level trim on. A pitch that is held is held in the turn, too, where outputs can. Where several outputs
-/// balance it, it is one near the trim.
+/// balance it, it is one near the trim. If an actuator yaws without acting in the vertical plane, no others are set
+/// against one another for the turn: they change as the vertical plane has them change.
 ///
 /// # Errors
 /// [`TrimError`]: as of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
@@ -72,7 +73,8 @@ pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch)
         return Err(TrimError::RateNotFinite { rate });
     }
     let found = |is_held: bool| {
-        let balance = Balance { vehicle, dynamics: dynamics.clone(), speed, depth, is_held };
+        let ways = ways(vehicle, level.forward_speed, is_held);
+        let balance = Balance { vehicle, dynamics: dynamics.clone(), speed, depth, ways };
         let start = [level.forward_speed, 0.0, level.heave, 0.0, level.pitch];
         let all = start.into_iter().chain(level.actuators.iter().copied());
         let mut unknown = DVector::from_iterator(STATES + level.actuators.len(), all);
@@ -106,8 +108,43 @@ struct Balance<'a> {
     dynamics: Dynamics<Dual64>,
     speed: f64,
     depth: f64,
-    /// Whether theta stays as it is.
-    is_held: bool,
+    /// How the unknowns may change, a column each.
+    ways: DMatrix<f64>,
+}
+
+/// The ways in which the unknowns of a turn may change, by columns: outputs in units of their reach, theta not if it
+/// is held. Outputs of the vertical plane change together, the least for what they do there at the surge speed `u`, if
+/// another actuator yaws the vehicle.
+fn ways(vehicle: &Vehicle, u: f64, is_held: bool) -> DMatrix<f64> {
+    let reach = vehicle.actuators.iter().map(Actuator::reach);
+    let held = if is_held { 0.0 } else { 1.0 };
+    let scale = [1.0, 1.0, 1.0, 1.0, held].into_iter().chain(reach);
+    let mut ways = DMatrix::from_diagonal(&DVector::from_iterator(STATES + vehicle.actuators.len(), scale));
+    let all = || vehicle.actuators.iter().enumerate();
+    let plane: Vec<usize> = all().filter(|(_, one)| one.acts_in_plane()).map(|(place, _)| place).collect();
+    if plane.is_empty() || !vehicle.actuators.iter().any(Actuator::yaws_alone) {
+        return ways;
+    }
+    let does = DMatrix::from_fn(3, plane.len(), |row, column| {
+        let one = &vehicle.actuators[plane[column]];
+        let per_output = one.effect.map(|key, value| if key == "X_uu_delta2" { 0.0 } else { value });
+        per_output.force(u, one.reach())[row]
+    });
+    let svd = does.svd(false, true);
+    let Some(directions) = svd.v_t else { return ways };
+    let least = RANK_TOLERANCE * svd.singular_values.max();
+    let kept: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|i| svd.singular_values[*i] > least).collect();
+    if kept.len() < plane.len() {
+        let kept = directions.select_rows(&kept);
+        let together = kept.tr_mul(&kept);
+        for (i, row) in plane.iter().enumerate() {
+            for (j, column) in plane.iter().enumerate() {
+                ways[(STATES + row, STATES + column)] = vehicle.actuators[*row].reach() * together[(i, j)];
+            }
+        }
+    }
+    ways
 }
 
 impl Balance<'_> {
@@ -123,16 +160,13 @@ impl Balance<'_> {
     /// Newton's method from `unknown`, whose every step is the least in units of the reach of the actuators; returns
     /// the largest residual.
     fn newton(&self, rate: f64, unknown: &mut DVector<f64>) -> f64 {
-        let reach = self.vehicle.actuators.iter().map(Actuator::reach);
-        let held = if self.is_held { 0.0 } else { 1.0 };
-        let scale: Vec<f64> = [1.0, 1.0, 1.0, 1.0, held].into_iter().chain(reach).collect();
         let n = unknown.len();
         let mut residual = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
             let mut jacobian = DMatrix::zeros(EQUATIONS, n);
             let mut error = DVector::zeros(EQUATIONS);
             for seed in 0..n {
-                let part = |i: usize| Dual64::new(unknown[i], if i == seed { scale[seed] } else { 0.0 });
+                let part = |i: usize| Dual64::new(unknown[i], self.ways[(i, seed)]);
                 let seeded: Vec<Dual64> = (0..n).map(part).collect();
                 for (row, one) in self.equations(rate, &seeded).into_iter().enumerate() {
                     jacobian[(row, seed)] = one.eps;
@@ -146,7 +180,7 @@ impl Balance<'_> {
             let svd = jacobian.svd(true, true);
             let threshold = RANK_TOLERANCE * svd.singular_values.max();
             let Ok(change) = svd.solve(&error, threshold) else { break };
-            (0..n).for_each(|i| unknown[i] -= scale[i] * change[i]);
+            *unknown -= &self.ways * change;
         }
         residual
     }

@@ -44,8 +44,8 @@ impl Vehicle {
     /// vertical plane. What is left over keeps level flight.
     #[must_use]
     pub fn yawing(&self) -> Self {
-        let yaws = |one: &Actuator| !one.acts_in_plane() && one.lateral_force(1.0, 1.0)[2] != 0.0;
-        let (actuators, rest): (Vec<_>, Vec<_>) = self.actuators.iter().cloned().partition(yaws);
+        let (actuators, rest): (Vec<_>, Vec<_>) =
+            self.actuators.iter().cloned().partition(Actuator::yaws_alone);
         let others = self.others.iter().cloned().chain(rest).collect();
         Self { actuators, others, ..self.clone() }
     }
@@ -71,6 +71,11 @@ impl Actuator {
     /// Returns whether it sways, rolls or yaws the vehicle.
     pub fn acts_out_of_plane(&self) -> bool {
         self.effect.has_lateral()
+    }
+
+    /// Returns whether it yaws the vehicle and does nothing in the vertical plane.
+    pub(crate) fn yaws_alone(&self) -> bool {
+        !self.acts_in_plane() && self.lateral_force(1.0, 1.0)[2] != 0.0
     }
 
     fn in_plane(&self) -> Self {

@@ -112,15 +112,16 @@ direction = { value = -90.0, unit = \"deg\", source = \"s\" }
 #[test]
 fn thrusters_under_one_command_act_as_their_sum() {
     let vehicle = Vehicle::parse(&format!("{SQUID}{GROUP}"), "vehicle.toml").unwrap();
-    let couple = &vehicle.actuators[3];
+    let couple = vehicle.actuators.last().unwrap();
     assert_eq!((couple.name.as_str(), couple.unit(), couple.min, couple.max), ("couple", "N", -30.0, 40.0));
     for (found, expected) in couple.force(2.0, 10.0).iter().zip([0.0_f64, 5.0, 11.0]) {
         assert!((found - expected).abs() < 1e-13, "{found} instead of {expected}");
     }
     assert_eq!(vehicle.sources["couple.2.share"], "s");
     assert_eq!(Vehicle::from_json(&vehicle.to_json().unwrap(), "v").unwrap(), vehicle);
-    let parameter = auv::Parameter::named(&vehicle.in_plane(), "couple.M_T").unwrap();
-    assert!((parameter.coefficient(&vehicle).unwrap() - 1.1).abs() < 1e-15);
+    let plane = vehicle.in_plane();
+    let parameter = auv::Parameter::named(&plane, "couple.M_T").unwrap();
+    assert!((parameter.coefficient(&plane).unwrap() - 1.1).abs() < 1e-15);
     let message = |from: &str, to: &str| {
         let text = format!("{SQUID}{}", GROUP.replacen(from, to, 1));
         let message = Vehicle::parse(&text, "v.toml").expect_err(to).to_string();

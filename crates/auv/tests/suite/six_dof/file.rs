@@ -98,6 +98,21 @@ fn unlikely_numbers_are_remarked_on() {
     );
 }
 
+/// The two upper thrusters of Squid push against one another, and what they do in the vertical plane is not small but
+/// nothing at all.
+#[test]
+fn the_upper_thrusters_of_squid_yaw_it_and_leave_the_plane_alone() {
+    let vehicle = whole("squid");
+    let yaw = vehicle.actuators.last().unwrap();
+    assert_eq!((yaw.name.as_str(), yaw.acts_in_plane(), yaw.force(2.0, 7.3)), ("yaw", false, [0.0; 3]));
+    let [sway, roll, moment] = yaw.lateral_force(2.0, 7.3);
+    let arm = 0.2 * 60.0_f64.to_radians().sin();
+    assert!((moment - 2.0 * arm * 7.3).abs() < 1e-14 && (sway, roll) == (0.0, 0.0), "{sway} {roll} {moment}");
+    assert_eq!(vehicle.yawing().actuators, std::slice::from_ref(yaw));
+    let plane: Vec<String> = vehicle.in_plane().actuators.into_iter().map(|one| one.name).collect();
+    assert_eq!(plane, ["lower", "upper_port", "upper_starboard"]);
+}
+
 /// Without its numbers out of it, a vehicle in the vertical plane is the vehicle that never had them.
 #[test]
 fn a_vehicle_in_the_plane_has_nothing_out_of_it() {

@@ -304,6 +304,24 @@ fn two_models_of_one_vehicle_contradict_each_other() {
     }
 }
 
+/// Squid turns by the group that yaws alone. Its thrusters of the vertical plane, two of which could yaw it, too, are
+/// commanded alike; without the group those two turn it, with the same moment for the same motion.
+#[test]
+fn thrusters_of_the_plane_are_not_set_against_one_another_for_a_turn() {
+    let vehicle = whole("squid");
+    let mut without = vehicle.clone();
+    without.actuators.truncate(3);
+    for (speed, rate) in [(0.5, 10.0), (3.0, -8.0)] {
+        let (found, by_two) = (steady(&vehicle, speed, rate), steady(&without, speed, rate));
+        let [_, port, starboard, yaw] = found.actuators[..] else { panic!() };
+        assert!((port - starboard).abs() < 1e-9 && yaw * rate > 0.0, "{found:?}");
+        let half = 0.5 * (by_two.actuators[1] - by_two.actuators[2]);
+        assert!((half - yaw).abs() < 1e-6, "{half} {found:?}");
+        let apart = [found.motion.theta - by_two.motion.theta, found.motion.v - by_two.motion.v];
+        assert!(apart.iter().all(|one| one.abs() < 1e-9), "{apart:?}");
+    }
+}
+
 /// A box turns on the spot at the pitch at which it is held, by the thrusters that yaw it.
 #[test]
 fn a_held_pitch_is_held_in_a_turn() {
