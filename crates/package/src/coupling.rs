@@ -73,5 +73,5 @@ pub fn verify(
     };
     let turning = Turning::of(inputs.first, both);
     let share = share_of(&turning, [&one, &other])?;
-    Ok(Some(format!("in turns of up to {} {what}", up_to(turning.rates(share)?, share))))
+    Ok(Some(format!("in turns of up to {} {what}", up_to(turning.speeds(), turning.rates(share)?, share))))
 }

@@ -49,7 +49,9 @@ pub const CERTIFICATES: [&str; 2] = ["coupling_certificate.json", "coupling_cert
 /// Proved gains of two axes.
 #[derive(Debug, Clone)]
 pub struct Coupling {
-    /// Rates of turn up to which they are proved, rad/s, at the lowest and at the highest common speed.
+    /// The lowest and the highest common speed, m/s.
+    pub speeds: [f64; 2],
+    /// Rates of turn up to which they are proved, rad/s, there.
     pub rates: [f64; 2],
     /// Those rates by the limit of the reference.
     pub share: f64,
@@ -70,14 +72,22 @@ impl Coupling {
 
     /// What is proved; `names` are those of the axes.
     pub fn words(&self, names: [&str; 2]) -> String {
-        format!("in turns of up to {} {}", up_to(self.rates, self.share), together(names, self.gains()))
+        format!(
+            "in turns of up to {} {}",
+            up_to(self.speeds, self.rates, self.share),
+            together(names, self.gains())
+        )
     }
 }
 
-/// Rates of turn \[rad/s\] at the lowest and at the highest common speed, in words.
-pub fn up_to(rates: [f64; 2], share: f64) -> String {
+/// Speeds \[m/s\], and rates of turn \[rad/s\] at them, in words.
+pub fn up_to(speeds: [f64; 2], rates: [f64; 2], share: f64) -> String {
     let [low, high] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
-    let both = if low == high { format!("{low} deg/s") } else { format!("{low} to {high} deg/s") };
+    let both = if low == high {
+        format!("{low} deg/s")
+    } else {
+        format!("{low} deg/s at {} m/s to {high} at {}", speeds[0], speeds[1])
+    };
     format!("{both} ({share} times the limit of the reference)")
 }
 
@@ -128,10 +138,13 @@ impl Turning<'_> {
 /// # Errors
 /// [`Error`] of a controller that cannot be flown.
 pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
+    if turning.rates(1.0)? == [0.0; 2] {
+        return Ok(None);
+    }
     for share in SHARES {
         let Some(turns) = Turns::new(turning, share)? else { continue };
         let Some(axes) = turns.proved()? else { continue };
-        return Ok(Some(Coupling { rates: turning.rates(share)?, share, axes }));
+        return Ok(Some(Coupling { speeds: turning.speeds(), rates: turning.rates(share)?, share, axes }));
     }
     Ok(None)
 }
