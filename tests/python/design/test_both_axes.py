@@ -78,7 +78,9 @@ def test_both_are_packed_beside_the_first_design(run_squid: Run, made: Made, tmp
         page = fmu.read("documentation/index.html").decode()
     assert "an LPV controller of depth and one of heading" in page
     assert "depth: Bound of the L2 gain" in page and "heading: Bound of the L2 gain" in page
-    together = "in turns of up to 12 deg/s (1.5 times the limit of the reference) the linear loop of both axes"
+    together = (
+        "in turns of up to 12 deg/s (1.5 times the limit of the reference) the linear loop of both axes"
+    )
     assert f"Proved: {together}" in page and "Beyond that each axis is proved alone" in page
     assert made.answer["coupling"].startswith(f"certified: {together}")
     done = run_squid("package", REMUS100, *BOTH, "--descriptions", tmp_path, cwd=made.build.parent)
@@ -185,9 +187,7 @@ def frozen(certificate: dict, theta: dict[int, float]) -> tuple[np.ndarray, np.n
 def test_both_are_stable_under_whatever_the_coupling_may_be(made: Made) -> None:
     """By another computation: any d that is no longer than e keeps the loop of both stable, at speeds and in turns."""
     with zipfile.ZipFile(made.both) as fmu:
-        both = [
-            json.loads(fmu.read(f"resources/coupling_certificate{index}.json")) for index in ("", "_2")
-        ]
+        both = [json.loads(fmu.read(f"resources/coupling_certificate{index}.json")) for index in ("", "_2")]
     gains = [claim(one, "gain")["gamma"] for one in both]
     assert max(gains) < 0.75 and np.prod(gains) < 0.5
     random = np.random.default_rng(7)

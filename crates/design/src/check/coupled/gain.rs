@@ -11,7 +11,7 @@
 //! there is `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2`. Where the gain g_i of each axis from d_i to e_i is below 1, the
 //! loop of both is exponentially stable, for every trajectory of speed and of the rate of turn: with the Lyapunov
 //! functions V_i of the two proofs `g_1 V_1 + g_2 V_2` decreases (small gain theorem: G. Zames, IEEE Trans. Automatic
-//! Control 11(2), 1966). U_i, a diagonal matrix, and b_i are free; see [`super::balance`]. F_i and G_i are of the turns
+//! Control 11(2), 1966). U_i, a diagonal matrix, and b_i are free; see `balance`. F_i and G_i are of the turns
 //! at some speeds and rates; nothing is proved of those between.
 
 use crate::certify::controller_of;
