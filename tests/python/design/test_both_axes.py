@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from embedded import call
-from conftest import REMUS100, Run, heading_alone, kept, rewritten
 from claims import claim
+from conftest import REMUS100, Run, heading_alone, kept, rewritten
+from embedded import call
 from fly.master import Slave
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
