@@ -12,10 +12,11 @@
 //! as deviations from the turn; at Omega = 0 the blocks M12 and M21 are 0.
 //!
 //! ```text
-//! turn          M
-//! frozen        the eigenvalues of this loop in one turn
-//! gain          the gain of each axis from what the other does to it, back to that: proved, for every turn
-//! rates_within  matrices that bound others
+//! turn      M
+//! frozen    the eigenvalues of this loop in one turn
+//! plant     the part of M of one axis as a function of speed and rate of turn
+//! balance   units in which the gains are small, and matrices that bound others
+//! gain      the gain of each axis from what turns add to it, back to that: proved, for every trajectory
 //! ```
 
 mod balance;

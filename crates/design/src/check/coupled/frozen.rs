@@ -1,7 +1,8 @@
 //! The loop of both autopilots in one steady turn, with the controllers frozen at its speed.
 
 use crate::certify::controller_of;
-use crate::check::coupled::turn::Turning;
+use crate::check::coupled::plant::part;
+use crate::check::coupled::turn::{Axis, Turning};
 use crate::check::frozen_controller;
 use crate::error::Error;
 use lpv::matrix::{Mat, block, diagonal_blocks, eigenvalues};
@@ -18,15 +19,10 @@ const SHORTEST_LAG: f64 = 1e-3;
 pub fn largest_real_part(turning: &Turning<'_>, speed: f64, rate: f64) -> Result<Option<f64>, Error> {
     let Ok(m) = turning.motion(speed, rate) else { return Ok(None) };
     let axes = turning.axes();
-    let [x, y, t] = [0, 1, 2].map(|of| -> Vec<usize> {
-        let of_axis = |axis: &crate::check::coupled::turn::Axis| match of {
-            0 => axis.columns[..axis.states].to_vec(),
-            1 => axis.rows[axis.states..].to_vec(),
-            _ => axis.columns[axis.states..].to_vec(),
-        };
-        axes.iter().flat_map(of_axis).collect()
-    });
-    let part = |rows: &[usize], columns: &[usize]| m.select_rows(rows).select_columns(columns);
+    // Rows of x' are those of its columns.
+    let x = axes.each_ref().map(Axis::state_columns).concat();
+    let y = axes.each_ref().map(Axis::measured_rows).concat();
+    let t = axes.each_ref().map(Axis::actuator_columns).concat();
     let frozen = |axis: usize| -> Result<_, Error> {
         let design = turning.designs[axis];
         let rho = ((speed - design.scheduling.centre) / design.scheduling.half_range).clamp(-1.0, 1.0);
@@ -39,9 +35,9 @@ pub fn largest_real_part(turning: &Turning<'_>, speed: f64, rate: f64) -> Result
     let diagonal = |values: Vec<f64>| Mat::from_diagonal(&DVector::from_vec(values));
     let rate = diagonal(all.iter().map(|(_, lag)| 1.0 / lag.max(SHORTEST_LAG)).collect());
     let scale = diagonal(all.iter().map(|(scale, _)| *scale).collect());
-    let (c, by_command) = (part(&y, &x), &rate * scale);
+    let (c, by_command) = (part(&m, &y, &x), &rate * scale);
     let loops = block(&[
-        &[&part(&x, &x), &part(&x, &t), &Mat::zeros(x.len(), ka.nrows())],
+        &[&part(&m, &x, &x), &part(&m, &x, &t), &Mat::zeros(x.len(), ka.nrows())],
         &[&(&by_command * kd * &c), &-rate, &(&by_command * kc)],
         &[&(kb * c), &Mat::zeros(ka.nrows(), t.len()), &ka],
     ]);

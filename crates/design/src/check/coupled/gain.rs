@@ -1,18 +1,19 @@
 //! The gain of each axis from what turns add to it, back to that: a bound that proves the loop of both.
 //!
-//! With M_ii(rho, tau) the model of axis i and M = M_ii + D_ii on the diagonal, D_ij beside it,
+//! With M_ii(rho, tau) the model of axis i and M = M_ii + D_ii on the diagonal, D_ij beside it, j the other axis,
 //!
 //! ```text
-//! [xi'; yi] = M_ii [xi; Ti] + U_i d_i,     d_i = U_i^-1 (D_i1 [x1; T1] + D_i2 [x2; T2])
-//! e_i = [(1 + b_i)^(1/2) F_i; (1 + 1/b_i)^(1/2) G_i] [xi; Ti]
+//! [xi'; yi] = M_ii [xi; Ti] + U_i d_i,     d_i = U_i^-1 (D_ii [xi; Ti] + D_ij [xj; Tj])
+//! e_i = [(1 + b_j)^(1/2) F_i; (1 + 1/b_i)^(1/2) G_i] [xi; Ti]
 //! |U_j^-1 D_ji v| <= |F_i v| and |U_i^-1 D_ii v| <= |G_i v| in every turn
 //! ```
 //!
-//! there is `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2`. Where the gain g_i of each axis from d_i to e_i is below 1, the
-//! loop of both is exponentially stable, for every trajectory of speed and of the rate of turn: with the Lyapunov
-//! functions V_i of the two proofs `g_1 V_1 + g_2 V_2` decreases (small gain theorem: G. Zames, IEEE Trans. Automatic
-//! Control 11(2), 1966). U_i, a diagonal matrix, and b_i are free; see `balance`. F_i and G_i are of the turns
-//! at some speeds and rates; nothing is proved of those between.
+//! By `|p + q|^2 <= (1 + 1/b) |p|^2 + (1 + b) |q|^2` there is `|d_i|^2 <= (1 + 1/b_i) |G_i [xi; Ti]|^2 + (1 + b_i) |F_j
+//! [xj; Tj]|^2`, and so `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2`. Where the gain g_i of each axis from d_i to e_i is
+//! below 1, the loop of both is exponentially stable, for every trajectory of speed and of the rate of turn: with the
+//! Lyapunov functions V_i of the two proofs `g_1 V_1 + g_2 V_2` decreases (small gain theorem: G. Zames, IEEE Trans.
+//! Automatic Control 11(2), 1966). U_i, a diagonal matrix, and b_i > 0 are free; see `balance`. F_i and G_i are of the
+//! turns at some speeds and rates; nothing is proved of those between.
 
 use crate::certify::controller_of;
 use crate::check::coupled::balance::{cover, units};
@@ -242,18 +243,23 @@ impl Turns {
             let inverse = Mat::from_diagonal(&DVector::from_iterator(rows[i], inverse));
             self.added[i][j].iter().map(|m| &inverse * m).collect()
         };
-        let of_axis = |i: usize| -> Result<Loop, Error> {
+        let parts = [0, 1].map(|i| {
             let columns = self.plants[i].axis.columns.len();
             let [f, g] = [1 - i, i].map(|j| cover(&scaled(j, i), columns));
             let used: Vec<usize> = (0..rows[i]).filter(|row| units[i][*row] > 0.0).collect();
-            let b = Mat::from_diagonal(&DVector::from_vec(units[i].clone())).select_columns(&used);
-            let largest = |c: &Mat| {
-                let size = |one: &Response| largest_complex_singular_value(&(complex(c) * one * complex(&b)));
+            let u = Mat::from_diagonal(&DVector::from_vec(units[i].clone())).select_columns(&used);
+            let [to_other, to_itself] = [&f, &g].map(|c| {
+                let size = |one: &Response| largest_complex_singular_value(&(complex(c) * one * complex(&u)));
                 responses[i].iter().map(size).fold(f64::MIN_POSITIVE, f64::max)
-            };
-            let share = (largest(&g) / largest(&f)).clamp(LEAST_SHARE, 1.0 / LEAST_SHARE);
-            let c = block(&[&[&(f * (1.0 + share).sqrt())], &[&(g * (1.0 + 1.0 / share).sqrt())]]);
-            let plant = self.plants[i].plant(&b, &c)?;
+            });
+            (u, [f, g], [to_other, to_itself])
+        });
+        // b of each axis: what it gives to itself by what the other gives to it.
+        let b = [0, 1].map(|i| (parts[i].2[1] / parts[1 - i].2[0]).clamp(LEAST_B, 1.0 / LEAST_B));
+        let of_axis = |i: usize| -> Result<Loop, Error> {
+            let (u, [f, g], _) = &parts[i];
+            let c = block(&[&[&(f * (1.0 + b[1 - i]).sqrt())], &[&(g * (1.0 + 1.0 / b[i]).sqrt())]]);
+            let plant = self.plants[i].plant(u, &c)?;
             let controller = in_parameters_of(&plant, &self.controllers[i]);
             Ok(Loop { plant, controller })
         };
@@ -311,7 +317,7 @@ const SLOWEST: f64 = -3.0;
 const FASTEST: f64 = 2.0;
 
 /// The least b; the largest is its inverse.
-const LEAST_SHARE: f64 = 0.01;
+const LEAST_B: f64 = 0.01;
 
 fn complex(m: &Mat) -> Response {
     m.map(|entry| Complex::new(entry, 0.0))

@@ -38,6 +38,23 @@ pub struct Axis {
     pub actuators: Vec<(f64, f64)>,
 }
 
+impl Axis {
+    /// The columns of x.
+    pub fn state_columns(&self) -> &[usize] {
+        &self.columns[..self.states]
+    }
+
+    /// The columns of T.
+    pub fn actuator_columns(&self) -> &[usize] {
+        &self.columns[self.states..]
+    }
+
+    /// The rows of y.
+    pub fn measured_rows(&self) -> &[usize] {
+        &self.rows[self.states..]
+    }
+}
+
 impl<'a> Turning<'a> {
     /// The vehicle of a design of pitch or depth, at the depth and the pitch of its level flight; `designs` has that
     /// and one of heading.
