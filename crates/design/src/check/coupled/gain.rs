@@ -98,9 +98,10 @@ const ROUNDING: f64 = 1e-6;
 /// What two gains below 1 prove, in words that follow "in turns"; `names` are those of the axes.
 pub fn together([one, other]: [&str; 2], gains: [f64; 2]) -> String {
     let [first, second] = gains.map(above);
+    let turns = SPEEDS * (2 * RATES + 1);
     format!(
         "the linear loop of both axes, with roll, is stable for every trajectory of speed and rate of turn: the gain of \
-         the coupling is below {first} through {one} and below {second} through {other}, both below 1"
+         the coupling, computed in {turns} turns, is below {first} through {one} and below {second} through {other}, both below 1"
     )
 }
 
