@@ -101,8 +101,8 @@ pub fn together([one, other]: [&str; 2], gains: [f64; 2]) -> String {
     let turns = SPEEDS * (2 * RATES + 1);
     format!(
         "the linear loop of both axes, with roll, is stable for every trajectory of speed and rate of turn: the gain \
-         of the coupling, computed in {turns} turns, is below {first} through {one} and below {second} through {other}, \
-         both below 1"
+         of the coupling, computed in {turns} turns, is below {first} through {one} and below {second} through \
+         {other}, both below 1"
     )
 }
 
