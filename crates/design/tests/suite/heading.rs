@@ -315,8 +315,8 @@ fn certificates_cover_what_turns_couple() {
         let m = turning.motion(speed, part * fastest).unwrap();
         let rho = (speed - 1.8) / 0.4;
         let all = [own(0, rho, f64::abs(part)), own(1, rho, f64::abs(part))];
-        for draw in 0..400 {
-            let x = [0, 1].map(|i| nalgebra::DVector::from_column_slice(&states[i][draw]));
+        for pair in states[0].iter().zip(&states[1]) {
+            let x = [pair.0, pair.1].map(|one| nalgebra::DVector::from_column_slice(one));
             let (mut added, mut covered) = (0.0, 0.0);
             for i in [0, 1] {
                 let (b, c, own) = &all[i];
