@@ -4,17 +4,17 @@ use crate::axes::{Axes, Designs};
 use crate::error::Error;
 use certificate::Certificate;
 use fmi2::Resources;
-use proof::claim::{controller_rows, first_difference, parse, text};
+use proof::claim::{parse, text};
 use proof::error::ProofError;
 use scheduled::ControllerDesign;
-use squid_design::certify::controller_of;
-use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, together, up_to};
+use squid_design::certify::verify::same_controller;
+use squid_design::check::coupled::gain::{CERTIFICATES, coupling, of_both, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::StoredCoupling;
 use std::path::Path;
 
-/// Bounds what turns couple of two designs, and proves it; nothing of one design, or if no bound below 1 is found.
+/// Bounds what turns couple of two certified designs, and proves it; nothing of one design, or if no proof is found.
 ///
 /// # Errors
 /// Those of the designs.
@@ -22,7 +22,11 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     let Some((_, heading)) = designs.heading else { return Ok(None) };
     let (inputs, level) = designs.first;
     let controllers = [&level.controller, &heading.controller];
-    let Some(found) = coupling(&Turning::of(inputs, controllers))? else { return Ok(None) };
+    if !controllers.iter().all(|one| one.gamma.certified) {
+        return Ok(None);
+    }
+    let turning = Turning::new(&inputs.whole, inputs.design.level(), controllers)?;
+    let Some(found) = coupling(&turning)? else { return Ok(None) };
     let names = controllers.map(ControllerDesign::steered);
     let words = found.words(names.each_ref().map(String::as_str));
     let [one, other] = [0, 1].map(|axis| {
@@ -32,8 +36,9 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     Ok(Some([one?, other?]))
 }
 
-/// Proves again what an FMU has of two axes, and computes again up to which rate of turn if their files are given.
-/// Nothing of an FMU that has none.
+/// Proves again what an FMU has of two axes. If their files are given, that the plants are those of turns of the
+/// vehicle is computed again, and how fast these are; else no more than the gains is said. Nothing of an FMU that has
+/// none.
 ///
 /// # Errors
 /// [`ProofError`] of a certificate that proves nothing, or is not of the controllers of the FMU.
@@ -43,35 +48,33 @@ pub fn verify(
     controllers: Axes<&ControllerDesign>,
     inputs: Option<Axes<&Inputs>>,
 ) -> Result<Option<String>, Error> {
-    let both = [controllers.first, controllers.heading.unwrap_or(controllers.first)];
     let found = CERTIFICATES.map(|name| resources.text(name).ok());
-    let [Some(one), Some(other)] = found else {
+    let wrong = |what: String| Error::from(ProofError::Mismatch { what });
+    let (Some(heading), [Some(one), Some(other)]) = (controllers.heading, found) else {
         return match CERTIFICATES.iter().zip(found).find(|(_, text)| text.is_some()) {
-            Some((name, _)) => {
-                Err(ProofError::Mismatch { what: format!("resources/{name}, which stands alone") }.into())
-            }
+            Some((name, _)) => Err(wrong(format!("resources/{name}, without what belongs to it,"))),
             None => Ok(None),
         };
     };
+    let both = [controllers.first, heading];
     let proved = |axis: usize, text: &str| -> Result<(Certificate, f64), Error> {
         let file = format!("{}, resources/{}", path.display(), CERTIFICATES[axis]);
         let certificate = parse(text, &file)?;
-        let wrong = |what: String| Error::from(ProofError::Mismatch { what: format!("{file}: {what}") });
-        let own = controller_rows(&controller_of(&both[axis].lft)?);
-        if let Some(name) = first_difference(&own.named(), &certificate.controller.named()) {
-            return Err(wrong(format!("the controller's matrix {name}")));
-        }
+        // The controller does not depend on the rate of turn.
+        let mut lft = both[axis].lft.clone();
+        lft.blocks.resize(certificate.blocks.len().max(lft.blocks.len()), 0);
+        same_controller(&lft, &certificate)?;
         let gamma = certificate.prove()?.gamma.filter(|gamma| *gamma < 1.0);
-        Ok((certificate, gamma.ok_or_else(|| wrong("the gain, which is not proved to be below 1".into()))?))
+        Ok((certificate, gamma.ok_or_else(|| wrong(format!("{file}: the gain, not proved to be below 1,")))?))
     };
     let [(one, first), (other, second)] = [proved(0, one)?, proved(1, other)?];
     let names = both.map(ControllerDesign::steered);
-    let what = together(names.each_ref().map(String::as_str), [first, second]);
+    let (names, gains) = (names.each_ref().map(String::as_str), [first, second]);
     let Some(inputs) = inputs else {
-        let whose = "that these are turns of the vehicle, and how fast, --vehicle computes again";
-        return Ok(Some(format!("in turns {what}; {whose}")));
+        let whose = "that it is that of turns of the vehicle, and how fast, --vehicle computes again";
+        return Ok(Some(format!("{}; {whose}", of_both(names, gains))));
     };
-    let turning = Turning::of(inputs.first, both);
+    let turning = Turning::new(&inputs.first.whole, inputs.first.design.level(), both)?;
     let share = share_of(&turning, [&one, &other])?;
-    Ok(Some(format!("in turns of up to {} {what}", up_to(turning.speeds(), turning.rates(share)?, share))))
+    Ok(Some(words(turning.rates(share), share, names, gains)))
 }

@@ -443,12 +443,15 @@ fn its_c_is_the_fmu_to_the_bit() {
     let source = export(&frozen(), &standing, Real::Double).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
-    std::fs::write(file("squid.h"), source.header).unwrap();
-    std::fs::write(file("squid.c"), source.source).unwrap();
-    std::fs::write(file("main.c"), MAIN).unwrap();
+    let named = |end: &str| format!("{}.{end}", source.name);
+    std::fs::write(file(&named("h")), &source.header).unwrap();
+    std::fs::write(file(&named("c")), &source.source).unwrap();
+    let prefix = format!("{}_", source.name);
+    let main = MAIN.replace("squid.h", &named("h")).replace("squid_", &prefix);
+    std::fs::write(file("main.c"), main.replace("SQUID_", &prefix.to_ascii_uppercase())).unwrap();
     let done = Command::new("cc")
         .args(["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"])
-        .args([folder.path(), &file("squid.c"), &file("main.c"), Path::new("-o"), &file("main")])
+        .args([folder.path(), &file(&named("c")), &file("main.c"), Path::new("-o"), &file("main")])
         .status()
         .unwrap();
     assert!(done.success());

@@ -74,8 +74,10 @@ pub struct Both<'a> {
 }
 
 impl<'a> Both<'a> {
-    fn turning(&self) -> Turning<'a> {
-        Turning::of(self.level.0, [&self.level.1.controller, &self.heading.1.controller])
+    fn turning(&self) -> Result<Turning<'a>, Error> {
+        let (inputs, stored) = self.level;
+        let designs = [&stored.controller, &self.heading.1.controller];
+        Ok(Turning::new(&inputs.whole, inputs.design.level(), designs)?)
     }
 
     /// What each axis is called.
@@ -111,7 +113,7 @@ pub fn run(both: Both<'_>, turn: f64, current: Current, directory: &Path) -> Res
     let mut files = Files::default();
     files.add(directory.join("turn.svg"), svg);
     files.add(directory.join("turn.csv"), record.csv());
-    let coupling = coupling(&both.turning())?;
+    let coupling = coupling(&both.turning()?)?;
     for (axis, name) in CERTIFICATES.iter().enumerate() {
         let path = directory.join(name);
         match &coupling {
@@ -194,8 +196,8 @@ fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned,
 
 /// Up to which rate of turn the linear loop is stable, and the largest rate of the reference, at a speed.
 fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
-    let turning = both.turning();
-    let fastest = turning.fastest(speed)?;
+    let turning = both.turning()?;
+    let fastest = turning.fastest(speed);
     let is_stable = |rate: f64| -> Result<bool, Error> {
         Ok(largest_real_part(&turning, speed, rate)?.is_some_and(|largest| largest < 0.0))
     };
@@ -278,8 +280,7 @@ fn words(
             of the reference.\n";
     out += &match coupled {
         Some(proved) => format!("PROVED: {proved}\n"),
-        None => "Nothing is proved of both axes together: no bound below 1 was found of what turns couple.\n"
-            .to_owned(),
+        None => "Nothing is proved of both axes together in turns.\n".to_owned(),
     };
     out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
 }

@@ -139,7 +139,7 @@ def test_both_are_proved_again(run_squid: Run, made: Made) -> None:
     each = [json.loads(run_squid("verify", fmu, "--json").stdout) for fmu in (made.depth, made.heading)]
     assert all("axes" not in one for one in each)
     coupling = found.pop("coupling")
-    assert coupling.startswith("in turns the linear loop of both axes")
+    assert coupling.startswith("gain of the coupling below 0.")
     assert "--vehicle computes again" in coupling
     assert found.pop("axes") == [
         {**one, "axis": name} for one, name in zip(each, ("depth", "heading"), strict=True)

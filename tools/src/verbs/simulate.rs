@@ -67,7 +67,7 @@ pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f6
     say(words.trim_end());
     let coupling = coupling.map(|found| {
         let [low, high] = found.rates.map(f64::to_degrees);
-        json!({ "gains": found.gains(), "product": found.product(), "rates_deg": [low, high] })
+        json!({ "gains": found.gains(), "rates_deg": [low, high] })
     });
     Ok(answer(&json!({ "directory": directory, "turns": turned, "coupling": coupling }))?)
 }

@@ -117,7 +117,7 @@ mod tests {
                 xml.split("<ScalarVariable name=\"").skip(1).filter_map(|rest| rest.split('"').next());
             found.extend(names.filter(|name| !name.starts_with("der(")).map(str::to_owned));
         }
-        for name in vehicle.actuators.iter().flat_map(|one| variables_of(&one.name)) {
+        for name in vehicle.in_plane().actuators.iter().flat_map(|one| variables_of(&one.name)) {
             assert!(found.remove(&name), "{name}");
         }
         for spec in COEFFICIENTS.iter().filter(|spec| !spec.is_lateral()) {

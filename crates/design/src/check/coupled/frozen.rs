@@ -17,16 +17,15 @@ const SHORTEST_LAG: f64 = 1e-3;
 /// # Errors
 /// [`Error`] of a controller that is not well posed at the speed.
 pub fn largest_real_part(turning: &Turning<'_>, speed: f64, rate: f64) -> Result<Option<f64>, Error> {
-    let Ok(m) = turning.motion(speed, rate) else { return Ok(None) };
+    let Ok((m, forward_speed)) = turning.motion(speed, rate) else { return Ok(None) };
     let axes = turning.axes();
     // Rows of x' are those of its columns.
     let x = axes.each_ref().map(Axis::state_columns).concat();
     let y = axes.each_ref().map(Axis::measured_rows).concat();
     let t = axes.each_ref().map(Axis::actuator_columns).concat();
     let frozen = |axis: usize| -> Result<_, Error> {
-        let design = turning.designs[axis];
-        let rho = ((speed - design.scheduling.centre) / design.scheduling.half_range).clamp(-1.0, 1.0);
-        Ok(frozen_controller(&controller_of(&design.lft)?, rho)?.frozen(&[])?)
+        let controller = controller_of(&turning.designs[axis].lft)?;
+        Ok(frozen_controller(&controller, turning.rho(axis, forward_speed))?.frozen(&[])?)
     };
     let [one, other] = [frozen(0)?, frozen(1)?];
     let [ka, kb, kc, kd] = [(&one.a, &other.a), (&one.b, &other.b), (&one.c, &other.c), (&one.d, &other.d)]

@@ -20,6 +20,17 @@ use lpv::polynomial::MatrixPolynomial;
 const ORDER: usize = 2;
 const DROP: f64 = 1e-3;
 
+/// M in a turn, at the rho of an axis.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// rho.
+    pub rho: f64,
+    /// tau.
+    pub tau: f64,
+    /// M.
+    pub m: Mat,
+}
+
 /// The part of M of one axis, with its place in that.
 #[derive(Debug, Clone)]
 pub struct AxisPlant {
@@ -30,17 +41,17 @@ pub struct AxisPlant {
 }
 
 impl AxisPlant {
-    /// Fits the part of an axis to its samples `(rho, tau, M)`.
+    /// Fits the part of an axis to its samples: P to those that are straight, N to the others.
     ///
     /// # Errors
     /// [`ModelError::Fit`](crate::error::ModelError::Fit).
-    pub fn fit(axis: Axis, samples: &[(f64, f64, Mat)]) -> Result<Self, Error> {
+    pub fn fit(axis: Axis, samples: &[Sample]) -> Result<Self, Error> {
         let own = |m: &Mat| part(m, &axis.rows, &axis.columns);
         let straight: Vec<(f64, Mat)> =
-            samples.iter().filter(|(_, tau, _)| *tau == 0.0).map(|(rho, _, m)| (*rho, own(m))).collect();
+            samples.iter().filter(|one| one.tau == 0.0).map(|one| (one.rho, own(&one.m))).collect();
         let polynomial = MatrixPolynomial::fit(&straight, ORDER.min(straight.len() - 1))?;
         let (mut slope, mut weight) = (Mat::zeros(axis.rows.len(), axis.columns.len()), 0.0);
-        for (rho, tau, m) in samples {
+        for Sample { rho, tau, m } in samples {
             slope += (own(m) - polynomial.evaluate(*rho)) * *tau;
             weight += tau * tau;
         }
@@ -56,7 +67,7 @@ impl AxisPlant {
     ///
     /// # Errors
     /// [`ModelError::Lft`](crate::error::ModelError::Lft).
-    pub fn residual(&self, (rho, tau, m): &(f64, f64, Mat)) -> Result<Mat, Error> {
+    pub fn residual(&self, Sample { rho, tau, m }: &Sample) -> Result<Mat, Error> {
         let Axis { rows, columns, .. } = &self.axis;
         Ok(part(m, rows, columns) - self.model.evaluate(&[*rho, 2.0 * tau - 1.0])?)
     }
@@ -105,8 +116,8 @@ impl AxisPlant {
             (Y, T, left_y),
             (Y, W, b_y),
         ];
-        // A parameter without a channel is none.
-        let blocks = [count(0), count(1)].into_iter().filter(|count| *count > 0).collect();
+        // The rate of turn is no parameter without a channel.
+        let blocks = if count(1) > 0 { vec![count(0), count(1)] } else { vec![count(0)] };
         Ok(GeneralisedPlant::new(blocks, &parts)?)
     }
 }
@@ -114,7 +125,7 @@ impl AxisPlant {
 /// The controller of an axis, in the parameters of its plant: it does not depend on the rate of turn.
 pub fn in_parameters_of(plant: &GeneralisedPlant, controller: &Controller) -> Controller {
     let mut blocks = controller.blocks.clone();
-    blocks.resize(plant.blocks.len(), 0);
+    blocks.resize(plant.blocks.len().max(blocks.len()), 0);
     Controller { blocks, ..controller.clone() }
 }
 

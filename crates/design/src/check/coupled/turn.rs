@@ -1,9 +1,9 @@
 //! The linear motion about a steady turn, as two axes have it.
 
-use crate::inputs::Inputs;
-use auv::{Dual64, Motion, Pitch, TrimError, Vehicle, linearise_turn};
+use crate::error::Error;
+use auv::{Dual64, Motion, Pitch, TrimError, Vehicle, lateral, linearise_turn};
 use lpv::matrix::Mat;
-use scheduled::{ControllerDesign, Kind};
+use scheduled::{Autopilot, ControllerDesign, Kind, Trim};
 
 /// The states of [`linearise_turn`], on which forces depend.
 const DYNAMIC: [&str; 8] = ["u", "w", "q", "theta", "v", "p", "r", "phi"];
@@ -13,16 +13,14 @@ const LEVEL: [&str; 5] = ["u", "w", "q", "theta", "z"];
 const LATERAL: [&str; 5] = ["v", "p", "r", "phi", "psi"];
 
 /// A vehicle in turns at one depth, and the designs of its axes: of pitch or depth, and of heading.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Turning<'a> {
-    /// The vehicle as its file has it.
-    pub whole: &'a Vehicle,
-    /// Depth \[m\].
-    pub depth: f64,
-    /// The pitch in trim.
-    pub pitch: &'a Pitch,
+    whole: &'a Vehicle,
+    depth: f64,
+    pitch: &'a Pitch,
     /// Of pitch or depth, and of heading.
     pub designs: [&'a ControllerDesign; 2],
+    trims: [Trim; 2],
 }
 
 /// An axis in the matrix M of [`Turning::motion`].
@@ -56,11 +54,19 @@ impl Axis {
 }
 
 impl<'a> Turning<'a> {
-    /// The vehicle of a design of pitch or depth, at the depth and the pitch of its level flight; `designs` has that
-    /// and one of heading.
-    pub fn of(level: &'a Inputs, designs: [&'a ControllerDesign; 2]) -> Self {
-        let (depth, pitch) = level.design.level();
-        Self { whole: &level.whole, depth, pitch, designs }
+    /// A vehicle as its file has it, at a depth \[m\] and with a pitch in trim, under a design of pitch or depth and one
+    /// of heading.
+    ///
+    /// # Errors
+    /// [`Error`] of a design that cannot be flown.
+    pub fn new(
+        whole: &'a Vehicle,
+        (depth, pitch): (f64, &'a Pitch),
+        designs: [&'a ControllerDesign; 2],
+    ) -> Result<Self, Error> {
+        let trim = |design| Ok::<_, Error>(Autopilot::new(design)?.trim().clone());
+        let trims = [trim(designs[0])?, trim(designs[1])?];
+        Ok(Self { whole, depth, pitch, designs, trims })
     }
 }
 
@@ -69,6 +75,24 @@ impl Turning<'_> {
     pub fn speeds(&self) -> [f64; 2] {
         let [one, other] = self.designs.map(|design| &design.scheduling);
         [one.minimum.max(other.minimum), one.maximum.min(other.maximum)]
+    }
+
+    /// The rho of an axis at a forward speed \[m/s\], as its autopilot has it. In a turn that is not the speed along the
+    /// path, by which a turn is named.
+    pub fn rho(&self, axis: usize, forward_speed: f64) -> f64 {
+        let scheduling = &self.designs[axis].scheduling;
+        ((self.trims[axis].speed(forward_speed) - scheduling.centre) / scheduling.half_range).clamp(-1.0, 1.0)
+    }
+
+    /// The limit of the rate of turn at a speed along the path \[m/s\], rad/s: that of the reference, the smaller of
+    /// both sides.
+    pub fn fastest(&self, speed: f64) -> f64 {
+        let limits = self.designs[1].envelope.get(lateral::SIGNALS[lateral::HEADING].name);
+        let ends = limits.and_then(|limits| limits.rate.as_ref());
+        let trim = &self.trims[1];
+        let end =
+            |end: usize| ends.map_or(0.0, |ends| trim.over(trim.forward_speed(speed), &ends[end]).abs());
+        end(0).min(end(1))
     }
 
     /// The states x of both axes.
@@ -105,11 +129,12 @@ impl Turning<'_> {
     }
 
     /// M at a speed along the path \[m/s\] and a rate of heading \[rad/s\]: rows x' of both axes, then y1 and y2 in
-    /// units of their scales; columns x of both axes, then the outputs of all actuators of the vehicle.
+    /// units of their scales; columns x of both axes, then the outputs of all actuators of the vehicle. Beside it the
+    /// forward speed in that turn \[m/s\].
     ///
     /// # Errors
     /// [`TrimError`]: no such turn.
-    pub fn motion(&self, speed: f64, rate: f64) -> Result<Mat, TrimError> {
+    pub fn motion(&self, speed: f64, rate: f64) -> Result<(Mat, f64), TrimError> {
         let turn = auv::turn(self.whole, speed, rate, self.depth, self.pitch)?;
         let (a, b) = linearise_turn(self.whole, &turn)?;
         let [pitch_rate, heading_rate, sinking] = gradients(&turn.motion);
@@ -147,7 +172,7 @@ impl Turning<'_> {
                 row * (sign / one.scale)
             }))
             .collect();
-        Ok(Mat::from_fn(rows.len(), n + m, |i, j| rows[i][j]))
+        Ok((Mat::from_fn(rows.len(), n + m, |i, j| rows[i][j]), turn.motion.u))
     }
 }
 
