@@ -447,8 +447,8 @@ fn its_c_is_the_fmu_to_the_bit() {
     std::fs::write(file(&named("h")), &source.header).unwrap();
     std::fs::write(file(&named("c")), &source.source).unwrap();
     let prefix = format!("{}_", source.name);
-    let main = MAIN.replace("squid.h", &named("h")).replace("squid_", &prefix);
-    std::fs::write(file("main.c"), main.replace("SQUID_", &prefix.to_ascii_uppercase())).unwrap();
+    let main = MAIN.replace("squid_", &prefix).replace("SQUID_", &prefix.to_ascii_uppercase());
+    std::fs::write(file("main.c"), main.replace("squid.h", &named("h"))).unwrap();
     let done = Command::new("cc")
         .args(["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"])
         .args([folder.path(), &file(&named("c")), &file("main.c"), Path::new("-o"), &file("main")])

@@ -76,11 +76,12 @@ impl Coupling {
 /// axes.
 pub fn words(rates: [f64; 2], share: f64, names: [&str; 2], gains: [f64; 2]) -> String {
     let [least, most] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
-    let rates = if least == most { least } else { format!("{least} to {most}, by the speed,") };
+    let rates =
+        if least == most { format!("{least} deg/s") } else { format!("{least} to {most} deg/s, by speed") };
     let turns = SPEEDS * (2 * RATES + 1);
     let factor = rounded_down(1.0 / gains[0].max(gains[1]));
     format!(
-        "in turns of up to {rates} deg/s ({share} times the limit of the reference) the linear loop of both axes, with \
+        "in turns of up to {rates} ({share} times the limit of the reference) the linear loop of both axes, with \
          roll, is stable for every trajectory of speed and rate of turn, if no turn couples more than {factor} times \
          what the {turns} turns do that were computed: {}",
         of_both(names, gains)

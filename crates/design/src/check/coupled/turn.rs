@@ -54,8 +54,8 @@ impl Axis {
 }
 
 impl<'a> Turning<'a> {
-    /// A vehicle as its file has it, at a depth \[m\] and with a pitch in trim, under a design of pitch or depth and one
-    /// of heading.
+    /// A vehicle as its file has it, at a depth \[m\] and with a pitch in trim, under a design of pitch or depth and
+    /// one of heading.
     ///
     /// # Errors
     /// [`Error`] of a design that cannot be flown.
@@ -77,8 +77,8 @@ impl Turning<'_> {
         [one.minimum.max(other.minimum), one.maximum.min(other.maximum)]
     }
 
-    /// The rho of an axis at a forward speed \[m/s\], as its autopilot has it. In a turn that is not the speed along the
-    /// path, by which a turn is named.
+    /// The rho of an axis at a forward speed \[m/s\], as its autopilot has it. In a turn that is not the speed along
+    /// the path, by which a turn is named.
     pub fn rho(&self, axis: usize, forward_speed: f64) -> f64 {
         let scheduling = &self.designs[axis].scheduling;
         ((self.trims[axis].speed(forward_speed) - scheduling.centre) / scheduling.half_range).clamp(-1.0, 1.0)
