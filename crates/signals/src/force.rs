@@ -3,8 +3,8 @@
 /// A force or moment this small beside the largest of its actuator comes from rounding.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// Force and moment per output of an actuator about zero \[N, N, N m\]: along x and z and about y, or along y and about x
-/// and z; those of a control surface at a surge velocity of 1 m/s.
+/// Force and moment per output of an actuator about zero \[N, N, N m\]: along x and z and about y, or along y and about
+/// x and z; those of a control surface at a surge velocity of 1 m/s.
 pub type Force = [f64; 3];
 
 /// Returns what a positive output does, by the signs of its force in the vertical plane, \[X Z M\], and across it,

@@ -220,7 +220,7 @@ int main(void)
     remus100_depth_state depth;
     remus100_heading_state heading;
     remus100_depth_inputs level = {.depth = 20.0, .depth_reference = 20.0, .speed = 1.8, .speed_reference = 1.8};
-    remus100_heading_inputs course = {.heading_reference = 0.1, .speed = 1.8, .speed_reference = 1.8};
+    remus100_heading_inputs course = {.heading_reference = 0.1, .speed = 1.8};
     remus100_depth_outputs planes;
     remus100_heading_outputs rudder;
     remus100_depth_init(&depth, &planes);

@@ -80,7 +80,7 @@ def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Pa
     text, count = re.subn(
         r"lag = \{ value = [0-9.]+", "lag = { value = 0.0", file.read_text(encoding="utf-8")
     )
-    assert count == 3
+    assert count == 4
     file.write_text(text, encoding="utf-8")
     packages = package(run_squid, vehicle, tmp_path / "out")
     loop = fly_loop(packages, sample_time(packages))
