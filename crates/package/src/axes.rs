@@ -37,9 +37,9 @@ impl<T> Axes<T> {
     /// What the proofs of two axes do not say; `coupled` is whether there is one of both together.
     pub fn unproved(&self, coupled: bool) -> Option<&'static str> {
         self.heading.is_some().then_some(if coupled {
-            "Beyond that each axis is proved alone, about straight level flight without roll. What turns couple is \
-             proved of the linear motion, in continuous time and without limits; the rest is simulated (squid simulate \
-             --heading)."
+            "Beyond that each axis is proved alone, about straight level flight without roll. What is proved of both \
+             is of the linear motion, in continuous time and without limits of actuators; the rest is simulated (squid \
+             simulate --heading)."
         } else {
             "Each axis is proved alone, about straight level flight without roll, where the two decouple. What a turn \
              or a roll couples is simulated, and checked in frozen turns (squid simulate --heading), not proved."

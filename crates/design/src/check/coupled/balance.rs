@@ -3,7 +3,8 @@
 use lpv::matrix::{Mat, symmetric_function};
 use nalgebra::{Complex, DMatrix};
 
-type Response = DMatrix<Complex<f64>>;
+/// A frequency response at one frequency.
+pub type Response = DMatrix<Complex<f64>>;
 
 /// The number of times that the units are balanced, and the range of units.
 const ROUNDS: usize = 3;
@@ -48,7 +49,8 @@ pub fn units(added: [[&[Mat]; 2]; 2], responses: [&[Response]; 2], rows: [usize;
     units
 }
 
-fn complex(m: &Mat) -> Response {
+/// A real matrix as a complex one.
+pub fn complex(m: &Mat) -> Response {
     m.map(|entry| Complex::new(entry, 0.0))
 }
 

@@ -16,7 +16,7 @@
 //! turns at some speeds and rates; nothing is proved of those between.
 
 use crate::certify::controller_of;
-use crate::check::coupled::balance::{cover, units};
+use crate::check::coupled::balance::{Response, complex, cover, units};
 use crate::check::coupled::plant::{AxisPlant, Sample, in_parameters_of, part};
 use crate::check::coupled::turn::Turning;
 use crate::error::Error;
@@ -30,7 +30,7 @@ use lpv::controller::Controller;
 use lpv::matrix::{Mat, block, largest_complex_singular_value};
 use lpv::model_error::LoopError;
 use lpv::plant::GeneralisedPlant;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DVector};
 use proof::claim::{Proof, nominal};
 use proof::error::ProofError;
 use proof::same_plant::check_in_box;
@@ -288,8 +288,6 @@ impl Loop {
     }
 }
 
-type Response = DMatrix<Complex<f64>>;
-
 /// The frequencies of the responses by which units are chosen: their number, and the powers of ten of the ends, rad/s.
 const FREQUENCIES: usize = 40;
 const SLOWEST: f64 = -3.0;
@@ -297,7 +295,3 @@ const FASTEST: f64 = 2.0;
 
 /// The least b; the largest is its inverse.
 const LEAST_B: f64 = 0.01;
-
-fn complex(m: &Mat) -> Response {
-    m.map(|entry| Complex::new(entry, 0.0))
-}
