@@ -113,9 +113,6 @@ impl Inputs {
         let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
         design.states = LevelFlight { vehicle: &vehicle, plane: &plane, file: &design }.states();
         check_states(&design, files[1])?;
-        if design.sea.is_some() && design.is_lateral() {
-            return Err(InputError::SeaOfHeading { file: files[1].into() });
-        }
         if design.sea.is_some() && vehicle.geometry.is_none() {
             return Err(InputError::NoGeometry { file: files[1].into() });
         }

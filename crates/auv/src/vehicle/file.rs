@@ -160,9 +160,18 @@ fn check_lateral(
     let given = COEFFICIENTS.iter().filter(of_roll).find(|spec| sources.contains_key(spec.key));
     let given = given.map(|spec| spec.key);
     let moved = actuators.iter().find(|one| one.acts_out_of_plane()).map(|one| one.name.as_str());
-    if let Some(of) = given.or(moved) {
-        let meaning = format!("moment of inertia in roll about the origin, above 0, which '{of}' needs");
-        needs("mass", INERTIA_IN_ROLL, meaning);
+    let Some(of) = given.or(moved) else { return };
+    let mass = root.table("mass").filter(|mass| mass.has(INERTIA_IN_ROLL));
+    match mass.map(|mass| (mass, sources.contains_key(INERTIA_IN_ROLL))) {
+        Some((mass, true)) => {
+            mass.not_allowed(INERTIA_IN_ROLL, "0", format!("above 0 (kg.m2), which '{of}' needs"));
+        }
+        // What could not be read is said already.
+        Some((_, false)) => {}
+        None => {
+            let meaning = format!("moment of inertia in roll about the origin, above 0, which '{of}' needs");
+            needs("mass", INERTIA_IN_ROLL, meaning);
+        }
     }
 }
 

@@ -65,7 +65,4 @@ pub enum InputError {
          plane: give it a rudder (N_uu_delta), or a group of thrusters with N_T"
     )]
     NothingYaws { design: String, vehicle: String },
-    /// A sea in a design of heading.
-    #[error("{file}: [sea] is for surge, heave and pitch; leave it out of a design of heading")]
-    SeaOfHeading { file: String },
 }

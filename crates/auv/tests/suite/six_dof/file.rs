@@ -46,7 +46,10 @@ fn a_file_says_what_a_turning_vehicle_needs() {
     );
     assert!(inertia.contains("which 'K_p_dot' needs"), "{inertia}");
     let zero = refused(&text("remus100").replace("value = 0.177", "value = 0.0"));
-    assert!(zero.contains("about the origin, above 0, which 'K_p_dot' needs"), "{zero}");
+    assert!(zero.contains("'mass.I_xx' is 0; it must be above 0 (kg.m2), which 'K_p_dot' needs"), "{zero}");
+    assert!(!zero.contains("missing"), "{zero}");
+    let word = refused(&text("remus100").replace("value = 0.177", "value = \"light\""));
+    assert!(word.contains("'mass.I_xx") && word.matches("I_xx").count() == 1, "{word}");
     let damping = refused(&without(&["K_up", "K_pp"]));
     assert!(
         damping.contains("missing key 'lift.K_up': roll moment per u p, or K_p or K_pp in [damping]"),

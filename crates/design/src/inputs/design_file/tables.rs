@@ -116,6 +116,9 @@ fn design(
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
     let of_heading = lateral::is_lateral(interface.states);
+    if of_heading && root.has("sea") {
+        root.not_allowed("sea", "given", "left out of a design of heading: it is for surge, heave and pitch");
+    }
     let read = |table| if of_heading { Envelope::of_heading(&table) } else { Envelope::of(&table) };
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
     let failsafe = root.table("failsafe").map_or_else(|| Some(Failsafe::default()), |t| Failsafe::of(&t));
