@@ -37,6 +37,11 @@ impl Key {
         Self { dash: DASHES[n % DASHES.len()], ..Self::of(name, NAMED[n % NAMED.len()]) }
     }
 
+    /// The n-th of several curves, with its own colour; dashed where the colours begin again.
+    pub fn coloured(n: usize, name: impl Into<String>) -> Self {
+        Self { dash: DASHES[n / NAMED.len() % DASHES.len()], ..Self::of(name, NAMED[n % NAMED.len()]) }
+    }
+
     /// One of several ordered curves, at a fraction from 0 to 1 between the lowest and the highest.
     pub fn along(part: f64, name: impl Into<String>) -> Self {
         let last = ORDERED.len() - 1;

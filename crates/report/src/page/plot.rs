@@ -65,11 +65,11 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
 /// A line as a curve, with its key.
 fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
     let key = keys.iter().position(|key| key.name == line.name).unwrap_or_else(|| {
-        let nth = keys.iter().filter(|key| key.dash.is_empty()).count();
+        let nth = keys.iter().filter(|key| key.colour != Key::reference("").colour).count();
         let name = line.name.as_str();
         keys.push(match line.kind {
             Kind::Reference => Key::reference(name),
-            Kind::Own => Key { dash: "", width, ..Key::nth(nth, name) },
+            Kind::Own => Key { width, ..Key::coloured(nth, name) },
             Kind::Along(part) => Key::along(part, name),
         });
         keys.len() - 1
@@ -80,6 +80,31 @@ fn curve(line: &Line, width: f64, keys: &mut Vec<Key>) -> Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of nine lines with a reference among them no two look the same.
+    #[test]
+    fn each_name_has_a_look_of_its_own() {
+        let mut keys = vec![];
+        for name in [
+            "reference",
+            "pitch",
+            "heading",
+            "roll",
+            "speed",
+            "port",
+            "starboard",
+            "stern",
+            "rudder",
+            "depth",
+        ] {
+            let kind = if name == "reference" { Kind::Reference } else { Kind::Own };
+            curve(&Line { name: name.into(), points: vec![], kind }, WIDTH, &mut keys);
+        }
+        let looks = |key: &Key| (key.colour, key.dash);
+        for (place, key) in keys.iter().enumerate() {
+            assert!(keys[..place].iter().all(|other| looks(other) != looks(key)), "{}", key.name);
+        }
+    }
 
     /// The ticks of a diverged flight would never end.
     #[test]

@@ -28,8 +28,8 @@ pub fn envelope(subject: &Subject) -> Result<Vec<Part>, Error> {
     if charts.is_empty() {
         return Ok(vec![]);
     }
-    let solid = |n, name: &str| Key { dash: "", ..Key::nth(n, name) };
-    let mut keys = vec![solid(0, "limits"), Key::reference("level flight"), solid(1, "default flight")];
+    let mut keys =
+        vec![Key::coloured(0, "limits"), Key::reference("level flight"), Key::coloured(1, "default flight")];
     for (place, key) in keys.iter_mut().enumerate() {
         if charts.iter().flat_map(|chart| &chart.curves).all(|curve| curve.key != place) {
             key.name.clear();

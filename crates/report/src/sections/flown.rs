@@ -58,7 +58,7 @@ fn curve(frozen: &[AtSpeed], key: usize, of: &dyn Fn(&Flown) -> f64) -> Curve {
 }
 
 fn keys(names: &[&str]) -> Vec<Key> {
-    names.iter().enumerate().map(|(i, name)| Key { dash: "", ..Key::nth(i, *name) }).collect()
+    names.iter().enumerate().map(|(i, name)| Key::coloured(i, *name)).collect()
 }
 
 /// The smallest margins over speed, with their requirements.

@@ -102,7 +102,7 @@ fn figure(subject: &Subject, figures: &RobustFigures) -> Figure {
                 Less is better.",
             subject.name()
         ),
-        keys: vec![Key::nth(1, "nominal controller"), Key { dash: "", ..Key::nth(0, "robust controller") }],
+        keys: vec![Key::nth(1, "nominal controller"), Key::coloured(0, "robust controller")],
         charts: vec![
             Chart::over_speed("mu (-)", [0, 1].map(|i| curve(i, &|f| f.mu[i])).into()),
             Chart::over_speed(gain, [0, 1].map(|i| curve(i, &|f| f.worst[i].map(|(upper, _)| upper))).into()),
