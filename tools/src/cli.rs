@@ -141,13 +141,13 @@ pub enum Verb {
         #[command(flatten)]
         which: Which,
         /// Simulate the manoeuvre in the waves, the current and with the sensor errors of this file, and in still
-        /// water for comparison; vehicles/sea.toml explains each key
+        /// water for comparison; with --heading, the turns in it; vehicles/sea.toml explains each key
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
         /// Fly this design of heading, NAME.toml in the vehicle's directory, together with one of pitch or depth in six
         /// degrees of freedom: turns at six speeds, while pitch or depth step. Designs it first if it is not designed
         /// yet
-        #[arg(long, value_name = "NAME", value_parser = design_name, conflicts_with = "sea")]
+        #[arg(long, value_name = "NAME", value_parser = design_name)]
         heading: Option<String>,
         /// The turn of --heading, deg, to starboard
         #[arg(
@@ -158,7 +158,8 @@ pub enum Verb {
             requires = "heading"
         )]
         turn: f64,
-        /// The steady current of --heading, m/s: north, the way the vehicle faces at the start, and east
+        /// The steady current of --heading, m/s: north, the way the vehicle faces at the start, and east; added to
+        /// that of --sea
         #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true, requires = "heading")]
         current: Option<[f64; 2]>,
     },

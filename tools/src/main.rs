@@ -85,8 +85,8 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),
-        Verb::Simulate { which, heading: Some(heading), turn, current, .. } => {
-            simulate::with_heading(&which, &heading, turn, current)
+        Verb::Simulate { which, heading: Some(heading), turn, current, sea } => {
+            simulate::with_heading(&which, &heading, turn, (current, sea.as_deref()))
         }
         Verb::Simulate { which, sea, .. } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),

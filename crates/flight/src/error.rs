@@ -31,10 +31,10 @@ pub enum Error {
             hull there, or leave [waves] out of the sea"
     )]
     NoGeometry { vehicle: String },
-    /// A sea for a vehicle that leaves the vertical plane.
+    /// A sea for a design of heading alone.
     #[error(
-        "the sea acts on surge, heave and pitch alone: fly a design of heading of {vehicle} in still water, or in a \
-            steady current beside one of pitch or depth (simulate --heading NAME --current NORTH,EAST)"
+        "a design of heading of {vehicle} is flown alone with surge, heave and pitch held, and so in still water: fly \
+            it in a sea beside one of pitch or depth (simulate --design NAME --heading NAME --sea FILE)"
     )]
     SeaOfHeading { vehicle: String },
     /// An autopilot of another vehicle.

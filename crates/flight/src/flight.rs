@@ -176,6 +176,9 @@ pub fn fly_varied(
     &Variations { sea, gains, off_trim }: &Variations<'_>,
 ) -> Result<Flight, Error> {
     manoeuvre.check_steps(design)?;
+    if let Some(sea) = sea {
+        sea.check(vehicle)?;
+    }
     let sample_time = design.sample_time;
     let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let level = (sea.and_then(|sea| sea.depth).unwrap_or(depth), pitch);

@@ -1,9 +1,11 @@
 //! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
-use auv::longitudinal::{Each, SIGNALS};
-use auv::{Current, Surroundings, Vehicle, Water};
+use auv::longitudinal::{Each, SIGNALS, SPEED};
+use auv::{Current, Surroundings, Vehicle, Water, lateral};
+use signals::Signal;
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
+use std::array::from_fn;
 use std::sync::Arc;
 
 /// The environment as its file describes it; nothing random is drawn yet.
@@ -21,8 +23,8 @@ pub struct Sea {
     pub vertical: f64,
     /// The Gauss-Markov part of the current along the vehicle's heading.
     pub gauss_markov: Option<Wandering>,
-    /// The errors of each sensor.
-    pub sensors: Each<SensorErrors>,
+    /// The errors of each sensor, in the order of [`sensed`].
+    pub sensors: Vec<SensorErrors>,
 }
 
 /// Parameters from which the waves are drawn.
@@ -57,18 +59,24 @@ impl Sea {
             layers: Layers::new(&[[0.0, 0.0]])?,
             vertical: 0.0,
             gauss_markov: None,
-            sensors: PERFECT,
+            sensors: perfect(),
         })
     }
 
-    /// Checks that a vehicle can be simulated in this sea: waves need its `[geometry]`.
+    /// Checks that the vehicle of a design can be simulated in this sea. Waves need its `[geometry]`; that of a design
+    /// of heading alone, whose surge, heave and pitch are held, is refused.
     ///
     /// # Errors
     /// [`Error::NoGeometry`], [`Error::SeaOfHeading`].
     pub fn check(&self, vehicle: &Vehicle) -> Result<(), Error> {
         if vehicle.coefficients.has_lateral() {
-            Err(Error::SeaOfHeading { vehicle: vehicle.name.clone() })
-        } else if self.waves.is_none() || vehicle.geometry.is_some() {
+            return Err(Error::SeaOfHeading { vehicle: vehicle.name.clone() });
+        }
+        self.check_geometry(vehicle)
+    }
+
+    fn check_geometry(&self, vehicle: &Vehicle) -> Result<(), Error> {
+        if self.waves.is_none() || vehicle.geometry.is_some() {
             Ok(())
         } else {
             Err(Error::NoGeometry { vehicle: vehicle.name.clone() })
@@ -78,7 +86,7 @@ impl Sea {
     /// The first feature, in words, other than a steady current and waves of the default number of components.
     pub fn beyond_steady(&self) -> Option<String> {
         let components = self.waves.as_ref().map_or(Waves::USUAL, |waves| waves.components);
-        let erring = SIGNALS.iter().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
+        let erring = sensed().zip(&self.sensors).find(|(_, errors)| **errors != SensorErrors::NONE);
         match (self.layers.steady(), &self.gauss_markov, erring) {
             (None, ..) => Some("a current in layers".into()),
             (_, Some(_), _) => Some("a Gauss-Markov current".into()),
@@ -93,9 +101,9 @@ impl Sea {
     /// The water around a vehicle, without the Gauss-Markov current.
     ///
     /// # Errors
-    /// As [`Sea::check`]; [`Error::Sea`].
+    /// [`Error::NoGeometry`], [`Error::Sea`].
     pub fn about(&self, vehicle: &Vehicle) -> Result<Surroundings, Error> {
-        self.check(vehicle)?;
+        self.check_geometry(vehicle)?;
         let coefficients = &vehicle.coefficients;
         let water = Surroundings::still(coefficients).with_current(self.layers.clone(), self.vertical);
         let Some((drawn_from, geometry)) = self.waves.as_ref().zip(vehicle.geometry) else {
@@ -108,7 +116,7 @@ impl Sea {
     /// Draws everything random, for a vehicle and the sample time of its autopilot \[s\].
     ///
     /// # Errors
-    /// As [`Sea::check`]; [`Error::Sea`].
+    /// As [`Sea::about`].
     pub(crate) fn draw(&self, vehicle: &Vehicle, sample_time: f64) -> Result<Conditions, Error> {
         let water = self.about(vehicle)?;
         let gauss_markov = self.gauss_markov.map(|numbers| GaussMarkov::new(numbers, self.seed));
@@ -139,11 +147,22 @@ impl Conditions {
         self.gauss_markov.iter_mut().for_each(|process| process.advance(step));
     }
 
-    /// The sensor readings of the signals at the next tick.
-    pub(crate) fn read(&mut self, signals: &Each<f64>) -> Each<f64> {
-        let mut read = *signals;
+    /// The sensor readings, at the next tick, of the signals of surge, heave and pitch.
+    pub(crate) fn read(&mut self, level: &Each<f64>) -> Each<f64> {
+        let mut read = *level;
         read.iter_mut().zip(&mut self.sensors).for_each(|(value, sensor)| *value = sensor.read(*value));
         read
+    }
+
+    /// The sensor readings, at the next tick, of the signals of both axes; the sensor of the speed is one.
+    pub(crate) fn read_both(&mut self, [level, lateral]: &[Each<f64>; 2]) -> [Each<f64>; 2] {
+        let level = self.read(level);
+        let mut others = self.sensors[SIGNALS.len()..].iter_mut();
+        let lateral = from_fn(|place| match place {
+            SPEED => level[SPEED],
+            _ => others.next().map_or(f64::NAN, |sensor| sensor.read(lateral[place])),
+        });
+        [level, lateral]
     }
 
     /// The waves and the layers of the current.
@@ -152,5 +171,13 @@ impl Conditions {
     }
 }
 
+/// The signals that have a sensor: those of surge, heave and pitch, then those that only the axis of heading has.
+pub fn sensed() -> impl Iterator<Item = &'static Signal> {
+    let turning = lateral::SIGNALS.iter().enumerate().filter(|(place, _)| *place != SPEED);
+    SIGNALS.iter().chain(turning.map(|(_, signal)| signal))
+}
+
 /// No errors in any sensor.
-pub(crate) const PERFECT: Each<SensorErrors> = [SensorErrors::NONE; SIGNALS.len()];
+pub(crate) fn perfect() -> Vec<SensorErrors> {
+    sensed().map(|_| SensorErrors::NONE).collect()
+}

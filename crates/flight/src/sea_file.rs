@@ -1,7 +1,6 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
-use crate::sea::{PERFECT, Sea, WaveParameters};
-use auv::longitudinal::{Each, SIGNALS};
+use crate::sea::{Sea, WaveParameters, perfect, sensed};
 use auv::number;
 use auv::toml_file::{Document, FileError, Table};
 use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
@@ -150,8 +149,8 @@ fn gauss_markov(table: &Table<'_>) -> Option<Wandering> {
 }
 
 /// The errors of each sensor; zero without a table.
-fn sensors(tables: &[Table<'_>]) -> Option<Each<SensorErrors>> {
-    let (mut all, mut sound, mut taken) = (PERFECT, true, Vec::new());
+fn sensors(tables: &[Table<'_>]) -> Option<Vec<SensorErrors>> {
+    let (mut all, mut sound, mut taken) = (perfect(), true, Vec::new());
     for table in tables {
         table.allow_only(&["signal", "unit", "noise", "bias", "quantum", "rate", "delay"]);
         match sensor(table) {
@@ -176,11 +175,13 @@ const SLOWEST: f64 = 1e-3;
 
 /// The index of a signal, and the errors of its sensor in SI.
 fn sensor(table: &Table<'_>) -> Option<(usize, SensorErrors)> {
-    let place = table.one_of("signal", &SIGNALS.each_ref().map(|signal| signal.name));
+    let signals: Vec<_> = sensed().collect();
+    let names: Vec<&str> = signals.iter().map(|signal| signal.name).collect();
+    let place = table.one_of("signal", &names);
     let number = |key: &str, default: f64| table.or(key, default, |table, key| table.float(key, "a number"));
     let [noise, bias, quantum, delay] = ["noise", "bias", "quantum", "delay"].map(|key| number(key, 0.0));
     let rate = number("rate", f64::INFINITY);
-    let signal = SIGNALS[place?];
+    let signal = signals[place?];
     let names: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
     let unit = signal.units[table.one_of("unit", &names)?];
     let factor = unit.factor;

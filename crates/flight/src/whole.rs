@@ -1,7 +1,9 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
 
 use crate::error::Error;
-use auv::longitudinal::{self, SPEED};
+use crate::flight::{Surfacing, out_of_water};
+use crate::sea::Sea;
+use auv::longitudinal::{self, Each, SPEED};
 use auv::{Current, Pitch, Plant, Speed, State, Vehicle, lateral, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre};
 
@@ -16,6 +18,29 @@ pub struct WholeRow {
     pub used: Vec<Vec<f64>>,
     /// The command of each actuator of the vehicle, N or rad.
     pub commands: Vec<f64>,
+    /// What the sensors of each axis read, of surge, heave and pitch first, SI.
+    pub read: [Each<f64>; 2],
+    /// Velocity of the water at the vehicle.
+    pub water: Current,
+    /// Elevation of the surface above still water at the vehicle, m.
+    pub elevation: f64,
+}
+
+/// A flight from trim to the end of its manoeuvre, or to the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WholeFlight {
+    /// One row a tick, all in the water.
+    pub rows: Vec<WholeRow>,
+    /// When the vehicle left the water, if it did.
+    pub surfacing: Option<Surfacing>,
+}
+
+/// The signals of each axis, of surge, heave and pitch first.
+fn measured(state: &State) -> [Each<f64>; 2] {
+    let State { motion, depth, heading, .. } = state;
+    // What is measured is the rate of pitch, and not that about the axis of the body.
+    let level = longitudinal::measured([motion.u, motion.w, motion.turning()[1], motion.theta, *depth]);
+    [level, lateral::measured(motion, *heading)]
 }
 
 /// The autopilot of an axis, and where its actuators are among those of the vehicle.
@@ -43,17 +68,10 @@ impl Axis {
         })
     }
 
-    /// Takes the state, and the demand of a manoeuvre above a start.
-    fn look(&mut self, state: &State, (start, manoeuvre, time): (&State, &Manoeuvre, f64)) {
+    /// Takes what the sensors of both axes read, and the demand of a manoeuvre above a start.
+    fn look(&mut self, read: &[Each<f64>; 2], (start, manoeuvre, time): (&State, &Manoeuvre, f64)) {
         let Self { autopilot, inputs, is_lateral, .. } = self;
-        let motion = &state.motion;
-        let measured = if *is_lateral {
-            lateral::measured(motion, state.heading)
-        } else {
-            // What is measured is the rate of pitch, and not that about the axis of the body.
-            longitudinal::measured([motion.u, motion.w, motion.turning()[1], motion.theta, state.depth])
-        };
-        inputs.measured.copy_from_slice(&measured);
+        inputs.measured.copy_from_slice(&read[usize::from(*is_lateral)]);
         let trims = autopilot.trim();
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
         let origin = if *is_lateral { start.heading } else { start.depth };
@@ -66,41 +84,65 @@ impl Axis {
 }
 
 /// Simulates a vehicle that leaves the vertical plane under an autopilot of surge, heave and pitch and one of heading,
-/// in a steady current, from level trim at a depth \[m\] with a rule for its pitch. The steps of the manoeuvre are
-/// those of both axes, and begin at the same time.
+/// in a steady current and, beside it, a sea, from level trim through the water at a depth \[m\], that of the sea if it
+/// has one, with a rule for its pitch. The vehicle faces north at the start. The steps of the manoeuvre are those of
+/// both axes, and begin at the same time. The flight ends at the surface, since the equations of motion hold in deep
+/// water only.
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Simulation`]; those of the autopilots; [`Error::NoSuchActuator`];
-/// [`Error::OtherSampleTime`].
+/// [`Error::Trim`], [`Error::Simulation`]; those of the autopilots and of the sea; [`Error::NoSuchActuator`];
+/// [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
 pub fn fly_whole(
     vehicle: &Vehicle,
     designs: [&ControllerDesign; 2],
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    current: Current,
-) -> Result<Vec<WholeRow>, Error> {
+    (current, sea): (Current, Option<&Sea>),
+) -> Result<WholeFlight, Error> {
     let [sample_time, other] = designs.map(|design| design.sample_time);
     if sample_time != other {
         return Err(Error::OtherSampleTime { one: sample_time, other });
     }
+    let mut conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
+    let depth = sea.and_then(|sea| sea.depth).unwrap_or(depth);
     let speed = manoeuvre.speed_reference(0.0);
     let plane = vehicle.in_plane();
     let level = trim_with(&plane, Speed::Path(speed), depth, pitch)
         .map_err(|reason| Error::Trim { speed, reason })?;
     let mut axes = [Axis::new(vehicle, designs[0])?, Axis::new(vehicle, designs[1])?];
     let mut plant = Plant::new(vehicle)?;
+    if let Some(sea) = &conditions {
+        plant = plant.with_water(sea.water());
+    }
     plant.set_current(current)?;
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
     plant.start(0.0, &auv::Trim { actuators, ..level })?;
     let start = plant.state();
     let steps = (manoeuvre.duration / sample_time).round() as u64;
-    let mut rows = Vec::with_capacity(steps as usize + 1);
+    let mut flight = WholeFlight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None };
     for k in 0..=steps {
         let time = k as f64 * sample_time;
+        if let Some(sea) = &conditions {
+            plant.set_current(current + sea.gauss_markov())?;
+        }
         let state = plant.state();
+        let clearance =
+            conditions.as_ref().map_or(state.depth, |sea| sea.surroundings().clearance(time, &state.pose()));
+        if out_of_water(clearance) {
+            flight.surfacing = Some(Surfacing { time, speed: state.motion.u });
+            break;
+        }
+        let mut read = measured(&state);
+        let mut elevation = 0.0;
+        if let Some(sea) = &mut conditions {
+            read = sea.read_both(&read);
+            elevation = sea.surroundings().elevation(time, [state.x, state.east]);
+            sea.advance(sample_time);
+        }
+        let water = plant.flow();
         let mut commands = plant.outputs().to_vec();
         for axis in &mut axes {
-            axis.look(&state, (&start, manoeuvre, time));
+            axis.look(&read, (&start, manoeuvre, time));
             if k == 0 {
                 axis.autopilot.initialise(0.0, &axis.inputs)?;
             }
@@ -111,8 +153,8 @@ pub fn fly_whole(
             }
         }
         let used = axes.iter().map(|axis| axis.autopilot.references().to_vec()).collect();
-        rows.push(WholeRow { time, state, used, commands });
+        flight.rows.push(WholeRow { time, state, used, commands, read, water, elevation });
         plant.advance((k + 1) as f64 * sample_time)?;
     }
-    Ok(rows)
+    if flight.rows.is_empty() { Err(Error::AtTheSurface { depth }) } else { Ok(flight) }
 }

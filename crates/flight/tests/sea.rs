@@ -248,6 +248,11 @@ fn a_sea_is_read_from_its_file() {
         ("mu = 0.05", "mu = -0.05", "'gauss_markov.mu' is -0.05; it must be 0 or above (1/s)"),
         ("max = 0.1", "max = -0.2", "'gauss_markov.max' is -0.2; it must be 0 or above (m/s)"),
         ("signal = \"pitch\"", "signal = \"yaw\"", "'sensor.signal' is \"yaw\"; it must be \"pitch\""),
+        (
+            "signal = \"pitch\"\nunit = \"deg\"",
+            "signal = \"heading_rate\"\nunit = \"deg\"",
+            "'sensor.unit' is \"deg\" (did you mean \"deg/s\"?)",
+        ),
         ("signal = \"pitch\"", "signal = \"speed\"", "'sensor.unit' is \"deg\"; it must be \"m/s\""),
         ("unit = \"deg/s\"", "unit = \"deg\"", "'sensor.unit' is \"deg\" (did you mean \"deg/s\"?)"),
         ("bias = 0.2", "bias = \"none\"", "'sensor.bias' is "),

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::page::{draw, known};
 use crate::record::panels;
+use crate::simulate::early_end;
 use crate::threads::in_parallel;
 use auv::Current;
 use auv::longitudinal::SPEED;
@@ -15,8 +16,10 @@ use squid_design::check::coupled::gain::{CERTIFICATES, Coupling, coupling};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
+use squid_flight::flight::Surfacing;
 use squid_flight::record::Record;
-use squid_flight::whole::{WholeRow, fly_whole};
+use squid_flight::sea::Sea;
+use squid_flight::whole::{WholeFlight, WholeRow, fly_whole};
 use std::path::Path;
 
 /// The number of speeds.
@@ -51,6 +54,8 @@ pub struct Turned {
     pub fastest: f64,
     /// How much of their reach the commands of heading move in the whole flight, the sum over all actuators.
     pub travel: f64,
+    /// When the vehicle reached the surface and the flight, with the turn or without, ended, s.
+    pub surfacing: Option<f64>,
 }
 
 /// What was flown and computed.
@@ -86,28 +91,29 @@ impl<'a> Both<'a> {
     }
 }
 
-/// Simulates a turn \[rad\] at several speeds in a steady current, in six degrees of freedom, while the other axis
-/// makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple. Writes a
+/// Simulates a turn \[rad\] at several speeds in a steady current and a sea, in six degrees of freedom, while the other
+/// axis makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple. Writes a
 /// record and a plot of this to `directory`, and the certificates of the bounds.
 ///
 /// # Errors
 /// [`Error::NoCommonSpeed`], [`Error::Flight`], [`Error::Plot`].
-pub fn run(both: Both<'_>, turn: f64, current: Current, directory: &Path) -> Result<Turns, Error> {
+pub fn run(both: Both<'_>, turn: f64, water: Around<'_>, directory: &Path) -> Result<Turns, Error> {
     let (inputs, stored) = both.level;
     let speeds = common(both);
     if speeds[0] > speeds[SPEEDS - 1] {
         let [one, other] = [inputs, both.heading.0].map(|inputs| inputs.design.source());
         return Err(Error::NoCommonSpeed { one, other });
     }
-    let each = in_parallel(speeds.iter(), |speed| at(both, *speed, turn, current));
+    let each = in_parallel(speeds.iter(), |speed| at(both, *speed, turn, water));
     let turned: Vec<Turned> = each.into_iter().collect::<Result<_, Error>>()?;
-    let flight = fly(both, &flown(both, None, turn), current)?;
-    let record = record(both, &flight);
+    let flight = fly(both, &flown(both, None, turn), water)?;
+    let record = record(both, &flight.rows, water.1.is_some());
     let title = format!(
-        "{}, {} and {}: in six degrees of freedom",
+        "{}, {} and {}: in six degrees of freedom{}",
         inputs.vehicle.name,
         inputs.design.source(),
-        both.heading.0.design.source()
+        both.heading.0.design.source(),
+        at_sea(water)
     );
     let svg = draw(&directory.join("turn.svg"), &title, &panels(&record, &inputs.whole.actuators))?;
     let mut files = Files::default();
@@ -124,9 +130,12 @@ pub fn run(both: Both<'_>, turn: f64, current: Current, directory: &Path) -> Res
     files.save(directory)?;
     let names = both.names();
     let coupled = coupling.as_ref().map(|coupling| coupling.words(names.each_ref().map(String::as_str)));
-    let words = words(&turned, turn, &stored.manoeuvre, coupled, directory);
+    let words = words(&turned, (turn, water), (&stored.manoeuvre, flight.surfacing), coupled, directory);
     Ok(Turns { turned, coupling, words })
 }
+
+/// A steady current, and a sea beside it.
+pub type Around<'a> = (Current, Option<&'a Sea>);
 
 /// Speeds in the range of both designs.
 fn common(both: Both<'_>) -> Vec<f64> {
@@ -158,19 +167,21 @@ fn flown(both: Both<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
     }
 }
 
-fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, current: Current) -> Result<Vec<WholeRow>, Error> {
+fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, water: Around<'_>) -> Result<WholeFlight, Error> {
     let (inputs, stored) = both.level;
     let designs = [&stored.controller, &both.heading.1.controller];
-    Ok(fly_whole(&inputs.whole, designs, inputs.design.level(), manoeuvre, current)?)
+    Ok(fly_whole(&inputs.whole, designs, inputs.design.level(), manoeuvre, water)?)
 }
 
-fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned, Error> {
-    let turned = fly(both, &flown(both, Some(speed), turn), current)?;
-    let straight = fly(both, &flown(both, Some(speed), 0.0), current)?;
+fn at(both: Both<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {
+    let WholeFlight { rows: turned, surfacing } = fly(both, &flown(both, Some(speed), turn), water)?;
+    let WholeFlight { rows: straight, surfacing: other } = fly(both, &flown(both, Some(speed), 0.0), water)?;
+    let surfacing = surfacing.or(other).map(|surfacing| surfacing.time);
     let start = turned.first().map_or(0.0, |row| row.state.heading);
     let off = |row: &WholeRow| (row.state.heading - start) / turn - 1.0;
     let late = turned.iter().rposition(|row| off(row).abs() > SETTLED);
-    let settling_time = late.filter(|last| last + 1 < turned.len()).map(|last| turned[last].time - STEP_TIME);
+    let to_the_end = |last: &usize| last + 1 < turned.len() && surfacing.is_none();
+    let settling_time = late.filter(to_the_end).map(|last| turned[last].time - STEP_TIME);
     let pairs = || turned.iter().zip(&straight);
     let most = |of: &dyn Fn(&WholeRow, &WholeRow) -> f64| pairs().map(|(a, b)| of(a, b)).fold(0.0, f64::max);
     let own = |name: &String| both.level.0.whole.actuators.iter().position(|one| one.name == *name);
@@ -191,6 +202,7 @@ fn at(both: Both<'_>, speed: f64, turn: f64, current: Current) -> Result<Turned,
         travel: turned.windows(2).map(moved).sum(),
         stable_to,
         fastest,
+        surfacing,
     })
 }
 
@@ -215,8 +227,9 @@ fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
 /// The number of rates to each side at which the loop is checked, besides straight flight.
 const RATES: u32 = 5;
 
-/// The record of a flight; its columns are named as those of `flight.csv`.
-fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
+/// The record of a flight; its columns are named as those of `flight.csv`. At sea there are also the elevation, the
+/// velocity of the water and the readings.
+fn record(both: Both<'_>, flight: &[WholeRow], is_at_sea: bool) -> Record {
     let mut columns: Vec<(String, Vec<f64>)> = vec![];
     let mut add = |heading: String, of: &dyn Fn(&WholeRow) -> f64| {
         columns.push((heading, flight.iter().map(of).collect()));
@@ -244,22 +257,51 @@ fn record(both: Both<'_>, flight: &[WholeRow]) -> Record {
         let taken = |row: &WholeRow| actuator.taken(row.commands[place]).0;
         add(format!("{} [{}]", actuator.name, actuator.taken_unit()), &taken);
     }
+    if is_at_sea {
+        add("wave_elevation [m]".into(), &|row| row.elevation);
+        add("current_north [m/s]".into(), &|row| row.water.horizontal);
+        add("current_east [m/s]".into(), &|row| row.water.east);
+        add("current_vertical [m/s]".into(), &|row| row.water.vertical);
+        for (axis, (_, stored)) in [both.level, both.heading].into_iter().enumerate() {
+            for (place, signal) in stored.controller.signals.iter().enumerate() {
+                // The sensor of the speed is that of both.
+                if axis == 0 || place != SPEED {
+                    add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[axis][place]);
+                }
+            }
+        }
+    }
     Record::new(columns)
+}
+
+/// What a flight in a sea is called.
+fn at_sea((_, sea): Around<'_>) -> &'static str {
+    if sea.is_some() { ", at sea" } else { "" }
 }
 
 fn words(
     turned: &[Turned],
-    turn: f64,
-    manoeuvre: &Manoeuvre,
+    (turn, water): (f64, Around<'_>),
+    (manoeuvre, surfacing): (&Manoeuvre, Option<Surfacing>),
     coupled: Option<String>,
     directory: &Path,
 ) -> String {
     let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
-    let mut out = format!(
-        "Turns by {} deg in six degrees of freedom, each with the default step of {}\n\n\
+    let mut out = early_end("the flight on the ramp of speed", surfacing);
+    for one in turned {
+        if let Some(time) = one.surfacing {
+            out += &format!(
+                "At {:.2} m/s the vehicle reaches the surface at {time:.2} s; the figures are of the flight up to there.\n",
+                one.speed
+            );
+        }
+    }
+    out += &format!(
+        "Turns by {} deg in six degrees of freedom{}, each with the default step of {}\n\n\
          \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\
          \x20   m/s               s           %             m          m/s     deg   % of reach       deg/s\n",
         auv::rounded(turn.to_degrees()),
+        at_sea(water),
         steps.join(" and ")
     );
     for one in turned {

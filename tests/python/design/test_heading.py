@@ -159,7 +159,7 @@ def test_what_cannot_be_flown_together_says_why(
 @pytest.mark.parametrize("verb", ["simulate", "report", "campaign"])
 def test_a_sea_is_refused(run_squid: Run, tmp_path: Path, verb: str) -> None:
     done = run_squid(verb, REMUS100, *HEADING, "--out", tmp_path, "--sea", ROOT / "vehicles" / "sea.toml")
-    assert done.returncode == 1 and "the sea acts on surge, heave and pitch alone" in done.stderr
+    assert done.returncode == 1 and "is flown alone with surge, heave and pitch held" in done.stderr
     assert not list(tmp_path.iterdir())
 
 

@@ -57,20 +57,30 @@ def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages)
 
 
 def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> None:
-    """`squid simulate --heading` flies both axes without FMI; on the ramp of speed it records the flight."""
-    words = ("--heading", "heading", "--turn", "10", "--out", turning.folder)
+    """`squid simulate --heading` flies both axes without FMI; on the ramp of speed it records the flight.
+
+    Here in the waves of a file, of which the FMU has the numbers.
+    """
+    sea = turning.folder / "sea.toml"
+    waves = {"height": 0.5, "period": 6.0, "gamma": 3.3, "heading": 60.0}
+    numbers = "".join(f"{key} = {value}\n" for key, value in waves.items())
+    sea.write_text(f'seed = 3\n[waves]\nspectrum = "jonswap"\n{numbers}', encoding="utf-8")
+    words = ("--heading", "heading", "--turn", "10", "--sea", sea, "--out", turning.folder)
     done = run_squid("simulate", REMUS100, *words, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     found = read(turning.folder / "turn.csv")
     recorded = {name.split(" [")[0]: values for name, values in found.items()}
-    values = {"step_time": 10.0, "step_end": 1e6, "heading_step": float(np.deg2rad(10.0))}
+    values = {"step_time": 10.0, "step_end": 1e6, "heading_step": float(np.deg2rad(10.0)), "wave_seed": 3}
+    values |= {f"wave_{key}": value for key, value in waves.items() if key != "heading"}
+    values |= {"wave_heading": float(np.deg2rad(waves["heading"]))}
     flown = fly_alone(turning.loop, float(recorded["time"][-1]), sample_time(turning), values)
     apart = {
         name: np.max(np.abs(flown[name] - recorded[name]))
         for name in ("pitch", "heading", "roll", "speed", "sway", "depth", "north", "east")
     }
     assert max(apart.values()) < 1e-9, apart
-    assert flown["heading"][-1] == pytest.approx(np.deg2rad(10.0), rel=1e-3)
+    assert np.ptp(recorded["wave_elevation"]) > 0.2 and np.ptp(recorded["current_east"]) > 0.01
+    assert flown["heading"][-1] == pytest.approx(np.deg2rad(10.0), rel=0.1)
 
 
 def test_actuators_without_lag(run_squid: Run, quick_vehicle: Path, tmp_path: Path) -> None:

@@ -43,11 +43,17 @@ pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
     Ok(answer(&found)?)
 }
 
-/// Flies a design of pitch or depth and one of heading together, by a turn \[deg\] in a current \[m/s\].
+/// Flies a design of pitch or depth and one of heading together, by a turn \[deg\] in a current \[m/s\], at sea if a
+/// file says one.
 ///
 /// # Errors
 /// Those of the files, the designs and the flights.
-pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f64; 2]>) -> Result<(), Error> {
+pub fn with_heading(
+    which: &Which,
+    heading: &str,
+    turn: f64,
+    (current, sea): (Option<[f64; 2]>, Option<&Path>),
+) -> Result<(), Error> {
     if !turn.is_finite() || turn == 0.0 || turn.abs() >= HALF_A_TURN {
         let allowed = "other than 0 and below 180 deg in size".into();
         return Err(Error::Argument { name: "--turn", found: turn.to_string(), allowed });
@@ -55,6 +61,7 @@ pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f6
     let (inputs, directory) = which.read_to_write()?;
     let (turning, its) = which.beside(&inputs, heading)?;
     check_directory(&its)?;
+    let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
     let stored = load_or_design(&inputs, &directory)?;
     let own = load_or_design(&turning, &its)?;
     stored.unproved(&inputs).into_iter().chain(own.unproved(&turning)).for_each(|words| say(&words));
@@ -62,7 +69,8 @@ pub fn with_heading(which: &Which, heading: &str, turn: f64, current: Option<[f6
     let current = Current { horizontal, east, ..Current::default() };
     let running = Progress::new(&show).begin("simulate", "flying");
     let both = Both { level: (&inputs, &stored), heading: (&turning, &own) };
-    let Turns { turned, coupling, words } = turning::run(both, turn.to_radians(), current, &directory)?;
+    let around = (current, sea.as_ref().map(|(sea, _)| sea));
+    let Turns { turned, coupling, words } = turning::run(both, turn.to_radians(), around, &directory)?;
     drop(running);
     say(words.trim_end());
     let coupling = coupling.map(|found| {

@@ -19,7 +19,8 @@ use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
 use squid_design::store::freeze::{frozen, gamma};
 use squid_design::uncertain::trim::random_corners;
-use squid_flight::whole::{WholeRow, fly_whole};
+use squid_flight::sea::Sea;
+use squid_flight::whole::{WholeFlight, WholeRow, fly_whole};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -168,19 +169,74 @@ fn turned_by(
     turn: f64,
     depth_step: f64,
 ) -> Vec<WholeRow> {
-    let (inputs, _) = &*MADE;
+    let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
+    let flight = flown_in((current, None), [&*DIVING, heading], whole, &steps(speed, turn, depth_step));
+    assert_eq!(flight.surfacing, None);
+    flight.rows
+}
+
+/// Steps of heading \[deg\] and depth \[m\] at 10 s.
+fn steps(speed: f64, turn: f64, depth_step: f64) -> Manoeuvre {
     let steps = [("heading".to_owned(), turn.to_radians()), ("depth".to_owned(), depth_step)];
-    let manoeuvre = Manoeuvre {
+    Manoeuvre {
         speed_from: speed,
         speed_to: speed,
         step_time: 10.0,
         duration: 70.0,
         steps: steps.into(),
-        ..inputs.design.manoeuvre.clone()
+        ..MADE.0.design.manoeuvre.clone()
+    }
+}
+
+/// A flight in a current and a sea.
+fn flown_in(
+    water: (Current, Option<&Sea>),
+    designs: [&ControllerDesign; 2],
+    whole: &Vehicle,
+    manoeuvre: &Manoeuvre,
+) -> WholeFlight {
+    fly_whole(whole, designs, (10.0, &MADE.0.design.pitch), manoeuvre, water).unwrap()
+}
+
+/// The autopilots get what the sensors read: a bias of the compass is in the true heading with the other sign, one of
+/// the sensor of pitch not at all. A sea without anything in it changes no bit, and its current is that which is given.
+/// At the surface the flight ends.
+#[test]
+fn both_axes_fly_at_sea() {
+    let whole = &MADE.0.whole;
+    let designs = [&*DIVING, &MADE.1.frozen.controller];
+    let at_sea = |text: &str, current: [f64; 2], climb: f64| {
+        let sea = Sea::parse(&format!("seed = 1\n{text}"), "sea.toml").unwrap();
+        let [horizontal, east] = current;
+        let water = Current { horizontal, east, ..Current::default() };
+        flown_in((water, Some(&sea)), designs, whole, &steps(1.8, 30.0, climb))
     };
-    let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
-    let designs = [&*DIVING, heading];
-    fly_whole(whole, designs, (10.0, &inputs.design.pitch), &manoeuvre, current).unwrap()
+    let still = flown_in((Current::default(), None), designs, whole, &steps(1.8, 30.0, 0.0));
+    let heading = |flight: &WholeFlight| flight.rows.last().unwrap().state.heading.to_degrees();
+    assert_eq!(at_sea("", [0.0; 2], 0.0), still);
+    assert!((heading(&still) - 30.0).abs() < 0.01, "{}", heading(&still));
+
+    let biased = at_sea("[[sensor]]\nsignal = \"heading\"\nunit = \"deg\"\nbias = 2.0", [0.0; 2], 0.0);
+    assert!((heading(&biased) - 28.0).abs() < 0.01, "{}", heading(&biased));
+    let last = biased.rows.last().unwrap();
+    assert!((last.read[1][HEADING] - last.state.heading - 2f64.to_radians()).abs() < 1e-12);
+
+    let states = |flight: WholeFlight| flight.rows.into_iter().map(|row| row.state).collect::<Vec<_>>();
+    let [layers, given] = [("[current]\nhorizontal = 0.3", [0.0, 0.1]), ("", [0.3, 0.1])]
+        .map(|(text, current)| states(at_sea(text, current, 0.0)));
+    for (one, other) in layers.iter().zip(&given) {
+        let apart = (one.x - other.x).abs().max((one.east - other.east).abs());
+        assert!(apart < 1e-9, "{apart} m");
+    }
+    assert!(given.last().unwrap().east > still.rows.last().unwrap().state.east + 5.0);
+
+    let waves = "[waves]\nspectrum = \"jonswap\"\nheight = 0.5\nperiod = 6.0\ngamma = 3.3\nheading = 120.0";
+    let climb = at_sea(waves, [0.0; 2], -15.0);
+    let end = climb.surfacing.unwrap().time;
+    assert!((15.0..60.0).contains(&end), "{end} s");
+    assert!(climb.rows.iter().all(|row| row.state.depth > -0.5 && row.time < end));
+    let sway = climb.rows.iter().map(|row| row.water.east.abs()).fold(0.0, f64::max);
+    assert!((0.02..0.5).contains(&sway), "{sway} m/s");
 }
 
 /// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the
@@ -500,5 +556,5 @@ fn what_has_no_heading_says_so() {
     assert!(fast.contains("'envelope.turn_rate' is 800; it must be above 0, at most 90 deg"), "{fast}");
     let sea = "[sea]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\ndepth = 3.0\n";
     let sea = refused(&vehicle, &(design + sea));
-    assert!(sea.contains("[sea] is for surge, heave and pitch"), "{sea}");
+    assert!(sea.contains("'sea' is given; it must be left out of a design of heading"), "{sea}");
 }
