@@ -317,8 +317,13 @@ fn words(
             known(one.stable_to.to_degrees(), 2)
         );
     }
-    out += "\nDepth moved and speed lost are against the same flight without the turn; travel is of the commands of \
-            heading.\nStable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
+    let waves = water.1.is_some_and(|sea| sea.waves.is_some());
+    let elsewhere = if waves { ", which meets the waves elsewhere" } else { "" };
+    out += &format!(
+        "\nDepth moved and speed lost are against the same flight without the turn{elsewhere}; travel is of the \
+         commands of heading.\n"
+    );
+    out += "Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
             of the reference.\n";
     out += &match coupled {
         Some(proved) => format!("PROVED: {proved}\n"),
