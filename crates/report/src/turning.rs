@@ -291,7 +291,8 @@ fn words(
     for one in turned {
         if let Some(time) = one.surfacing {
             out += &format!(
-                "At {:.2} m/s the vehicle reaches the surface at {time:.2} s; the figures are of the flight up to there.\n",
+                "At {:.2} m/s the vehicle reaches the surface at {time:.2} s; the figures are of the flight up to \
+                 there.\n",
                 one.speed
             );
         }
