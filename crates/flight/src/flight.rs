@@ -63,6 +63,12 @@ pub fn out_of_water(depth: f64) -> bool {
     depth < -OUT_OF_WATER
 }
 
+/// The end of a flight in this state, if its hull is out of the water.
+pub(crate) fn surfacing(sea: Option<&Conditions>, time: f64, state: &State) -> Option<Surfacing> {
+    let clearance = sea.map_or(state.depth, |sea| sea.surroundings().clearance(time, &state.pose()));
+    out_of_water(clearance).then_some(Surfacing { time, speed: state.motion.u })
+}
+
 /// The early end of a flight at the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfacing {
@@ -354,10 +360,8 @@ impl Start {
             }
             let state @ State { motion, depth, heading, .. } = plant.state();
             let Motion { u, w, q, theta, .. } = motion;
-            let clearance =
-                conditions.as_ref().map_or(depth, |sea| sea.surroundings().clearance(time, &state.pose()));
-            if out_of_water(clearance) {
-                flight.surfacing = Some(Surfacing { time, speed: u });
+            flight.surfacing = surfacing(conditions.as_ref(), time, &state);
+            if flight.surfacing.is_some() {
                 break;
             }
             let measured = match &kept {

@@ -1,7 +1,7 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
 
 use crate::error::Error;
-use crate::flight::{Surfacing, out_of_water};
+use crate::flight::{Surfacing, surfacing};
 use crate::sea::Sea;
 use auv::longitudinal::{self, Each, SPEED};
 use auv::{Current, Pitch, Plant, Speed, State, Vehicle, lateral, trim_with};
@@ -126,10 +126,8 @@ pub fn fly_whole(
             plant.set_current(current + sea.gauss_markov())?;
         }
         let state = plant.state();
-        let clearance =
-            conditions.as_ref().map_or(state.depth, |sea| sea.surroundings().clearance(time, &state.pose()));
-        if out_of_water(clearance) {
-            flight.surfacing = Some(Surfacing { time, speed: state.motion.u });
+        flight.surfacing = surfacing(conditions.as_ref(), time, &state);
+        if flight.surfacing.is_some() {
             break;
         }
         let mut read = measured(&state);
