@@ -108,7 +108,9 @@ private:
   // Says what has changed. That a command is at its limit is not said here: it comes and goes.
   void report(int code)
   {
-    const unsigned status = out_.status & ~SQUID_LIMITED;
+    const unsigned saturated = SQUID_SATURATED | SQUID_SATURATED_LOWER | SQUID_SATURATED_UPPER_PORT |
+                               SQUID_SATURATED_UPPER_STARBOARD;
+    const unsigned status = out_.status & ~saturated;
     if (code == said_code_ && status == said_status_) return;
     said_code_ = code;
     said_status_ = status;

@@ -213,7 +213,14 @@ impl Axis {
         state.reals(&mut snapshot.state)?;
         state.real(&mut snapshot.filtered_speed)?;
         state.reals(&mut snapshot.references)?;
-        state.reals(&mut snapshot.differences)?;
+        for transition in &mut snapshot.transitions {
+            state.real(&mut transition.start)?;
+            state.real(&mut transition.share)?;
+        }
+        for saturation in &mut snapshot.saturation {
+            state.boolean(&mut saturation.now)?;
+            count(state, &mut saturation.ticks)?;
+        }
         state.reals(&mut snapshot.origins)?;
         let outputs = &mut snapshot.outputs;
         state.reals(&mut outputs.commands)?;

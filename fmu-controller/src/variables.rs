@@ -254,8 +254,8 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         .initially_depends_on(&[measured]),
         Variable::boolean(
             format!("{prefix}reference_limited"),
-            "a reference is not used as it is asked: it is limited to the envelope, or on its way after the \
-             controller was engaged",
+            "a reference is not used as it is asked: it is limited to the envelope, yields because an actuator stays \
+             at its limit, or returns after that or after the controller was engaged",
             |m| m.autopilot.outputs().reference_limited,
             Role::output(),
         )
@@ -269,7 +269,22 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         |m| number_of(m.health()),
         Role::output(),
     );
-    let scheduling = scheduling.into_iter().chain([status.depends_on(&[]).initially_depends_on(&wanted)]);
+    let saturated = design.actuators.iter().enumerate().map(|(index, actuator)| {
+        Variable::boolean(
+            format!("{}_saturated", actuator.name),
+            format!(
+                "the command to {} is cut off at its limit, or at zero so that it does not push against the wanted \
+                 speed",
+                actuator.name
+            ),
+            move |m| m.health() != Health::Failed && m.autopilot.saturation()[index].now,
+            Role::output(),
+        )
+        .depends_on(&[])
+        .initially_depends_on(&wanted)
+    });
+    let status = status.depends_on(&[]).initially_depends_on(&wanted);
+    let scheduling = scheduling.into_iter().chain([status]).chain(saturated);
     let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
     let used = used.map(|(place, (signal, reference))| {
         let one = Variable::real(

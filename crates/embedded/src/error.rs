@@ -14,6 +14,9 @@ pub enum ExportError {
         "the actuator '{name}' cannot be a member of a struct: the word belongs to C or C++; rename it in vehicle.toml"
     )]
     Keyword { name: String },
+    /// More actuators than the status has bits.
+    #[error("the status has bits for {most} actuators, but the design has {found}")]
+    Actuators { found: usize, most: usize },
     /// No quasi-triangular form of Dtt.
     #[error(
         "the iteration for the Schur form of Dtt does not converge, so that a tick would have to choose pivots"

@@ -157,7 +157,12 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
             Without::Nothing => format!("lost |= {bit} | @PREFIX@_FAILED;"),
             Without::Depth => {
                 let wanted = reference(&design.signals[one.input.signal]);
-                format!("lost |= {bit}, used->{wanted} = state->last_{wanted} - state->difference_{wanted};")
+                format!(
+                    "{{\n        /* the target for which the reference stays where it is */\n        \
+                     const real share = state->share_{wanted}, last = state->last_{wanted};\n        \
+                     lost |= {bit};\n        used->{wanted} = share < 1.0@f@ ? \
+                     (last - share * state->start_{wanted}) / (1.0@f@ - share) : last;\n    }}"
+                )
             }
         };
         format!(

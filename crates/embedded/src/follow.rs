@@ -1,10 +1,10 @@
 //! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
 
-use crate::failsafe;
 use crate::inputs::{near, reference, references};
 use crate::references::{ends, is_kept, is_speed, keep_references, limit, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
+use crate::{failsafe, governor};
 use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};
 use signals::{Curve, Law};
 
@@ -31,6 +31,15 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
         ("all_finite", all_finite.to_owned()),
         ("read", each(&read, "\n")),
         ("begin", begin(design)),
+        (
+            "free",
+            if governor::is_needed(design) {
+                "    for (int j = 0; j < COMMANDS; j++) next.saturated[j] = next.held[j] = 0;".to_owned()
+            } else {
+                String::new()
+            },
+        ),
+        ("note", governor::note(design, "next.")),
         ("corrections", CORRECTIONS.to_string()),
         ("keep", keep_references(design, "next.")),
         ("correct", correct(tables)),
@@ -61,8 +70,7 @@ fn begin(design: &ControllerDesign) -> String {
             format!("clamp({from}, {}, {})", limit("LEAST", signal, least), limit("MOST", signal, most))
         });
         let mut text = format!("    const real from_{name} = {used};\n");
-        let asked = near(signal, format!("in->{name}"), &format!("from_{name}"));
-        text += &format!("    next.difference_{name} = from_{name} - {asked};\n");
+        text += &format!("    next.start_{name} = from_{name};\n    next.share_{name} = 1.0@f@;\n");
         if is_kept(design, signal) {
             text += &format!("    next.last_{name} = from_{name};\n");
         }

@@ -1,13 +1,14 @@
 //! The header: signals with units and ranges, what happens when something is wrong, and what is proved.
 
 use crate::error::ExportError;
-use crate::failsafe;
+use crate::governor::MOST_ACTUATORS;
 use crate::inputs::{Input, inputs, keeps_commands, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::references::is_kept;
 use crate::tables::Tables;
 use crate::template::{fill, paragraph};
+use crate::{failsafe, governor};
 use scheduled::{Actuator, ControllerDesign, Gain, Port};
 
 /// What is proved of a controller, in words for the header.
@@ -41,6 +42,10 @@ pub(crate) fn header(
     if let Some(name) = names.into_iter().find(|name| KEYWORDS.split_whitespace().any(|word| word == *name)) {
         return Err(ExportError::Keyword { name: name.clone() });
     }
+    let found = design.actuators.len();
+    if found > MOST_ACTUATORS {
+        return Err(ExportError::Actuators { found, most: MOST_ACTUATORS });
+    }
     let mut own = vec![
         ("about", about(design, standing, tables.real)),
         ("sample_time", format!("{:?}", design.sample_time)),
@@ -56,6 +61,7 @@ pub(crate) fn header(
         ("trims", design.trimmed().map(|place| trim(&design.signals[place])).collect::<Vec<_>>().join("\n")),
         ("used", references(design).map(|(_, one)| used(one)).collect::<Vec<_>>().join("\n")),
         ("state", state(design, tables)),
+        ("saturated_bits", governor::bits(design)),
     ];
     own.extend(failsafe::of_header(design));
     // What the parts bring is filled in last.
@@ -103,14 +109,12 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     }
     for (_, signal) in references(design) {
         let (name, unit) = (reference(signal), &signal.unit);
-        members += &format!(
-            "    @prefix@_real difference_{name}; /* {unit}: from {name} as asked to as used, after following */\n"
-        );
         if !is_kept(design, signal) {
             continue;
         }
         members += &format!("    @prefix@_real last_{name}; /* {unit}: {name} as it was used last */\n");
     }
+    members += &governor::members(design);
     if keeps_commands(design) {
         let m = design.actuators.len();
         members +=
@@ -170,6 +174,7 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
          feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
          does not cover a loop that follows, nor limits that are not those of the outputs."
             .to_owned(),
+        governor::about(design),
         failsafe::about(design).to_owned(),
         "A missed tick: nothing runs by itself. The last commands hold, and the state stays as it is. To make up for k \
          missed ticks step k + 1 times with the newest inputs, as the FMU does in a long step; after a longer gap \

@@ -11,6 +11,7 @@ mod compare;
 mod error;
 mod failsafe;
 mod follow;
+mod governor;
 mod header;
 mod inputs;
 mod library;

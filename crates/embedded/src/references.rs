@@ -1,6 +1,7 @@
 //! References: what V_r follows from, their limits, and what the state keeps of them.
 
 use crate::failsafe::needs_last;
+use crate::governor;
 use crate::inputs::{has_rate, near, reference, references};
 use crate::template::lines;
 use scheduled::{ControllerDesign, Level, OverSpeed, Port, ReferenceLimits};
@@ -35,6 +36,7 @@ pub(crate) fn kept(design: &ControllerDesign) -> impl Iterator<Item = &Port> {
 pub(crate) fn is_kept(design: &ControllerDesign, signal: &Port) -> bool {
     signal.circular
         || has_rate(design, signal)
+        || governor::yields(design, signal).is_some()
         || design.place(&signal.name).is_some_and(|place| needs_last(design, place))
 }
 
@@ -78,11 +80,21 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
         if begins { format!("(is_reset ? in->{} : in->{name})", signal.name) } else { format!("in->{name}") };
     let last = format!("is_reset ? in->{} : state->last_{name}", signal.name);
     let asked = near(signal, asked, &last);
-    let mut text = format!("    t->{name} = {asked} + state->difference_{name};\n");
-    if let Some([least, most]) = &limits.range {
-        let [least, most] = [limit("LEAST", signal, least), limit("MOST", signal, most)];
-        text += &format!("    t->{name} = clamp(t->{name}, {least}, {most});\n");
-    }
+    let within = |value: String| match &limits.range {
+        None => value,
+        Some([least, most]) => {
+            let [least, most] = [limit("LEAST", signal, least), limit("MOST", signal, most)];
+            format!("clamp({value}, {least}, {most})")
+        }
+    };
+    let (target, on_the_way) = (
+        within(asked),
+        within(format!("between(t->target_{name}, state->start_{name}, state->share_{name})")),
+    );
+    let mut text = format!(
+        "    t->target_{name} = {target};\n    t->{name} = state->share_{name} == 0.0@f@ ? t->target_{name} :\n    \
+                      {on_the_way};\n"
+    );
     if let Some([least, most]) = &limits.rate {
         let [slowest, fastest] = [limit("SLOWEST", signal, least), limit("FASTEST", signal, most)];
         let end = |end: &str| format!("state->last_{name} + TICK * {end}");
@@ -90,6 +102,10 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
         text += &format!(
             "    if (!is_reset)\n        t->{name} = clamp(t->{name}, {slowest},\n            {fastest});\n"
         );
+    }
+    if let Some(yields) = governor::yields(design, signal) {
+        let yielded = within(governor::yielded(signal));
+        text += &format!("    if (!is_reset && ({yields})) t->{name} = {yielded};\n");
     }
     let wanted = near(signal, format!("in->{name}"), &format!("t->{name}"));
     text + &format!("    if (t->{name} != {wanted}) t->status |= @PREFIX@_REFERENCE_LIMITED;\n")

@@ -1,12 +1,12 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::inputs::{inputs, keeps_commands, near, origins, reference, references};
+use crate::inputs::{has_rate, inputs, keeps_commands, near, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
-use crate::references::{ends, is_speed, keep_references, kept, limited, scheduled, wanted_speed};
+use crate::references::{ends, is_speed, keep_references, limited, scheduled, wanted_speed};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
-use crate::{failsafe, follow};
+use crate::{failsafe, follow, governor};
 use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO};
 use signals::Law;
 use std::f64::consts::TAU;
@@ -69,14 +69,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("curves", curves(design)),
         ("all_finite", all_finite.clone()),
         ("follow", follow::functions(design, tables, &all_finite)),
-        (
-            "end_of_transitions",
-            lines(references(design).map(|(place, one)| {
-                let negligible = tables.real.literal(tables.autopilot.transition(place).1);
-                let name = reference(one);
-                format!("    state->difference_{name} = fade(state->difference_{name}, {negligible});")
-            })),
-        ),
+        ("end_of_transitions", governor::govern(design, tables)),
         (
             "fade",
             references(design)
@@ -93,10 +86,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
             lines(
                 origins(design)
                     .map(|Port { name, .. }| format!("    fresh.origin_{name} = in->{name};"))
-                    .chain(
-                        references(design)
-                            .map(|(_, one)| format!("    fresh.difference_{} = 0.0@f@;", reference(one))),
-                    ),
+                    .chain([governor::reset(design)]),
             ),
         ),
         ("trim_members", lines(trims(design).map(|name| format!("    real trim_{name};")))),
@@ -137,7 +127,14 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
                 .map(|(_, one)| limited(design, one))
                 .collect(),
         ),
-        ("used_members", lines(references(design).map(|(_, one)| format!("    real {};", reference(one))))),
+        (
+            "used_members",
+            lines(references(design).map(|(_, one)| format!("    real {0}, target_{0};", reference(one)))),
+        ),
+        ("held", governor::functions(design)),
+        ("ahead", governor::ahead(design)),
+        ("limits", governor::limits(design)),
+        ("saturated_first", format!("{:#x}u", governor::SATURATED_FIRST)),
         (
             "put_out_references",
             lines(references(design).map(|(_, one)| format!("    out->{0}_used = t->{0};", reference(one)))),
@@ -198,6 +195,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     }
     text += &follow::gains(tables);
     text += &failsafe::numbers(design, tables);
+    text += &governor::numbers(design, tables);
     text += &tables.table("TRIM", &trim.actuators);
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
@@ -210,6 +208,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     }
     let double = tables.real == Real::Double;
     let turns = design.signals.iter().any(|signal| signal.circular);
+    let is_timed = references(design).any(|(_, signal)| has_rate(design, signal));
     let scalars = [
         ("TURN", turns.then_some(TAU)),
         ("CENTRE", Some(design.scheduling.centre)),
@@ -218,8 +217,8 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("FARTHEST", Some(if double { FARTHEST } else { FARTHEST_FLOAT })),
         ("ROUNDING_OF_RHO", Some(if double { ROUNDING_OF_RHO } else { ROUNDING_OF_RHO_FLOAT })),
         ("PRECISION", precision(tables)),
-        ("FADE", references(design).next().map(|(place, _)| tables.autopilot.transition(place).0)),
-        ("TICK", (design.failsafe.is_some() || kept(design).next().is_some()).then_some(design.sample_time)),
+        ("FADE", references(design).next().map(|(place, _)| tables.autopilot.returning(place).0)),
+        ("TICK", (design.failsafe.is_some() || is_timed).then_some(design.sample_time)),
     ];
     for (name, value) in scalars {
         let line = |value| format!("static const real {name} = {};\n", tables.real.literal(value));
@@ -353,6 +352,7 @@ fn reset(design: &ControllerDesign) -> String {
         text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
     }
     text += &(keep_references(design, "fresh.") + "\n");
+    text += &governor::note(design, "fresh.");
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\
                  \x20   for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)\n\
@@ -374,7 +374,7 @@ fn anti_windup(tables: &Tables) -> String {
     if tables.autopilot.anti_windup().is_none() {
         return String::new();
     }
-    "    if ((t.status & @PREFIX@_LIMITED) != 0u)
+    "    if ((t.status & @PREFIX@_SATURATED) != 0u)
         for (int i = 0; i < STATES; i++) {
             real push = -0.0@f@;
             for (int j = 0; j < COMMANDS; j++) push += ANTI_WINDUP[i][j] * t.excess[j];

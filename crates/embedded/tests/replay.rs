@@ -14,11 +14,13 @@ use std::process::{Command, Stdio};
 
 const TICKS: usize = 2000;
 const STATUS_OUT_OF_RANGE: u64 = 1;
-const STATUS_LIMITED: u64 = 2;
+const STATUS_SATURATED: u64 = 2;
 const STATUS_REFERENCE_LIMITED: u64 = 4;
 const STATUS_FAILED: u64 = 8;
-/// The bit of the first measurement, and all above it.
-const STATUS_LOST: u64 = 16;
+/// The bits of measurements.
+const STATUS_LOST: u64 = 0xfff0;
+/// The bit of the first actuator at its limit.
+const STATUS_SATURATED_FIRST: u64 = 0x10000;
 
 /// What is done at a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +91,9 @@ fn replayed(design: &ControllerDesign, real: Real, rows: &[Row]) -> Vec<Vec<f64>
 /// Inputs that rise and fall, leave the range, are far too large, infinite or not numbers; and now and then a reset.
 fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
     let mut inputs = at_rest(design);
-    let row = |_| {
+    let row = |index: usize| {
+        // At the end it is flown on undisturbed: an actuator stays at its limit.
+        let steady = index > TICKS - TICKS / 4;
         for number in inputs.measured.iter_mut().chain(&mut inputs.references) {
             *number += random.between(-0.1, 0.1);
         }
@@ -100,14 +104,14 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
             inputs.measured[place] += if which == 0 { turned } else { 0.0 };
             inputs.references[place] += if which == 1 { turned } else { 0.0 };
         }
-        if random.one_of(40) {
+        if random.one_of(40) && !steady {
             inputs = at_rest(design);
             inputs.measured[SPEED] = random.between(-1.0, 5.0);
             inputs.references[SPEED] = random.between(-1.0, 5.0);
         }
         let mut now = inputs.clone();
         let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1e308, 1e12, -0.0, 5e-324];
-        if random.one_of(25) {
+        if random.one_of(25) && !steady {
             let place = random.below(SIGNALS + TRACKED);
             let number = odd[random.below(odd.len())];
             // Autopilot refuses all, and C has only those that the design takes.
@@ -118,6 +122,7 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
             }
         }
         let what = match random.below(60) {
+            _ if steady => What::Step,
             0 => What::Reset,
             1..10 => What::Follow,
             10..20 => What::FeedBack,
@@ -179,14 +184,15 @@ fn run(
     supervisor.tick(autopilot).map(|_| ())
 }
 
-/// Runs the autopilot on the same rows, and compares. Returns how often each code came, and each health.
-fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usize; 4], [usize; 5]) {
+/// Runs the autopilot on the same rows, and compares. Returns how often each code came, each health, and an actuator
+/// that had been at its limit long enough for references to yield.
+fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usize; 4], [usize; 5], usize) {
     let mut autopilot = Autopilot::new(design).unwrap();
     let rest = at_rest(design);
     autopilot.initialise(0.0, &rest).unwrap();
     let supervisor = Supervisor::new(design, &autopilot, &rest);
     let mut flown = Flown { autopilot, supervisor };
-    let (mut codes, mut healths) = ([0; 4], [0; 5]);
+    let (mut codes, mut healths, mut yielded) = ([0; 4], [0; 5], 0);
     assert_eq!(found.len(), rows.len() + 1);
     let mut last = None;
     for (index, found) in found.iter().enumerate() {
@@ -228,20 +234,28 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
             assert_eq!(has(STATUS_FAILED), failed, "tick {index}");
             assert_eq!(has(STATUS_OUT_OF_RANGE), outputs.out_of_range && !failed, "tick {index}");
             assert_eq!(has(STATUS_REFERENCE_LIMITED), outputs.reference_limited && !failed, "tick {index}");
-            let limited = health == Health::Limited && !outputs.reference_limited;
-            assert!(!limited || has(STATUS_LIMITED), "tick {index}");
-            let is_lost = !supervisor.is_complete();
-            assert_eq!(*status as u64 >= STATUS_LOST, is_lost, "tick {index}");
+            let saturation = autopilot.saturation();
+            assert_eq!(
+                has(STATUS_SATURATED),
+                saturation.iter().any(|one| one.now) && !failed,
+                "tick {index}"
+            );
+            for (actuator, one) in saturation.iter().enumerate() {
+                assert_eq!(has(STATUS_SATURATED_FIRST << actuator), one.now && !failed, "tick {index}");
+            }
+            yielded +=
+                usize::from(saturation.iter().any(|one| one.ticks == autopilot.yielding().1) && !failed);
+            assert_eq!(has(STATUS_LOST), !supervisor.is_complete(), "tick {index}");
             last = Some(rest.to_vec());
         }
         assert_eq!(last.as_deref(), Some(rest), "tick {index}: an error changes no output");
     }
-    (codes, healths)
+    (codes, healths, yielded)
 }
 
 #[test]
 fn random_designs_are_the_autopilot_to_the_bit() {
-    let (mut codes, mut healths) = ([0; 4], [0; 5]);
+    let (mut codes, mut healths, mut yielded) = ([0; 4], [0; 5], 0);
     for seed in 0..20 {
         let mut numbers = Random::new(seed);
         let design = random(&mut numbers, seed);
@@ -251,8 +265,10 @@ fn random_designs_are_the_autopilot_to_the_bit() {
         let each = compare(&design, &rows, &found);
         codes.iter_mut().zip(each.0).for_each(|(sum, count)| *sum += count);
         healths.iter_mut().zip(each.1).for_each(|(sum, count)| *sum += count);
+        yielded += each.2;
     }
-    println!("{codes:?} {healths:?}");
+    println!("{codes:?} {healths:?} {yielded}");
+    assert!(yielded > 1000, "{yielded}");
     assert!(healths.iter().all(|count| *count > 200), "{healths:?}");
     assert!(codes[0] > 10_000 && codes[1] > 100 && codes[3] > 10, "{codes:?}");
 }

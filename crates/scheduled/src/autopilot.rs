@@ -2,18 +2,21 @@
 
 mod envelope;
 mod following;
+mod governor;
 
 use std::sync::Arc;
 
 use crate::design::Port;
 use crate::ports::{Inputs, Outputs};
-use crate::trim::AtSpeed;
 use crate::{
     ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
 use envelope::Envelope;
 use following::Following;
+use governor::Governor;
 use signals::Level;
+
+pub use governor::{HELD, Saturation, Transition};
 
 /// The constant part of an autopilot.
 #[derive(Debug)]
@@ -41,6 +44,7 @@ pub(crate) struct Plan {
     /// Sampled anti-windup gain from phi to the controller's states, n x m.
     pub(crate) anti_windup: Option<Matrix>,
     pub(crate) following: Following,
+    pub(crate) governor: Governor,
     /// The indices of the signals whose trim is put out.
     pub(crate) trimmed: Vec<usize>,
     /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
@@ -58,8 +62,9 @@ pub(crate) struct Plan {
 /// ```text
 /// angles    = of an angle that comes back to itself, the reference nearest to the last one, and the measured value
 ///             nearest to the reference
-/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]; after [`Self::follow`]
-///                                                         from where the vehicle was
+/// reference = what is asked, within its limits at V_r     see [`ControllerDesign::envelope`]; where the vehicle is
+///                                                         while an actuator that steers it stays at its limit, and
+///                                                         from there after that or after [`Self::follow`]
 /// V_r'      = w_r (speed reference - V_r)                 without a filter V_r is the speed reference
 /// y0(V_r)   = the signals in trim at forward speed V_r, each by its [`Level`](signals::Level): V_r itself, a column of
 ///             the trim table, the value measured at initialisation, or 0
@@ -67,7 +72,8 @@ pub(crate) struct Plan {
 /// y_i       = (measured_i - y0_i(V_r))/scale_i            an input of kind measurement
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
 /// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
-/// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)
+/// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)   where one steers at its limit, a thruster that
+///                                                                      does not steer pushes V_r's way only
 /// phi_j     = (trim_j(V_r) + scale_j u_j - command_j)/scale_j
 /// ```
 ///
@@ -91,8 +97,12 @@ pub struct Autopilot {
     pub(crate) filtered_speed: f64,
     /// The references as they are used.
     pub(crate) references: Vec<f64>,
-    /// Their differences from what is asked that are left since the autopilot followed other commands.
-    pub(crate) differences: Vec<f64>,
+    /// What is asked of each, within its range.
+    targets: Vec<f64>,
+    /// The transition of each reference to what is asked.
+    pub(crate) transitions: Vec<Transition>,
+    /// The saturation of each actuator.
+    pub(crate) saturation: Vec<Saturation>,
     /// The value of each signal at initialisation, see [`Plan::origin`].
     origins: Vec<f64>,
     /// Excess phi of u over the limits.
@@ -158,13 +168,16 @@ impl Autopilot {
                 .map(|gain| lft.held_input(&gain, design.sample_time))
                 .transpose()?,
             following: Following::new(design)?,
+            governor: Governor::new(design),
         };
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
             filtered_speed: 0.0,
             references: vec![0.0; design.references().count()],
-            differences: vec![0.0; design.references().count()],
+            targets: vec![0.0; design.references().count()],
+            transitions: vec![Transition::default(); design.references().count()],
+            saturation: vec![Saturation::default(); plan.actuators.len()],
             origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
@@ -217,10 +230,21 @@ impl Autopilot {
         self.plan.following.gains()
     }
 
-    /// After [`follow`](Self::follow): the factor for a tick of the difference of a reference from what is asked, and
-    /// the difference that is taken for none.
-    pub fn transition(&self, reference: usize) -> (f64, f64) {
-        self.plan.following.transition(reference)
+    /// Of a reference on its way to what is asked: the factor of the share of its start in a tick, and the difference
+    /// from its target that is taken for none.
+    pub fn returning(&self, reference: usize) -> (f64, f64) {
+        self.plan.governor.returning(reference)
+    }
+
+    /// Part of the way to the measured value that a reference yields in a tick, and the ticks that an actuator is at
+    /// its limit before.
+    pub fn yielding(&self) -> (f64, u32) {
+        (self.plan.governor.yielding(), self.plan.governor.held())
+    }
+
+    /// The saturation of each actuator.
+    pub fn saturation(&self) -> &[Saturation] {
+        &self.saturation
     }
 
     /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
@@ -264,7 +288,8 @@ impl Autopilot {
             state: self.controller.state().to_vec(),
             filtered_speed: self.filtered_speed,
             references: self.references.clone(),
-            differences: self.differences.clone(),
+            transitions: self.transitions.clone(),
+            saturation: self.saturation.clone(),
             origins: self.origins.clone(),
             outputs: self.outputs.clone(),
             delayed: self.delayed.clone(),
@@ -279,7 +304,7 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let Self { controller, outputs, delayed, origins, references, differences, .. } = &*self;
+        let Self { controller, outputs, delayed, origins, references, transitions, saturation, .. } = &*self;
         let Outputs { commands, trim, .. } = outputs;
         snapshot.check([
             controller.state().len(),
@@ -288,12 +313,14 @@ impl Autopilot {
             delayed.len(),
             origins.len(),
             references.len(),
-            differences.len(),
+            transitions.len(),
+            saturation.len(),
         ])?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
         self.references.copy_from_slice(&snapshot.references);
-        self.differences.copy_from_slice(&snapshot.differences);
+        self.transitions.copy_from_slice(&snapshot.transitions);
+        self.saturation.copy_from_slice(&snapshot.saturation);
         self.origins.copy_from_slice(&snapshot.origins);
         self.outputs.clone_from(&snapshot.outputs);
         self.delayed.copy_from_slice(&snapshot.delayed);
@@ -313,11 +340,13 @@ impl Autopilot {
         self.start = start;
         self.next_tick = 0;
         self.outside = false;
-        self.differences.fill(0.0);
+        self.transitions.fill(Transition::default());
+        self.saturation.fill(Saturation::default());
         for (signal, origin) in self.origins.iter_mut().enumerate() {
             *origin = self.plan.origin(signal, inputs);
         }
         self.compute_outputs(inputs, true)?;
+        self.note_saturation();
         let Self { delayed, outputs, .. } = self;
         delayed
             .chunks_exact_mut(outputs.commands.len())
@@ -349,9 +378,7 @@ impl Autopilot {
             self.controller.add_to_state(gain, &self.excess);
         }
         self.delay_commands();
-        for (reference, difference) in self.differences.iter_mut().enumerate() {
-            *difference = self.plan.following.next(reference, *difference);
-        }
+        self.govern();
         if let Some(gain) = self.plan.filter {
             self.filtered_speed += gain * (self.references[self.plan.speed] - self.filtered_speed);
         }
@@ -403,29 +430,60 @@ impl Autopilot {
         }
     }
 
-    pub(crate) fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
-        let plan = &*self.plan;
-        inputs.check(&plan.signals)?;
-        // The speed first: the limits of the others depend on V_r, its own do not.
-        if !plan.speed_given {
-            let asked = inputs.references[plan.speed] + self.differences[plan.speed];
-            let last = self.references[plan.speed];
-            let trim = plan.trim.at(self.filtered_speed);
-            self.references[plan.speed] =
-                plan.envelope.used(plan.speed, asked, (!initial).then_some(last), trim);
-        }
-        if initial || plan.filter.is_none() {
-            self.filtered_speed =
-                if plan.speed_given { inputs.measured[plan.speed] } else { self.references[plan.speed] };
-        }
-        let (trim, origins) = (plan.trim.at(self.filtered_speed), &self.origins);
-        for (signal, used) in self.references.iter_mut().enumerate() {
-            if signal != plan.speed || plan.speed_given {
-                let last = (!initial).then_some(*used);
-                let asked = plan.asked(signal, inputs, last) + self.differences[signal];
-                *used = plan.envelope.used(signal, asked, last, trim);
+    /// Moves references that yield, or return to what is asked, on by a tick, and counts saturated ticks.
+    fn govern(&mut self) {
+        let Self { plan, references, targets, transitions, saturation, excess, .. } = self;
+        for (signal, transition) in transitions.iter_mut().enumerate() {
+            if plan.governor.yields(signal, saturation) {
+                *transition = Transition { start: references[signal], share: 1.0 };
+            } else if transition.share != 0.0 {
+                plan.governor.advance(signal, transition, targets[signal]);
             }
         }
+        for (one, excess) in saturation.iter_mut().zip(excess) {
+            plan.governor.count(one, *excess != 0.0);
+        }
+    }
+
+    /// Sets a reference and its target for the next tick, or for the initialisation.
+    fn refer(&mut self, signal: usize, inputs: &Inputs, initial: bool) {
+        let Self { plan, references, targets, transitions, saturation, .. } = self;
+        let (trim, last) = (plan.trim.at(self.filtered_speed), references[signal]);
+        if !initial && plan.governor.yields(signal, saturation) {
+            let measured = plan.measured_near(signal, inputs, references);
+            references[signal] = plan.envelope.target(signal, plan.governor.yielded(last, measured), trim);
+            return;
+        }
+        let last = (!initial).then_some(last);
+        let asked = plan.asked(signal, inputs, last);
+        targets[signal] = plan.envelope.target(signal, asked, trim);
+        references[signal] = plan.envelope.used(signal, targets[signal], transitions[signal], last, trim);
+    }
+
+    /// Says which commands of the last computed outputs are beyond their limits, without counting a tick.
+    pub(crate) fn note_saturation(&mut self) {
+        for (one, excess) in self.saturation.iter_mut().zip(&self.excess) {
+            *one = Saturation { now: *excess != 0.0, ticks: 0 };
+        }
+    }
+
+    pub(crate) fn compute_outputs(&mut self, inputs: &Inputs, initial: bool) -> Result<(), TickError> {
+        let Plan { speed, speed_given, filter, .. } = *self.plan;
+        inputs.check(&self.plan.signals)?;
+        // The speed first: the limits of the others depend on V_r, its own do not.
+        if !speed_given {
+            self.refer(speed, inputs, initial);
+        }
+        if initial || filter.is_none() {
+            self.filtered_speed = if speed_given { inputs.measured[speed] } else { self.references[speed] };
+        }
+        for signal in 0..self.references.len() {
+            if signal != speed || speed_given {
+                self.refer(signal, inputs, initial);
+            }
+        }
+        let plan = &*self.plan;
+        let (trim, origins) = (plan.trim.at(self.filtered_speed), &self.origins);
         let used = self.references.iter().zip(&inputs.references).zip(&plan.followed).zip(&plan.signals);
         self.outputs.reference_limited = used
             .into_iter()
@@ -443,7 +501,21 @@ impl Autopilot {
             *value = trim.signal(signal, origins[signal]);
         }
         self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
-        plan.add_feedforward(trim, &mut outputs.commands, &mut self.excess)
+        let commands = &mut outputs.commands;
+        for (index, command) in commands.iter_mut().enumerate() {
+            *command = trim.command(index) + plan.actuators[index][0] * *command;
+            if !command.is_finite() {
+                return Err(TickError::Diverged { index, value: *command });
+            }
+        }
+        let ahead = plan.ahead(self.filtered_speed, &self.saturation, commands);
+        for (index, (command, excess)) in commands.iter_mut().zip(&mut self.excess).enumerate() {
+            let [minimum, maximum] = plan.limits(index, trim.command(index), ahead);
+            let value = *command;
+            *command = value.clamp(minimum, maximum);
+            *excess = (value - *command) / plan.actuators[index][0];
+        }
+        Ok(())
     }
 }
 
@@ -500,23 +572,25 @@ impl Plan {
         (self.trim.speed(forward_speed) - self.centre) / self.half_range
     }
 
-    /// Replaces the scaled u in `commands` by `clamp(trim + scale u, minimum, maximum)`, and writes its excess over the
-    /// limits to `excess`.
-    fn add_feedforward(
-        &self,
-        trim: AtSpeed<'_>,
-        commands: &mut [f64],
-        excess: &mut [f64],
-    ) -> Result<(), TickError> {
-        for (index, (command, excess)) in commands.iter_mut().zip(excess).enumerate() {
-            let [scale, minimum, maximum] = self.actuators[index];
-            let value = trim.command(index) + scale * *command;
-            if !value.is_finite() {
-                return Err(TickError::Diverged { index, value });
-            }
-            *command = value.clamp(minimum, maximum);
-            *excess = (value - *command) / scale;
-        }
-        Ok(())
+    /// The speed V_r against which no thruster pushes, 0 where each may: while an actuator that steers is beyond its
+    /// limit with one of `values`, the commands before they are limited, or was in the ticks before.
+    pub(crate) fn ahead(&self, speed: f64, before: &[Saturation], values: &[f64]) -> f64 {
+        let is_beyond = |(index, value): (usize, &f64)| {
+            let [_, minimum, maximum] = self.actuators[index];
+            let was = before.get(index).is_some_and(|one| one.ticks > 0);
+            self.governor.steers(index) && (was || !(minimum..=maximum).contains(value))
+        };
+        if values.iter().enumerate().any(is_beyond) { speed } else { 0.0 }
+    }
+
+    /// The limits of a command. Where the vehicle is to keep going `ahead` \[m/s\], 0 for either way, a thruster that
+    /// does not steer gives nothing against it, or no more than in trim.
+    pub(crate) fn limits(&self, index: usize, trim: f64, ahead: f64) -> [f64; 2] {
+        let [_, minimum, maximum] = self.actuators[index];
+        let way = ahead * self.governor.pushes(index);
+        [
+            if way > 0.0 { minimum.max(trim.min(0.0)) } else { minimum },
+            if way < 0.0 { maximum.min(trim.max(0.0)) } else { maximum },
+        ]
     }
 }

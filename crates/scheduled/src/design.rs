@@ -312,7 +312,11 @@ pub struct Actuator {
     /// Curve from a thruster's input to its thrust; `None` if its input is the command itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
-    /// The force that a command causes, \[X Z M\], for the documentation only.
+    /// The names of the signals that it steers: while it stays at its limit their references yield to what is measured.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub steers: Vec<String>,
+    /// The force that a command causes, \[X Z M\]. That along the hull says which way a thruster pushes that does not
+    /// steer; all else is for the documentation only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Force>,
     /// That across the vertical plane, \[Y K N\], of an axis that it moves there.
@@ -325,6 +329,11 @@ impl Actuator {
     pub fn sign_in_words(&self) -> Option<String> {
         let forces = [self.force, self.lateral_force].map(Option::unwrap_or_default);
         signals::sign_in_words(forces[0], forces[1], &self.unit)
+    }
+
+    /// The force along the hull per command of a thruster that does not steer; 0 of all others.
+    pub fn pushes(&self) -> f64 {
+        if self.steers.is_empty() { self.force.unwrap_or_default()[0] } else { 0.0 }
     }
 
     /// Unit of the actuator's input.
@@ -506,4 +515,9 @@ pub struct InputHashes {
     pub vehicle_sha256: String,
     /// Hash of the design file.
     pub design_sha256: String,
+}
+
+/// A time in ticks, rounded up: two at least.
+pub fn ticks(time: f64, sample_time: f64) -> u32 {
+    ((time / sample_time).ceil() as u32).max(2)
 }

@@ -2,7 +2,7 @@
 
 use crate::autopilot::Plan;
 use crate::design::{Port, Without};
-use crate::{Autopilot, ControllerDesign, Inputs, Sensor, TickError};
+use crate::{Autopilot, ControllerDesign, Inputs, Sensor, TickError, ticks};
 
 /// Time in which the commands go to the safe ones, s.
 pub const RAMP: f64 = 0.5;
@@ -181,7 +181,7 @@ impl Supervisor {
     /// How the autopilot is.
     pub fn health(&self, autopilot: &Autopilot) -> Health {
         let has_lost = |which: Without| self.lost().any(|one| one == which);
-        let limited = autopilot.outputs().reference_limited || autopilot.excess.iter().any(|one| *one != 0.0);
+        let limited = autopilot.outputs().reference_limited || autopilot.saturation.iter().any(|one| one.now);
         match () {
             () if has_lost(Without::Nothing) => Health::Failed,
             () if has_lost(Without::Depth) => Health::DepthLost,
@@ -219,7 +219,8 @@ impl Supervisor {
         let depth =
             |(one, reading): &(&Watched, &Reading)| reading.lost_for > 0 && one.without == Without::Depth;
         for (Watched { signal, .. }, _) in self.watched.iter().zip(&self.state.readings).filter(depth) {
-            self.inputs.references[*signal] = autopilot.references[*signal] - autopilot.differences[*signal];
+            self.inputs.references[*signal] =
+                autopilot.transitions[*signal].target_of(autopilot.references[*signal]);
         }
     }
 
@@ -364,9 +365,4 @@ fn next(ticks: u32) -> u32 {
 /// Part of the way to V_r that a speed that is lost is taken to go in a tick.
 pub fn returning(design: &ControllerDesign) -> f64 {
     -(-design.sample_time / RETURN).exp_m1()
-}
-
-/// A time in ticks, rounded up: two at least.
-pub fn ticks(time: f64, sample_time: f64) -> u32 {
-    ((time / sample_time).ceil() as u32).max(2)
 }

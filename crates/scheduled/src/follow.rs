@@ -1,6 +1,6 @@
 //! Commands that are not the autopilot's: following them, and taking over from them without a jump.
 
-use crate::{Autopilot, Inputs, TickError};
+use crate::{Autopilot, Inputs, Saturation, TickError, Transition};
 
 /// How often the state is corrected in a tick: what F leaves, because it is interpolated, is corrected again.
 pub const CORRECTIONS: usize = 2;
@@ -26,6 +26,7 @@ impl Autopilot {
     pub fn follow(&mut self, inputs: &Inputs, applied: &[f64]) -> Result<(), TickError> {
         self.check_applied(applied)?;
         inputs.check(&self.plan.signals)?;
+        self.saturation.fill(Saturation::default());
         let speed = self.plan.speed;
         let is_given = self.plan.speed_given;
         if !is_given {
@@ -55,7 +56,9 @@ impl Autopilot {
                 *delayed = applied.clamp(*minimum, *maximum);
             }
         }
-        self.compute_outputs(inputs, false)
+        self.compute_outputs(inputs, false)?;
+        self.note_saturation();
+        Ok(())
     }
 
     /// What the actuators really got since the last tick, where something else limits them further: the anti-windup
@@ -79,16 +82,16 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Sets a reference to the measured value, and remembers the difference from what is asked.
+    /// Sets a reference to the measured value, from where it goes to what is asked.
     fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
-        let Self { plan, references, differences, filtered_speed, .. } = self;
+        let Self { plan, references, transitions, filtered_speed, .. } = self;
         let port = &plan.signals[reference];
         let asked = inputs.references[reference];
         let from = if plan.measured[reference] { inputs.measured[reference] } else { asked };
         let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
-        references[reference] = plan.envelope.used(reference, from, None, trim);
-        differences[reference] = references[reference] - port.nearest(asked, references[reference]);
+        references[reference] = plan.envelope.target(reference, from, trim);
+        transitions[reference] = Transition { start: references[reference], share: 1.0 };
     }
 
     pub(crate) fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {

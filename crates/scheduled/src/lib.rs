@@ -21,7 +21,8 @@
 //! Commands are actuator outputs. [`Actuator::taken`] converts the command of a thruster with a curve to its input.
 //!
 //! Saturation: commands are clamped to the actuators' limits. If the design has an anti-windup gain,
-//! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states.
+//! [`ControllerDesign::anti_windup`], it feeds the excess back to the controller's states. While an actuator stays at
+//! its limit, the references of the signals that it [steers](Actuator::steers) yield to what is measured.
 //!
 //! Sensors: a [`Supervisor`] judges them before each tick, and flies without those that are lost as the design's
 //! [`Failsafe`] says.
@@ -43,16 +44,15 @@ mod tangent;
 mod trim;
 mod validate;
 
-pub use autopilot::{Autopilot, ROUNDING_OF_RHO};
+pub use autopilot::{Autopilot, HELD, ROUNDING_OF_RHO, Saturation, Transition};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, DEFAULT_DESIGN, Failsafe, Gain, Gamma,
     InputHashes, Kind, LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows,
-    Scheduling, Sensor, TrimTable, VehicleName, Without,
+    Scheduling, Sensor, TrimTable, VehicleName, Without, ticks,
 };
 pub use error::{DesignError, TickError};
 pub use failsafe::{
-    Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor,
-    returning, ticks,
+    Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor, returning,
 };
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;

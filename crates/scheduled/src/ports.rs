@@ -21,7 +21,8 @@ pub struct Outputs {
     pub scheduling_parameter: f64,
     /// The measured speed is outside the scheduled range, and rho was clamped.
     pub out_of_range: bool,
-    /// A reference is not used as it is asked: it is limited to the envelope, or on its way to what is asked.
+    /// A reference is not used as it is asked: it is limited to the envelope, yields, or returns to what is
+    /// asked.
     pub reference_limited: bool,
     /// The trim of each signal of [`ControllerDesign::trimmed`](crate::ControllerDesign::trimmed) at the speed V_r.
     pub trim: Vec<f64>,

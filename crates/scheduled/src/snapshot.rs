@@ -1,6 +1,6 @@
 //! The complete state of an autopilot, which can be saved and restored.
 
-use crate::Outputs;
+use crate::{Outputs, Saturation, Transition};
 
 /// The complete state of an [`Autopilot`](crate::Autopilot), without its design.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,8 +11,10 @@ pub struct Snapshot {
     pub filtered_speed: f64,
     /// The references as they were used.
     pub references: Vec<f64>,
-    /// Their differences from what is asked; see [`Autopilot::follow`](crate::Autopilot::follow).
-    pub differences: Vec<f64>,
+    /// Their ways to what is asked.
+    pub transitions: Vec<Transition>,
+    /// The saturation of each actuator.
+    pub saturation: Vec<Saturation>,
     /// The value at initialisation of each signal, for those whose level it is.
     pub origins: Vec<f64>,
     /// Outputs of the last tick.
@@ -40,31 +42,33 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals, references and differences, and that
-    /// all values are finite.
-    pub(crate) fn check(&self, lengths: [usize; 7]) -> Result<(), SnapshotError> {
+    /// Checks the numbers of states, commands, trims, delayed commands, signals, references, transitions and actuators,
+    /// and that all values are finite.
+    pub(crate) fn check(&self, lengths: [usize; 8]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
-        let [state, references] = [&self.state, &self.references];
-        let lists = [
-            state,
-            &outputs.commands,
-            &outputs.trim,
-            &self.delayed,
-            &self.origins,
-            references,
-            &self.differences,
+        let lists =
+            [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins, &self.references];
+        let found = lists.map(Vec::len).into_iter().chain([self.transitions.len(), self.saturation.len()]);
+        let names = [
+            "states",
+            "commands",
+            "trims",
+            "delayed commands",
+            "signals",
+            "references",
+            "transitions",
+            "saturations",
         ];
-        let names =
-            ["states", "commands", "trims", "delayed commands", "signals", "references", "differences"];
-        for ((what, list), expected) in names.into_iter().zip(lists).zip(lengths) {
-            if list.len() != expected {
-                return Err(SnapshotError::Length { what, found: list.len(), expected });
+        for ((what, found), expected) in names.into_iter().zip(found).zip(lengths) {
+            if found != expected {
+                return Err(SnapshotError::Length { what, found, expected });
             }
         }
         let others = [filtered_speed, start, outputs.scheduling_parameter];
-        let mut all = lists.into_iter().flatten().chain(&others);
+        let transitions = self.transitions.iter().flat_map(|one| [one.start, one.share]);
+        let mut all = lists.into_iter().flatten().copied().chain(others).chain(transitions);
         match all.find(|value| !value.is_finite()) {
-            Some(&value) => Err(SnapshotError::NotFinite { value }),
+            Some(value) => Err(SnapshotError::NotFinite { value }),
             None => Ok(()),
         }
     }

@@ -1,6 +1,6 @@
 //! Exact derivatives of a tick with respect to its inputs.
 
-use crate::{Autopilot, Inputs, TickError};
+use crate::{Autopilot, Inputs, TickError, Transition};
 
 /// The directional derivatives of the outputs of a tick.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,14 +36,24 @@ impl Autopilot {
     ) -> Result<OutputTangents, TickError> {
         let plan = &*self.plan;
         let last = |signal: usize| (!initial).then_some(self.references()[signal]);
+        let yields = |signal: usize| !initial && plan.governor.yields(signal, self.saturation());
         let used = |signal: usize, speed: f64| {
-            let difference = if initial { 0.0 } else { self.differences[signal] };
-            let asked = plan.asked(signal, inputs, last(signal)) + difference;
-            plan.envelope.tangent(signal, asked, last(signal), (&plan.trim, speed))
+            if yields(signal) {
+                let measured = plan.measured_near(signal, inputs, self.references());
+                let to = plan.governor.yielded(self.references()[signal], measured);
+                return plan.envelope.tangent(signal, to, Transition::default(), None, (&plan.trim, speed));
+            }
+            let transition = if initial { Transition::default() } else { self.transitions[signal] };
+            let asked = plan.asked(signal, inputs, last(signal));
+            plan.envelope.tangent(signal, asked, transition, last(signal), (&plan.trim, speed))
         };
         let moves = |signal: usize| {
             let begins = initial && plan.begins_as_measured(signal);
-            if begins { direction.measured[signal] } else { direction.references[signal] }
+            match yields(signal) {
+                true => plan.governor.yielded(0.0, direction.measured[signal]),
+                false if begins => direction.measured[signal],
+                false => direction.references[signal],
+            }
         };
         let filtered = self.filtered_speed();
         let wanted = (!plan.speed_given).then(|| {
@@ -85,9 +95,14 @@ impl Autopilot {
         let mut computed = commands.clone();
         self.controller.tangent(&y, theta, &dy, &[drho][..plan.parameters], &mut commands)?;
         self.controller.clone().output(&y, theta, &mut computed)?;
+        for (index, computed) in computed.iter_mut().enumerate() {
+            *computed = plan.trim.command(speed, index) + plan.actuators[index][0] * *computed;
+        }
+        let ahead = plan.ahead(speed, if initial { &[] } else { self.saturation() }, &computed);
         for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
-            let [scale, minimum, maximum] = plan.actuators[index];
-            let value = plan.trim.command(speed, index) + scale * *computed;
+            let scale = plan.actuators[index][0];
+            let [minimum, maximum] = plan.limits(index, plan.trim.command(speed, index), ahead);
+            let value = *computed;
             *computed = value.clamp(minimum, maximum);
             let feedforward = plan.trim.command_slope(speed, index) * dspeed;
             let free = (minimum..=maximum).contains(&value);

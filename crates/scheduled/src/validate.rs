@@ -194,6 +194,15 @@ impl ControllerDesign {
                 return Err(DesignError::NameTaken { key: key("name"), name: actuator.name.clone() });
             }
             positive(format_args!("actuators[{index}].scale"), actuator.scale)?;
+            let steered = || {
+                let others =
+                    self.references().enumerate().filter(|(place, _)| Some(*place) != self.scheduled());
+                others.map(|(_, (signal, _))| signal.name.as_str())
+            };
+            if let Some(other) = actuator.steers.iter().find(|one| !steered().any(|name| name == **one)) {
+                let (found, allowed) = (other.clone(), one_of(steered()));
+                return Err(DesignError::BadText { key: key("steers"), found, allowed });
+            }
             range(format_args!("actuators[{index}]"), actuator.minimum, actuator.maximum)?;
             let [least, most] =
                 actuator.curve.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], Curve::ends);

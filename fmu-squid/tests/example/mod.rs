@@ -126,6 +126,7 @@ fn of_heading() -> ControllerDesign {
             minimum: rudder.min,
             maximum: rudder.max,
             curve: None,
+            steers: vec![],
             force: Some(rudder.force_per_output()),
             lateral_force: None,
         }],
@@ -192,6 +193,7 @@ fn by_hand() -> ControllerDesign {
         minimum: one.min,
         maximum: one.max,
         curve: one.curve.clone(),
+        steers: vec![],
         force: Some(one.force_per_output()),
         lateral_force: None,
     };

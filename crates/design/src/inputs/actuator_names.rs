@@ -68,8 +68,9 @@ const OF_OTHERS: [&str; 5] =
     ["depth_reference", "depth_reference_used", "depth_step", "depth_valid", "heave_valid"];
 
 /// The variables of an actuator.
-fn variables_of(name: &str) -> [String; 4] {
-    [name.to_owned(), format!("{name}_output"), format!("{name}_applied"), format!("trim_{name}")]
+fn variables_of(name: &str) -> [String; 5] {
+    let with = |end: &str| format!("{name}_{end}");
+    [name.to_owned(), with("output"), with("applied"), with("saturated"), format!("trim_{name}")]
 }
 
 /// Checks that no two variables of the FMUs have the same name; `file` is for the message.

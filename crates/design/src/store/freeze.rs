@@ -8,6 +8,7 @@ use crate::inputs::design_file::{DesignFile, Safe};
 use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
 use auv::LpvModel;
+use auv::longitudinal::turning;
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gamma, InputHashes, Kind,
@@ -84,6 +85,10 @@ pub fn controller(
         let range = [0, speeds.len() - 1].map(|end| OverSpeed::Constant(speeds[end]));
         envelope.entry(signal.name.to_owned()).or_default().range = Some(range);
     }
+    let steers = steering(vehicle, file)?;
+    let steered = file.tracked.iter().map(|tracked| tracked.signal);
+    let steered: Vec<String> =
+        steered.filter(|signal| signal.level != Level::Scheduled).map(|signal| signal.name.into()).collect();
     let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
     let ports = signals.iter().enumerate().map(|(place, signal)| {
         let starts = signal.level == Level::Start && file.uses(place);
@@ -110,13 +115,15 @@ pub fn controller(
         actuators: vehicle
             .actuators()
             .iter()
-            .map(|a| Actuator {
+            .zip(steers)
+            .map(|(a, steers)| Actuator {
                 name: a.name.clone(),
                 unit: a.unit().into(),
                 scale: a.reach(),
                 minimum: a.min,
                 maximum: a.max,
                 curve: a.curve.clone(),
+                steers: if steers { steered.clone() } else { vec![] },
                 force: Some(a.force_per_output()),
                 lateral_force: Some(a.lateral_force_per_output()).filter(|force| *force != [0.0; 3]),
             })
@@ -187,6 +194,25 @@ fn envelope(
 
 /// The number of speeds at which limits of references are computed.
 const ENVELOPE_SPEEDS: usize = 11;
+
+/// Part of the largest acceleration of an actuator below which another one does not steer.
+const STEERS: f64 = 0.1;
+
+/// Whether each actuator steers: whether at the limit of its output, in the middle of the range of speed, it gives at
+/// least [`STEERS`] of the largest acceleration across the hull, or of the largest about it, of all actuators.
+fn steering(vehicle: &dyn VehicleModel, file: &DesignFile) -> Result<Vec<bool>, Error> {
+    let linear = vehicle.linearise(file.scheduling().0)?;
+    let rows = turning(linear.states).into_iter().take(2).filter(|row| *row < linear.b.nrows());
+    let reaches: Vec<f64> = vehicle.actuators().iter().map(|one| one.reach()).collect();
+    let mut all = vec![false; reaches.len()];
+    for row in rows {
+        let effects: Vec<f64> =
+            reaches.iter().enumerate().map(|(j, reach)| (linear.b[(row, j)] * reach).abs()).collect();
+        let most = effects.iter().copied().fold(0.0, f64::max);
+        all.iter_mut().zip(effects).for_each(|(one, effect)| *one |= effect > 0.0 && effect >= STEERS * most);
+    }
+    Ok(all)
+}
 
 /// The inputs of the controller, in the order of y: the errors, or the references and then the measurements.
 fn controller_inputs(file: &DesignFile) -> Vec<ControllerInput> {

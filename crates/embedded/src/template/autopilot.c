@@ -91,6 +91,7 @@ static real between(real low, real high, real part) { return (1.0@f@ - part) * l
 
 @solvers@
 @curves@
+@held@
 
 /* The outputs of a tick, or of a reset; the state stays. */
 static int compute(const @prefix@_state *state, const @prefix@_inputs *in, int is_reset, tick *t)
@@ -121,12 +122,19 @@ static int compute(const @prefix@_state *state, const @prefix@_inputs *in, int i
 
 @close_loop@
     multiply(OUTPUT, COMMAND_PANELS, SIGNALS, t->signals, t->commands);
+    real level[COMMANDS];
     for (int j = 0; j < COMMANDS; j++) {
-        const real value = between(TRIM[row][j], TRIM[row + 1][j], part) + SCALE[j] * t->commands[j];
-        if (!is_finite(value)) return @PREFIX@_DIVERGED;
-        t->commands[j] = clamp(value, MINIMUM[j], MAXIMUM[j]);
+        level[j] = between(TRIM[row][j], TRIM[row + 1][j], part);
+        t->commands[j] = level[j] + SCALE[j] * t->commands[j];
+        if (!is_finite(t->commands[j])) return @PREFIX@_DIVERGED;
+    }
+@ahead@
+    for (int j = 0; j < COMMANDS; j++) {
+        const real value = t->commands[j];
+@limits@
+        t->commands[j] = clamp(value, low, high);
         t->excess[j] = (value - t->commands[j]) / SCALE[j];
-        if (t->excess[j] != 0.0@f@) t->status |= @PREFIX@_LIMITED;
+        if (t->excess[j] != 0.0@f@) t->status |= @PREFIX@_SATURATED | @saturated_first@ << j;
     }
     return @PREFIX@_OK;
 }

@@ -44,8 +44,9 @@ typedef struct {
 
 /* Bits of the status. */
 #define @PREFIX@_OUT_OF_RANGE 0x1u /* the measured speed is outside the scheduled range, and rho is held at its end */
-#define @PREFIX@_LIMITED 0x2u /* a command that this tick computed was cut off at its limit */
-#define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference is not used as it is asked: it is limited to the envelope, or on its way after following */
+#define @PREFIX@_SATURATED 0x2u /* a command that this tick computed was cut off at its limit; of which actuator: */
+@saturated_bits@
+#define @PREFIX@_REFERENCE_LIMITED 0x4u /* a reference is not used as it is asked: it is limited to the envelope, yields because an actuator stays at its limit, or returns after that or after following */
 @lost_bits@
 
 /* What a function returns. With any other than OK neither the state nor the outputs were touched: the last commands hold. */

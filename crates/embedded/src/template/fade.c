@@ -1,7 +1,8 @@
-/* What is left of the difference of a reference from what is asked. */
-static real fade(real difference, real negligible)
+/* Moves a reference on by a tick on its way from a start to a target. */
+static void fade(real *share, real start, real target, real negligible)
 {
-    const real next = FADE * difference;
-    return magnitude(next) > negligible ? next : 0.0@f@;
+    if (*share == 0.0@f@) return;
+    *share *= FADE;
+    const real left = between(target, start, *share) - target;
+    if (magnitude(left) <= negligible) *share = 0.0@f@;
 }
-

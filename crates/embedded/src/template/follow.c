@@ -16,6 +16,7 @@ static int follow(@prefix@_state *state, const @prefix@_inputs *in, const real *
     if (!(@all_finite@)) return @PREFIX@_BAD_INPUT;
 
 @begin@
+@free@
     int code;
     for (int k = 0; k < @corrections@; k++) {
         code = compute(&next, in, 0, &t);
@@ -27,6 +28,7 @@ static int follow(@prefix@_state *state, const @prefix@_inputs *in, const real *
     code = compute(&next, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
 @keep@
+@note@
     *state = next;
     return code;
 }

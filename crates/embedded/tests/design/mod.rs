@@ -100,6 +100,10 @@ fn actuator(random: &mut Random, index: usize) -> Actuator {
         minimum: -60.0,
         maximum: 100.0,
         curve,
+        steers: [&["pitch"][..], &["pitch", "depth"], &[], &["depth"]][index % 4]
+            .iter()
+            .map(|one| one.to_string())
+            .collect(),
         force: Some([1.0, 0.0, index as f64 - 0.5]),
         lateral_force: None,
     }

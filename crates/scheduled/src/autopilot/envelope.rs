@@ -1,5 +1,6 @@
 //! Limits of the references.
 
+use super::governor::Transition;
 use crate::ControllerDesign;
 use crate::design::{OverSpeed, ReferenceLimits};
 use crate::trim::{AtSpeed, Trim};
@@ -7,8 +8,9 @@ use crate::trim::{AtSpeed, Trim};
 /// The limits of each reference.
 ///
 /// ```text
-/// r_i = clamp(asked_i, least_i(V_r), largest_i(V_r))                         range
-/// r_i = clamp(r_i, last_i + Ts slowest_i(V_r), last_i + Ts fastest_i(V_r))   rate
+/// target_i = clamp(asked_i, least_i(V_r), largest_i(V_r))                      range
+/// r_i      = clamp((1 - share_i) target_i + share_i start_i, least_i, largest_i)   the way there, see `governor`
+/// r_i      = clamp(r_i, last_i + Ts slowest_i(V_r), last_i + Ts fastest_i(V_r))    rate
 /// ```
 #[derive(Debug)]
 pub(crate) struct Envelope {
@@ -21,7 +23,7 @@ pub(crate) struct Envelope {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Used {
     pub(crate) value: f64,
-    /// Its slope over what is asked: 0 at a limit.
+    /// Its slope over what is asked, or over where it yields to: 0 at a limit.
     pub(crate) by_asked: f64,
     /// Its slope over the speed V_r.
     pub(crate) by_speed: f64,
@@ -40,14 +42,28 @@ impl Envelope {
         self.limits[signal].rate.is_some()
     }
 
-    /// A reference within its range and, after a `last` one, its rate, at a speed V_r.
-    pub(crate) fn used(&self, signal: usize, asked: f64, last: Option<f64>, trim: AtSpeed<'_>) -> f64 {
-        let ReferenceLimits { range, rate } = &self.limits[signal];
-        let mut value = asked;
-        if let Some([least, most]) = range {
-            value = within(value, trim.of(least), trim.of(most));
+    /// What is asked of a reference, within its range at a speed V_r.
+    pub(crate) fn target(&self, signal: usize, asked: f64, trim: AtSpeed<'_>) -> f64 {
+        match &self.limits[signal].range {
+            Some([least, most]) => within(asked, trim.of(least), trim.of(most)),
+            None => asked,
         }
-        if let Some(([least, most], last)) = rate.as_ref().zip(last) {
+    }
+
+    /// A reference on its way to a `target` within its range and, after a `last` one, its rate, at a speed V_r.
+    pub(crate) fn used(
+        &self,
+        signal: usize,
+        target: f64,
+        transition: Transition,
+        last: Option<f64>,
+        trim: AtSpeed<'_>,
+    ) -> f64 {
+        let mut value = target;
+        if transition.share != 0.0 {
+            value = self.target(signal, transition.to(target), trim);
+        }
+        if let Some(([least, most], last)) = self.limits[signal].rate.as_ref().zip(last) {
             let [slowest, fastest] = [least, most].map(|end| last + self.sample_time * trim.of(end));
             value = within(value, slowest, fastest);
         }
@@ -60,21 +76,31 @@ impl Envelope {
         &self,
         signal: usize,
         asked: f64,
+        transition: Transition,
         last: Option<f64>,
         (trim, speed): (&Trim, f64),
     ) -> Used {
         let ReferenceLimits { range, rate } = &self.limits[signal];
-        let value = self.used(signal, asked, last, trim.at(speed));
-        let ends = |ends: &Option<[OverSpeed; 2]>, base: f64, scale: f64| {
+        let target = self.target(signal, asked, trim.at(speed));
+        let value = self.used(signal, target, transition, last, trim.at(speed));
+        let on_the_way = transition.to(target);
+        let end_at = |ends: Option<&[OverSpeed; 2]>, base: f64, scale: f64, wanted: f64, reached: f64| {
             let end =
                 |end: &OverSpeed| (base + scale * trim.at(speed).of(end), scale * trim.slope_of(speed, end));
-            ends.as_ref().map(|ends| [end(&ends[0]), end(&ends[1])])
+            let ends = ends.map(|ends| [end(&ends[0]), end(&ends[1])]);
+            let ends = ends.into_iter().flatten();
+            ends.filter(|(end, _)| wanted != reached && *end == reached).map(|(_, slope)| slope).next()
         };
-        let of_rate = last.and_then(|last| ends(rate, last, self.sample_time));
-        let reached = of_rate.into_iter().chain(ends(range, 0.0, 1.0)).flatten();
-        let at_end =
-            reached.filter(|(end, _)| value != asked && *end == value).map(|(_, slope)| slope).next();
-        Used { value, by_asked: if at_end.is_some() { 0.0 } else { 1.0 }, by_speed: at_end.unwrap_or(0.0) }
+        let at_rate = last.and_then(|last| end_at(rate.as_ref(), last, self.sample_time, on_the_way, value));
+        let at_range = || end_at(range.as_ref(), 0.0, 1.0, on_the_way, value);
+        if let Some(slope) = at_rate.or_else(at_range) {
+            return Used { value, by_asked: 0.0, by_speed: slope };
+        }
+        let free = 1.0 - transition.share;
+        match end_at(range.as_ref(), 0.0, 1.0, asked, target) {
+            Some(slope) => Used { value, by_asked: 0.0, by_speed: free * slope },
+            None => Used { value, by_asked: free, by_speed: 0.0 },
+        }
     }
 }
 

@@ -60,6 +60,7 @@ pub fn design() -> ControllerDesign {
         minimum: -60.0,
         maximum: 100.0,
         curve: None,
+        steers: vec![],
         force: Some([1.0, 0.0, 0.2]),
         lateral_force: None,
     };

@@ -1,9 +1,7 @@
 //! When a sensor is lost, when it is believed again, and what is refused in the frozen design.
 
-use crate::example::{self, PITCH, SPEED};
-use scheduled::{
-    Autopilot, ControllerDesign, Failsafe, Health, Inputs, REGAINED_AFTER, Sensor, Supervisor, ticks,
-};
+use crate::example::{self, DEPTH, PITCH, SPEED};
+use scheduled::*;
 
 /// A design whose sensors of pitch and speed are judged; nothing at rest changes.
 fn design() -> ControllerDesign {
@@ -145,4 +143,45 @@ fn what_cannot_be_is_refused_with_its_key() {
     let sensor = Sensor { error: 0.1, rate: 1.0, drift: 0.0, from: None };
     other.failsafe.as_mut().unwrap().sensors.insert("heave".into(), sensor);
     assert!(other.validate().unwrap_err().to_string().contains("'heave'"));
+}
+
+/// A depth that is lost while its reference is still on its way from where the autopilot took over.
+#[test]
+fn a_lost_depth_holds_its_reference_in_the_middle_of_a_transition() {
+    let mut design = example::two_degrees();
+    design.controller_inputs[3] = example::input("depth", Kind::Measurement, 2.0);
+    design.controller_inputs[1] = example::input("depth", Kind::Reference, 2.0);
+    design.controller_inputs[2] = example::input("pitch", Kind::Measurement, 0.2);
+    let rate = ReferenceLimits { range: None, rate: Some([-0.3, 0.3].map(OverSpeed::Constant)) };
+    design.envelope.insert("depth".to_owned(), rate);
+    let sensor = Sensor { error: 0.5, rate: 1.0, drift: 0.1, from: Some("pitch".to_owned()) };
+    let safe = vec![0.0; design.actuators.len()];
+    let plain = Sensor { from: None, ..sensor.clone() };
+    let sensors = [("pitch", plain.clone()), ("speed", plain), ("depth", sensor)];
+    let sensors = sensors.map(|(name, one)| (name.to_owned(), one));
+    design.failsafe = Some(Failsafe { stale_after: 0.5, safe, sensors: sensors.into() });
+    let mut autopilot = Autopilot::new(&design).unwrap();
+    let mut inputs = autopilot.level(1.5);
+    inputs.measured[DEPTH] = 20.0;
+    inputs.references[DEPTH] = 20.0;
+    autopilot.initialise(0.0, &inputs).unwrap();
+    let mut supervisor = Supervisor::new(&design, &autopilot, &inputs);
+    let applied = autopilot.outputs().commands.clone();
+    inputs.references[DEPTH] = 25.0;
+    let mut all = vec![true; inputs.measured.len()];
+    supervisor.judge(&autopilot, &inputs, &all, 0.0);
+    supervisor.follow(&mut autopilot, &applied).unwrap();
+    let mut tick = |valid: bool| {
+        all[DEPTH] = valid;
+        supervisor.judge(&autopilot, &inputs, &all, 0.0);
+        supervisor.tick(&mut autopilot).unwrap();
+        (supervisor.health(&autopilot), autopilot.references()[DEPTH])
+    };
+    let before = (0..50).map(|_| tick(true)).last().unwrap().1;
+    assert!(20.1 < before && before < 20.4, "{before}");
+    for _ in 0..500 {
+        let (health, reference) = tick(false);
+        assert_eq!(health, Health::DepthLost);
+        assert!((reference - before).abs() < 1e-9, "{reference}");
+    }
 }

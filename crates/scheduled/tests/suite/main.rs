@@ -9,5 +9,6 @@ mod envelope;
 mod example;
 mod failsafe;
 mod follow;
+mod governor;
 mod law;
 mod limits;
