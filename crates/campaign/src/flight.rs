@@ -239,7 +239,8 @@ impl Plan<'_> {
     fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
         let level = self.inputs.design.level();
-        let variations = Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim };
+        let variations =
+            Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, disturbance: None };
         fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &variations)
     }
 

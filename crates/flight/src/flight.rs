@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
-use auv::{Current, Motion, Pitch, Plant, Speed, State, Trim as Level, Vehicle, lateral, trim_with};
+use auv::{Current, Load, Motion, Pitch, Plant, Speed, State, Trim as Level, Vehicle, lateral, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use signals::Signal;
 use std::array::from_fn;
@@ -168,6 +168,45 @@ pub struct Variations<'a> {
     pub gains: &'a [f64],
     /// Initial deviation of each signal from its trim, SI.
     pub off_trim: Each<f64>,
+    /// A disturbance for some time.
+    pub disturbance: Option<Spell>,
+}
+
+/// A disturbance for some time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spell {
+    /// The disturbance at its full size.
+    pub disturbance: Disturbance,
+    /// When it begins, s.
+    pub from: f64,
+    /// When it begins to end, s.
+    pub to: f64,
+    /// How long current and load take to rise, and to fall, s; 0 for steps.
+    pub rise: f64,
+}
+
+impl Spell {
+    /// The disturbance at a time, s.
+    fn at(&self, time: f64) -> Disturbance {
+        let Self { disturbance: Disturbance { current, load }, from, to, rise } = *self;
+        let way =
+            |since: f64| if rise > 0.0 { (since / rise).clamp(0.0, 1.0) } else { f64::from(since >= 0.0) };
+        let part = way(time - from) - way(time - to);
+        let Current { horizontal, east, vertical } = current;
+        Disturbance {
+            current: Current { horizontal: part * horizontal, east: part * east, vertical: part * vertical },
+            load: load.map(|one| part * one),
+        }
+    }
+}
+
+/// A disturbance of a flight.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Disturbance {
+    /// The current. A step of it is a step of the velocity through the water.
+    pub current: Current,
+    /// A force and a moment on the hull, N and N m.
+    pub load: Load,
 }
 
 /// Simulates the vehicle under its autopilot with some variations.
@@ -179,7 +218,7 @@ pub fn fly_varied(
     design: &ControllerDesign,
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    &Variations { sea, gains, off_trim }: &Variations<'_>,
+    &Variations { sea, gains, off_trim, disturbance }: &Variations<'_>,
 ) -> Result<Flight, Error> {
     manoeuvre.check_steps(design)?;
     if let Some(sea) = sea {
@@ -192,7 +231,10 @@ pub fn fly_varied(
     let trims = autopilot.trim().clone();
     let mut started = false;
     let signals = if vehicle.coefficients.has_lateral() { &lateral::SIGNALS } else { &SIGNALS };
-    let demand = |time| Demand::of_axis(manoeuvre, signals, time);
+    let demand = |time| {
+        let disturbance = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
+        Demand { disturbance, ..Demand::of_axis(manoeuvre, signals, time) }
+    };
     let course = Course { duration: manoeuvre.duration, demand };
     let start = Start::new(vehicle, level, course.initial_speed(), conditions, off_trim)?;
     start.fly(course, &Sampling { sample_time, trims: &trims }, |measured| {
@@ -210,15 +252,15 @@ pub fn fly_varied(
     })
 }
 
-/// The demanded flight and the current at one time.
+/// The demanded flight and the disturbance at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// Speed V along the path through the water, m/s.
     pub speed: f64,
     /// Each reference minus its trim value, the depth minus the initial depth, SI; without the speed.
     pub above_trim: EachTracked<f64>,
-    /// The current. A step of it is a step of the velocity through the water.
-    pub current: Current,
+    /// What disturbs it.
+    pub disturbance: Disturbance,
 }
 
 impl Demand {
@@ -232,7 +274,7 @@ impl Demand {
         Self {
             speed: manoeuvre.speed_reference(time),
             above_trim: from_fn(|place| manoeuvre.above_trim(time, signals[place].name)),
-            current: Current::default(),
+            disturbance: Disturbance::default(),
         }
     }
 }
@@ -349,11 +391,12 @@ impl Start {
         let mut inputs = Inputs { measured: vec![0.0; SIGNALS.len()], references: vec![0.0; TRACKED] };
         for k in 0..=steps {
             let time = k as f64 * sample_time;
-            let Demand { speed, above_trim, current } = (course.demand)(time);
+            let Demand { speed, above_trim, disturbance } = (course.demand)(time);
             let forward_speed = trims.forward_speed(speed);
             let references = from_fn(|place| trims.signal(forward_speed, place, origin) + above_trim[place]);
             let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
-            plant.set_current(current + gauss_markov)?;
+            plant.set_current(disturbance.current + gauss_markov)?;
+            plant.set_load(disturbance.load)?;
             plant.set_given_speed(forward_speed)?;
             if let Some(kept) = &mut kept {
                 plant.hold_level(kept.at(speed)?);

@@ -293,7 +293,7 @@ pub(crate) mod tests {
                         auv::longitudinal::PITCH,
                         if time < 1.0 { 0.0 } else { 0.01 },
                     ),
-                    current: auv::Current::default(),
+                    disturbance: squid_flight::flight::Disturbance::default(),
                 };
                 let course = squid_flight::flight::Course { duration: 6.0, demand };
                 law::fly(&subject, law, &inputs.vehicle, &[1.0; 3], course).unwrap().rows

@@ -7,7 +7,7 @@ use auv::Current;
 use auv::longitudinal::{PITCH, SPEED, only};
 use squid_design::check::flown::GUST;
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{Course, Demand, Row};
+use squid_flight::flight::{Course, Demand, Disturbance, Row};
 
 /// The pitch step up (s).
 const UP: f64 = 2.0;
@@ -87,7 +87,10 @@ pub fn fly_at(subject: &Subject, law: &dyn Law, speed: f64) -> Result<CourseFigu
         Demand {
             speed: if time < SPEED_AT { speed } else { speed + speed_step },
             above_trim: only(PITCH, if (UP..DOWN).contains(&time) { pitch_step } else { 0.0 }),
-            current: Current { vertical: if time < GUST_AT { 0.0 } else { GUST }, ..Current::default() },
+            disturbance: Disturbance {
+                current: Current { vertical: if time < GUST_AT { 0.0 } else { GUST }, ..Current::default() },
+                ..Disturbance::default()
+            },
         }
     };
     let course = Course { duration: END, demand };

@@ -3,12 +3,12 @@
 use crate::error::Error;
 use crate::peers::law::{Law, fly};
 use crate::subject::Subject;
+use auv::Vehicle;
 use auv::longitudinal::{PITCH, only};
-use auv::{Current, Vehicle};
 use squid_design::error::UncertainError;
 use squid_design::uncertain::trim::{blocks, random_corners, retrim};
 use squid_design::uncertain::vehicle::gains;
-use squid_flight::flight::{Course, Demand, Row};
+use squid_flight::flight::{Course, Demand, Disturbance, Row};
 
 /// Time of the step (s), when the transient from the nominal vehicle's trim has settled.
 const STEP_TIME: f64 = 15.0;
@@ -73,7 +73,7 @@ pub fn survival(subject: &Subject, law: &dyn Law, speed: f64, fleet: &Fleet) -> 
     let demand = |time: f64| Demand {
         speed,
         above_trim: only(PITCH, if time + 1e-9 < STEP_TIME { 0.0 } else { step }),
-        current: Current::default(),
+        disturbance: Disturbance::default(),
     };
     let overshoot_of_survivor = |(vehicle, gains): &(Vehicle, Vec<f64>)| -> Option<f64> {
         let flight = fly(subject, law, vehicle, gains, Course { duration: END, demand }).ok()?;

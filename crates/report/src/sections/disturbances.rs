@@ -18,7 +18,7 @@ use squid_design::axis::Linearisation;
 use squid_design::check::flown::GUST;
 use squid_design::check::sampled::trapezoidal;
 use squid_design::numbers::readable;
-use squid_flight::flight::{Course, Demand, Flight};
+use squid_flight::flight::{Course, Demand, Disturbance, Flight};
 use std::f64::consts::PI;
 
 /// Start of the horizontal current (s).
@@ -52,10 +52,13 @@ fn in_current(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let demand = |time: f64| Demand {
         speed,
         above_trim: EachTracked::default(),
-        current: Current {
-            horizontal: moves(time, FORWARD_TIME),
-            vertical: moves(time, STEP_TIME),
-            ..Current::default()
+        disturbance: Disturbance {
+            current: Current {
+                horizontal: moves(time, FORWARD_TIME),
+                vertical: moves(time, STEP_TIME),
+                ..Current::default()
+            },
+            ..Disturbance::default()
         },
     };
     fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: SHOWN, demand })
