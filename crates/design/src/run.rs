@@ -6,7 +6,7 @@ use crate::axis::{OperatingPoint, VehicleModel};
 use crate::certify::certify;
 use crate::certify::claims;
 use crate::certify::lft_matrices;
-use crate::certify::limits::{Tried, with_limits};
+use crate::certify::limits::with_limits;
 use crate::certify::sampled::sampled;
 use crate::check::{CHECKED_SPEEDS, Checks, check, fastest_sampled};
 use crate::error::{Error, InputError};
@@ -24,7 +24,6 @@ use crate::synthesise::robust::{Robust, robust};
 use crate::synthesise::synthesise;
 use crate::verdict::Verdict;
 use crate::verdict::found::Effort;
-use crate::verdict::other_gain::{Judged, OtherGain};
 use auv::longitudinal::{DEPTH, PITCH};
 use auv::{Pitch, Status};
 use base::progress::Progress;
@@ -98,21 +97,12 @@ pub fn run_with(inputs: &Inputs, progress: &Progress, with_robust: bool) -> Resu
         Some(robust) => robust.design.clone(),
         None => smaller(inputs, &model, &plant, nominal, progress),
     };
-    let mut axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
+    let axis = proved(vehicle, file, &inputs.hashes, Synthesised { model, plant, design }, progress)?;
     progress.done("envelope", &envelope::words(&axis.controller));
     sensors::words(&axis.controller).iter().for_each(|words| progress.done("failsafe", words));
     envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
     let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
-    let mut verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
-    if let Ok(proof) = &axis.proof {
-        let Synthesised { plant, design, .. } = &axis.synthesised;
-        let (controller, frozen) = (&design.controller, &axis.controller);
-        let judged = Judged { plant, controller, proof, frozen, verdict: &verdict };
-        if let Some(other) = OtherGain::of(inputs, judged)? {
-            progress.done("windup", &other.words());
-            (axis.controller, axis.proof, verdict) = (other.frozen, Ok(other.proof), other.verdict);
-        }
-    }
+    let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
     progress.done("verdict", &verdict.to_string());
     let FinishedAxis { synthesised, checks, proof, sampled, controller } = axis;
     let Synthesised { model, plant, design } = synthesised;
@@ -259,8 +249,7 @@ fn proved(
     };
     controller.anti_windup = gains.first().cloned();
     controller.follow = follow(file, &design.controller)?;
-    let tried = Tried { given: &gains, computed: file.controller.is_none() };
-    let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, tried));
+    let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, &gains));
     let proof = proof.map(|proof| if gains.is_empty() { proof } else { limits(proof) });
     if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
         controller.anti_windup = Some(limits.e.clone());
@@ -347,11 +336,11 @@ impl Axis<'_> {
         proof: Proof,
         plant: &GeneralisedPlant,
         controller: &Controller,
-        frozen: (&ControllerDesign, Tried<'_>),
+        frozen: (&ControllerDesign, &[Rows]),
     ) -> Proof {
         let Self { vehicle, file, progress } = *self;
         let what = "the largest step from which the saturated loop returns to trim";
-        let claim = || with_limits(&proof, plant, controller, frozen, vehicle.actuators(), file);
+        let claim = || with_limits(&proof, plant, controller, frozen, vehicle, file);
         let (found, seconds) = progress.timed("limits", what, claim);
         let words = match &found {
             Ok(None) => return proof,

@@ -7,10 +7,11 @@ use crate::error::{CertifyError, Error};
 use crate::inputs::design_file::DesignFile;
 use crate::linearise::TRIM_ROWS;
 use crate::numbers::readable;
-use crate::synthesise::anti_windup::largest_step;
+use crate::synthesise::anti_windup::{keeping_speed, largest_step};
 use auv::Actuator;
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
+use lpv::matrix::{Mat, from_rows, to_rows};
 use lpv::plant::GeneralisedPlant;
 use proof::claim::Proof;
 use proof::error::ProofError;
@@ -27,22 +28,14 @@ const FASTEST: f64 = crate::synthesise::anti_windup::FASTEST;
 /// rounding of another processor.
 const SAME_LIMIT: f64 = 1e-8;
 
-/// The anti-windup gains to be tried for a claim.
-#[derive(Debug, Clone, Copy)]
-pub struct Tried<'a> {
-    /// Gains, the first one first.
-    pub given: &'a [Rows],
-    /// Whether, after these, one is computed for the largest step.
-    pub computed: bool,
-}
-
 /// Adds the claim for the largest step found to a proof, in the place of one that is there, and proves all of it. No
 /// step is claimed beyond the range of its signal, where the linear models are meaningless, however strong the
 /// actuators: a pitch step of at most 90 deg, a depth step up to the surface.
 ///
-/// The wanted step is that of the default flight; `tried` are the anti-windup gains to be tried. The claim holds the
-/// gain to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that of the
-/// speed. Actuator rates are saturated, too.
+/// The wanted step is that of the default flight; `given` are anti-windup gains to be tried, the first one first. Where
+/// none of them proves it, and the controller is not a given one, another is computed for the largest step. The claim
+/// holds the gain to be flown. `None` if there is nothing to claim: without a gain, or without a reference besides that
+/// of the speed. Actuator rates are saturated, too.
 ///
 /// # Errors
 /// The errors of [`with_step`]; [`CertifyError::RateWithoutLag`].
@@ -50,23 +43,45 @@ pub fn with_limits(
     proof: &Proof,
     plant: &GeneralisedPlant,
     controller: &Controller,
-    (frozen, tried): (&ControllerDesign, Tried<'_>),
-    actuators: &[Actuator],
+    (frozen, given): (&ControllerDesign, &[Rows]),
+    vehicle: &dyn VehicleModel,
     design: &DesignFile,
 ) -> Result<Option<Proof>, Error> {
     let Some(Stepped { input, scale, .. }) = Stepped::of(frozen) else { return Ok(None) };
     let signal = design.tracked[input].signal;
-    let step = Step {
-        input,
-        largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
-        wanted: design.manoeuvre.step(signal.name).abs() / scale,
-        gains: tried.given,
-        fastest: tried.computed.then_some(FASTEST),
-        commands: sides(frozen),
-        rates: rates(actuators, design, &proof.certificate.moving_states())?,
-        states: design.states.len(),
+    let wanted = design.manoeuvre.step(signal.name).abs() / scale;
+    let rates = rates(vehicle.actuators(), design, &proof.certificate.moving_states())?;
+    let search = |gains: &[Rows], fastest: Option<f64>| {
+        let step = Step {
+            input,
+            largest: signal.range.map_or_else(|| largest_step(design, input), |[_, most]| most) / scale,
+            wanted,
+            gains,
+            fastest,
+            commands: sides(frozen),
+            rates: rates.clone(),
+            states: design.states.len(),
+        };
+        with_step(proof, plant, controller, step)
     };
-    Ok(with_step(proof, plant, controller, step)?)
+    let found = search(given, None);
+    let size = |proof: &Option<Proof>| {
+        proof.as_ref().and_then(|proof| Some(proof.certificate.limits()?.size)).unwrap_or(0.0)
+    };
+    let is_given = design.controller.is_some();
+    if is_given || found.as_ref().is_ok_and(|found| found.is_some() && size(found) >= wanted) {
+        return Ok(found?);
+    }
+    // The largest step is sought with any gain, and proved with what is left of it without a bias of the speed.
+    let Ok(Some(any)) = search(&[], Some(FASTEST)) else { return Ok(found?) };
+    let Some(limits) = any.certificate.limits() else { return Ok(found?) };
+    let sought = from_rows(&limits.e, frozen.actuators.len()).unwrap_or_else(|| Mat::zeros(0, 0));
+    let kept = to_rows(&keeping_speed(vehicle, design, controller, sought)?);
+    let other = if kept == limits.e { Ok(Some(any)) } else { search(&[kept], None) };
+    match (found, other) {
+        (Ok(found), Ok(other)) => Ok(if size(&other) > size(&found) { other } else { found }),
+        (found, other) => Ok(found.or(other)?),
+    }
 }
 
 /// Checks that a claim with limits is about the autopilot that flies: its anti-windup, its limits, its stepped
@@ -209,10 +224,20 @@ impl Display for ClaimedStep {
 }
 
 /// The range of each command to either side of the trim, the least over all speeds, in units of its scale. The trim
-/// table is interpolated linearly, so its rows are sufficient.
+/// table is interpolated linearly, so its rows are sufficient. A thruster that does not steer does not push against the
+/// speed, or no more than in trim, while an actuator that does is at its limit.
 fn sides(design: &ControllerDesign) -> Vec<f64> {
     let rows: Vec<&[f64]> = design.trim.actuators.iter().map(Vec::as_slice).collect();
-    let one = |(j, a): (usize, &scheduled::Actuator)| side(&rows, j, (a.minimum, a.maximum)) / a.scale;
+    let steered = design.actuators.iter().any(|one| !one.steers.is_empty());
+    let one = |(j, a): (usize, &scheduled::Actuator)| {
+        let push = |(row, speed): (&&[f64], &f64)| {
+            let way = speed * a.pushes();
+            if way == 0.0 { f64::INFINITY } else { (row[j] * way.signum()).max(0.0) }
+        };
+        let back = rows.iter().zip(&design.trim.forward_speed).map(push).fold(f64::INFINITY, f64::min);
+        let whole = side(&rows, j, (a.minimum, a.maximum));
+        (if steered { whole.min(back) } else { whole }) / a.scale
+    };
     design.actuators.iter().enumerate().map(one).collect()
 }
 

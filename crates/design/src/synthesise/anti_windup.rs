@@ -12,8 +12,9 @@ use auv::Actuator;
 use lpv::anti_windup::{Aim, LimitedLoop, anti_windup as least_gain, smallest_gains};
 use lpv::controller::Controller;
 use lpv::error::SynthesisError;
-use lpv::matrix::{Mat, block, solve};
-use signals::LargestStep;
+use lpv::matrix::{Mat, block, pseudo_inverse, solve};
+use nalgebra::DVector;
+use signals::{LargestStep, Level};
 
 /// The number of evenly spaced speeds: both ends of the range, where the limits differ most.
 pub const SPEEDS: usize = 2;
@@ -28,11 +29,15 @@ const BEYOND: f64 = 1.5;
 /// The largest fraction used of the largest region of the inequalities: gamma grows without bound towards 1.
 const REGION_FRACTION: f64 = 0.6;
 
+/// Singular values below this part of the largest count as zero.
+const RANK: f64 = 1e-12;
+
 /// How much slower than the quickest the recovery may be for a smaller gain, as a fraction of gamma.
 const SLACKS: [f64; 2] = [0.02, 0.005];
 
 /// Gains for a controller, n x m, in units of the actuators' reach, the smallest first: with the others the recovery is
-/// slightly faster, and larger steps may be proved.
+/// slightly faster, and larger steps may be proved. The bound on the gain and the recovery are those before
+/// [`keeping_speed`].
 ///
 /// # Errors
 /// The errors of trim and linearisation; [`Error::Synthesis`] if no gain was found.
@@ -67,7 +72,55 @@ pub fn anti_windup(
     let fraction = REGION_FRACTION * least_gain(&loops, states, FASTEST, Aim::Region)?.region;
     loops.iter_mut().for_each(|each| each.region *= fraction.min(1.0));
     let found = smallest_gains(&loops, states, FASTEST, &SLACKS)?;
-    Ok(found.into_iter().map(|found| found.gain).collect())
+    found.into_iter().map(|found| keeping_speed(vehicle, design, controller, found.gain)).collect()
+}
+
+/// A gain E without what biases the speed while an actuator is at its limit for another reason than the speed.
+///
+/// While actuators stay at their limits with an excess phi, the state of a controller K(s) with slow integrals settles
+/// where `0 = A x + B y + E phi`. An excess that moves the integral of the speed error is balanced there by an error of
+/// the speed: the vehicle loses speed for as long as it is held. Let g = -C A^-1 B be the gain of K at zero frequency
+/// from the errors of its tracked outputs, n the row of the pseudo-inverse of g that belongs to the speed, b the column
+/// of B of the speed error, and p the forces along the hull of the actuators at their reach. E is replaced by
+///
+/// ```text
+/// E - r (s - (s p) p'/(p'p))/(a r),   s = a E,   a = n C A^-1,   r = A^-1 b
+/// ```
+///
+/// so that a E is a multiple of p': what is cut off of the force along the hull moves that integral, and nothing else.
+/// A, B and C are those in the middle of the range; where A is singular, the gain stays as it is.
+///
+/// # Errors
+/// Of a controller that is not well posed.
+pub fn keeping_speed(
+    vehicle: &dyn VehicleModel,
+    design: &DesignFile,
+    controller: &Controller,
+    gain: Mat,
+) -> Result<Mat, Error> {
+    let Some(speed) = design.tracked.iter().position(|one| one.signal.level == Level::Scheduled) else {
+        return Ok(gain);
+    };
+    let frozen = controller.frozen(&vec![0.0; controller.blocks.len()])?;
+    let rows: Option<Vec<usize>> = (0..design.tracked.len()).map(|one| design.feedback_row(one)).collect();
+    let Some(rows) = rows else { return Ok(gain) };
+    let errors = frozen.b.select_columns(&rows);
+    let Some(settled) = solve(&frozen.a, &errors) else { return Ok(gain) };
+    let answer = pseudo_inverse(&(&frozen.c * &settled), RANK);
+    let Some(states) = solve(&frozen.a.transpose(), &(answer.rows(speed, 1) * &frozen.c).transpose()) else {
+        return Ok(gain);
+    };
+    let (a, r) = (states.column(0), settled.column(speed));
+    let along = a.dot(&r);
+    if along == 0.0 {
+        return Ok(gain);
+    }
+    let actuators = vehicle.actuators().iter();
+    let push =
+        DVector::from_iterator(gain.ncols(), actuators.map(|one| one.force_per_output()[0] * one.reach()));
+    let moved = gain.tr_mul(&a);
+    let kept = &push * (moved.dot(&push) / push.norm_squared().max(f64::MIN_POSITIVE));
+    Ok(&gain - r * (moved - kept).transpose() / along)
 }
 
 /// The largest step of a tracked output for which the gain is designed \[SI\], if the actuators hold most of it: in

@@ -24,9 +24,6 @@ const WATCHED: f64 = 6.0;
 /// The rest is not judged before the reference model of pitch has settled: this number over its frequency (s).
 const SETTLED: f64 = 10.0;
 
-/// Conversion to per cent, the unit of the requirements.
-const PER_CENT: f64 = 100.0;
-
 /// An envelope that is narrower, rad, leaves nothing to fly.
 const NARROW: f64 = 0.01;
 
@@ -85,14 +82,6 @@ impl Beyond {
                 Self::flown(inputs, controller, (speed, forward), (level, end, asked))
             })
             .collect()
-    }
-
-    /// The largest figure relative to its requirement, of those that have one; at most 1 if all are met.
-    pub(super) fn of_required(inputs: &Inputs, all: &[Self]) -> f64 {
-        let limit = |key| inputs.design.require.limit(key).map_or(f64::INFINITY, |limit| limit / PER_CENT);
-        let speed = inputs.design.tracked_speed().map_or(f64::INFINITY, |_| limit("beyond_speed"));
-        let recovery = limit("beyond_recovery");
-        all.iter().map(|b| (b.lost_speed / speed).max(b.left / recovery)).fold(0.0, f64::max)
     }
 
     fn flown(

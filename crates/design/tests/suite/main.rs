@@ -7,7 +7,6 @@ mod designs;
 mod envelope;
 mod flown;
 mod heading;
-mod other_gain;
 mod pid;
 mod reduced;
 mod same_plant;
