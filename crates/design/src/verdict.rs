@@ -12,8 +12,8 @@ pub mod beyond;
 pub mod flown;
 pub mod found;
 pub mod frozen;
+pub mod held;
 pub mod mu;
-pub mod other_gain;
 pub mod row;
 mod rows;
 

@@ -20,13 +20,14 @@ use std::time::Instant;
 type Maker = (&'static str, &'static str, fn(&Subject) -> Result<Vec<Part>, Error>);
 
 /// The sections, in reading order.
-const SECTIONS: [Maker; 20] = [
+const SECTIONS: [Maker; 21] = [
     ("verdict", "Requirements and results", verdict::verdict),
     ("steps", "Step responses and actuators", steps::steps),
     ("flown", "Margins over speed", flown::flown),
     ("manoeuvre", "A step during a ramp of speed", manoeuvre::manoeuvre),
     ("envelope", "What references may ask", envelope::envelope),
     ("limits", "Saturated actuators", steps::limits::limits),
+    ("held", "Held beyond the actuators", steps::held::held),
     ("structure", "The loop: structure, weights and sizes", structure::structure),
     ("loops", "Open and closed loop over frequency", loops::loops),
     ("disturbances", "Current and sensor noise", disturbances::disturbances),

@@ -165,7 +165,7 @@ fn a_search_is_the_same_on_any_machine() {
     let file = vehicles().join("squid/paper.toml");
     let text = base::files::read(&file).unwrap();
     let text = text.split("\n[uncertainty]\n").next().unwrap().to_owned()
-        + "\n[require]\ngain_margin = 1.0\nbeyond_speed = 1e3\nbeyond_recovery = 1e3\n";
+        + "\n[require]\ngain_margin = 1.0\nbeyond_speed = 1e3\nbeyond_recovery = 1e3\nheld_recovery = 1e6\n";
     let vehicle = vehicle(&vehicles().join("squid/vehicle.toml"));
     let design = DesignFile::parse(&text, "design.toml", "design").unwrap();
     let inputs = Inputs::new(vehicle, design).unwrap();

@@ -6,6 +6,7 @@ use crate::inputs::Inputs;
 use crate::verdict::beyond::Beyond;
 use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
+use crate::verdict::held::Held;
 use crate::verdict::mu::MuAtSpeed;
 use lpv::controller::Controller;
 use rayon::prelude::*;
@@ -40,6 +41,8 @@ pub struct Found {
     pub steps: Vec<StepAtSpeed>,
     /// The flights beyond the envelope.
     pub beyond: Vec<Beyond>,
+    /// The flights under loads that the actuators cannot hold.
+    pub held: Vec<Held>,
     /// The default flight.
     pub flight: DefaultFlight,
     /// The bounds on mu.
@@ -62,8 +65,9 @@ impl Found {
         let (mu, (frozen, steps)) = rayon::join(mu, || rayon::join(frozen, flown));
         let (frozen, steps): (Result<Vec<_>, Error>, Result<Vec<Vec<_>>, Error>) = (frozen, steps);
         let beyond = Beyond::of(inputs, controller, effort.flown)?;
+        let held = Held::of(inputs, controller, effort.flown)?;
         let flight = DefaultFlight::of(inputs, controller)?;
-        Ok(Self { beyond, frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
+        Ok(Self { beyond, held, frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
     }
 
     /// The figures with mu at `count` speeds.

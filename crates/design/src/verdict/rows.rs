@@ -9,6 +9,7 @@ use crate::verdict::beyond::{Beyond, after};
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
+use crate::verdict::held::{AFTER, HELD, Held};
 use crate::verdict::mu::MuAtSpeed;
 use crate::verdict::row::{Figure, Outcome, Row, StoredRow};
 use auv::rounded;
@@ -78,6 +79,12 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
         "beyond_recovery" => {
             let what = format!("error of pitch {:.0} s after", after(inputs));
             beyond(found, &what, |b| b.left)
+        }
+        "held_speed" if inputs.design.tracked_speed().is_none() => vec![],
+        "held_speed" => held(found, "largest loss of speed", |one| one.lost_speed),
+        "held_recovery" => {
+            let output = found.held.first().map_or("", |one| one.output);
+            held(found, &format!("error of {output} {AFTER:.0} s after"), |one| one.left)
         }
         "noise" => noise(inputs, found),
         "controller_mode" => {
@@ -231,6 +238,15 @@ fn beyond(found: &Found, what: &str, of: impl Fn(&Beyond) -> f64) -> Vec<(String
         Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)
     };
     vec![(format!("beyond the envelope: {what}"), found.beyond.iter().map(figure).collect())]
+}
+
+/// A figure of the flights under loads that the actuators cannot hold.
+fn held(found: &Found, what: &str, of: impl Fn(&Held) -> f64) -> Vec<(String, Vec<Figure>)> {
+    let figure = |flown: &Held| {
+        let remark = format!("{} N m for {HELD:.0} s", rounded(flown.load));
+        Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)
+    };
+    vec![(format!("held beyond the actuators: {what}"), found.held.iter().map(figure).collect())]
 }
 
 fn noise(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {

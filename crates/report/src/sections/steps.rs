@@ -1,5 +1,6 @@
 //! Simulated steps of pitch or depth and of speed at six speeds: the tracked outputs, and every actuator.
 
+pub mod held;
 pub mod limits;
 
 use crate::error::Error;
@@ -8,10 +9,9 @@ use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
-use auv::Current;
 use auv::longitudinal::{EachTracked, SPEED};
 use squid_design::numbers::readable;
-use squid_flight::flight::{Course, Demand, Flight, Row};
+use squid_flight::flight::{Course, Demand, Disturbance, Flight, Row};
 
 /// The section on steps of each reference.
 ///
@@ -71,7 +71,7 @@ fn step_speed(subject: &Subject, speed: f64) -> Result<Flight, Error> {
     let demand = |time: f64| Demand {
         speed: if time + 1e-9 < STEP_TIME { speed } else { speed + step },
         above_trim: EachTracked::default(),
-        current: Current::default(),
+        disturbance: Disturbance::default(),
     };
     fly(subject, &Scheduled(subject), &subject.inputs.vehicle, &[], Course { duration: FLOWN, demand })
 }

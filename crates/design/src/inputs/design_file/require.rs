@@ -36,7 +36,7 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 23] = [
+pub const REQUIREMENTS: [Requirement; 25] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
@@ -58,6 +58,8 @@ pub const REQUIREMENTS: [Requirement; 23] = [
     below("gust", "deg", None),
     below("beyond_speed", "%", Some(10.0)),
     below("beyond_recovery", "%", Some(15.0)),
+    below("held_speed", "%", Some(10.0)),
+    below("held_recovery", "%", Some(2.0)),
     below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
 ];

@@ -1,0 +1,53 @@
+//! A moment that the actuators cannot hold.
+
+use crate::error::Error;
+use crate::page::{Figure, Part, capital};
+use crate::sections::steps;
+use crate::subject::{STEP_TIME, Subject};
+use auv::Actuator;
+use scheduled::Autopilot;
+use squid_design::verdict::held::{AFTER, FACTOR, HELD, RISE, fly, load};
+use squid_flight::flight::Flight;
+
+/// The duration of the flights, s.
+const SHOWN: f64 = STEP_TIME + HELD + RISE + AFTER;
+
+/// The section on a moment that is held beyond the actuators; empty where nothing turns the vehicle.
+///
+/// # Errors
+/// Those of the flights.
+pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
+    let (inputs, controller) = (subject.inputs, &subject.stored.controller);
+    let trims = Autopilot::new(controller)?.trim().clone();
+    let loads = subject.speeds.iter().map(|speed| load(inputs, &trims, trims.forward_speed(*speed), 1.0));
+    let Some(loads) = loads.collect::<Option<Vec<_>>>() else { return Ok(vec![]) };
+    let flown =
+        |(speed, (_, load)): (&f64, (usize, auv::Load))| fly(inputs, controller, (*speed, SHOWN), load);
+    let flights: Vec<Option<Flight>> =
+        subject.speeds.iter().zip(loads).map(flown).collect::<Result<_, _>>()?;
+    let steering = |(_, one): &(&Actuator, &scheduled::Actuator)| !one.steers.is_empty();
+    let all = inputs.vehicle.actuators.iter().zip(&controller.actuators).filter(steering);
+    let names: Vec<&str> = all.map(|(one, _)| one.name.as_str()).collect();
+    let words = format!(
+        "A moment grows within {RISE:.0} s to {FACTOR} times what the actuators hold at unchanged thrust along the \
+         hull, acts for {HELD:.0} s and falls within {RISE:.0} s; a pitching moment exceeds what they hold by at most \
+         half the righting moment of the hull. While {} stays at its limit, the reference yields to what is measured, \
+         and the speed is kept.",
+        names.join(" or ")
+    );
+    let lost = subject.speeds.iter().zip(&flights).filter(|(_, flight)| flight.is_none());
+    let lost: Vec<String> = lost.map(|(speed, _)| format!("{speed:.2}")).collect();
+    let Some(flights) = flights.into_iter().collect::<Option<Vec<Flight>>>() else {
+        let words = format!("{words} At {} m/s the vehicle is lost.", lost.join(", "));
+        return Ok(vec![Part::Words(words)]);
+    };
+    let figure = Figure {
+        name: "held".into(),
+        caption: format!(
+            "{} under a moment that the actuators cannot hold, at six speeds.",
+            capital(&subject.name())
+        ),
+        ..steps::figure(subject, subject.speed_keys(), &flights, SHOWN)
+    };
+    Ok(vec![Part::Words(words), Part::Figure(figure)])
+}
