@@ -25,7 +25,7 @@ enum { OK = 0, BAD_INPUT = 1, SINGULAR = 2, DIVERGED = 3 };
 typedef struct {
     uint64_t random, hash;
     double common, own[INPUTS], value[INPUTS];
-    int to_reset, reset_in;
+    int to_reset, reset_in, is_calm;
     OF(state) state;
     OF(inputs) in;
     OF(outputs) out;
@@ -47,16 +47,17 @@ static int one_of(Ticks *t, unsigned count) { return random_number(t) % count ==
 static double part(Ticks *t) { return (double)((int64_t)(random_number(t) >> 33) - (1 << 30)) / (1 << 30); }
 
 /* The next inputs: all go towards goals in common, each with a small part of its own, which change now and then; some lie
- * far beyond the range of speed. Rarely one is too large, or a reference no number or infinite; after one that is too large a
+ * far beyond the range of speed; for a third of the time they stay in the middle. Rarely one is too large, or a reference no number or infinite; after one that is too large a
  * reset follows soon. An age is above the limit now and then. */
 static void next_inputs(Ticks *t)
 {
     static const double middle[INPUTS] = MIDDLE, sizes[INPUTS] = SIZES;
     double taken[INPUTS];
     if (one_of(t, 200)) t->common = part(t) * (one_of(t, 20) ? 16.0 : 1.0);
+    if (one_of(t, 3000)) t->is_calm = one_of(t, 3);
     for (int i = 0; i < INPUTS; i++) {
         if (one_of(t, 200)) t->own[i] = part(t) / (one_of(t, 5) ? 1.0 : 16.0);
-        const double away = sizes[i] * (t->common + t->own[i]), noise = sizes[i] * part(t);
+        const double goal = t->is_calm ? 0.0 : t->common + t->own[i], away = sizes[i] * goal, noise = sizes[i] * part(t);
         t->value[i] += (middle[i] + away - t->value[i]) / 16.0;
         taken[i] = t->value[i] + noise / 256.0;
     }
@@ -101,7 +102,7 @@ static int run(Ticks *t, int *was_reset)
     t->limited += (t->out.status & 2u) != 0;
     t->outside += (t->out.status & 1u) != 0;
     t->beyond += (t->out.status & 4u) != 0;
-    t->lost += t->out.status >= 16u;
+    t->lost += (t->out.status & 0xfff0u) != 0;
     t->failed += (t->out.status & 8u) != 0;
     OF(real) numbers[OUTPUTS];
     memcpy(numbers, &t->out, sizeof numbers);

@@ -34,7 +34,7 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
         (
             "free",
             if governor::is_needed(design) {
-                "    for (int j = 0; j < COMMANDS; j++) next.saturated[j] = next.held[j] = 0;".to_owned()
+                "    for (int j = 0; j < COMMANDS; j++) next.held[j] = 0;".to_owned()
             } else {
                 String::new()
             },

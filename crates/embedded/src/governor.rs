@@ -55,8 +55,8 @@ pub(crate) fn members(design: &ControllerDesign) -> String {
     });
     let m = design.actuators.len();
     let at_limit = format!(
-        "    int saturated[{m}]; /* whether the last command of each actuator was cut off at its limit */\n    \
-         int held[{m}]; /* for how many ticks it was, less those since in which it was not */\n"
+        "    int held[{m}]; /* twice the ticks for which each command was beyond its limit, less those since, and 1 if it \
+         is */\n"
     );
     each.chain(is_needed(design).then_some(at_limit)).collect()
 }
@@ -73,10 +73,7 @@ pub(crate) fn note(design: &ControllerDesign, state: &str) -> String {
     if !is_needed(design) {
         return String::new();
     }
-    format!(
-        "    for (int j = 0; j < COMMANDS; j++) {{\n        {state}saturated[j] = t.excess[j] != 0.0@f@;\n        \
-         {state}held[j] = 0;\n    }}\n"
-    )
+    format!("    for (int j = 0; j < COMMANDS; j++) {state}held[j] = t.excess[j] != 0.0@f@;\n")
 }
 
 /// Numbers of the source.

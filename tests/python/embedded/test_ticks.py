@@ -21,8 +21,8 @@ pytestmark = pytest.mark.change
 TICKS, TICKS_OF_M4 = 1_000_000, 3000
 ARM_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 LARGEST = {
-    "double": {"flash": 16_000, "state": 360, "stack": 1000},
-    "float": {"flash": 10_000, "state": 210, "stack": 500},
+    "double": {"flash": 16_000, "state": 320, "stack": 1000},
+    "float": {"flash": 10_000, "state": 180, "stack": 500},
 }
 """Bytes on a Cortex-M4, as docs/embedding.md states them: of the source alone, without arithmetic of the compiler."""
 
@@ -71,8 +71,7 @@ def test_every_bit_is_that_of_the_fmu(packages: Packages, run_squid: Run, tmp_pa
     resets, *often = others[2:]
     print(refused, *others)
     assert refused > 100 and resets > 100
-    # References that yield and return are limited for most of such a flight.
-    assert all(0.02 * TICKS < count < 0.99 * TICKS for count in often), often
+    assert all(0.02 * TICKS < count < 0.9 * TICKS for count in often)
 
 
 def test_the_comparison_sees_the_last_bit(squid: Packages, run_squid: Run, tmp_path: Path) -> None:

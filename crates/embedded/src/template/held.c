@@ -2,17 +2,19 @@
 /* Whether an actuator has been at its limit for so long that the references of what it steers yield. */
 static int held(const @prefix@_state *state, int actuator)
 {
-    return state->saturated[actuator] && state->held[actuator] >= HELD;
+    return state->held[actuator] % 2 == 1 && state->held[actuator] / 2 >= HELD;
 }
 
 /* Counts a tick of each actuator. */
 static void count(@prefix@_state *state, const real *excess)
 {
     for (int j = 0; j < COMMANDS; j++) {
-        state->saturated[j] = excess[j] != 0.0@f@;
-        if (state->saturated[j])
-            state->held[j] += state->held[j] < HELD;
+        const int is_beyond_now = excess[j] != 0.0@f@;
+        int ticks = state->held[j] / 2;
+        if (is_beyond_now)
+            ticks += ticks < HELD;
         else
-            state->held[j] -= state->held[j] > 0;
+            ticks -= ticks > 0;
+        state->held[j] = 2 * ticks + is_beyond_now;
     }
 }
