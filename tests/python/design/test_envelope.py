@@ -87,8 +87,8 @@ def test_a_pitch_that_cannot_be_held(
         last = np.searchsorted(flown["time"], BACK) - 1
         assert flown["pitch"][last] == pytest.approx(end, abs=0.05 * abs(end - level)), factor
         assert flown["speed"][last] == pytest.approx(forward, rel=0.1), factor
-        # What was said at a tick is read before the next one: exactly where a reference is not used as it is asked. That
-        # may go on for a while after it is taken back, where it yielded to planes at their limit.
+        # What was said at a tick is read before the next one: exactly where a reference is not used as it is asked.
+        # That may go on for a while after it is taken back, where it yielded to planes at their limit.
         start = flown["pitch_reference_used"][0]
         for (time, limited), used in zip(said[1:], flown["pitch_reference_used"][:-1], strict=True):
             taken = asked if BEGIN < time - 0.5 * tick < BACK else start

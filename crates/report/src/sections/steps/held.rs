@@ -31,8 +31,7 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
     let words = format!(
         "A moment grows within {RISE:.0} s to {FACTOR} times what the actuators hold at unchanged thrust along the \
          hull, acts for {HELD:.0} s and falls within {RISE:.0} s; a pitching moment exceeds what they hold by at most \
-         half the righting moment of the hull. While {} stays at its limit, the reference yields to what is measured, \
-         and the speed is kept.",
+         half the righting moment of the hull. While {} stays at its limit, the reference yields to what is measured.",
         names.join(" or ")
     );
     let lost = subject.speeds.iter().zip(&flights).filter(|(_, flight)| flight.is_none());
