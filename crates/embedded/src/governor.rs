@@ -55,8 +55,8 @@ pub(crate) fn members(design: &ControllerDesign) -> String {
     });
     let m = design.actuators.len();
     let at_limit = format!(
-        "    int held[{m}]; /* twice the ticks for which each command was beyond its limit, less those since, and 1 if it \
-         is */\n"
+        "    int held[{m}]; /* twice the ticks for which each command was beyond its limit, less those since, and 1 if \
+         it is */\n"
     );
     each.chain(is_needed(design).then_some(at_limit)).collect()
 }
