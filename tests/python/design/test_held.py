@@ -75,7 +75,7 @@ def test_a_state_in_the_middle_of_it_has_every_output(deep: Packages) -> None:
             controller.begin({"depth": DEPTH, "speed": 1.6, "depth_reference": DEPTH, "speed_reference": 1.6})
             controller.ready()
         step = sample_time(deep)
-        for tick in range(1, 200):
+        for tick in range(1, 150):
             one.set("depth", DEPTH + min(0.02 * tick, 3.0))
             one.step_to(tick * step)
         assert one.get("stern_planes_saturated") and one.get("depth_reference_used") > DEPTH + 1.0

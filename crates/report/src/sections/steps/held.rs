@@ -41,7 +41,7 @@ pub fn held(subject: &Subject) -> Result<Vec<Part>, Error> {
         return Ok(vec![Part::Words(words)]);
     };
     let figure = Figure {
-        name: "held".into(),
+        name: "held-responses".into(),
         caption: format!(
             "{} under a moment that the actuators cannot hold, at six speeds.",
             capital(&subject.name())
