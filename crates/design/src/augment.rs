@@ -90,7 +90,7 @@ fn problem(actuators: &[Actuator], design: &DesignFile, model: LinearModel) -> T
         lags: actuators.iter().map(|a| if design.lags { a.lag } else { 0.0 }).collect(),
         delay: design.delay,
         tracking: design.tracked.iter().map(|t| t.weight).collect(),
-        control: vec![design.control_weight; actuators.len()],
+        control: actuators.iter().map(|one| design.weight_on(&one.name)).collect(),
         disturbance: design.disturbance,
         coloured: model.waves,
         two_degrees: (!design.measured.is_empty()).then(|| two_degrees(design, model.trim_slope)),

@@ -7,7 +7,7 @@ mod reweighted;
 
 use crate::axis::VehicleModel;
 use crate::error::InputError;
-use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter};
+use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter, relative_weight};
 use crate::linearise::{LevelFlight, TRIM_ROWS};
 use auv::longitudinal::SPEED;
 use auv::{Pitch, Vehicle};
@@ -113,6 +113,7 @@ impl Inputs {
         let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
         design.states = LevelFlight { vehicle: &vehicle, plane: &plane, file: &design }.states();
         check_states(&design, files[1])?;
+        relative_weight::check(&design.relative_weights, &vehicle, files[1])?;
         if design.sea.is_some() && vehicle.geometry.is_none() {
             return Err(InputError::NoGeometry { file: files[1].into() });
         }

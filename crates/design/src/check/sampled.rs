@@ -272,6 +272,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::augment::{LinearModel, augment};
     use crate::axis::VehicleModel;
+    use crate::inputs::design_file::relative_weight::RelativeWeight;
     use crate::inputs::tests::shipped;
     use auv::longitudinal::PITCH;
     use lpv::controller::Controller;
@@ -296,6 +297,8 @@ pub(crate) mod tests {
         ] {
             let mut inputs = shipped(name, design);
             inputs.design.delay = delay;
+            let actuator = inputs.vehicle.actuators[0].name.clone();
+            inputs.design.relative_weights = vec![RelativeWeight { actuator, factor: 3.0, line: 0 }];
             let (actuators, file) = (&inputs.vehicle.actuators, &inputs.design);
             let l = inputs.axis().linearise(speed).unwrap();
             let (p, m, y) = (file.tracked.len(), actuators.len(), file.tracked.len() + file.measured.len());
@@ -345,7 +348,7 @@ pub(crate) mod tests {
                     }
                     for i in 0..m {
                         let (found, u) = (from_plant(p + i).norm(), t[(p + i, j)].norm());
-                        let expected = file.control_weight.gain(omega) * u;
+                        let expected = file.weight_on(&inputs.vehicle.actuators[i].name).gain(omega) * u;
                         assert!(
                             (found - expected).abs() < 1e-9 * expected.max(1.0),
                             "{name} {design} {omega}"

@@ -10,6 +10,7 @@
 mod envelope;
 mod failsafe;
 mod manoeuvre;
+pub mod relative_weight;
 mod require;
 mod sea;
 mod tables;
@@ -23,6 +24,7 @@ use auv::longitudinal::DEPTH;
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 use pid::Pid;
+use relative_weight::RelativeWeight;
 pub use require::{REQUIREMENTS, Require, Requirement, Sense};
 use scheduled::Manoeuvre;
 pub use sea::WorkingSea;
@@ -250,6 +252,8 @@ pub struct DesignFile {
     pub measured: Vec<Measured>,
     /// W_u, in units of each actuator's limit.
     pub control_weight: RisingWeight,
+    /// The weights of single actuators, relative to W_u; 1 for those that are not named.
+    pub relative_weights: Vec<RelativeWeight>,
     /// Disturbance at the input, in units of each actuator's limit.
     pub disturbance: f64,
     /// The sea for which the controller is designed.
@@ -291,6 +295,17 @@ impl DesignFile {
         let mut even = self.clone();
         even.tracked.iter_mut().for_each(|t| t.references.follow = 1.0);
         even
+    }
+
+    /// W_u of an actuator over W_u.
+    pub fn relative_weight(&self, actuator: &str) -> f64 {
+        self.relative_weights.iter().find(|one| one.actuator == actuator).map_or(1.0, |one| one.factor)
+    }
+
+    /// W_u of an actuator.
+    pub fn weight_on(&self, actuator: &str) -> RisingWeight {
+        let (factor, all) = (self.relative_weight(actuator), self.control_weight);
+        RisingWeight { low: factor * all.low, high: factor * all.high, ..all }
     }
 
     /// `count` speeds, evenly spaced over the range of the design, including both ends \[m/s\].

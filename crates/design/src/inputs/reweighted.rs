@@ -27,6 +27,7 @@ impl DesignFile {
         judged.tracked.iter_mut().zip(&other.tracked).for_each(|(this, given)| this.weight = given.weight);
         judged.measured.iter_mut().for_each(|m| m.noise = RisingWeight::constant(0.0));
         (judged.control_weight, judged.disturbance) = (other.control_weight, other.disturbance);
+        judged.relative_weights.clone_from(&other.relative_weights);
         Ok(judged)
     }
 }

@@ -63,6 +63,11 @@ fn wrong_types_are_reported_in_one_sentence() {
             "weight = { value = 1 }",
             "'control.weight' is a table; it must be a number, from 1e-6 to 1e6",
         ),
+        (
+            "lags = true",
+            "actuators = { lower = 0 }\nlags = true",
+            "'control.actuators.lower' is 0; it must be from 0.01 to 100",
+        ),
         ("weight = *", "weight = [0.5]", "'control.weight' is a list; it must be a number, from 1e-6 to 1e6"),
         (
             "weight = *",
@@ -271,4 +276,24 @@ fn seas_that_cannot_be_are_refused() {
     let (_, after) = after.split_once("\n[").unwrap();
     let found = Inputs::parse(&format!("{before}\n[{after}"), &sound).unwrap_err().to_string();
     assert!(found.starts_with("design.toml: [sea] needs the size of the hull"), "{found}");
+}
+
+#[test]
+fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
+    let vehicle =
+        base::files::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/squid/vehicle.toml"))
+            .unwrap();
+    let with = |table: &str| squid().replacen("\n[synthesis]", &format!("\n{table}\n\n[synthesis]"), 1);
+    let inputs = Inputs::parse(&vehicle, &with("[control.actuators]\nlower = 3.0")).unwrap();
+    let all = inputs.design.control_weight;
+    assert_eq!(inputs.design.weight_on("lower").low, 3.0 * all.low);
+    assert_eq!(inputs.design.weight_on("upper_port"), all);
+    let text = with("[control.actuators]\nlover = 3.0");
+    let line = text.lines().position(|line| line == "lover = 3.0").unwrap() + 1;
+    let found = Inputs::parse(&vehicle, &text).unwrap_err().to_string();
+    let expected = format!(
+        "design.toml:{line}: 'control.actuators.lover' is no actuator of this axis; it must be named lower, \
+         upper_port, upper_starboard"
+    );
+    assert_eq!(found, expected);
 }

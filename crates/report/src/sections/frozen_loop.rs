@@ -116,10 +116,14 @@ impl FrozenLoop {
         continuous.map_or(f64::NAN, |s| s.hinf_norm().value)
     }
 
-    /// The largest singular value from all references to all controls at a frequency (rad/s).
-    pub fn control(&self, omega: f64) -> f64 {
+    /// The largest singular value from all references to all controls, each times its relative weight, at a frequency
+    /// (rad/s).
+    pub fn control(&self, relative: &[f64], omega: f64) -> f64 {
         let largest = |g: DMatrix<Complex<f64>>| {
-            let controls = g.rows(self.tracked, g.nrows() - self.tracked).into_owned();
+            let mut controls = g.rows(self.tracked, g.nrows() - self.tracked).into_owned();
+            for (mut row, weight) in controls.row_iter_mut().zip(relative) {
+                row *= Complex::from(*weight);
+            }
             largest_complex_singular_value(&controls)
         };
         self.response(omega).map_or(f64::NAN, largest)
@@ -214,7 +218,7 @@ mod tests {
         assert!((one.bandwidth(0) - 1.0).abs() < 1e-9);
         assert!((one.tracking(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
         assert!((one.error(0, 1.0) - 0.5f64.sqrt()).abs() < 1e-12);
-        assert!((one.control(0.0) - 2.0).abs() < 1e-12);
+        assert!((one.control(&[3.0], 0.0) - 6.0).abs() < 1e-12);
         assert!((one.peak(0) - 1.0).abs() < 1e-9);
         for (t, h) in one.impulse(0, 5.0) {
             assert!((h - (-t).exp()).abs() < 1e-12);

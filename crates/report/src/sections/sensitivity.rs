@@ -33,9 +33,12 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
         let limit = |omega| allowed(&tracked.weight, omega);
         charts.push(chart(title, &loops, gamma, &|l, omega| l.error(i, omega), &limit));
     }
-    let weight = subject.inputs.design.control_weight;
-    let title = "references to controls".to_owned();
-    charts.push(chart(title, &loops, gamma, &FrozenLoop::control, &|omega| 1.0 / weight.gain(omega)));
+    let (actuators, design) = (&subject.inputs.vehicle.actuators, &subject.inputs.design);
+    let relative: Vec<f64> = actuators.iter().map(|one| design.relative_weight(&one.name)).collect();
+    let weighted = if design.relative_weights.is_empty() { "" } else { ", each times its relative weight" };
+    let title = format!("references to controls{weighted}");
+    let control = |l: &FrozenLoop, omega| l.control(&relative, omega);
+    charts.push(chart(title, &loops, gamma, &control, &|omega| 1.0 / design.control_weight.gain(omega)));
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(

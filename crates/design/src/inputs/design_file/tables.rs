@@ -1,11 +1,12 @@
 //! Reads a design file, table by table.
 
 use crate::inputs::design_file::manoeuvre::Limits;
+use crate::inputs::design_file::relative_weight::RelativeWeight;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
     CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, RATE, REDUCE, Require,
-    SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, uncertainty,
+    SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
@@ -99,7 +100,7 @@ fn design(
     let measured = measured(&root, interface);
     let tracked = tracked(&root, interface, measured.as_ref().is_none_or(|all| !all.is_empty()));
     let control = root.required_table("control", "the weight on each actuator, and a disturbance there");
-    let control = control.as_ref().map(Control::of);
+    let control = control.as_ref().map(|table| Control::of(document, table));
     let controller = root.table("controller").map_or(Some(None), |table| pid::read(&table, file));
     let speeds = model.as_ref().and_then(|m| m.speed_min.zip(m.speed_max));
     let sea = root.table("sea").map_or(Some(None), |table| working_sea(&table, speeds).map(Some));
@@ -150,6 +151,7 @@ fn design(
         tracked: tracked?,
         measured: measured?,
         control_weight: control.weight?,
+        relative_weights: control.relative,
         disturbance: control.disturbance?,
         sea: sea?,
         lags: control.lags?,
@@ -209,15 +211,17 @@ fn working_sea(table: &Table<'_>, speeds: Option<(f64, f64)>) -> Option<WorkingS
 /// The section `[control]`.
 struct Control {
     weight: Option<RisingWeight>,
+    relative: Vec<RelativeWeight>,
     disturbance: Option<f64>,
     lags: Option<bool>,
 }
 
 impl Control {
-    fn of(table: &Table<'_>) -> Self {
-        table.allow_only(&["weight", "rise", "corner", "disturbance", "lags"]);
+    fn of(document: &Document<'_>, table: &Table<'_>) -> Self {
+        table.allow_only(&["weight", "rise", "corner", "disturbance", "lags", "actuators"]);
         Self {
             weight: rising(table, "weight", CONTROL_WEIGHT, 1.0),
+            relative: relative_weight::read(document, table),
             disturbance: within(table, "disturbance", DISTURBANCE),
             lags: table.or("lags", false, Table::truth),
         }
