@@ -175,10 +175,11 @@ fn no_controller(
         let names: Vec<String> =
             actuators.iter().enumerate().map(|(j, a)| format!("u{} is {}", j + 1, a.name)).collect();
         remarks.push(format!(
-            "{}; their weight is 'control.weight' of {}, {}",
+            "{}; their weight is 'control.weight' of {}, {}{}",
             names.join(", "),
             file.file,
-            file.control_weight.low
+            file.control_weight.low,
+            if file.relative_weights.is_empty() { "" } else { ", times those of 'control.actuators'" }
         ));
     }
     if file.rate.is_some() && unexplained {

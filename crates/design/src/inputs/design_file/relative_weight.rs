@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 const TABLE: &str = "control.actuators";
 
-/// A hundred times more or less than the others: beyond that an actuator is better left out of the vehicle file.
+/// The factors that are allowed.
 const FACTORS: RangeInclusive<f64> = 0.01..=100.0;
 const ALLOWED: &str = "from 0.01 to 100, relative to 'control.weight'";
 
