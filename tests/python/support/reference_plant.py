@@ -205,10 +205,10 @@ def _hull(c, u, w, q):
     friction = 0.075 / (math.log10(reynolds) - 2.0) ** 2
     area = friction * c["form_factor"] * c["wetted_area"] + c["drag_area"]
     surge = c["X_u"] * u + (c["X_uu"] - 0.5 * c["density"] * area) * u * abs(u)
-    heave = (
-        c["Z_uw"] * u * w + c["Z_uq"] * u * q + c["Z_w"] * w + c["Z_ww"] * w * abs(w) + c["Z_qq"] * q * abs(q)
-    )
-    pitch = c["M_uw"] * u * w + c["M_uq"] * u * q + c["M_uu"] * u * abs(u)
+    flow = abs(u)
+    heave = c["Z_uw"] * flow * w + c["Z_uq"] * flow * q + c["Z_w"] * w + c["Z_ww"] * w * abs(w)
+    heave += c["Z_qq"] * q * abs(q)
+    pitch = c["M_uw"] * flow * w + c["M_uq"] * flow * q + c["M_uu"] * u * flow
     heave += c["Z_q"] * q
     pitch += c["M_q"] * q + c["M_qq"] * q * abs(q) + c["M_ww"] * w * abs(w) + c["M_w"] * w
     return np.array([surge, heave, pitch])

@@ -113,20 +113,22 @@ impl<D: Scalar> Coefficients<D> {
         [excess * across, -(righting * across), trimming * across]
     }
 
-    /// Lift and its moment: `Z_uw u w + Z_uq u q` and `M_uw u w + M_uq u q + M_uu u|u|`.
+    /// Lift and its moment: `Z_uw |u| w + Z_uq |u| q` and `M_uw |u| w + M_uq |u| q + M_uu u|u|`. It resists ahead and
+    /// astern: a fin that is turned to the flow is pushed back by it, whichever edge leads.
     fn lift(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, w, q, .. } = *motion;
-        let force = u * w * c.Z_uw + u * q * c.Z_uq;
-        let moment = u * w * c.M_uw + u * q * c.M_uq + u * u.abs() * c.M_uu;
+        let flow = u.abs();
+        let force = flow * w * c.Z_uw + flow * q * c.Z_uq;
+        let moment = flow * w * c.M_uw + flow * q * c.M_uq + u * flow * c.M_uu;
         [D::from(0.0), force, moment]
     }
 
-    /// `Y_uv u v + Y_up u p + Y_ur u r`, and the same with K and N.
+    /// `Y_uv |u| v + Y_up |u| p + Y_ur |u| r`, and the same with K and N.
     fn lateral_lift(&self, motion: &Motion<D>) -> [D; 3] {
         let c = self;
         let Motion { u, v, p, r, .. } = *motion;
-        let of = |by_v: D, by_p: D, by_r: D| u * (v * by_v + p * by_p + r * by_r);
+        let of = |by_v: D, by_p: D, by_r: D| u.abs() * (v * by_v + p * by_p + r * by_r);
         [of(c.Y_uv, c.Y_up, c.Y_ur), of(c.K_uv, c.K_up, c.K_ur), of(c.N_uv, c.N_up, c.N_ur)]
     }
 
@@ -180,5 +182,54 @@ impl<D: Scalar> Coefficients<D> {
         let line = reynolds.log10() - 2.0;
         let friction = (line * line).recip() * (c.form_factor * 0.075 * c.wetted_area);
         u * u.abs() * ((friction + c.drag_area) * (c.density * -0.5) + c.X_uu)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle::Vehicle;
+    use proptest::prelude::*;
+    use std::path::Path;
+
+    const VEHICLES: [&str; 6] = ["squid", "remus100", "lauv", "tethys", "sparus2", "bluerov2_heavy"];
+
+    /// The coefficients of the shipped vehicles, without the moment of the flow on a hull that is not turned to it:
+    /// thrust does its work.
+    fn shipped() -> Vec<Coefficients> {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
+        let read = |name: &str| {
+            let text = std::fs::read_to_string(directory.join(name).join("vehicle.toml")).unwrap();
+            Coefficients { M_uu: 0.0, ..Vehicle::parse(&text, name).unwrap().coefficients }
+        };
+        VEHICLES.map(read).into()
+    }
+
+    /// The power of each force and moment, and the sum of their sizes.
+    fn power(motion: &Motion, [x, z, m]: [f64; 3], [y, k, n]: [f64; 3]) -> (f64, f64) {
+        let Motion { u, v, w, p, q, r, .. } = *motion;
+        let all = [x * u, z * w, m * q, y * v, k * p, n * r];
+        (all.iter().sum(), all.iter().map(|one| one.abs()).sum())
+    }
+
+    proptest! {
+        /// Ahead, astern and across, the water takes energy from the hull, and inertia neither gives nor takes any.
+        #[test]
+        fn the_water_resists(
+            [u, v, w] in prop::array::uniform3(-3.0..3.0f64),
+            [p, q, r] in prop::array::uniform3(-3.0..3.0f64),
+        ) {
+            let motion = Motion { u, v, w, p, q, r, phi: 0.0, theta: 0.0 };
+            for c in shipped() {
+                let parts = [c.lift(&motion), c.damping(&motion), c.cross_flow(&motion), [c.axial_drag(u), 0.0, 0.0]];
+                let across =
+                    [c.lateral_lift(&motion), c.lateral_damping(&motion), c.lateral_cross_flow(&motion)];
+                let sum = |all: &[[f64; 3]]| all.iter().copied().fold([0.0; 3], add);
+                let (found, size) = power(&motion, sum(&parts), sum(&across));
+                prop_assert!(found <= 1e-12 * size, "{found} W");
+                let (found, size) = power(&motion, c.coriolis(&motion), c.lateral_coriolis(&motion));
+                prop_assert!(found.abs() <= 1e-12 * size, "{found} W");
+            }
+        }
     }
 }
