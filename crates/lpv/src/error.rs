@@ -93,6 +93,18 @@ pub enum SynthesisError {
          range of the parameters, measure what they drive, or bound their rate"
     )]
     NotQuadraticallyDetectable,
+    /// The H2 norm of a loop with a direct path from w to z is infinite.
+    #[error("D11 has an entry of {largest:.4e}; it must be zero for a finite H2 norm: filter z, w or both")]
+    H2DirectPath {
+        /// The largest magnitude of an entry.
+        largest: f64,
+    },
+    /// D12 has no full column rank or D21 no full row rank.
+    #[error(
+        "a combination of the controls has no weight in z, or one of the measurements no noise in w; the H2-optimal \
+         controller needs D12 of full column rank and D21 of full row rank"
+    )]
+    Singular,
     /// The solver proved that no gamma is feasible.
     #[error("the matrix inequalities of '{stage}' have no solution (the solver has a certificate of this)")]
     Infeasible { stage: &'static str },

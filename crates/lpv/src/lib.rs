@@ -15,6 +15,7 @@
 //! - [`system`]: LFTs, state space, the partition of plant, controller and loop, the tracking problem;
 //! - [`lmi`]: linear matrix inequalities as expressions, and the solvers behind them;
 //! - [`synthesis`]: from a generalised plant to a controller and a bound;
+//! - [`mixed_sensitivity`], [`h2`]: the plant of a mixed-sensitivity design; H2-optimal controllers;
 //! - [`structured`]: controllers of fixed structure, whose gains are tuned;
 //! - [`analysis`]: bounds on the gain of a closed loop;
 //! - [`bounded_rate`]: designs for a parameter whose rate is bounded;
@@ -71,6 +72,7 @@ pub mod bounded_rate;
 pub mod error;
 pub mod lmi;
 pub mod matrix;
+pub mod mixed_sensitivity;
 pub mod mu;
 pub(crate) mod riccati;
 pub mod robust;
@@ -80,6 +82,7 @@ pub mod synthesis;
 pub mod system;
 
 pub use analysis::{ladder, rate};
+pub use riccati::h2;
 pub use robust::bound as robust_bound;
 pub use synthesis::{direct_path, reduce, regularise, regularity};
 pub use system::{

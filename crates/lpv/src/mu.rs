@@ -12,7 +12,8 @@
 //! - [`upper`]: the bound by D-G scalings, with the scalings that prove it;
 //! - [`lower`], [`margin`]: destabilising perturbations;
 //! - [`over_frequency`], [`sweep`], [`interval`]: bounds for all frequencies;
-//! - [`worst_case`]: the largest gain at a given size of the perturbation.
+//! - [`worst_case`]: the largest gain at a given size of the perturbation;
+//! - [`mod@synthesis`]: controllers by D-K iteration.
 
 mod components;
 mod coordinates;
@@ -24,6 +25,7 @@ mod peaks;
 mod perturbable;
 pub mod structure;
 pub mod sweep;
+pub mod synthesis;
 pub mod upper;
 mod wide;
 pub mod worst_case;

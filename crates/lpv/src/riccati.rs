@@ -5,6 +5,7 @@
 //! equations  the two Riccati equations at a gain, and the central controller
 //! least      the bracket of the least gain
 //! bound      the gain of a closed loop, with the matrix that proves it
+//! h2         the H2-optimal controller
 //! ```
 //!
 //! The results do not depend on the coordinates of the states or on units, unlike matrix inequalities in floating
@@ -12,5 +13,6 @@
 
 pub(crate) mod bound;
 pub(crate) mod equations;
+pub mod h2;
 pub(crate) mod least;
 pub(crate) mod wide;

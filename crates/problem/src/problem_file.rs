@@ -198,6 +198,12 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
         return Err(source.wrong("C1", no_performance("rows", "no output z")));
     }
     let plant = GeneralisedPlant::new(blocks, &parts).map_err(|shape| source.wrong("", shape))?;
+    if with_control && plant.parts.join(&[Z], PLANT.1).amax() == 0.0 {
+        return Err(source.wrong("C1", NOTHING_IN_Z));
+    }
+    if with_control && plant.parts.join(PLANT.0, &[W]).amax() == 0.0 {
+        return Err(source.wrong("B1", NOTHING_FROM_W));
+    }
     let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
     let rate = rate(source, data, &plant, &d22)?;
     let limits = data.limits.as_ref().map(|given| limits(source, given, &plant, &d22)).transpose()?;
@@ -213,6 +219,12 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
         Discrete::new(plant, d22, sample_time).ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))?;
     Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
 }
+
+const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero whatever is done, and the least gamma is 0 \
+    for every controller that stabilises; give z the signals that should be small";
+
+const NOTHING_FROM_W: &str = "and all other matrices of w are zero: the disturbance w reaches nothing, and the least \
+    gamma is 0 for every controller that stabilises; give w what disturbs the plant or its measurements";
 
 /// The repetitions of the parameters.
 fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {

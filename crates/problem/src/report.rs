@@ -109,6 +109,9 @@ pub struct Report {
 const NO_LEAST: &str = "the computed least gamma is zero up to rounding: the smaller the bound, the larger the \
     gains, and no controller attains the infimum; give every control a weight and every measurement noise";
 
+/// The part of a proved lower bound by which rounding may put the gamma of a search below it.
+const ROUNDING: f64 = 1e-4;
+
 /// Factor on the requested back-off below which there is no remark.
 const TOLERANCE: f64 = 1.001;
 
@@ -132,8 +135,10 @@ impl Report {
         self.certificate = Some(certificate);
     }
 
-    /// Removes gamma after a numerical failure, and adds a remark if it is not shown to be the least.
+    /// Removes gamma after a numerical failure or where the proved lower bound contradicts it, and adds a remark if it is
+    /// not shown to be the least.
     pub fn doubt_gamma(&mut self) {
+        self.respect_lower_bound();
         if self.status == Status::NumericalFailure {
             (self.gamma, self.gamma_symmetric, self.gamma_design, self.least) = (None, None, None, false);
         }
@@ -145,6 +150,24 @@ impl Report {
             "a controller with a gain below {} was found; a better one may exist{lower}",
             at_most(Some(bound))
         ));
+    }
+
+    /// Makes gamma agree with its proved lower bound: raises one that is below it by rounding, and removes one that is
+    /// further below.
+    fn respect_lower_bound(&mut self) {
+        let Some(lower) = self.gamma_lower else { return };
+        let raised = |gamma: f64| (gamma >= (1.0 - ROUNDING) * lower).then_some(gamma.max(lower));
+        let found = self.gamma;
+        self.gamma = found.and_then(raised);
+        self.gamma_symmetric = self.gamma_symmetric.and_then(raised);
+        if let (Some(found), None) = (found, self.gamma) {
+            self.least = false;
+            self.remarks.push(format!(
+                "the search ended at a gamma of {found:.6}, which the proved lower bound {} contradicts: rounding \
+                 misled it, and the least gamma is not known",
+                at_least(lower)
+            ));
+        }
     }
 
     /// Computes the back-off, and adds a remark if it is larger than requested.

@@ -76,7 +76,7 @@ pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
     match problem.rate {
         Some(rate) => {
             let slow = SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) };
-            at_bounded_rate(problem, slow, &mut report);
+            at_bounded_rate(problem, slow, options, &mut report);
         }
         None => at_any_rate(problem, options, reduce, &mut report),
     }
@@ -119,11 +119,19 @@ fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut R
     report.doubt_gamma();
 }
 
-/// Designs and proves for a parameter with a bounded rate.
-fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report) {
-    let found = match lpv::bounded_rate::synthesise(&problem.plant, options) {
+/// Designs and proves for a parameter with a bounded rate; where that search fails, for any rate.
+fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, report: &mut Report) {
+    let found = match lpv::bounded_rate::synthesise(&problem.plant, slow) {
         Ok(found) => found,
         Err(error) => {
+            if let (SynthesisError::Numerical { .. }, Ok(design)) = (&error, design(problem, options, false))
+            {
+                feasible(problem, &design, report);
+                report.gamma_lower = None;
+                report.least = false;
+                report.remarks.push(format!("{FOR_ANY_RATE}: {error}"));
+                return;
+            }
             // Otherwise Lyapunov matrices of a higher order may exist.
             let none = matches!(
                 error,
@@ -155,6 +163,9 @@ fn at_bounded_rate(problem: &Problem, options: SlowOptions, report: &mut Report)
     }
     prove(problem, &found.controller, &fast, certificate, report);
 }
+
+const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at any rate, whose bound holds at this rate, \
+    too; the search at this rate failed";
 
 const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
 

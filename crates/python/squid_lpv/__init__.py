@@ -6,13 +6,20 @@ from squid_lpv.certificates import Certificate, Theorem
 from squid_lpv.errors import InfeasibleError, InputError, NumericalError, SquidError
 from squid_lpv.mat import loadmat, savemat
 from squid_lpv.synthesis import (
+    H2Synthesis,
     HinfSynthesis,
     LpvController,
     LpvSynthesis,
+    MixSynthesis,
+    MuSynthesis,
     Proved,
+    augw,
+    h2syn,
     hinfsyn,
     hinfsyn_proved,
     lpvsyn,
+    mixsyn,
+    musyn,
 )
 from squid_lpv.systems import StateSpace
 from squid_lpv.vehicles import Design, Flight, Linearisation, Trim, Vehicle
@@ -21,6 +28,7 @@ __all__ = [
     "Certificate",
     "Design",
     "Flight",
+    "H2Synthesis",
     "HinfSynthesis",
     "InfeasibleError",
     "InputError",
@@ -28,7 +36,9 @@ __all__ = [
     "LpvController",
     "LpvGain",
     "LpvSynthesis",
+    "MixSynthesis",
     "Mu",
+    "MuSynthesis",
     "NumericalError",
     "Performance",
     "Proved",
@@ -38,12 +48,16 @@ __all__ = [
     "Trim",
     "Vehicle",
     "__version__",
+    "augw",
+    "h2syn",
     "hinfnorm",
     "hinfsyn",
     "hinfsyn_proved",
     "loadmat",
     "lpvgain",
     "lpvsyn",
+    "mixsyn",
     "mu",
+    "musyn",
     "savemat",
 ]

@@ -5,6 +5,7 @@ __version__: str
 
 _Progress = Callable[[str, str, str], Any]
 _Rows = list[list[float]]
+_System = tuple[_Rows, _Rows, _Rows, _Rows, int]
 
 def synth(
     problem: str,
@@ -19,6 +20,13 @@ def mu(problem: str) -> str: ...
 def hinfnorm(
     a: _Rows, b: _Rows, c: _Rows, d: _Rows, inputs: int, sample_time: float | None
 ) -> tuple[float, float]: ...
+def augw(
+    g: _System, w1: _System | None, w2: _System | None, w3: _System | None
+) -> tuple[_Rows, _Rows, _Rows, _Rows]: ...
+def h2syn(problem: str) -> tuple[_Rows, _Rows, _Rows, _Rows, float]: ...
+def musyn(
+    problem: str, blocks: list[tuple[int, int]], iterations: int, order: int, progress: _Progress | None
+) -> tuple[_Rows, _Rows, _Rows, _Rows, float, list[float]]: ...
 def prove(certificate: str) -> str: ...
 
 class Vehicle:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -103,6 +103,22 @@ def hinfsyn_proved(
 
     """
     plant = systems.of(P)
+    _check_sizes(plant, nmeas, ncon)
+    data = partition(plant, nmeas, ncon)
+    if plant.dt:
+        data["dt"] = plant.sample_time
+    report, rows, certificate = solve(data, back_off, gamma_limit, fastest_mode, reduce, progress)
+    matrices = lpv_controller(rows).matrices
+    k = StateSpace(*(matrices[key] for key in ("A", "By", "Cu", "Duy")), plant.dt)
+    loop = systems.lower_lft(plant, k)
+    d12, d21 = (np.array(data[key]) for key in ("D12", "D21"))
+    rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
+    found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
+    return Proved(found, report["gamma"], report["least"], report["remarks"], certificate)
+
+
+def _check_sizes(plant: StateSpace, nmeas: int, ncon: int) -> None:
+    """Raise InputError unless P has errors and disturbances besides its measurements and controls."""
     outputs, inputs = plant.D.shape
     for name, count, most, of, needs in (
         ("nmeas", nmeas, outputs, "outputs", "errors z and measurements y"),
@@ -114,17 +130,173 @@ def hinfsyn_proved(
             raise InputError(
                 f"{name} is {count}; it must be a whole number from 1 to {most - 1}, since P has {most} {of}"
             )
+
+
+def augw(g: Any, w1: Any = None, w2: Any = None, w3: Any = None) -> Any:
+    """Return the weighted plant of a mixed-sensitivity design, as python-control's `augw`.
+
+    Args:
+        g: the plant from u to y, anything with A, B, C, D.
+        w1: the weight of the error `e = w - y`; a weight with one input and output stands for all signals.
+        w2: the weight of the control u.
+        w3: the weight of the output y. At least one weight is given.
+
+    Returns:
+        P from `[w; u]` to `[w1 e; w2 u; w3 y; e]`, with e as the measurement.
+
+    """
+    plant = systems.of(g, "g")
+    if w1 is None and w2 is None and w3 is None:
+        raise InputError("w1, w2 and w3 are all None; at least one signal needs a weight")
+    given = [None if w is None else _weight(w, f"w{i}", plant.dt) for i, w in enumerate((w1, w2, w3), 1)]
+    if any(weight is not None and weight.dt != plant.dt for weight in given):
+        raise InputError("g and its weights have different sample times")
+    parts = _core.augw(_rows(plant), *(None if weight is None else _rows(weight) for weight in given))
+    a, b, c, d = (np.array(part, dtype=float) for part in parts)
+    n = len(a)
+    return systems.given_back(
+        StateSpace(a.reshape(n, n), b.reshape(n, d.shape[1]), c.reshape(len(d), n), d, plant.dt)
+    )
+
+
+def mixsyn(g: Any, w1: Any = None, w2: Any = None, w3: Any = None, **options: Any) -> MixSynthesis:
+    """Return the controller for the least gain of `[w1 S; w2 K S; w3 T]`: `K, CL, info`, as python-control's `mixsyn`.
+
+    Args:
+        g: as in `augw`.
+        w1: as in `augw`.
+        w2: as in `augw`.
+        w3: as in `augw`.
+        options: those of `hinfsyn_proved`.
+
+    Returns:
+        K, the controller `u = K e`; CL, the loop from w to z; info, the gain that is proved and the conditions of
+        `hinfsyn`.
+
+    """
+    plant = systems.of(g, "g")
+    outputs, inputs = plant.D.shape
+    found = hinfsyn(augw(g, w1, w2, w3), outputs, inputs, **options)
+    return MixSynthesis(found.K, found.CL, (found.gam, found.rcond))
+
+
+class MixSynthesis(NamedTuple):
+    """What `mixsyn` returns; it unpacks as `K, CL, info`."""
+
+    K: Any
+    CL: Any
+    info: tuple[float, list[float]]
+
+
+class H2Synthesis(NamedTuple):
+    """What `h2syn` returns; it unpacks as `K, CL, gam`, as MATLAB's."""
+
+    K: Any
+    CL: Any
+    gam: float
+
+
+def h2syn(P: Any, nmeas: int, ncon: int) -> H2Synthesis:
+    """Return the H2-optimal controller of a plant in continuous time: `K, CL, gam`.
+
+    Args:
+        P: as in `hinfsyn`; D11 is zero, D12 has full column rank, D21 full row rank.
+        nmeas: as in `hinfsyn`.
+        ncon: as in `hinfsyn`.
+
+    Returns:
+        K, the controller `u = K y`; CL, the loop from w to z; gam, its H2 norm, computed, not proved.
+
+    Raises:
+        InfeasibleError: there is no controller that stabilises.
+        NumericalError: D11, D12, D21 or a zero on the imaginary axis are in the way; the message says which.
+        InputError: the problem is wrong.
+
+    """
+    plant = systems.of(P)
+    _check_sizes(plant, nmeas, ncon)
     data = partition(plant, nmeas, ncon)
     if plant.dt:
         data["dt"] = plant.sample_time
-    report, rows, certificate = solve(data, back_off, gamma_limit, fastest_mode, reduce, progress)
-    matrices = lpv_controller(rows).matrices
-    k = StateSpace(*(matrices[key] for key in ("A", "By", "Cu", "Duy")), plant.dt)
-    loop = systems.lower_lft(plant, k)
-    d12, d21 = plant.D[: outputs - nmeas, inputs - ncon :], plant.D[outputs - nmeas :, : inputs - ncon]
-    rcond = [_condition(d12), _condition(d21), float("nan"), float("nan")]
-    found = HinfSynthesis(systems.given_back(k), systems.given_back(loop), report["certified_gamma"], rcond)
-    return Proved(found, report["gamma"], report["least"], report["remarks"], certificate)
+    *parts, norm = _core.h2syn(json.dumps({"data": data}))
+    k = _controller(parts, ncon, nmeas, plant.dt)
+    return H2Synthesis(systems.given_back(k), systems.given_back(systems.lower_lft(plant, k)), norm)
+
+
+class MuSynthesis(NamedTuple):
+    """What `musyn` returns; it unpacks as `K, CL, mu, history`."""
+
+    K: Any
+    CL: Any
+    mu: float
+    history: list[float]
+
+
+def musyn(
+    P: Any,
+    nmeas: int,
+    ncon: int,
+    blocks: Sequence[Sequence[int]],
+    *,
+    iterations: int = 6,
+    order: int = 3,
+    progress: Progress | None = None,
+) -> MuSynthesis:
+    """Return a controller with a small structured singular value, by D-K iteration; the optimum is a local one.
+
+    Args:
+        P: as in `hinfsyn`; its first inputs w and outputs z are joined by the perturbation.
+        nmeas: as in `hinfsyn`.
+        ncon: as in `hinfsyn`.
+        blocks: rows in MATLAB's notation, see `mu`; a requirement on the gain from some w to some z is a full block.
+        iterations: the largest number of controllers.
+        order: the largest order of each scaling, which the order of the controller grows with.
+        progress: called back.
+
+    Returns:
+        K, the controller `u = K y`; CL, the loop from w to z; mu, the upper bound of its structured singular value at
+        every frequency, in floating point; history, that bound for the controller of each iteration.
+
+    Raises:
+        InfeasibleError: there is no controller that stabilises.
+        NumericalError: nothing is known.
+        InputError: the problem is wrong.
+
+    """
+    plant = systems.of(P)
+    _check_sizes(plant, nmeas, ncon)
+    if iterations < 1 or not 0 <= order <= 10:
+        raise InputError(
+            f"iterations is {iterations} and order {order}; they must be at least 1, and from 0 to 10"
+        )
+    data = partition(plant, nmeas, ncon)
+    if plant.dt:
+        data["dt"] = plant.sample_time
+    rows = [(int(p), int(q)) for p, q in np.atleast_2d(np.asarray(blocks)).tolist()]
+    *parts, bound, history = _core.musyn(json.dumps({"data": data}), rows, iterations, order, progress)
+    k = _controller(parts, ncon, nmeas, plant.dt)
+    return MuSynthesis(systems.given_back(k), systems.given_back(systems.lower_lft(plant, k)), bound, history)
+
+
+def _weight(weight: Any, name: str, dt: float | bool) -> StateSpace:
+    """Return a weight that is a number, a matrix or a system, as a system."""
+    if isinstance(weight, int | float | np.ndarray):
+        d = systems.matrix(name, weight)
+        return StateSpace(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((len(d), 0)), d, dt)
+    return systems.of(weight, name)
+
+
+def _rows(system: StateSpace) -> tuple[Any, Any, Any, Any, int]:
+    return *(getattr(system, part).tolist() for part in "ABCD"), system.D.shape[1]
+
+
+def _controller(parts: Sequence[Any], outputs: int, inputs: int, dt: float | bool) -> StateSpace:
+    """Return a controller from its rows."""
+    n = len(parts[0])
+    shapes = ((n, n), (n, inputs), (outputs, n), (outputs, inputs))
+    return StateSpace(
+        *(np.array(p, dtype=float).reshape(shape) for p, shape in zip(parts, shapes, strict=True)), dt
+    )
 
 
 def partition(plant: StateSpace, nmeas: int, ncon: int) -> dict[str, Any]:

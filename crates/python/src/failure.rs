@@ -25,7 +25,8 @@ pub fn of_design(error: &DesignError) -> PyErr {
     }
 }
 
-fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
+/// The exception of a synthesis without a controller.
+pub fn of_synthesis(reason: &SynthesisError, words: String) -> PyErr {
     if reason.is_infeasible() { InfeasibleError::new_err(words) } else { NumericalError::new_err(words) }
 }
 

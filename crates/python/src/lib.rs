@@ -5,6 +5,7 @@
 mod failure;
 mod job;
 mod plants;
+mod syntheses;
 mod vehicles;
 
 use pyo3::pymodule;
@@ -14,6 +15,8 @@ use pyo3::pymodule;
 mod core {
     #[pymodule_export]
     use crate::plants::{gain, hinfnorm, mu, prove, synth};
+    #[pymodule_export]
+    use crate::syntheses::{augw, h2syn, musyn};
     #[pymodule_export]
     use crate::vehicles::Vehicle;
     use pyo3::types::{PyModule, PyModuleMethods};

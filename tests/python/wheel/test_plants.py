@@ -300,3 +300,51 @@ def test_a_forged_certificate(sq: ModuleType) -> None:
         sq.Certificate(json.dumps(held)).verify()
     with pytest.raises(sq.InputError):
         sq.Certificate("nonsense").verify()
+
+
+def test_mixed_sensitivity(sq: ModuleType) -> None:
+    """The weighted plant is python-control's, and the controller is that of `hinfsyn` for it."""
+    import control
+
+    g = control.ss(
+        [[-1.0, 2.0], [0.0, -3.0]], [[1.0, 0.0], [0.5, 2.0]], [[1.0, 1.0], [0.0, 1.0]], np.zeros((2, 2))
+    )
+    w1, w2, w3 = (
+        control.ss([[-0.01]], [[1.0]], [[0.4]], [[0.5]]),
+        0.3,
+        control.ss([[-9.0]], [[3.0]], [[2.0]], [[0.1]]),
+    )
+    P = sq.augw(g, w1, w2, w3)
+    peer = control.augw(g, w1, control.ss([], [], [], [[w2]]), w3)
+    for omega in (0.01, 0.7, 20.0):
+        assert P(1j * omega) == pytest.approx(peer(1j * omega), rel=1e-12, abs=1e-12)
+    K, CL, (gam, rcond) = sq.mixsyn(g, w1, w2, w3)
+    assert gam == sq.hinfsyn(P, 2, 2).gam and len(rcond) == 4
+    assert sq.hinfnorm(CL)[0] <= gam * (1.0 + TOLERANCE)
+    assert K.D.shape == (2, 2)
+    with pytest.raises(sq.InputError, match="W1"):
+        sq.augw(g, control.ss([], [], [], np.eye(3)))
+
+
+def test_h2(sq: ModuleType) -> None:
+    """The plant 1/(s - 1) with unit weights and noises: X = Y = 1 + sqrt(2) solve 2 x - x^2 + 1 = 0, F = L = -X."""
+    P = sq.StateSpace(*map(np.array, ([[1.0]], [[1.0, 0.0, 1.0]], [[1.0], [0.0], [1.0]],
+                                      [[0, 0, 0], [0, 0, 1], [0, 1, 0]])))  # fmt: skip
+    K, CL, gam = sq.h2syn(P, 1, 1)
+    root = 1.0 + np.sqrt(2.0)
+    assert K(0.3j)[0, 0] == pytest.approx(-(root**2) / (0.3j - 1.0 + 2.0 * root), rel=1e-9)
+    assert gam == pytest.approx(np.sqrt(root + root**3), rel=1e-9) and len(CL.A) == 2
+    P.D[0, 0] = 0.1
+    with pytest.raises(sq.NumericalError, match="D11"):
+        sq.h2syn(P, 1, 1)
+
+
+def test_mu_synthesis(sq: ModuleType) -> None:
+    """The bound is that of `mu` for the loop, and scalings lower it; blocks that do not fit are refused."""
+    P, nmeas, ncon = spring(sq)
+    blocks = [[1, 0], [1, 0]]
+    _, CL, bound, history = sq.musyn(P, nmeas, ncon, blocks)
+    assert bound == min(history) and bound <= sq.hinfsyn(P, nmeas, ncon, back_off=0.01).gam
+    assert sq.mu(CL, blocks).upper == pytest.approx(bound, rel=1e-3)
+    with pytest.raises(sq.InputError, match="blocks have 1 rows"):
+        sq.musyn(P, nmeas, ncon, [[1, 0]])

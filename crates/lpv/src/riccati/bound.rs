@@ -62,6 +62,12 @@ impl WideLoop {
         Some(four(&left, &(b * r * b.transpose()), &-lower, &-left.transpose()))
     }
 
+    /// The H2 norm `sqrt(trace(C P C'))`, `A P + P A' + B B' = 0`, of a loop without a direct term.
+    pub(crate) fn h2_norm(&self) -> Option<f64> {
+        let p = gramian(&self.a, &(&self.b * self.b.transpose()))?;
+        Some((&self.c * p * self.c.transpose()).trace().0.max(0.0).sqrt())
+    }
+
     fn is_below(&self, gain: f64) -> bool {
         self.hamiltonian(gain, 0.0, &[]).is_some_and(|h| stabilising(&h).is_some())
     }

@@ -17,8 +17,8 @@
 
 use crate::matrix::Mat;
 use crate::riccati::wide::{
-    Quad, Wide, cholesky, concatenated, four, inverse, is_stable, least_squares, narrow, scalar, sign, solve,
-    stacked, symmetric, wide,
+    Quad, Wide, cholesky, concatenated, four, inverse, is_stable, least_squares, narrow, scalar,
+    sign_of_hamiltonian, solve, stacked, symmetric, wide,
 };
 use crate::system::{Controller, GeneralisedPlant};
 
@@ -171,7 +171,7 @@ pub(crate) fn stabilising(h: &Wide) -> Option<Wide> {
     if n == 0 {
         return Some(Wide::zeros(0, 0));
     }
-    let s = sign(h)?;
+    let s = sign_of_hamiltonian(h)?;
     if s.trace().0.abs() > 0.5 || !commutes(&s, h) {
         return None;
     }

@@ -162,7 +162,22 @@ pub(crate) fn least_squares(u: &Wide, v: &Wide) -> Option<Wide> {
 /// Byers, "Solving the algebraic Riccati equation with the matrix sign function", Linear Algebra and its Applications
 /// 85, 1987.
 pub(crate) fn sign(a: &Wide) -> Option<Wide> {
-    iterate(a, |_, _, _| {})
+    iterate(a, |s| s, |_, _, _| {})
+}
+
+/// The sign function of a Hamiltonian matrix `[A G; Q -A']`, G and Q symmetric. Each step is rounded to a Hamiltonian
+/// matrix: an eigenvalue on the imaginary axis then stays on it, where rounding would take it off after a hundred steps
+/// and the iteration would end.
+pub(crate) fn sign_of_hamiltonian(h: &Wide) -> Option<Wide> {
+    iterate(h, |s| hamiltonian(&s), |_, _, _| {})
+}
+
+/// The nearest Hamiltonian matrix.
+fn hamiltonian(s: &Wide) -> Wide {
+    let n = s.nrows() / 2;
+    let part = |i: usize, j: usize| s.view((i * n, j * n), (n, n)).into_owned();
+    let a = (part(0, 0) - part(1, 1).transpose()) * Quad::from_f64(0.5);
+    four(&a, &symmetric(&part(0, 1)), &symmetric(&part(1, 0)), &-a.transpose())
 }
 
 /// P of `A P + P A' + Q = 0` for a stable A: along with the sign iteration, `Q <- (c Q + S^-1 Q S'^-1/c)/2` converges
@@ -171,12 +186,19 @@ pub(crate) fn sign(a: &Wide) -> Option<Wide> {
 pub(crate) fn gramian(a: &Wide, q: &Wide) -> Option<Wide> {
     let half = Quad::from_f64(0.5);
     let mut q = q.clone();
-    let s = iterate(a, |inverse, up, down| q = (&q * up + inverse * &q * inverse.transpose() * down) * half)?;
+    let each = |inverse: &Wide, up: Quad, down: Quad| {
+        q = (&q * up + inverse * &q * inverse.transpose() * down) * half;
+    };
+    let s = iterate(a, |s| s, each)?;
     ((s.trace().0 + a.nrows() as f64).abs() < 0.5).then(|| symmetric(&q) * half)
 }
 
-/// The sign iteration; `each` gets `S^-1`, c and 1/c of each step.
-fn iterate(a: &Wide, mut each: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> {
+/// The sign iteration; `rounded` puts S back into its structure, `each` gets `S^-1`, c and 1/c of each step.
+fn iterate(
+    a: &Wide,
+    rounded: impl Fn(Wide) -> Wide,
+    mut each: impl FnMut(&Wide, Quad, Quad),
+) -> Option<Wide> {
     let n = a.nrows();
     let half = Quad::from_f64(0.5);
     let mut s = a.clone();
@@ -189,7 +211,7 @@ fn iterate(a: &Wide, mut each: impl FnMut(&Wide, Quad, Quad)) -> Option<Wide> {
             if scaled { (-log_det / (n.max(1) as f64 * std::f64::consts::LN_2)).round() } else { 0.0 };
         let (up, down) = (Quad::from_f64(2f64.powf(power)), Quad::from_f64(2f64.powf(-power)));
         each(&inverse, up, down);
-        let next = (&s * up + inverse * down) * half;
+        let next = rounded((&s * up + inverse * down) * half);
         let change = change(&s, &next);
         if !change.is_finite() {
             return None;

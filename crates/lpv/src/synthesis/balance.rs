@@ -29,6 +29,11 @@ pub struct Coordinates {
     time_scale: f64,
 }
 
+/// The power of two nearest to a positive number, by its logarithm.
+pub(crate) fn power_of_two(v: f64) -> f64 {
+    v.log2().round().exp2()
+}
+
 impl Coordinates {
     /// The unchanged coordinates.
     pub fn identity(plant: &GeneralisedPlant) -> Self {
@@ -48,6 +53,25 @@ impl Coordinates {
     /// columns have equal norms.
     pub fn diagonal(plant: &GeneralisedPlant) -> Self {
         Self::with_time_scale(plant, median_time_scale(&plant.a()))
+    }
+
+    /// Diagonal coordinates with their factors rounded to powers of two, in which no number of the plant is rounded.
+    pub(crate) fn in_powers_of_two(&self) -> Self {
+        let diagonals = |m: &Mat| {
+            let rounded = m.diagonal().map(power_of_two);
+            (Mat::from_diagonal(&rounded), Mat::from_diagonal(&rounded.map(f64::recip)))
+        };
+        let (state, state_inverse) = diagonals(&self.state);
+        let (channel, channel_inverse) = diagonals(&self.channel);
+        Self {
+            state,
+            state_inverse,
+            channel,
+            channel_inverse,
+            measurement: self.measurement.iter().copied().map(power_of_two).collect(),
+            control: self.control.iter().copied().map(power_of_two).collect(),
+            time_scale: power_of_two(self.time_scale),
+        }
     }
 
     /// As [`Coordinates::diagonal`] with a given time scale, rad/s.

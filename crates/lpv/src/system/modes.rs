@@ -7,7 +7,7 @@ use crate::error::SynthesisError;
 use crate::matrix::{Mat, eigenvalues};
 use crate::riccati::equations::{is_stabilisable, unreached};
 use crate::riccati::wide::{is_stable, narrow};
-use crate::synthesis::balance::Coordinates;
+use crate::synthesis::balance::{Coordinates, power_of_two};
 use crate::system::GeneralisedPlant;
 use nalgebra::Complex;
 
@@ -16,7 +16,7 @@ use nalgebra::Complex;
 /// A stabilising feedback proves that there is none. A mode is reported only if it is unreachable for the given numbers
 /// to 32 digits: a mode that is unreachable only to the rounding of 16 digits is taken as reachable.
 pub fn unreachable_mode(a: &Mat, b: &Mat) -> Option<Complex<f64>> {
-    let size = |m: &Mat| if m.norm() > 0.0 { m.norm() } else { 1.0 };
+    let size = |m: &Mat| if m.norm() > 0.0 { power_of_two(m.norm()) } else { 1.0 };
     let b = b * (size(a) / size(b));
     if is_stabilisable(&(a / size(a)), &(&b / size(a))) {
         return None;
@@ -61,13 +61,14 @@ fn check_finite(plant: &GeneralisedPlant) -> Result<(), SynthesisError> {
     ))
 }
 
-/// A mode, in the user's unit of time, that is not stable and that the input matrix of a pair does not reach. (Rank is
-/// judged in balanced coordinates: in badly scaled ones everything looks unreachable.)
+/// A mode, in the user's unit of time, that is not stable and that the input matrix of a pair does not reach. Rank is
+/// judged in balanced coordinates, since in badly scaled ones everything looks unreachable; their factors are powers of
+/// two, so that it is that of the given numbers.
 fn lost_mode(
     plant: &GeneralisedPlant,
     pair: impl Fn(&GeneralisedPlant) -> (Mat, Mat),
 ) -> Result<Option<Complex<f64>>, SynthesisError> {
-    let coordinates = Coordinates::diagonal(plant);
+    let coordinates = Coordinates::diagonal(plant).in_powers_of_two();
     let balanced = coordinates.apply(plant);
     check_finite(&balanced)?;
     let (a, b) = pair(&balanced);

@@ -5,7 +5,7 @@ use lpv::error::SynthesisError;
 use lpv::matrix::Mat;
 use lpv::partition::Group::{self, T, U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
-use lpv::synthesis::{Options, is_least, synthesise};
+use lpv::synthesis::{Options, ScalingClass, is_least, least_gamma, synthesise};
 use nalgebra::dmatrix;
 use proptest::prelude::*;
 
@@ -107,6 +107,59 @@ fn only_what_is_out_of_reach_is_called_so() {
     let mut twins = plant(1.0);
     twins.parts.block_mut(X, X).fill(0.0);
     assert!(matches!(synthesise(&twins, Options::default()), Err(SynthesisError::NotStabilisable { .. })));
+}
+
+/// Two equal unstable oscillators with one input.
+#[test]
+fn equal_oscillators_with_one_input_cannot_be_stabilised() {
+    let oscillator = dmatrix![0.1, 1.0; -1.0, 0.1];
+    let blocks = [
+        (X, X, lpv::matrix::diagonal_blocks(&[&oscillator, &oscillator])),
+        (X, W, dmatrix![0.0, 0.0; 1.0, 0.0; 0.0, 0.0; 1.0, 0.0]),
+        (X, U, dmatrix![0.0; 1.0; 0.0; 1.0]),
+        (Z, X, dmatrix![1.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 0.0]),
+        (Z, U, dmatrix![0.0; 1.0]),
+        (Y, X, dmatrix![1.0, 0.0, 1.0, 0.0]),
+        (Y, W, dmatrix![0.0, 1.0]),
+    ];
+    let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
+    let error = synthesise(&plant, Options::default()).unwrap_err();
+    assert!(matches!(error, SynthesisError::NotStabilisable { .. }), "{error}");
+}
+
+/// With the gain below the least one, eigenvalues of the Hamiltonian matrix are on the imaginary axis, for a range of
+/// gains: the matrix sign function must not exist there. EB1 of COMPleib.
+#[test]
+fn no_gamma_below_the_least() {
+    let found = gamma(&common::plant(&common::case("compleib/compleib_EB1"))).unwrap();
+    assert!((found / 3.104077 - 1.0).abs() < 1e-3, "{found}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    /// The least gamma of dense plants is at least the lower bound of the matrix inequalities.
+    #[test]
+    fn the_least_gamma_is_that_of_the_inequalities(n in 4_usize..8, seed in 0_u32..10_000) {
+        let entry = |i: usize, j: usize| {
+            let v = ((i * 31 + j * 17) as f64 + f64::from(seed)).mul_add(12.9898, 0.618 * (i * j) as f64).sin() * 43758.5453;
+            2.0 * (v - v.floor()) - 1.0
+        };
+        let mat = |rows: usize, columns: usize, from: usize| Mat::from_fn(rows, columns, |i, j| entry(i + from, j));
+        let blocks = [
+            (X, X, mat(n, n, 0)),
+            (X, W, Mat::from_fn(n, 4, |i, j| if j < 2 { entry(i + 50, j) } else { 0.0 })),
+            (X, U, mat(n, 2, 90)),
+            (Z, X, Mat::from_fn(4, n, |i, j| if i < 2 { entry(i + 140, j) } else { 0.0 })),
+            (Z, U, Mat::from_fn(4, 2, |i, j| f64::from(i == j + 2))),
+            (Y, X, mat(2, n, 200)),
+            (Y, W, Mat::from_fn(2, 4, |i, j| f64::from(j == i + 2))),
+        ];
+        let plant = GeneralisedPlant::new(vec![], &blocks).unwrap();
+        let design = synthesise(&plant, Options::default()).unwrap();
+        let (_, least) = least_gamma(&plant, ScalingClass::Symmetric).unwrap();
+        prop_assert!(design.gamma_optimum >= 0.999 * least.lower, "{} {}", design.gamma_optimum, least.lower);
+    }
 }
 
 /// A dense plant of 30 states, about half of them unstable: the matrix inequalities took minutes.
