@@ -291,7 +291,10 @@ def test_a_controller_changed_under_a_fitting_guid(
         slave.ready()
     done = run_squid("verify", forged)
     assert done.returncode == 0, "the GUID is no signature"
-    assert "not verified without --vehicle: scales, trims, limits of the commands, what references" in done.stdout
+    assert (
+        "not verified without --vehicle: scales, trims, limits of the commands, what references"
+        in done.stdout
+    )
     done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
     assert done.returncode == 1 and f"`{key}` is" in done.stderr
     assert "but vehicle and design file give" in done.stderr
