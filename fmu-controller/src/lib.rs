@@ -14,7 +14,7 @@ mod variables;
 
 pub use axis::{Axis, ControllerError, RESOURCE};
 pub use controller::{Controller, of_axis, prefix};
-pub use variables::{healths, outputs};
+pub use variables::{healths, outputs, used_name};
 
 use fmi2::{DescribeError, Described, Resources};
 

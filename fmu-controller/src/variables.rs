@@ -152,7 +152,7 @@ pub fn healths() -> Enumeration {
         ("limited", "a command or a reference is limited"),
         ("speed_lost", "the speed is taken to be its filtered reference: its loop is open"),
         ("depth_lost", "the depth is taken to be its last reference: the vehicle flies level"),
-        ("failed", "pitch or pitch rate are lost: the commands go to the safe ones"),
+        ("failed", "a sensor of an angle, of its rate or of heave is lost: the commands go to the safe ones"),
     ];
     Enumeration::new("Status", "which sensors are believed, and whether anything is limited", &items)
 }
@@ -288,7 +288,7 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
     let used = design.references().enumerate().filter(|(place, _)| design.follows(*place));
     let used = used.map(|(place, (signal, reference))| {
         let one = Variable::real(
-            format!("{prefix}{}_used", reference.name),
+            used_name(prefix, signal.level, &reference.name),
             format!("{} as the controller uses it, within the envelope", reference.wanted),
             move |m| m.autopilot.references()[place],
             Role::output(),
@@ -313,6 +313,12 @@ fn monitors(design: &ControllerDesign, prefix: &str) -> Vec<Variable> {
         one.discrete().depends_on(&[]).initially_depends_on(&[speed])
     });
     scheduling.chain(used).chain(trims).collect()
+}
+
+/// The name of a reference as it is used; the speed's, which another axis has too, always begins with the prefix.
+pub fn used_name(prefix: &str, level: Level, reference: &str) -> String {
+    let prefix = if level != Level::Scheduled && reference.starts_with(prefix) { "" } else { prefix };
+    format!("{prefix}{reference}_used")
 }
 
 fn constants(prefix: &str) -> Vec<Variable> {

@@ -6,6 +6,7 @@
 
 use auv::{Actuator, Allowed, COEFFICIENTS, CoefficientSpec, Fidelity, Surge, place};
 use fmi2::model_description::Enumeration;
+use squid_sea::Spectrum;
 
 use crate::{PlantModel, Quantity, WAVES};
 
@@ -394,7 +395,8 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         return vec![];
     }
     let [height, period, gamma, heading, seed] = WAVES;
-    let of_height = "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none";
+    let of_height = "significant height of the waves, a long-crested sea of the JONSWAP spectrum; 0 for none; at most \
+                     what the longest peak period bears";
     let of_period =
         "peak period of the waves, 0.5 to 30 s, and long enough for the height: steeper waves break";
     let of_gamma = "peak enhancement of the spectrum: 1 for a fully developed sea (Pierson and Moskowitz), 3.3 on \
@@ -405,7 +407,7 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
         "where the waves go, from the way the vehicle faces: pi for a head sea, 0 for a following one"
     };
     vec![
-        parameter!(height, "m", of_height, waves.height).at_least(0.0).nominal(1.0),
+        parameter!(height, "m", of_height, waves.height).range(0.0, Spectrum::highest()).nominal(1.0),
         parameter!(period, "s", of_period, waves.period).range(0.5, 30.0).nominal(10.0),
         parameter!(gamma, "1", of_gamma, waves.gamma).range(1.0, 7.0).nominal(1.0),
         parameter!(heading, "rad", of_heading, waves.heading).nominal(1.0),
@@ -414,7 +416,8 @@ fn waves(model: &PlantModel) -> Vec<Variable> {
             "seed of the frequencies and phases of the waves, 0 or more: the same seed, the same waves",
             |m| m.settings.waves.seed,
             Role::parameter(|m, v| m.settings.waves.seed = v),
-        ),
+        )
+        .at_least(0.0),
     ]
 }
 

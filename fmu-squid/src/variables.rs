@@ -3,7 +3,7 @@
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
 use auv::longitudinal::{DEPTH, PITCH};
-use fmu_controller::prefix;
+use fmu_controller::{prefix, used_name};
 use fmu_plant::{WAVES, of_current};
 use signals::{Level, Reference, Signal};
 use std::f64::consts::PI;
@@ -231,8 +231,9 @@ fn of_axis(model: &ClosedLoop, index: usize, prefix: &str) -> Vec<Variable> {
     let constants = ["sample_time", "gamma", "gamma_certified"].map(|name| format!("{prefix}{name}"));
     let names: Vec<String> =
         model.plant.vehicle().actuators.iter().map(|actuator| actuator.name.clone()).collect();
-    let of_loop: Vec<String> =
-        followed(model).map(|(_, _, reference)| format!("{prefix}{}_used", reference.name)).collect();
+    let of_loop: Vec<String> = followed(model)
+        .map(|(_, signal, reference)| used_name(prefix, signal.level, reference.name))
+        .collect();
     let own = |one: &fmi2::Variable<_>| !of_loop.iter().any(|name| name == one.name());
     let all =
         fmu_controller::outputs(model.axes[index].design(), prefix).into_iter().filter(own).map(|one| {

@@ -19,6 +19,9 @@ from squid_campaign.worker import CONTROLLER, PLANT, fly_by_command, fly_fmus
 Part = tuple[int, int]
 """The first and the last flight of a file of results."""
 
+LARGEST = 4 << 30
+"""The most that the records of a part may unpack to, in bytes."""
+
 
 class CampaignError(Exception):
     """A campaign ended early; the message says why."""
@@ -107,12 +110,19 @@ class ByFmus:
         packages = Packages.found_in(folder)
         remedy = "run `squid package` for this design first."
         try:
+            designed = (folder / "controller.json").read_bytes()
             with zipfile.ZipFile(packages.controller) as archive:
-                inside = archive.read("resources/controller.json")
+                inside = archive.getinfo("resources/controller.json")
+                # No more than its size is read.
+                same = inside.file_size == len(designed) and archive.read(inside) == designed
             fmus = {PLANT: packages.plant.read_bytes(), CONTROLLER: packages.controller.read_bytes()}
         except OSError as reason:
             raise CampaignError(f"{reason.filename}: {reason.strerror}; {remedy}") from None
-        if inside != (folder / "controller.json").read_bytes():
+        except (KeyError, zipfile.BadZipFile) as reason:
+            raise CampaignError(
+                f"{packages.controller} is no FMU of a controller: {reason}; {remedy}"
+            ) from None
+        if not same:
             raise CampaignError(f"{packages.controller} is of another design; {remedy}")
         return fmus
 
@@ -124,6 +134,9 @@ class ByFmus:
     def keep(self, part: Part, results: bytes) -> None:
         """Have the records judged, which writes the file of results."""
         with zipfile.ZipFile(io.BytesIO(results)) as archive:
+            size = sum(record.file_size for record in archive.infolist())
+            if size > LARGEST:
+                raise CampaignError(f"the records of {part} have {size} bytes; at most {LARGEST} are read.")
             try:
                 archive.extractall(self.records)
             except OSError as reason:

@@ -63,16 +63,17 @@ pub enum Verb {
         #[command(flatten)]
         asked: Design,
     },
-    /// Prove a given controller, a PID with gains over speed, on the weights of a design
+    /// Prove a given controller of pitch or depth, a PID with gains over speed, on the weights of a design
     ///
     /// Prints the growth and the gain of the frozen loops, the gain that is proved for any trajectory of the speed, the
     /// sampled gain, margins, mu, noise, flights of the declared uncertainty, what a controller of full order reaches
     /// on the same weights, and the verdict of `[require]`. Writes nothing: with the same `[controller]` in a design
     /// file `squid design` does, and FMUs and C follow. docs/pid.md explains the file. Refused are a loop that is
-    /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, and an
-    /// integrator without gain.
+    /// unstable at a constant speed, gains in other units, of the wrong sign or on what is not measured, an integrator
+    /// without gain, and a design of heading.
     Prove(Prove),
-    /// Gains in the file of an autopilot, DUNE, ArduSub, mvp or MSS, as `[controller]`, and back
+    /// Gains of pitch, depth and speed in the file of an autopilot, DUNE, ArduSub, mvp or MSS, as `[controller]`, and
+    /// back; not those of heading
     #[command(subcommand)]
     Gains(GainsVerb),
     /// Search the weights for a fast, quiet design that meets what `[require]` asks, and write it as a design file
@@ -89,7 +90,8 @@ pub enum Verb {
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
         /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if
-        /// there is one
+        /// there is one. None is created that tracks depth: write `[[track]]` of depth into one of pitch, see
+        /// docs/guide.md
         #[arg(long, value_enum, value_name = "OUTPUT", default_value_t = Track::Pitch, conflicts_with = "controller")]
         track: Track,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
@@ -221,7 +223,9 @@ pub enum Verb {
     /// Every number is read as an exact rational number; nothing is rounded, and no code is shared with the synthesis.
     /// For an FMU it also checks that the proof is about the controller in it, and that its resources belong to its
     /// GUID; of one with two axes it proves both. With --vehicle it computes again that plant, scales, trims and limits
-    /// are those of the vehicle's files: all that is required before an FMU is packed.
+    /// are those of the vehicle's files: all that is required before an FMU is packed. Without it, claims are in the
+    /// certificate's own units. Binaries are compared with those that this squid packs, and with --vehicle the page, if
+    /// the design is stored beside the FMU; what is not identical is named, and not examined.
     Verify(Verify),
     /// LPV synthesis for any plant in a JSON file, with no vehicle
     #[command(subcommand)]

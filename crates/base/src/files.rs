@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 use thiserror::Error as ThisError;
@@ -25,6 +25,12 @@ pub enum Error {
         "{path}: this is a link that leads to no file, or back to itself; it must be a file, or a link to one"
     )]
     Link { path: String },
+    /// A pipe, a device or a socket, which may have no end.
+    #[error("{path}: this is a pipe or a device; it must be a file")]
+    Special { path: String },
+    /// A file larger than any that is read.
+    #[error("{path}: it has more than {} MB, the most that is read", LARGEST >> 20)]
+    Large { path: String },
     /// The text is not UTF-8; `place` is the file, with the line if that is known.
     #[error("{place}: the text is not UTF-8 but {found}; save the file as UTF-8")]
     Encoding { place: String, found: String },
@@ -39,12 +45,48 @@ pub enum Error {
 const UTF16_MARKS: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
 const UTF8_MARK: char = '\u{feff}';
 
+/// The most that is read of a file, in bytes.
+const LARGEST: u64 = 256 << 20;
+
+/// Opens a file that may come from anyone.
+///
+/// # Errors
+/// No such file, a folder, a broken link, a pipe or device, more than 256 MB.
+pub fn open(path: &Path) -> Result<File, Error> {
+    let found = std::fs::metadata(path).map_err(|reason| unreadable(path, reason))?;
+    let file = || path.display().to_string();
+    if found.is_dir() {
+        Err(Error::Folder { path: file() })
+    } else if !found.is_file() {
+        Err(Error::Special { path: file() })
+    } else if found.len() > LARGEST {
+        Err(Error::Large { path: file() })
+    } else {
+        File::open(path).map_err(|reason| unreadable(path, reason))
+    }
+}
+
+/// Reads a file that may come from anyone.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut bytes = vec![];
+    // A file of the kernel has any length.
+    let read = open(path)?.take(LARGEST + 1).read_to_end(&mut bytes);
+    read.map_err(|reason| unreadable(path, reason))?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(Error::Large { path: path.display().to_string() });
+    }
+    Ok(bytes)
+}
+
 /// Reads a text in UTF-8; the byte order mark that some editors put before it is removed.
 ///
 /// # Errors
-/// No such file, a folder, a broken link, another encoding.
+/// Those of [`open`]; another encoding.
 pub fn read(path: &Path) -> Result<String, Error> {
-    let bytes = std::fs::read(path).map_err(|reason| unreadable(path, reason))?;
+    let bytes = read_bytes(path)?;
     let file = path.display();
     let encoded = |place: String, found| Error::Encoding { place, found };
     if UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark)) || bytes.contains(&0) {

@@ -1,7 +1,10 @@
 //! Numbers for people: rounded, with a unit, or a word where there is no number.
 
-/// A number with `digits` decimals, and 0 rather than -0.
+/// A number with `digits` decimals, and 0 rather than -0; with an exponent from 10^15 on, where f64 has none.
 pub fn decimals(v: f64, digits: usize) -> String {
+    if v.is_finite() && v.abs() >= 1e15 {
+        return format!("{v:.digits$e}");
+    }
     let text = format!("{v:.digits$}");
     let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
     if is_zero { text.trim_start_matches('-').into() } else { text }
@@ -86,6 +89,7 @@ mod tests {
         let shown = [-0.00004, -0.0, 0.0, -0.00006, -12.5].map(|v| decimals(v, 4));
         assert_eq!(shown, ["0.0000", "0.0000", "0.0000", "-0.0001", "-12.5000"]);
         assert_eq!(decimals(f64::NAN, 1), "NaN");
+        assert_eq!([999e12, -2e301].map(|v| decimals(v, 1)), ["999000000000000.0", "-2.0e301"]);
     }
 
     #[test]

@@ -27,6 +27,8 @@ fn files_that_are_no_text() {
         message("latin1")
             .starts_with("latin1:2: the text is not UTF-8 but Latin-1 or the like (it holds the byte 0xE9)")
     );
+    std::fs::File::create(to("large")).unwrap().set_len(1 << 40).unwrap();
+    assert_eq!(message("large"), "large: it has more than 256 MB, the most that is read");
     std::fs::write(to("marked"), "\u{feff}text").unwrap();
     assert_eq!(read(&to("marked")).unwrap(), "text");
     #[cfg(unix)]
@@ -35,6 +37,10 @@ fn files_that_are_no_text() {
         assert!(
             message("loop").starts_with("loop: this is a link that leads to no file, or back to itself;")
         );
+        std::os::unix::fs::symlink("/dev/zero", to("device")).unwrap();
+        assert_eq!(message("device"), "device: this is a pipe or a device; it must be a file");
+        assert!(std::process::Command::new("mkfifo").arg(to("pipe")).status().unwrap().success());
+        assert_eq!(message("pipe"), "pipe: this is a pipe or a device; it must be a file");
     }
 }
 

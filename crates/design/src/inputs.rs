@@ -110,6 +110,9 @@ impl Inputs {
         let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
         let (whole, mut design) = (vehicle.0, design.0);
         let plane = whole.in_plane();
+        if design.is_lateral() && design.controller.is_some() {
+            return Err(InputError::ControllerOfHeading { file: files[1].to_owned() });
+        }
         let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
         design.states = LevelFlight { vehicle: &vehicle, plane: &plane, file: &design }.states();
         check_states(&design, files[1])?;

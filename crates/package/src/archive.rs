@@ -1,17 +1,17 @@
-//! An FMU as a file: its GUID and its resources, read so that no importer unpacks anything else.
+//! An FMU as a file: its GUID and its files, read so that no importer unpacks anything else.
 
 use crate::error::{ArchiveError, Error};
-use base::files;
+use base::files::read_bytes;
 use fmi2::Resources;
 use quick_xml::Reader;
 use quick_xml::events::Event;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io::{Cursor, Read};
 use std::path::Path;
 use zip::ZipArchive;
 
-/// The largest text or resource that is read, in bytes; a hundred times what is shipped.
-const LARGEST: u64 = 64 << 20;
+/// The most that all entries may unpack to, in bytes; ten times what is shipped for all platforms.
+const LARGEST: u64 = 128 << 20;
 
 /// What an FMU says of itself.
 #[derive(Debug)]
@@ -22,6 +22,8 @@ pub struct FmuArchive {
     pub description: Vec<u8>,
     /// The files in `resources/`.
     pub resources: Resources,
+    /// All other files, by name.
+    pub others: BTreeMap<String, Vec<u8>>,
 }
 
 impl FmuArchive {
@@ -30,9 +32,8 @@ impl FmuArchive {
     /// # Errors
     /// [`files::Error::Unreadable`]; [`Error::Archive`] when the zip is damaged or ambiguous.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let unreadable = |reason| files::Error::Unreadable { path: path.display().to_string(), reason };
-        let bytes = std::fs::read(path).map_err(unreadable)?;
-        Self::from_bytes(&bytes).map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
+        Self::from_bytes(&read_bytes(path)?)
+            .map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
     }
 
     /// Reads the bytes of an FMU.
@@ -44,7 +45,9 @@ impl FmuArchive {
         // Among others: no name twice, no overlap, and the same in the directory as before each entry.
         archive.validate_header_consistency()?;
         let (mut files, mut folders) = (HashSet::new(), HashSet::new());
-        let (mut description, mut resources) = (Vec::new(), Resources::default());
+        let (mut description, mut resources, mut others) =
+            (Vec::new(), Resources::default(), BTreeMap::new());
+        let mut left = LARGEST;
         for index in 0..archive.len() {
             let entry = archive.by_index(index)?;
             let name = entry.name()?.into_owned();
@@ -58,17 +61,24 @@ impl FmuArchive {
                 return Err(ArchiveError::Twice { name });
             }
             folders.extend(place.match_indices('/').map(|(end, _)| place[..end].to_owned()));
+            if entry.is_dir() {
+                continue;
+            }
+            let bytes = content(entry, &name, left)?;
+            left -= bytes.len() as u64;
             if name == DESCRIPTION {
-                description = content(entry, &name)?;
-            } else if let Some(resource) = name.strip_prefix("resources/").filter(|rest| !rest.is_empty()) {
-                resources.insert(resource, content(entry, &name)?);
+                description = bytes;
+            } else if let Some(resource) = name.strip_prefix("resources/") {
+                resources.insert(resource, bytes);
+            } else {
+                others.insert(name, bytes);
             }
         }
         if let Some(name) = files.intersection(&folders).next() {
             return Err(ArchiveError::Twice { name: name.clone() });
         }
         let guid = guid_of(&description).ok_or(ArchiveError::NoGuid)?;
-        Ok(Self { guid, description, resources })
+        Ok(Self { guid, description, resources, others })
     }
 }
 
@@ -82,14 +92,14 @@ fn is_plain(name: &str) -> bool {
         .all(|part| !part.is_empty() && !part.ends_with(['.', ' ']) && !part.contains(['\\', ':', '\0']))
 }
 
-/// The bytes of an entry.
-fn content(entry: impl Read, name: &str) -> Result<Vec<u8>, ArchiveError> {
+/// The bytes of an entry, of which `left` are allowed.
+fn content(entry: impl Read, name: &str, left: u64) -> Result<Vec<u8>, ArchiveError> {
     let mut bytes = Vec::new();
-    let read = entry.take(LARGEST + 1).read_to_end(&mut bytes);
+    let read = entry.take(left + 1).read_to_end(&mut bytes);
     match read {
         Err(reason) => Err(ArchiveError::Unreadable { name: name.into(), reason }),
-        Ok(_) if bytes.len() as u64 > LARGEST => {
-            Err(ArchiveError::Large { name: name.into(), most: LARGEST })
+        Ok(_) if bytes.len() as u64 > left => {
+            Err(ArchiveError::Large { name: name.into(), most: LARGEST >> 20 })
         }
         Ok(_) => Ok(bytes),
     }
@@ -172,9 +182,13 @@ mod tests {
     }
 
     #[test]
-    fn an_entry_of_a_gigabyte_is_not_read_to_its_end() {
-        let zeros = vec![0; LARGEST as usize + 1];
-        let refused = FmuArchive::from_bytes(&zipped(&[(DESCRIPTION, XML), ("resources/zeros", &zeros)]));
-        assert!(matches!(refused, Err(ArchiveError::Large { .. })));
+    fn the_sum_of_all_entries_is_bounded() {
+        let zeros = vec![0; LARGEST as usize / 4];
+        let names = ["binaries/a", "resources/b", "documentation/c", "d"];
+        let all: Vec<(&str, &[u8])> = names.iter().map(|name| (*name, &zeros[..])).collect();
+        let whole = FmuArchive::from_bytes(&zipped(&[&[(DESCRIPTION, XML)], &all[..3]].concat())).unwrap();
+        assert_eq!(whole.others.len(), 2);
+        let refused = FmuArchive::from_bytes(&zipped(&[&[(DESCRIPTION, XML)], &all[..]].concat()));
+        assert!(matches!(refused, Err(ArchiveError::Large { name, .. }) if name == "d"));
     }
 }

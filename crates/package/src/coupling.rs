@@ -8,7 +8,7 @@ use proof::claim::{parse, text};
 use proof::error::ProofError;
 use scheduled::ControllerDesign;
 use squid_design::certify::verify::same_controller;
-use squid_design::check::coupled::gain::{CERTIFICATES, coupling, of_both, share_of, words};
+use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
 use squid_design::store::StoredCoupling;
@@ -37,8 +37,8 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
 }
 
 /// Proves again what an FMU has of two axes. If their files are given, that the plants are those of turns of the
-/// vehicle is computed again, and how fast these are; else no more than the gains is said. Nothing of an FMU that has
-/// none.
+/// vehicle is computed again, and how fast these are, and the claim returned first. Without them nothing is claimed of
+/// the vehicle, and that is returned second. Nothing of an FMU that has none.
 ///
 /// # Errors
 /// [`ProofError`] of a certificate that proves nothing, or is not of the controllers of the FMU.
@@ -47,13 +47,13 @@ pub fn verify(
     resources: &Resources,
     controllers: Axes<&ControllerDesign>,
     inputs: Option<Axes<&Inputs>>,
-) -> Result<Option<String>, Error> {
+) -> Result<(Option<String>, Option<String>), Error> {
     let found = CERTIFICATES.map(|name| resources.text(name).ok());
     let wrong = |what: String| Error::from(ProofError::Mismatch { what });
     let (Some(heading), [Some(one), Some(other)]) = (controllers.heading, found) else {
         return match CERTIFICATES.iter().zip(found).find(|(_, text)| text.is_some()) {
             Some((name, _)) => Err(wrong(format!("resources/{name}, without what belongs to it,"))),
-            None => Ok(None),
+            None => Ok((None, None)),
         };
     };
     let both = [controllers.first, heading];
@@ -71,10 +71,14 @@ pub fn verify(
     let names = both.map(ControllerDesign::steered);
     let (names, gains) = (names.each_ref().map(String::as_str), [first, second]);
     let Some(inputs) = inputs else {
-        let whose = "that it is that of turns of the vehicle, and how fast, --vehicle computes again";
-        return Ok(Some(format!("{}; {whose}", of_both(names, gains))));
+        let unknown = format!(
+            "nothing is claimed of both axes in turns without --vehicle: that the plants of {} are those of turns of \
+             the vehicle, and how fast these are, is computed from its files",
+            CERTIFICATES.join(" and ")
+        );
+        return Ok((None, Some(unknown)));
     };
     let turning = Turning::new(&inputs.first.whole, inputs.first.design.level(), both)?;
-    let share = share_of(&turning, [&one, &other])?;
-    Ok(Some(words(turning.rates(share), share, names, gains)))
+    let (share, taken) = share_of(&turning, [&one, &other], gains)?;
+    Ok((Some(words(turning.rates(share), (share, taken), names, gains)), None))
 }

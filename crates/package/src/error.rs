@@ -113,8 +113,8 @@ pub enum ArchiveError {
     /// Two entries that a tool may unpack to the same place.
     #[error("it contains the entry '{name}' twice, if upper and lower case are taken for the same")]
     Twice { name: String },
-    /// An entry that is larger than any that is shipped.
-    #[error("{name}: it has more than {most} bytes")]
+    /// Entries that unpack to more than any FMU that is shipped.
+    #[error("all entries up to {name} unpack to more than {most} MB, the most that is read")]
     Large { name: String, most: u64 },
     /// There is no GUID.
     #[error(

@@ -1,18 +1,19 @@
 //! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
 //! time.
 
-use crate::axes::Designs;
+use crate::axes::{Axes, Designs};
 use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::error::Error;
 use crate::kind::Kind;
 use crate::platform::Platform;
 use crate::terminals::terminals;
-use base::files;
+use base::files::read_bytes;
 use certificate::Theorem;
 use fmi2::{Described, INTERFACE_RESOURCE, Model, Resources};
 use fmu_controller::of_axis;
 use model_description::{Interfaces, ModelDescription};
 use proof::error::ProofError;
+use scheduled::ControllerDesign;
 use squid_design::certify::claims::{self, Terms};
 use squid_design::check::coupled::gain::CERTIFICATES;
 use squid_design::inputs::Inputs;
@@ -20,7 +21,7 @@ use squid_design::numbers::above;
 use squid_design::store::Stored;
 use squid_report::rendered::Rendered;
 use std::collections::BTreeMap;
-use std::io::{Cursor, Write};
+use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 
@@ -171,29 +172,43 @@ pub fn pack(
     binaries: &Binaries,
     directory: &Path,
 ) -> Result<Packed, Error> {
-    let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    let path = directory.join(format!("{}.fmu", prepared.identifier));
+    let failed = |reason| Error::Zip { path: path.display().to_string(), reason };
+    let controllers = designs.map(|(_, stored)| &stored.controller);
+    let mut entries =
+        attached(kind, &prepared.description, controllers).map_err(|reason| failed(reason.into()))?;
     for platform in &binaries.platforms {
         let binary = platform.find(kind, binaries.directory.as_deref())?;
-        let bytes = std::fs::read(&binary)
-            .map_err(|reason| files::Error::Unreadable { path: binary.display().to_string(), reason })?;
-        entries.insert(platform.entry(&prepared.identifier), bytes);
+        entries.insert(platform.entry(&prepared.identifier), read_bytes(&binary)?);
     }
-    entries.insert("model.png".into(), ICON.to_vec());
     entries.insert("modelDescription.xml".into(), prepared.xml.into_bytes());
     for (file, content) in prepared.resources.iter() {
         entries.insert(format!("resources/{file}"), content.to_vec());
     }
-    entries.insert("documentation/index.html".into(), page.page(&about(kind, designs)).into_bytes());
-    for (licence, text) in LICENCES {
-        entries.insert(format!("documentation/licenses/{licence}"), text.as_bytes().to_vec());
-    }
-    let path = directory.join(format!("{}.fmu", prepared.identifier));
-    let plug = terminals(kind, &prepared.description, designs)
-        .map_err(|reason| Error::Zip { path: path.display().to_string(), reason: reason.into() })?;
-    entries.extend(plug.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml".into(), text)));
-    entries.insert("terminalsAndIcons/icon.png".into(), ICON.to_vec());
-    let bytes = zipped(&entries).map_err(|e| Error::Zip { path: path.display().to_string(), reason: e })?;
+    entries.insert(PAGE.into(), documentation(kind, designs, page));
+    let bytes = zipped(&entries).map_err(failed)?;
     Ok(Packed { path, bytes, description: prepared.description })
+}
+
+/// The page that importers show.
+pub const PAGE: &str = "documentation/index.html";
+
+/// The text of [`PAGE`].
+pub fn documentation(kind: Kind, designs: Designs<'_>, page: &Rendered) -> Vec<u8> {
+    page.page(&about(kind, designs)).into_bytes()
+}
+
+/// What an FMU contains besides description, resources, binaries and page: icons, terminals, licences.
+pub(crate) fn attached(
+    kind: Kind,
+    description: &ModelDescription,
+    designs: Axes<&ControllerDesign>,
+) -> io::Result<BTreeMap<String, Vec<u8>>> {
+    let icons = ["model.png", "terminalsAndIcons/icon.png"].map(|name| (name.to_owned(), ICON.to_vec()));
+    let licence = |(name, text): (&str, &str)| (format!("documentation/licenses/{name}"), text.into());
+    let plug = terminals(kind, description, designs)?;
+    let plug = plug.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml".to_owned(), text));
+    Ok(icons.into_iter().chain(LICENCES.map(licence)).chain(plug).collect())
 }
 
 /// The picture that tools show for the FMU, some from either place (FMI 2.0.4, section 2.3).
@@ -277,7 +292,7 @@ fn bound(stored: &Stored) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::axes::Axes;
+    use model_description::{Causality, ScalarVariable};
     use scheduled::{ControllerInput, Gamma, Kind as Part, LftMatrices};
     use squid_design::fit::Model;
     use squid_design::store::freeze::frozen;
@@ -315,7 +330,10 @@ mod tests {
 
     /// The members of a plug.
     fn plug(kind: Kind, of: &Packed, designs: Designs<'_>) -> Vec<String> {
-        let text = String::from_utf8(terminals(kind, &of.description, designs).unwrap().unwrap()).unwrap();
+        let text = String::from_utf8(
+            terminals(kind, &of.description, designs.map(|(_, stored)| &stored.controller)).unwrap().unwrap(),
+        )
+        .unwrap();
         let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
         members.map(str::to_owned).collect()
     }
@@ -450,5 +468,39 @@ mod tests {
             prepare(Kind::Controller, Axes { first, heading: Some((&slow, &heading.1)) }, Interfaces::All);
         let words = refused.unwrap_err().to_string();
         assert!(words.contains("is 0.02 s in depth.toml and 0.04 s in heading.toml"), "{words}");
+    }
+
+    #[test]
+    fn every_input_output_and_parameter_has_a_connector() {
+        let (inputs, stored) = measuring(&[]);
+        let designs = Axes { first: (&inputs, &stored), heading: None };
+        let [plant, controller] = [Kind::Plant, Kind::Controller].map(|kind| unpacked(kind, designs));
+        let structure = read_system(&plant, &controller, designs)("SystemStructure.ssd");
+        let between = |text: &str, start: &str| {
+            text.split_once(start).unwrap().1.split(['"', ' ', '/', '>']).next().unwrap().to_owned()
+        };
+        let found: Vec<[String; 3]> = structure
+            .split("<ssd:Connector ")
+            .skip(1)
+            .map(|one| ["name=\"", "kind=\"", "<ssc:"].map(|start| between(one, start)))
+            .collect();
+        let of = |one: &ScalarVariable| {
+            let kind = match one.causality {
+                Causality::Input => "input",
+                Causality::Output => "output",
+                Causality::Parameter => "parameter",
+                _ => return None,
+            };
+            let debug = format!("{:?}", one.kind);
+            Some([one.name.clone(), kind.to_owned(), debug.split(' ').next().unwrap().to_owned()])
+        };
+        let all = plant.description.variables.iter().chain(&controller.description.variables);
+        assert_eq!(found, all.filter_map(of).collect::<Vec<_>>());
+        for one in [["status", "output", "Enumeration"], ["engaged", "input", "Boolean"]] {
+            assert!(found.iter().any(|connector| connector == &one), "{one:?}");
+        }
+        assert!(
+            structure.contains("<ssc:Enumeration name=\"Status\">") && structure.contains("name=\"failed\"")
+        );
     }
 }

@@ -9,10 +9,12 @@
 pub mod archive;
 pub mod axes;
 pub mod c;
+pub mod contents;
 pub mod coupling;
 pub mod error;
 pub mod fmu;
 pub mod kind;
+pub mod page;
 pub mod platform;
 pub mod ssp;
 mod terminals;

@@ -53,6 +53,12 @@ impl Platform {
         Ok(platforms)
     }
 
+    /// Every platform, this program's own first.
+    pub fn every() -> Vec<Self> {
+        let named = |names: &[&str]| Self::named(&names.iter().map(|&name| name.into()).collect::<Vec<_>>());
+        named(&["host", "all"]).unwrap_or_else(|_| ALL.to_vec())
+    }
+
     /// The platform that this program was built for.
     fn host() -> Result<Self, Error> {
         let folder = match (OS, ARCH) {

@@ -12,13 +12,13 @@
 //! are those of the standard's document "System Structure and Parameterization", version 1.0 (Modelica Association,
 //! 2019).
 
-mod units;
+mod types;
 
 use crate::axes::Designs;
 use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
-use crate::ssp::units::{of_connectors, real, units};
+use crate::ssp::types::{connected, connectors, enumerations, of_connectors, units};
 use auv::TrimPoint;
 use auv::{lateral, longitudinal};
 use model_description::element::{NONE, Xml, document, leaf, parent};
@@ -176,6 +176,7 @@ impl System<'_> {
                     format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
                 let system = [("name", self.name), ("description", about.as_str())];
                 parent(xml, "ssd:System", &system, |xml| self.system(xml))?;
+                enumerations(xml, self.components.iter().map(|(_, one)| &one.description))?;
                 let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
                 units(xml, "ssd:Units", of_all.collect())?;
                 let stop = format!("{:?}", self.duration);
@@ -231,23 +232,12 @@ impl System<'_> {
     }
 }
 
-/// A connector for each real input and output, with its unit (section 5.3.1).
-fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::Result<()> {
-    real(description).try_for_each(|variable| {
-        let kind = if variable.causality == Causality::Input { "input" } else { "output" };
-        let unit = variable.unit().map(|unit| ("unit", unit));
-        parent(xml, "ssd:Connector", &[("name", variable.name.as_str()), ("kind", kind)], |xml| {
-            leaf(xml, "ssc:Real", unit.as_slice())
-        })
-    })
-}
-
 /// Wires each output of one component to the input of that name of the other (section 5.3.3).
 fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
-    for one in real(&from.1.description).filter(|one| one.causality == Causality::Output) {
+    for one in connected(&from.1.description).filter(|one| one.causality == Causality::Output) {
         let name = one.name.as_str();
         let takes = |other: &ScalarVariable| other.name == name && other.causality == Causality::Input;
-        if real(&to.1.description).any(takes) {
+        if connected(&to.1.description).any(takes) {
             let ends = [
                 ("startElement", component(from.0)),
                 ("startConnector", name),

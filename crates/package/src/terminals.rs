@@ -2,20 +2,21 @@
 //! one gesture wires them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs
 //! of FMI 2.0 too.
 
-use crate::axes::Designs;
+use crate::axes::Axes;
 use crate::kind::Kind;
 use model_description::ModelDescription;
 use model_description::element::{NONE, Xml, document, leaf, parent};
+use scheduled::ControllerDesign;
 use std::io;
 
 /// What goes through the plug, in the order of the designs: measurements one way, commands the other.
-fn members<'a>(of: &ModelDescription, designs: Designs<'a>) -> Vec<&'a str> {
-    let all = || designs.into_iter().map(|(_, stored)| &stored.controller);
-    let measured = all().flat_map(|design| {
+fn members<'a>(of: &ModelDescription, designs: Axes<&'a ControllerDesign>) -> Vec<&'a str> {
+    let measured = designs.into_iter().flat_map(|design| {
         let places = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
         places.map(|(_, signal)| signal.name.as_str())
     });
-    let commands = all().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
+    let commands =
+        designs.into_iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
     let mut members = vec![];
     for name in measured.chain(commands).filter(|name| of.position(name).is_some()) {
         // The axes measure the speed, each of them.
@@ -30,7 +31,7 @@ fn members<'a>(of: &ModelDescription, designs: Designs<'a>) -> Vec<&'a str> {
 pub(crate) fn terminals(
     kind: Kind,
     of: &ModelDescription,
-    designs: Designs<'_>,
+    designs: Axes<&ControllerDesign>,
 ) -> io::Result<Option<Vec<u8>>> {
     let (name, about) = match kind {
         Kind::Plant => ("autopilot", "to the terminal 'vehicle' of the controller"),

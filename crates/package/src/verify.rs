@@ -1,13 +1,17 @@
 //! Proves the certificate of an FMU or of a file, in exact arithmetic.
 //!
 //! Of an FMU it also checks that the certificate is about the controller in the FMU, and, given vehicle and design
-//! file, that plant, ball and all other data of the FMU follow from them.
+//! file, that plant, ball and all other resources of the FMU follow from them. Other files are compared with those that
+//! this squid packs.
 
 use crate::archive::FmuArchive;
 use crate::axes::Axes;
 use crate::c::{self, CONTROLLER};
+use crate::contents::Contents;
 use crate::coupling;
 use crate::error::Error;
+use crate::kind::Kind;
+use crate::page::{Given, page};
 use auv::LpvModel;
 use base::files::{self, read};
 use certificate::{Certificate, Theorem};
@@ -21,15 +25,40 @@ use squid_design::certify::sampled;
 use squid_design::certify::verify::{check_design, check_inputs, same_controller};
 use squid_design::fit::Model;
 use squid_design::inputs::Inputs;
-use squid_design::store::Stored;
-use squid_design::store::freeze;
+use squid_design::store::{Stored, freeze};
 use squid_design::synthesise::robust::stored;
 use std::io::{self, Read};
 use std::path::Path;
 
 /// What is verified against vehicle and design file alone.
-const NOT_RECOMPUTED: &str = "not part of what is verified here: scales, trims, limits of the commands, and what \
-                              references are limited to; --vehicle computes them again";
+const NOT_RECOMPUTED: &str = "not verified without --vehicle: scales, trims, limits of the commands, what references \
+                              are limited to, and vehicle and manoeuvre of a loop";
+
+/// The claims in the units that a controller file declares, where nobody checked its scales.
+fn as_declared(terms: &Terms, theorem: &Theorem) -> String {
+    let claims = lines(theorem, Some(terms)).join("; ");
+    format!("by the scales that {CONTROLLER} declares, which are not verified without --vehicle: {claims}")
+}
+
+/// What was verified of a file.
+#[derive(Debug, Clone)]
+pub struct Verification {
+    /// Of each axis.
+    pub axes: Axes<Verified>,
+    /// What is proved of both axes in turns.
+    pub coupling: Option<String>,
+    /// What was verified of the file beside its axes.
+    pub about: Vec<String>,
+    /// The files in an FMU that the proof says nothing of.
+    pub contents: Contents,
+}
+
+impl From<Verified> for Verification {
+    fn from(first: Verified) -> Self {
+        let axes = Axes { first, heading: None };
+        Self { axes, coupling: None, about: vec![], contents: Contents::default() }
+    }
+}
 
 /// What was verified of an axis.
 #[derive(Debug, Clone)]
@@ -46,8 +75,6 @@ pub struct Verified {
     pub unproved: Option<String>,
     /// The largest step that the claim with limits is of; where it is known what the step is counted in.
     pub step: Option<ClaimedStep>,
-    /// What is proved of both axes in turns; said of the first.
-    pub coupling: Option<String>,
 }
 
 /// Verifies an FMU (by its extension) or a certificate as JSON; against vehicle and design file, if given.
@@ -59,15 +86,15 @@ pub struct Verified {
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
 /// [`Error::NotOfInputs`], [`Error::NoSecondAxis`], [`Error::NoHeading`], [`Error::ThirdAxis`],
 /// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
-pub fn verify(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verified>, Error> {
+pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Error> {
     let name = path.display().to_string();
+    let inputs = given.map(|given| given.inputs);
     let found = if is_archive(path)? {
-        verify_fmu(path, inputs)
+        verify_fmu(path, given)
     } else if inputs.is_some_and(|inputs| inputs.heading.is_some()) {
         Err(Error::NoSecondAxis { path: name.clone() })
     } else {
-        let one = verify_certificate(path, inputs.map(|inputs| inputs.first));
-        one.map(|first| Axes { first, heading: None })
+        verify_certificate(path, inputs.map(|inputs| inputs.first)).map(Verification::from)
     };
     found.map_err(|reason| {
         if reason.to_string().starts_with(&name) {
@@ -99,7 +126,6 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     check_design(&design, &certificate)?;
     let theorem = certificate.prove()?;
     check_autopilot(&design, &certificate)?;
-    let step = ClaimedStep::of(&design, &theorem);
     c::compare(path, &source, &design, &text)?;
     let shown = path.display();
     let mut about = vec![format!(
@@ -110,16 +136,28 @@ pub fn verify_source(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, E
     )];
     let manoeuvre = inputs.map(|inputs| &inputs.design.manoeuvre);
     let terms = Terms::of(&design, &theorem, manoeuvre);
-    let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
-    let axis = design.steered();
+    let mut verified = Verified::in_terms(&design, theorem, terms, inputs.is_some());
     if let Some(inputs) = inputs {
         made_of(design, text, None, inputs)
             .map_err(|reason| Error::NotOfInputs { path: shown.to_string(), reason })?;
         about.push(format!("{} follows from {}", CONTROLLER, named(inputs)));
-    } else {
-        about.push(NOT_RECOMPUTED.into());
     }
-    Ok(Verified { axis, theorem, about, lines, unproved, step, coupling: None })
+    verified.about.splice(..0, about);
+    Ok(verified)
+}
+
+impl Verified {
+    /// The claims of a controller file, in its terms if these are checked; else in those of its certificate.
+    fn in_terms(design: &ControllerDesign, theorem: Theorem, terms: Terms, checked: bool) -> Self {
+        let axis = design.steered();
+        let unproved = unproved(&theorem, &terms);
+        let (lines, about, step) = if checked {
+            (lines(&theorem, Some(&terms)), vec![], ClaimedStep::of(design, &theorem))
+        } else {
+            (lines(&theorem, None), vec![NOT_RECOMPUTED.into(), as_declared(&terms, &theorem)], None)
+        };
+        Self { axis, theorem, about, lines, unproved, step }
+    }
 }
 
 /// Whether a file begins as a zip does, whatever it is called; one that is called an FMU is to be one.
@@ -130,8 +168,7 @@ fn is_archive(path: &Path) -> Result<bool, Error> {
         let words = "it is a directory; name an FMU or a certificate.json (a vehicle's directory goes with --vehicle)";
         return Err(unreadable(io::Error::new(io::ErrorKind::IsADirectory, words)).into());
     }
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    file.take(2).read_to_end(&mut start).map_err(unreadable)?;
+    files::open(path)?.take(2).read_to_end(&mut start).map_err(unreadable)?;
     Ok(start == b"PK" || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")))
 }
 
@@ -148,7 +185,6 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
                 theorem: theorem.clone(),
                 about,
                 step: None,
-                coupling: None,
             })
         };
         let (vehicle, design) = (&inputs.axis(), &inputs.design);
@@ -172,7 +208,7 @@ fn verify_certificate(path: &Path, inputs: Option<&Inputs>) -> Result<Verified, 
     }
     let unproved = terms.as_ref().and_then(|terms| unproved(&theorem, terms));
     let lines = lines(&theorem, terms.as_ref());
-    Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step, coupling: None })
+    Ok(Verified { axis: String::new(), lines, unproved, theorem, about, step })
 }
 
 /// What was verified of a certificate with uncertain parameters, whose plant is that of the inputs.
@@ -229,25 +265,30 @@ fn at_ticks(path: &Path, certificate: &Certificate, inputs: &Inputs) -> Result<V
     Ok(vec![plant, controller])
 }
 
-fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verified>, Error> {
-    let FmuArchive { guid, description, resources } = FmuArchive::read(path)?;
+fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Error> {
+    let archive = FmuArchive::read(path)?;
+    let resources = &archive.resources;
     let of_path = || path.display().to_string();
     let has = |axis: usize| resources.bytes(&of_axis(CONTROLLER, axis)).is_ok();
     let axes = Axes { first: 0, heading: has(1).then_some(1) };
     if axes.heading.is_some() && has(2) {
         return Err(Error::ThirdAxis { path: of_path(), name: of_axis(CONTROLLER, 2) });
     }
-    let proved = axes.try_map(|axis| Proved::read(path, &resources, axis))?;
-    let packed = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
-        Ok(_) => fmu_squid::describe(&resources).map(|of| (of.guid, of.xml))?,
-        Err(_) => fmu_controller::describe(&resources).map(|of| (of.guid, of.xml))?,
+    let proved = axes.try_map(|axis| Proved::read(path, resources, axis))?;
+    let (kind, (guid, xml, description)) = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
+        Ok(_) => (Kind::Squid, fmu_squid::describe(resources).map(|of| (of.guid, of.xml, of.description))?),
+        Err(_) => (
+            Kind::Controller,
+            fmu_controller::describe(resources).map(|of| (of.guid, of.xml, of.description))?,
+        ),
     };
-    if packed.0 != guid {
+    if guid != archive.guid {
         return Err(Error::WrongGuid { path: of_path() });
     }
-    if packed.1.as_bytes() != description {
+    if xml.as_bytes() != archive.description {
         return Err(Error::WrongDescription { path: of_path() });
     }
+    let inputs = given.map(|given| given.inputs);
     match (inputs.map(|inputs| inputs.heading.is_some()), &proved.heading) {
         (Some(true), None) => return Err(Error::NoSecondAxis { path: of_path() }),
         (Some(false), Some(second)) => {
@@ -259,31 +300,33 @@ fn verify_fmu(path: &Path, inputs: Option<Axes<&Inputs>>) -> Result<Axes<Verifie
     let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
     let controllers = proved.as_ref().map(|proved| proved.design.clone());
     let mut of_files = inputs.into_iter().flatten();
-    let mut verified = proved.try_map(|proved| {
+    let axes = proved.try_map(|proved| {
         let Proved { design, text, certificate, theorem, covered } = proved;
         check_autopilot(&design, &certificate)?;
-        let (axis, step) = (design.steered(), ClaimedStep::of(&design, &theorem));
         let inputs = of_files.next();
         let flown = manoeuvre.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
         let terms = Terms::of(&design, &theorem, flown);
-        let (lines, unproved) = (lines(&theorem, Some(&terms)), unproved(&theorem, &terms));
-        let computed = if let Some(inputs) = inputs {
+        let mut verified = Verified::in_terms(&design, theorem, terms, inputs.is_some());
+        verified.about.insert(0, covered);
+        if let Some(inputs) = inputs {
             made_of(design, text, resources.text("plant.json").ok(), inputs).map_err(not_of_inputs)?;
-            format!(
-                "its controller is proved for, and all else that it flies, the limits of its references among it, \
-                 follows from {}",
+            verified.about.push(format!(
+                "the controller that is proved, and all other resources, the limits of its references among them, \
+                 follow from {}",
                 named(inputs)
-            )
-        } else {
-            NOT_RECOMPUTED.into()
-        };
-        let about = vec![covered, computed];
-        Ok::<_, Error>(Verified { axis, theorem, about, lines, unproved, step, coupling: None })
+            ));
+        }
+        Ok::<_, Error>(verified)
     })?;
     // After the axes, because other files than those of the design are told as such.
-    inputs.map_or(Ok(()), |inputs| same_files(&resources, inputs)).map_err(not_of_inputs)?;
-    verified.first.coupling = coupling::verify(path, &resources, controllers.as_ref(), inputs)?;
-    Ok(verified)
+    inputs.map_or(Ok(()), |inputs| same_files(resources, inputs)).map_err(not_of_inputs)?;
+    let (coupling, about) = coupling::verify(path, resources, controllers.as_ref(), inputs)?;
+    let proof = &axes.first.theorem;
+    let page =
+        given.and_then(|given| page(path, kind, (given, controllers.as_ref()), proof, coupling.as_deref()));
+    let contents = Contents::of(archive, (kind, &description), controllers.as_ref(), page)
+        .map_err(|reason| files::Error::Unreadable { path: of_path(), reason })?;
+    Ok(Verification { axes, coupling, about: about.into_iter().collect(), contents })
 }
 
 /// An axis of an FMU whose certificate is proved, and is of its controller.

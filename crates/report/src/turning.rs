@@ -321,8 +321,8 @@ fn words(
     let waves = water.1.is_some_and(|sea| sea.waves.is_some());
     let elsewhere = if waves { ", which meets the waves elsewhere" } else { "" };
     out += &format!(
-        "\nDepth moved and speed lost are against the same flight without the turn{elsewhere}; travel is of the \
-         commands of heading.\n"
+        "\nDepth moved and speed lost are against the same flight without the turn{elsewhere}; travel is the sum of \
+         all changes of the commands of heading, back and forth, relative to the largest output of each actuator.\n"
     );
     out += "Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
             of the reference.\n";

@@ -21,7 +21,7 @@ pub enum Health {
     SpeedLost,
     /// The depth is taken to follow from pitch and speed, and its reference is held.
     DepthLost,
-    /// Pitch, pitch rate or heave are lost: the commands go to the safe ones.
+    /// A sensor of an angle, of its rate or of heave is lost: the commands go to the safe ones.
     Failed,
 }
 

@@ -27,6 +27,9 @@ pub struct Spectrum {
     gamma: f64,
 }
 
+/// The longest peak period \[s\].
+const LONGEST: f64 = 30.0;
+
 impl Spectrum {
     /// A sea of significant height Hs \[m\], peak period Tp \[s\] and peak enhancement gamma.
     ///
@@ -34,7 +37,7 @@ impl Spectrum {
     /// [`SeaError`]: a number out of its range, waves that would break.
     pub fn jonswap(height: f64, period: f64, gamma: f64) -> Result<Self, SeaError> {
         check("height", height, height > 0.0, "above 0 (m)")?;
-        check("period", period, (0.5..=30.0).contains(&period), "from 0.5 to 30 (s)")?;
+        check("period", period, (0.5..=LONGEST).contains(&period), "from 0.5 to 30 (s)")?;
         check("gamma", gamma, (1.0..=7.0).contains(&gamma), "from 1 to 7")?;
         let steepness = TAU * height / (GRAVITY * period * period);
         let limit = steepness_limit(period);
@@ -43,6 +46,11 @@ impl Spectrum {
             return Err(SeaError::TooSteep { height, period, steepness, limit, least_period });
         }
         Ok(Self { height, period, gamma })
+    }
+
+    /// The significant height that the longest peak period bears before waves break \[m\].
+    pub fn highest() -> f64 {
+        steepness_limit(LONGEST) * GRAVITY * LONGEST * LONGEST / TAU
     }
 
     /// The significant height Hs \[m\].

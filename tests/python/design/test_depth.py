@@ -54,12 +54,12 @@ def test_what_is_asked_is_met_and_proved(deep: Packages) -> None:
 
 
 def test_the_step_at_the_limits_is_one_of_the_depth(deep: Packages, run_squid: Run) -> None:
-    for words in ([deep.controller], [deep.controller, "--vehicle", REMUS100, *DESIGN]):
-        done = run_squid("verify", *words, "--json")
-        assert done.returncode == 0, done.stderr
-        found = json.loads(done.stdout)
-        assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
-    said = " ".join(run_squid("verify", deep.controller, "--verbose").stdout.split())
+    words = ["verify", deep.controller, "--vehicle", REMUS100, *DESIGN]
+    done = run_squid(*words, "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["pitch_step_deg"] is None and found["depth_step_m"] > 0.5
+    said = " ".join(run_squid(*words, "--verbose").stdout.split())
     assert f"one of the depth reference, of up to {found['depth_step_m']:g} m." in said
 
 

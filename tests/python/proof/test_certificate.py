@@ -37,11 +37,10 @@ def test_shipped_controllers_are_proved(packages: Packages, run_squid: Run) -> N
         done = run_squid("verify", package, timeout=10.0)
         assert done.returncode == 0, done.stderr
         proved = [line for line in done.stdout.splitlines() if line.startswith("PROVED: ")]
-        assert re.match(
-            r"PROVED: gain of the weighted loop \(gamma\) below \d\.\d{4}, for every trajectory", proved[0]
-        )
-        assert proved[1].endswith("for every model in a ball around the fit")
-        assert re.match(r"PROVED: a pitch step of up to [\d.]+ deg from (trim|every state), ", proved[2])
+        assert re.match(r"PROVED: gain from w to z below \d\.\d{4}, for every trajectory", proved[0])
+        assert proved[1].endswith("with the model error Delta")
+        assert re.match(r"PROVED: a step of up to [\d.]+ of input \d from (trim|every state), ", proved[2])
+        assert "deg" not in " ".join(proved), "the scales of the controller are not verified"
         assert "measurable" not in done.stdout
         done = run_squid("verify", package, "--verbose", timeout=10.0)
         assert "\nFor every measurable trajectory" in done.stdout
@@ -292,7 +291,10 @@ def test_a_controller_changed_under_a_fitting_guid(
         slave.ready()
     done = run_squid("verify", forged)
     assert done.returncode == 0, "the GUID is no signature"
-    assert "not part of what is verified here: scales, trims, limits of the commands, and what" in done.stdout
+    assert (
+        "not verified without --vehicle: scales, trims, limits of the commands, what references"
+        in done.stdout
+    )
     done = run_squid("verify", forged, "--vehicle", ROOT / "vehicles" / "squid")
     assert done.returncode == 1 and f"`{key}` is" in done.stderr
     assert "but vehicle and design file give" in done.stderr

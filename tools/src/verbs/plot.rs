@@ -9,6 +9,7 @@ use auv::lateral;
 use auv::longitudinal::{self, DEPTH, Each, PITCH, TRACKED};
 use auv::toml_file::cited;
 use base::files::{read, write};
+use base::numbers::decimals;
 use serde_json::{Value, json};
 use signals::{Level, Signal};
 use squid_flight::flight::{Row, Signals, Surfacing, out_of_water};
@@ -52,8 +53,9 @@ pub fn run(path: &Path, vehicle: Option<&Path>, out: Option<PathBuf>) -> Result<
         return Ok(answer(&found)?);
     }
     if let Some(Surfacing { time, speed }) = surfacing {
-        let speed = if speed.is_nan() { String::new() } else { format!(", with {speed:.2} m/s") };
-        say(&format!("The vehicle reaches the surface at {time:.2} s{speed}; the plot ends there."));
+        let [time, shown] = [time, speed].map(|v| decimals(v, 2));
+        let speed = if speed.is_nan() { String::new() } else { format!(", with {shown} m/s") };
+        say(&format!("The vehicle reaches the surface at {time} s{speed}; the plot ends there."));
     }
     say_path(&to);
     Ok(())

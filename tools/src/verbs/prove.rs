@@ -32,6 +32,9 @@ const POINTS: usize = 10;
 /// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
 pub fn run(asked: &Prove) -> Result<(), Error> {
     let mut inputs = Inputs::read(&asked.vehicle, &asked.design)?;
+    if inputs.design.is_lateral() {
+        return Err(InputError::ControllerOfHeading { file: format!("{}.toml", asked.design) }.into());
+    }
     if let Some(path) = &asked.controller {
         let (text, file) = (read(path)?, path.display().to_string());
         inputs = inputs.with_controller(pid::read_file(&text, &file)?, &text);

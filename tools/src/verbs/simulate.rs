@@ -75,7 +75,7 @@ pub fn with_heading(
     say(words.trim_end());
     let coupling = coupling.map(|found| {
         let [low, high] = found.rates.map(f64::to_degrees);
-        json!({ "gains": found.gains(), "rates_deg": [low, high] })
+        json!({ "gains": found.gains(), "rates_deg": [low, high], "taken": found.taken })
     });
     Ok(answer(&json!({ "directory": directory, "turns": turned, "coupling": coupling }))?)
 }

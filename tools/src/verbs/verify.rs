@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::numbers::above;
-use squid_package::axes::Axes;
-use squid_package::verify::{Verified, named, verify, verify_source};
+use squid_package::page::Given;
+use squid_package::verify::{Verification, Verified, named, verify, verify_source};
 
 /// Proves a certificate; for the design of a vehicle if one is given.
 ///
@@ -20,13 +20,15 @@ use squid_package::verify::{Verified, named, verify, verify_source};
 /// Those of the files, and why nothing is proved.
 pub fn run(asked: &Verify) -> Result<(), Error> {
     let file = asked.file.as_deref();
-    let axes = asked.vehicle.clone().map(|vehicle| {
+    let files = asked.vehicle.clone().map(|vehicle| {
         let (design, bandwidth) = (asked.design.clone(), asked.bandwidth);
         let which = Which { vehicle, design, bandwidth, out: None };
-        Ok::<_, Error>(which.axes(asked.heading.as_deref())?.map(|(inputs, _)| inputs))
+        let axes = which.axes(asked.heading.as_deref())?.map(|(inputs, _)| inputs);
+        Ok::<_, Error>((axes, which.report_of("VEHICLE_DIR")))
     });
-    let axes = axes.transpose()?;
-    let (axes, inputs) = (axes.as_ref().map(Axes::as_ref), axes.as_ref().map(|axes| &axes.first));
+    let files = files.transpose()?;
+    let given = files.as_ref().map(|(axes, report)| Given { inputs: axes.as_ref(), report });
+    let inputs = given.map(|given| given.inputs.first);
     if let Some(file) = file
         && asked.heading.is_none()
         && let Ok(text) = files::read(file)
@@ -54,13 +56,14 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             &json!({ "status": "proved", "theorem": theorem.to_string(), "gamma": gamma, "share": share }),
         )?);
     }
-    let verified = match (file, &asked.c) {
-        (Some(file), _) => verify(file, axes)?,
-        (None, Some(source)) => Axes { first: verify_source(source, inputs)?, heading: None },
+    let found: Verification = match (file, &asked.c) {
+        (Some(file), _) => verify(file, given)?,
+        (None, Some(source)) => verify_source(source, inputs)?.into(),
         (None, None) => return Ok(()),
     };
-    for axis in verified.as_ref() {
-        let say = |line: &str| say(&verified.said(&axis.axis, line));
+    let Verification { axes, coupling, about, contents } = &found;
+    for axis in axes.as_ref() {
+        let say = |line: &str| say(&axes.said(&axis.axis, line));
         axis.about.iter().for_each(|line| say(line));
         axis.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
         axis.unproved.iter().for_each(|line| say(line));
@@ -71,20 +74,22 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
             }
         }
     }
-    let coupling = verified.first.coupling.as_ref();
-    coupling.into_iter().for_each(|words| say(&format!("PROVED: {words}")));
-    verified.unproved(coupling.is_some()).into_iter().for_each(say);
-    let mut found = object(&verified.first);
-    if verified.heading.is_some() {
+    coupling.iter().for_each(|words| say(&format!("PROVED: {words}")));
+    axes.unproved(coupling.is_some()).into_iter().for_each(say);
+    about.iter().chain(&contents.lines()).for_each(|line| say(line));
+    let mut answered = object(&axes.first);
+    answered["identical"] = json!(contents.identical);
+    answered["not_examined"] = json!(contents.unexamined);
+    if axes.heading.is_some() {
         let named = |axis: &Verified| {
             let mut found = object(axis);
             found["axis"] = json!(axis.axis);
             found
         };
-        found["axes"] = verified.as_ref().into_iter().map(named).collect();
-        found["coupling"] = json!(coupling);
+        answered["axes"] = axes.as_ref().into_iter().map(named).collect();
+        answered["coupling"] = json!(coupling);
     }
-    Ok(answer(&found)?)
+    Ok(answer(&answered)?)
 }
 
 /// What was verified of an axis, as JSON.

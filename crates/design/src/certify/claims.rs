@@ -88,14 +88,15 @@ pub fn unproved(theorem: &Theorem, terms: &Terms) -> Option<String> {
 fn saturated(theorem: &Theorem, terms: Option<&Terms>) -> Option<String> {
     let limits = theorem.limits?;
     let step = terms.and_then(|terms| terms.step.as_ref());
-    let step_in_words = match step {
-        Some(step) => step.to_string(),
-        None => format!("a step of up to {} of input {}", limits.size, limits.input),
+    let (step_in_words, held) = match step {
+        Some(step) => (step.to_string(), "with the speed reference held"),
+        None => (format!("a step of up to {} of input {}", limits.size, limits.input), "with no other input"),
     };
     let from = if limits.everywhere { "every state" } else { "trim" };
     let cut = if limits.rates == 0 { "commands" } else { "commands and actuator rates" };
     Some(format!(
-        "{step_in_words} from {from}, held for any time and taken back: the loop returns to trim with saturated {cut}"
+        "{step_in_words} from {from}, held for any time and taken back, {held}: the loop returns to trim with \
+         saturated {cut}"
     ))
 }
 

@@ -8,7 +8,7 @@ use crate::inputs::design_file::DesignFile;
 use crate::linearise::TRIM_ROWS;
 use crate::numbers::readable;
 use crate::synthesise::anti_windup::{keeping_speed, largest_step};
-use auv::Actuator;
+use auv::{Actuator, lateral};
 use certificate::{Certificate, Theorem};
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, from_rows, to_rows};
@@ -185,6 +185,8 @@ pub struct ClaimedStep {
     proved: f64,
     /// `unit` per SI unit.
     factor: f64,
+    /// Whether the step is one of heading in a model without roll.
+    without_roll: bool,
 }
 
 impl ClaimedStep {
@@ -198,14 +200,20 @@ impl ClaimedStep {
     pub fn of(design: &ControllerDesign, theorem: &Theorem) -> Option<Self> {
         let (limits, stepped) = (theorem.limits?, Stepped::of(design)?);
         let Port { name, unit, .. } = stepped.signal;
-        (limits.input == stepped.input).then(|| Self::new(name, unit, limits.size * stepped.scale))
+        let inputs = design.controller_inputs.iter().map(|input| input.signal.as_str());
+        let without_roll = leaves_out_roll(name, inputs);
+        let step = || Self { without_roll, ..Self::new(name, unit, limits.size * stepped.scale) };
+        (limits.input == stepped.input).then(step)
     }
 
     /// The claimed step of a design file; `None` if the claim is about another reference.
     pub fn of_file(file: &DesignFile, theorem: &Theorem) -> Option<Self> {
         let limits = theorem.limits?;
         let stepped = file.tracked.get(limits.input).filter(|tracked| tracked.place == file.stepped())?;
-        Some(Self::new(stepped.signal.name, stepped.signal.unit, limits.size * stepped.scale))
+        let inputs = file.measured.iter().map(|measured| measured.signal.name);
+        let without_roll = leaves_out_roll(stepped.signal.name, inputs);
+        let size = limits.size * stepped.scale;
+        Some(Self { without_roll, ..Self::new(stepped.signal.name, stepped.signal.unit, size) })
     }
 
     pub(crate) fn new(output: &str, unit: &str, size: f64) -> Self {
@@ -213,13 +221,20 @@ impl ClaimedStep {
         let digits = if factor == 1.0 { 100.0 } else { 10.0 };
         let proved = factor * size;
         let size = (digits * proved).floor() / digits;
-        Self { output: output.to_owned(), size, unit: unit.to_owned(), proved, factor }
+        Self { output: output.to_owned(), size, unit: unit.to_owned(), proved, factor, without_roll: false }
     }
+}
+
+/// Whether the model of a step, with these inputs of the controller, is one of heading without roll.
+fn leaves_out_roll<'a>(stepped: &str, mut inputs: impl Iterator<Item = &'a str>) -> bool {
+    let [heading, roll] = [lateral::HEADING, lateral::ROLL].map(|signal| lateral::SIGNALS[signal].name);
+    stepped == heading && !inputs.any(|name| name == roll)
 }
 
 impl Display for ClaimedStep {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "a {} step of up to {} {}", self.output, self.size, self.unit)
+        write!(f, "a {} step of up to {} {}", self.output, self.size, self.unit)?;
+        if self.without_roll { write!(f, " (roll left out)") } else { Ok(()) }
     }
 }
 

@@ -155,11 +155,13 @@ impl<M> Variable<M> {
         self.at_least(least).at_most(greatest)
     }
 
-    /// Least value of a Real variable.
+    /// Least value of a Real variable, or of an Integer: a whole number.
     #[must_use]
     pub fn at_least(mut self, least: f64) -> Self {
-        if let Kind::Real { min, .. } = &mut self.meta.kind {
-            *min = Some(least);
+        match &mut self.meta.kind {
+            Kind::Real { min, .. } => *min = Some(least),
+            Kind::Integer { min, .. } => *min = Some(least as i32),
+            _ => {}
         }
         self
     }

@@ -57,13 +57,19 @@ pub fn complex(m: &Mat) -> Response {
 /// Rounding, relative.
 const ROUNDING: f64 = 1e-13;
 
-/// F with `|D v| <= |F v|` for every v and each of some matrices D with `columns` columns.
+/// What a column of F gives in any direction, relative to its length.
+const FLOOR: f64 = 0.03;
+
+/// F with `|D v|^2 <= |F v|^2 - FLOOR^2 sum |d_j v_j|^2` for every v and each of some matrices D with `columns`
+/// columns, d_j the length of column j of a cover without the sum: a direction in which the effects of the columns
+/// cancel in each D is bounded by a part of what each column gives alone.
 pub fn cover(matrices: &[Mat], columns: usize) -> Mat {
     let mut square = Mat::zeros(columns, columns);
     for matrix in matrices {
         let rest = matrix.transpose() * matrix - &square;
         square += symmetric_function(&rest, |value| value.max(0.0));
     }
+    square += Mat::from_diagonal(&square.diagonal()) * FLOOR.powi(2);
     let largest = square.diagonal().max();
     symmetric_function(&square, |value| value.max(ROUNDING * largest).sqrt() * (1.0 + ROUNDING))
 }
@@ -90,12 +96,14 @@ mod tests {
         }
     }
 
-    /// One matrix is covered by one of its own size.
+    /// One matrix is covered by one of its own size, but for the floor of each column.
     #[test]
     fn a_cover_of_one_matrix_is_as_large() {
         let one = Mat::from_row_slice(2, 3, &[3.0, 0.0, 4.0, 0.0, 0.0, 1.0]);
         let found = cover(std::slice::from_ref(&one), 3);
-        let rest = found.transpose() * &found - one.transpose() * &one;
+        let square = one.transpose() * &one;
+        let rest =
+            found.transpose() * &found - &square - Mat::from_diagonal(&square.diagonal()) * FLOOR.powi(2);
         assert!(rest.amax() < 1e-10, "{found}");
     }
 

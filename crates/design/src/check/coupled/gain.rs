@@ -5,29 +5,37 @@
 //! ```text
 //! [xi'; yi] = M_ii [xi; Ti] + U_i d_i,     d_i = U_i^-1 (D_ii [xi; Ti] + D_ij [xj; Tj])
 //! e_i = [(1 + b_j)^(1/2) F_i; (1 + 1/b_i)^(1/2) G_i] [xi; Ti]
-//! |U_j^-1 D_ji v| <= |F_i v| and |U_i^-1 D_ii v| <= |G_i v| in every turn
+//! |U_j^-1 D_ji v| <= |F_i v| and |U_i^-1 D_ii v| <= |G_i v| in the turns computed
 //! ```
 //!
+//! With the gain g_i of axis i from d_i to e_i and the Lyapunov function V_i of its proof,
+//!
+//! ```text
+//! d/dt (g_1 V_1 + g_2 V_2) < g_1^2 |d_1|^2 + g_2^2 |d_2|^2 - |e_1|^2 - |e_2|^2
+//! ```
+//!
+//! so that the loop of both is exponentially stable for every trajectory of speed and rate of turn along which
+//! `g_1^2 |d_1|^2 + g_2^2 |d_2|^2 <= |e_1|^2 + |e_2|^2` for every state (small gain theorem: G. Zames, IEEE Trans.
+//! Automatic Control 11(2), 1966). The root of the largest ratio of both sides is what a turn takes of what is allowed.
+//!
 //! By `|p + q|^2 <= (1 + 1/b) |p|^2 + (1 + b) |q|^2` there is `|d_i|^2 <= (1 + 1/b_i) |G_i [xi; Ti]|^2 + (1 + b_i) |F_j
-//! [xj; Tj]|^2`, and so `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2`. Where the gain g_i of each axis from d_i to e_i is
-//! below 1, the loop of both is exponentially stable, for every trajectory of speed and of the rate of turn: with the
-//! Lyapunov functions V_i of the two proofs `g_1 V_1 + g_2 V_2` decreases (small gain theorem: G. Zames, IEEE Trans.
-//! Automatic Control 11(2), 1966). U_i, a diagonal matrix, and b_i > 0 are free; see `balance`. F_i and G_i are of the
-//! turns at some speeds and rates; nothing is proved of those between.
+//! [xj; Tj]|^2`, and so `|d_1|^2 + |d_2|^2 <= |e_1|^2 + |e_2|^2` in the turns from which F_i and G_i are computed: they
+//! take at most the larger of both gains. Turns between them are computed as well, and nothing is proved of others.
+//! U_i, a diagonal matrix, and b_i > 0 are free; see `balance`.
 
 use crate::certify::controller_of;
 use crate::check::coupled::balance::{Response, complex, cover, units};
 use crate::check::coupled::plant::{AxisPlant, Sample, in_parameters_of, part};
 use crate::check::coupled::turn::Turning;
 use crate::error::Error;
-use crate::numbers::{above, rounded_down};
+use crate::numbers::above;
 use auv::TrimError;
 use base::numbers::tidy;
 use certificate::Certificate;
 use lpv::analysis::bounded_gain::with_raised_gamma;
 use lpv::analysis::{GainBound, given_loop};
 use lpv::controller::Controller;
-use lpv::matrix::{Mat, block, largest_complex_singular_value};
+use lpv::matrix::{Mat, block, largest_complex_singular_value, largest_singular_value, symmetric_function};
 use lpv::model_error::LoopError;
 use lpv::plant::GeneralisedPlant;
 use nalgebra::{Complex, DVector};
@@ -37,7 +45,7 @@ use proof::same_plant::check_in_box;
 use rayon::prelude::*;
 use scheduled::Scheduling;
 
-/// The number of speeds of the turns whose D the bounds cover.
+/// The number of speeds of the turns whose D the bounds cover, closer to one another at the ends of the range.
 pub const SPEEDS: usize = 13;
 
 /// Their number of rates to each side, beside straight flight.
@@ -56,6 +64,8 @@ pub struct Coupling {
     pub rates: [f64; 2],
     /// Those rates by the limit of the reference.
     pub share: f64,
+    /// The most that a turn takes of what the gains allow, of the turns computed: below 1.
+    pub taken: f64,
     /// Of pitch or depth, and of heading: each gain is below 1.
     pub axes: [Proof; 2],
 }
@@ -68,22 +78,22 @@ impl Coupling {
 
     /// What is proved; `names` are those of the axes.
     pub fn words(&self, names: [&str; 2]) -> String {
-        words(self.rates, self.share, names, self.gains())
+        words(self.rates, (self.share, self.taken), names, self.gains())
     }
 }
 
-/// What two gains below 1 prove, for rates of turn \[rad/s\] and their share of the limit; `names` are those of the
-/// axes.
-pub fn words(rates: [f64; 2], share: f64, names: [&str; 2], gains: [f64; 2]) -> String {
+/// What two gains below 1 prove, for rates of turn \[rad/s\], their share of the limit and what turns take of what is
+/// allowed; `names` are those of the axes.
+pub fn words(rates: [f64; 2], (share, taken): (f64, f64), names: [&str; 2], gains: [f64; 2]) -> String {
     let [least, most] = rates.map(|rate| tidy((100.0 * rate.to_degrees() + ROUNDING).floor() / 100.0, 2));
     let rates =
         if least == most { format!("{least} deg/s") } else { format!("{least} to {most} deg/s, by speed") };
-    let turns = SPEEDS * (2 * RATES + 1);
-    let factor = rounded_down(1.0 / gains[0].max(gains[1]));
+    let turns = SPEEDS * (2 * RATES + 1) + (SPEEDS - 1) * (2 * RATES + 2);
     format!(
         "in turns of up to {rates} ({share} times the limit of the reference) the linear loop of both axes, with \
-         roll, is stable for every trajectory of speed and rate of turn, if no turn couples more than {factor} times \
-         what the {turns} turns do that were computed: {}",
+         roll, is stable for every trajectory of speed and rate of turn, if no turn couples more than the \
+         certificates allow; the {turns} turns that were computed couple at most {} times that: {}",
+        above(taken),
         of_both(names, gains)
     )
 }
@@ -92,7 +102,7 @@ pub fn words(rates: [f64; 2], share: f64, names: [&str; 2], gains: [f64; 2]) -> 
 const ROUNDING: f64 = 1e-6;
 
 /// The gains in words.
-pub fn of_both([one, other]: [&str; 2], gains: [f64; 2]) -> String {
+fn of_both([one, other]: [&str; 2], gains: [f64; 2]) -> String {
     let [first, second] = gains.map(above);
     format!(
         "gain of the coupling below {first} through {one} and below {second} through {other}, both below 1"
@@ -112,6 +122,13 @@ fn spread([low, high]: [f64; 2], count: usize) -> Vec<f64> {
     (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
 }
 
+/// Numbers over a range, closer to one another at its ends (Chebyshev's points).
+fn finer_at_the_ends([low, high]: [f64; 2], count: usize) -> Vec<f64> {
+    let half = 0.5 * (high - low);
+    let angle = |i: usize| std::f64::consts::PI * i as f64 / (count - 1) as f64;
+    (0..count).map(|i| if i + 1 == count { high } else { low + half * (1.0 - angle(i).cos()) }).collect()
+}
+
 /// Bounds the gains of two axes for rates of turn up to a share of the limit of the reference, the largest of those
 /// tried for which both are below 1, and proves them in exact arithmetic. `None` if there is none, if heading does not
 /// turn, or if commands are delayed, which the loop of the proof does not have.
@@ -125,26 +142,44 @@ pub fn coupling(turning: &Turning<'_>) -> Result<Option<Coupling>, Error> {
     }
     for share in SHARES {
         let Some(turns) = Turns::new(turning, share)? else { continue };
-        let Some(axes) = turns.proved()? else { continue };
-        return Ok(Some(Coupling { rates: turning.rates(share), share, axes }));
+        let loops = turns.loops()?;
+        let (one, other) = rayon::join(|| loops[0].proved(), || loops[1].proved());
+        let Some((one, other)) = one.zip(other) else { continue };
+        let axes = [one, other];
+        let taken =
+            turns.taken(&loops, axes.each_ref().map(|axis| axis.theorem.gamma.unwrap_or(f64::INFINITY)));
+        if taken < 1.0 {
+            return Ok(Some(Coupling { rates: turning.rates(share), share, taken, axes }));
+        }
     }
     Ok(None)
 }
 
 /// The share of the limit of the reference for which the plants of certificates are those of these designs, recomputed,
-/// at values spread over the parameters.
+/// at values spread over the parameters; and what turns take of what their gains allow.
 ///
 /// # Errors
-/// [`ProofError::WrongPlant`] if they are for none of those tried.
-pub fn share_of(turning: &Turning<'_>, certificates: [&Certificate; 2]) -> Result<f64, Error> {
+/// [`ProofError::WrongPlant`] if they are for none of those tried; [`ProofError::Mismatch`] if turns take more than is
+/// allowed.
+pub fn share_of(
+    turning: &Turning<'_>,
+    certificates: [&Certificate; 2],
+    gains: [f64; 2],
+) -> Result<(f64, f64), Error> {
     let mut reason = ProofError::Mismatch { what: "the plant of the coupling".into() };
     for share in SHARES {
         let Some(turns) = Turns::new(turning, share)? else { continue };
-        let same = turns.loops()?.into_iter().zip(certificates).try_for_each(|(made, certificate)| {
+        let loops = turns.loops()?;
+        let same = loops.iter().zip(certificates).try_for_each(|(made, certificate)| {
             check_in_box(&certificate.plant, &certificate.blocks, &made.plant)
         });
         match same {
-            Ok(()) => return Ok(share),
+            Ok(()) => {
+                let taken = turns.taken(&loops, gains);
+                let wrong =
+                    || ProofError::Mismatch { what: "a turn that couples more than is allowed".into() };
+                return (taken < 1.0).then_some((share, taken)).ok_or_else(|| wrong().into());
+            }
             Err(found) => reason = found,
         }
     }
@@ -156,19 +191,30 @@ struct Turns {
     /// Each axis, in its own turns.
     plants: [AxisPlant; 2],
     controllers: [Controller; 2],
-    /// `added[i][j]`: the D_ij.
+    /// `added[i][j]`: the D_ij, first of the turns that the bounds cover, then of those between.
     added: [[Vec<Mat>; 2]; 2],
+    /// The number of those that the bounds cover.
+    covered: usize,
 }
 
 impl Turns {
     /// `None` if there are no such turns.
     fn new(turning: &Turning<'_>, share: f64) -> Result<Option<Self>, Error> {
-        let mut turns = vec![];
-        for speed in spread(turning.speeds(), SPEEDS) {
-            let fastest = share * turning.fastest(speed);
-            let parts = (-(RATES as i32)..=RATES as i32).map(|step| f64::from(step) / RATES as f64);
-            turns.extend(parts.map(|part| (speed, part.abs(), part * fastest)));
-        }
+        let speeds = finer_at_the_ends(turning.speeds(), SPEEDS);
+        let parts = spread([-1.0, 1.0], 2 * RATES + 1);
+        let mean = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
+        let other_speeds: Vec<f64> = speeds.windows(2).map(mean).collect();
+        let other_parts: Vec<f64> = parts.windows(2).map(mean).chain([-1.0, 1.0]).collect();
+        let grid = |speeds: &[f64], parts: &[f64]| -> Vec<(f64, f64, f64)> {
+            let at = |speed: f64| {
+                let fastest = share * turning.fastest(speed);
+                parts.iter().map(move |part| (speed, part.abs(), part * fastest))
+            };
+            speeds.iter().copied().flat_map(at).collect()
+        };
+        let mut turns = grid(&speeds, &parts);
+        let covered = turns.len();
+        turns.extend(grid(&other_speeds, &other_parts));
         // The matrix M, tau and the forward speed of each turn.
         let motion = |(speed, tau, rate): &(f64, f64, f64)| {
             turning.motion(*speed, *rate).map(|(m, forward_speed)| (m, *tau, forward_speed))
@@ -190,7 +236,8 @@ impl Turns {
             let straight: Result<Vec<_>, TrimError> =
                 straight.map(|speed| motion(&(speed, 0.0, 0.0))).collect();
             let Ok(straight) = straight else { return Ok(None) };
-            let all: Vec<Sample> = samples.iter().cloned().chain(straight.iter().map(sample)).collect();
+            let all: Vec<Sample> =
+                samples[..covered].iter().cloned().chain(straight.iter().map(sample)).collect();
             let plant = AxisPlant::fit(axis.clone(), &all)?;
             let left = samples.iter().map(|one| plant.residual(one)).collect::<Result<Vec<Mat>, Error>>()?;
             parts.push((plant, left, controller_of(&turning.designs[i].lft)?));
@@ -205,6 +252,7 @@ impl Turns {
             added: [[own, between(0, 1)], [between(1, 0), others]],
             plants: [one, other],
             controllers: [first, second],
+            covered,
         }))
     }
 
@@ -212,13 +260,13 @@ impl Turns {
     fn loops(&self) -> Result<[Loop; 2], Error> {
         let responses = [self.responses(0)?, self.responses(1)?];
         let rows = [0, 1].map(|i| self.plants[i].axis.rows.len());
-        let added = [0, 1].map(|i| [0, 1].map(|j| self.added[i][j].as_slice()));
+        let added = [0, 1].map(|i| [0, 1].map(|j| &self.added[i][j][..self.covered]));
         let units = units(added, [&responses[0], &responses[1]], rows);
         // D_ij in those units.
         let scaled = |i: usize, j: usize| -> Vec<Mat> {
             let inverse = units[i].iter().map(|unit| 1.0 / unit);
             let inverse = Mat::from_diagonal(&DVector::from_iterator(rows[i], inverse));
-            self.added[i][j].iter().map(|m| &inverse * m).collect()
+            added[i][j].iter().map(|m| &inverse * m).collect()
         };
         let parts = [0, 1].map(|i| {
             let columns = self.plants[i].axis.columns.len();
@@ -237,16 +285,28 @@ impl Turns {
             let c = block(&[&[&(f * (1.0 + b[1 - i]).sqrt())], &[&(g * (1.0 + 1.0 / b[i]).sqrt())]]);
             let plant = self.plants[i].plant(u, &c)?;
             let controller = in_parameters_of(&plant, &self.controllers[i]);
-            Ok(Loop { plant, controller })
+            Ok(Loop { plant, controller, units: units[i].clone(), c })
         };
         Ok([of_axis(0)?, of_axis(1)?])
     }
 
-    /// Certificates of gains below 1.
-    fn proved(&self) -> Result<Option<[Proof; 2]>, Error> {
-        let [one, other] = self.loops()?;
-        let (one, other) = rayon::join(|| one.proved(), || other.proved());
-        Ok(one.zip(other).map(|(one, other)| [one, other]))
+    /// The most that a turn takes of what the gains of two loops allow.
+    fn taken(&self, loops: &[Loop; 2], gains: [f64; 2]) -> f64 {
+        // v of both axes per e.
+        let per_e = loops.each_ref().map(|axis| {
+            symmetric_function(&(axis.c.transpose() * &axis.c), |value| {
+                value.max(f64::MIN_POSITIVE).powf(-0.5)
+            })
+        });
+        let of = |k: usize| {
+            let d = |i: usize, j: usize| {
+                let scaled = loops[i].units.iter().map(|unit| gains[i] / unit);
+                let scaled = DVector::from_iterator(loops[i].units.len(), scaled);
+                Mat::from_diagonal(&scaled) * &self.added[i][j][k] * &per_e[j]
+            };
+            largest_singular_value(&block(&[&[&d(0, 0), &d(0, 1)], &[&d(1, 0), &d(1, 1)]]))
+        };
+        (0..self.added[0][0].len()).map(of).fold(0.0, f64::max)
     }
 
     /// The responses of the frozen loops of an axis from \[x'; y\] to \[x; T\].
@@ -270,6 +330,10 @@ impl Turns {
 struct Loop {
     plant: GeneralisedPlant,
     controller: Controller,
+    /// The diagonal of U.
+    units: Vec<f64>,
+    /// e per \[x; T\].
+    c: Mat,
 }
 
 impl Loop {

@@ -1,0 +1,80 @@
+//! The files of an FMU that its proof says nothing of: binaries, page, icons, licences.
+
+use crate::archive::FmuArchive;
+use crate::axes::Axes;
+use crate::c::{CERTIFICATE, CONTROLLER};
+use crate::fmu::{PAGE, attached};
+use crate::kind::Kind;
+use crate::platform::Platform;
+use base::files::read_bytes;
+use fmi2::INTERFACE_RESOURCE;
+use fmu_controller::of_axis;
+use model_description::ModelDescription;
+use scheduled::ControllerDesign;
+use squid_design::check::coupled::gain::CERTIFICATES;
+use std::io;
+
+/// Names of the files of an FMU, compared with those that this squid packs.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Contents {
+    /// Files that are identical, to the byte.
+    pub identical: Vec<String>,
+    /// Files that differ, that this squid does not pack, or that it cannot make here.
+    pub unexamined: Vec<String>,
+}
+
+impl Contents {
+    /// Compares the files of an archive; the page only if it is given.
+    ///
+    /// # Errors
+    /// Those of writing the terminals.
+    pub fn of(
+        archive: FmuArchive,
+        (kind, description): (Kind, &ModelDescription),
+        designs: Axes<&ControllerDesign>,
+        page: Option<Vec<u8>>,
+    ) -> io::Result<Self> {
+        let FmuArchive { others, resources, .. } = archive;
+        let mut packed = attached(kind, description, designs)?;
+        packed.extend(page.map(|page| (PAGE.to_owned(), page)));
+        for platform in Platform::every() {
+            let entry = platform.entry(&description.model_identifier);
+            if others.contains_key(&entry)
+                && let Ok(binary) = platform.find(kind, None)
+                && let Ok(bytes) = read_bytes(&binary)
+            {
+                packed.insert(entry, bytes);
+            }
+        }
+        let is_packed = |(name, bytes): &(String, Vec<u8>)| packed.get(name) == Some(bytes);
+        let (identical, differing): (Vec<_>, Vec<_>) = others.into_iter().partition(is_packed);
+        let unknown = resources.iter().filter(|(name, _)| !is_verified(name));
+        let unknown = unknown.map(|(name, _)| format!("resources/{name}"));
+        Ok(Self {
+            identical: identical.into_iter().map(|(name, _)| name).collect(),
+            unexamined: differing.into_iter().map(|(name, _)| name).chain(unknown).collect(),
+        })
+    }
+
+    /// One line for each of the two.
+    pub fn lines(&self) -> Vec<String> {
+        let lines = [
+            ("identical, to the byte, to what this squid packs", &self.identical),
+            (
+                "NOT EXAMINED, because this squid packs none or another, or cannot make it here",
+                &self.unexamined,
+            ),
+        ];
+        let line = |(words, names): (&str, &Vec<String>)| format!("{words}: {}", names.join(", "));
+        lines.into_iter().filter(|(_, names)| !names.is_empty()).map(line).collect()
+    }
+}
+
+/// Whether a resource is one that is proved, compared with vehicle and design file, or said not to be.
+fn is_verified(resource: &str) -> bool {
+    let of_axes =
+        [0, 1].into_iter().flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
+    let others = ["plant.json", "manoeuvre.json", fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];
+    of_axes.into_iter().any(|name| name == resource)
+        || others.iter().chain(&CERTIFICATES).any(|name| *name == resource)
+}
