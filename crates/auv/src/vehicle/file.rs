@@ -151,7 +151,7 @@ fn check_lateral(
         let damping = ["K_up", "K_p", "K_pp"];
         if !damping.iter().any(|key| sources.contains_key(*key)) {
             let meaning =
-                "roll moment per u p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
+                "roll moment per |u| p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
             needs("lift", "K_up", meaning.to_owned());
         }
         return;

@@ -34,22 +34,22 @@ impl Vehicle {
         });
         let lift = (c.Z_uw > 0.0).then(|| {
             format!(
-                "the heave force Z_uw u w acts in the direction of w: without the terms of added mass Z_uw is {} kg/m, \
-                 where the lift of a hull is negative",
+                "the heave force Z_uw |u| w acts in the direction of w: without the terms of added mass Z_uw is {} \
+                 kg/m, where the lift of a hull is negative",
                 rounded(c.Z_uw)
             )
         });
         let damping = (c.M_uq > 0.0).then(|| {
             format!(
-                "the pitch moment M_uq u q acts in the direction of q: without the terms of added mass M_uq is {} \
+                "the pitch moment M_uq |u| q acts in the direction of q: without the terms of added mass M_uq is {} \
                  kg.m, where the damping by fins is negative",
                 rounded(c.M_uq)
             )
         });
         let with_motion = [
-            ("Y_uv", c.Y_uv, "sway force Y_uv u v", "v", "the lift of a hull"),
-            ("N_ur", c.N_ur, "yaw moment N_ur u r", "r", "the damping by fins"),
-            ("K_up", c.K_up, "roll moment K_up u p", "p", "the damping by fins"),
+            ("Y_uv", c.Y_uv, "sway force Y_uv |u| v", "v", "the lift of a hull"),
+            ("N_ur", c.N_ur, "yaw moment N_ur |u| r", "r", "the damping by fins"),
+            ("K_up", c.K_up, "roll moment K_up |u| p", "p", "the damping by fins"),
         ];
         let given = |key: &str| self.sources.contains_key(key);
         let lateral = with_motion.into_iter().filter(|(key, value, ..)| *value > 0.0 && given(key)).map(
