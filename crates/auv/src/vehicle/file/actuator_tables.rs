@@ -11,7 +11,7 @@ use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
-use crate::words::{number, rounded};
+use crate::words::{number, readable, rounded};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 13] =
@@ -234,7 +234,8 @@ impl Reader<'_> {
         if min < max {
             return Some(actuator);
         }
-        let (key, unit) = (actuator.name.clone(), actuator.unit());
+        let (key, (factor, unit)) = (actuator.name.clone(), readable(actuator.unit()));
+        let (min, max) = (factor * min, factor * max);
         self.table.blame("min", FileProblem::LimitsReversed { key, min, max, unit });
         None
     }

@@ -3,6 +3,7 @@
 mod file;
 mod model;
 mod turns;
+mod upright;
 mod waves;
 
 use crate::common::{text, whole};
