@@ -53,16 +53,20 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
     if !KINDS.iter().any(|(kind, ..)| root.has(kind)) {
         root.problem(FileProblem::NoActuator);
     }
+    let mut all_read = true;
     for (kind, keys, read) in KINDS {
-        for table in root.tables(kind) {
+        let tables = root.tables(kind);
+        all_read &= root.has(kind) != tables.is_empty();
+        for table in tables {
             table.allow_only(keys);
             let name = name(&table, &mut taken);
             let reader = Reader { name: name.clone().unwrap_or_default(), table: &table, units };
-            let actuator = read(reader, sources);
-            actuators.extend(name.and(actuator));
+            let actuator = name.and(read(reader, sources));
+            all_read &= actuator.is_some();
+            actuators.extend(actuator);
         }
     }
-    if !actuators.is_empty() && !actuators.iter().any(Actuator::acts_in_plane) {
+    if all_read && !actuators.is_empty() && !actuators.iter().any(Actuator::acts_in_plane) {
         root.problem(FileProblem::NoActuator);
     }
     actuators
