@@ -214,7 +214,7 @@ impl<'d> Table<'d> {
         self.allow_only_or(keys, &[]);
     }
 
-    /// The same where some unknown keys have another name in the list.
+    /// Does the same, and suggests the listed name of a key that is `renamed`, from its name to the listed one.
     pub fn allow_only_or(&self, keys: &[&str], renamed: &[(&str, &str)]) {
         for (at, key) in self.keys().into_iter().filter(|(_, key)| !keys.contains(key)) {
             let mut allowed = keys.to_vec();
@@ -244,7 +244,7 @@ impl<'d> Table<'d> {
         }
     }
 
-    /// Whether a key is the first part of a name with a dot, which TOML reads as a table.
+    /// Returns whether a key is the first part of a name with a dot, which TOML reads as a table.
     pub fn is_dotted(&self, key: &str) -> bool {
         let name = self.entries.get_key_value(key).map(|(name, _)| name.span());
         let after = name.and_then(|span| self.document.text.get(span.end..));
@@ -283,7 +283,7 @@ impl<'d> Table<'d> {
         (!self.is_too_long(key, found, MOST_NUMBERS)).then_some(value)
     }
 
-    /// Whether a list is too long, which is then recorded as a mistake.
+    /// Returns whether a list is too long, and records that as a mistake.
     fn is_too_long(&self, key: &str, found: usize, most: usize) -> bool {
         if found > most {
             self.blame(key, FileProblem::TooLong { key: self.full(key), found, most });

@@ -227,12 +227,8 @@ fn possible<const N: usize, F: Equations<N>>(
         ("the angular velocity q about y", q),
         ("the angular velocity r about z", r),
     ];
-    let limited =
-        |all: [(&'static str, f64); 3], most, unit| all.map(|(state, found)| (state, found, most, unit));
-    for (state, found, most, unit) in
-        limited(speeds, FASTEST, "m/s").into_iter().chain(limited(turns, FASTEST_TURN, "rad/s"))
-    {
-        if found.is_nan() || found.abs() > most {
+    for (states, most, unit) in [(speeds, FASTEST, "m/s"), (turns, FASTEST_TURN, "rad/s")] {
+        if let Some((state, found)) = states.into_iter().find(|(_, one)| one.is_nan() || one.abs() > most) {
             return Err(IntegrationError::Impossible { state, found, most, unit });
         }
     }

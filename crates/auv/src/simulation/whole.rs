@@ -41,7 +41,7 @@ impl WholeFlow<'_> {
     }
 }
 
-/// Places of the angles in the state.
+/// Indices of the angles in the state.
 const PITCH: usize = 3;
 const ROLL: usize = 9;
 const HEADING: usize = 10;

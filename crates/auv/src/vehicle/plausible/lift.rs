@@ -18,7 +18,7 @@ struct Form {
     force: f64,
     cross: f64,
     damping: f64,
-    /// What splitting combined lift adds to the last two.
+    /// Terms that splitting combined lift adds to the last two.
     split: [f64; 2],
 }
 

@@ -8,7 +8,7 @@ use crate::words::rounded;
 const FAST: f64 = 15.0;
 /// The length of a hull, in sides of the cube of water that it displaces: 1.24 for a ball, 5 for a slenderness of 8.
 const SLENDER: std::ops::RangeInclusive<f64> = 1.0..=20.0;
-/// As in a vehicle file \[m/s2\].
+/// Standard gravity, as vehicle files are checked by \[m/s2\].
 const GRAVITY: f64 = 9.81;
 
 impl Vehicle {
