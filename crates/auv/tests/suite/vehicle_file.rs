@@ -683,6 +683,14 @@ fn usual_slips_are_named() {
     );
 }
 
+/// A name with a dot is a table of TOML; in quotes it is not.
+#[test]
+fn names_with_a_dot_are_told_from_tables() {
+    let text = "a.b = 1\n\"c.d\" = 2\n[e]\nf = 3\n";
+    let document = auv::toml_file::Document::parse(text, "f.toml").unwrap();
+    assert_eq!(["a", "c.d", "e", "g"].map(|key| document.root().is_dotted(key)), [true, false, false, false]);
+}
+
 /// Lists far beyond any vehicle are refused at once, with their limit.
 #[test]
 fn endless_lists_are_refused() {

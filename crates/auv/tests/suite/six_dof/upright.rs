@@ -70,7 +70,7 @@ fn it_loops_as_by_a_matrix() {
     let Motion { u, w, q, .. } = start.motion;
     let mut expected: ByMatrix =
         ([u, 0.0, w, 0.0, q, 0.0], axes(&start), Vector3::new(0.0, 0.0, start.depth));
-    let mut steepest = 0.0_f64;
+    let (mut steepest, mut farthest) = (0.0_f64, 0.0_f64);
     for state in flown(&vehicle, &start, yaw, 8.0) {
         for _ in 0..20 {
             let k1 = rate(&vehicle, &expected, yaw);
@@ -86,8 +86,9 @@ fn it_loops_as_by_a_matrix() {
             (axes(&state) - matrix).amax().max((Vector3::new(state.x, state.east, state.depth) - way).amax());
         assert!(apart < 1e-7, "{apart} at {state:?}");
         assert!(state.motion.theta.abs() <= std::f64::consts::FRAC_PI_2);
-        steepest = steepest.max(state.motion.theta);
+        (steepest, farthest) = (steepest.max(state.motion.theta), farthest.max(apart));
     }
+    println!("apart by at most {farthest:.1e}");
     assert!(steepest > 1.5, "{steepest} rad");
 }
 
