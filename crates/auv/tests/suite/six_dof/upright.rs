@@ -66,13 +66,13 @@ fn moved((nu, r, way): &ByMatrix, (dnu, dr, dway): &ByMatrix, h: f64) -> ByMatri
 #[test]
 fn it_loops_as_by_a_matrix() {
     let vehicle = looping(whole("squid"));
-    let (start, yaw, h) = (level(&vehicle), 2.0, 1e-3);
+    let (start, yaw, h) = (level(&vehicle), 2.0, 2.5e-4);
     let Motion { u, w, q, .. } = start.motion;
     let mut expected: ByMatrix =
         ([u, 0.0, w, 0.0, q, 0.0], axes(&start), Vector3::new(0.0, 0.0, start.depth));
-    let (mut steepest, mut farthest) = (0.0_f64, 0.0_f64);
+    let mut steepest = 0.0_f64;
     for state in flown(&vehicle, &start, yaw, 8.0) {
-        for _ in 0..20 {
+        for _ in 0..80 {
             let k1 = rate(&vehicle, &expected, yaw);
             let k2 = rate(&vehicle, &moved(&expected, &k1, 0.5 * h), yaw);
             let k3 = rate(&vehicle, &moved(&expected, &k2, 0.5 * h), yaw);
@@ -84,11 +84,10 @@ fn it_loops_as_by_a_matrix() {
         let (_, matrix, way) = &expected;
         let apart =
             (axes(&state) - matrix).amax().max((Vector3::new(state.x, state.east, state.depth) - way).amax());
-        assert!(apart < 1e-7, "{apart} at {state:?}");
+        assert!(apart < 1e-8, "{apart} at {state:?}");
         assert!(state.motion.theta.abs() <= std::f64::consts::FRAC_PI_2);
-        (steepest, farthest) = (steepest.max(state.motion.theta), farthest.max(apart));
+        steepest = steepest.max(state.motion.theta);
     }
-    println!("apart by at most {farthest:.1e}");
     assert!(steepest > 1.5, "{steepest} rad");
 }
 
