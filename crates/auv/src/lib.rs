@@ -85,4 +85,4 @@ pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
-pub use words::{number, rounded};
+pub use words::{number, readable, rounded};

@@ -19,6 +19,10 @@ use crate::words::{nearest, number};
 const LARGEST: f64 = 1e18;
 const TOO_LARGE: &str = "at most 1e18 in size, for the products of larger numbers overflow";
 
+/// The most tables, and the most numbers or pairs, in one list: many times those of any vehicle.
+const MOST_TABLES: usize = 100;
+const MOST_NUMBERS: usize = 1000;
+
 /// The longest text that a message quotes in full, in characters.
 const LONGEST_SHOWN: usize = 60;
 
@@ -50,7 +54,9 @@ impl<'a> Document<'a> {
                 document.blame(at, FileProblem::Twice { key });
             } else {
                 // What follows may be a consequence.
-                document.blame(at, FileProblem::NotToml { message: error.message().to_owned() });
+                let message = error.message().to_owned();
+                let comma = document.decimal_comma(at).map(|found| FileProblem::DecimalComma { found });
+                document.blame(at, comma.unwrap_or(FileProblem::NotToml { message }));
                 document.check()?;
             }
         }
@@ -92,6 +98,18 @@ impl<'a> Document<'a> {
     pub fn finish<T>(&self, read: Option<T>) -> Result<T, FileError> {
         self.check()?;
         read.ok_or_else(|| FileError { file: self.file.to_owned(), mistakes: Vec::new() })
+    }
+
+    /// A number with a decimal comma after an equals sign in the line of a byte offset.
+    fn decimal_comma(&self, at: usize) -> Option<String> {
+        let line = self.text.lines().nth(self.line(at) - 1)?;
+        let outside_of_quotes = line.split('"').step_by(2).flat_map(|part| part.split('=').skip(1));
+        let number = |value: &str| {
+            let (whole, rest) = value.trim_start().split_once(',')?;
+            let decimals: String = rest.chars().take_while(char::is_ascii_digit).collect();
+            (whole.parse::<i64>().is_ok() && !decimals.is_empty()).then(|| format!("{whole},{decimals}"))
+        };
+        outside_of_quotes.into_iter().find_map(number)
     }
 
     /// The line, counted from 1, of a byte offset.
@@ -193,10 +211,16 @@ impl<'d> Table<'d> {
     /// Records a mistake for every key that is not listed; a key that a misspelt one probably means is then not
     /// reported as missing.
     pub fn allow_only(&self, keys: &[&str]) {
+        self.allow_only_or(keys, &[]);
+    }
+
+    /// Does the same, and suggests the listed name of a key that is `renamed`, from its name to the listed one.
+    pub fn allow_only_or(&self, keys: &[&str], renamed: &[(&str, &str)]) {
         for (at, key) in self.keys().into_iter().filter(|(_, key)| !keys.contains(key)) {
             let mut allowed = keys.to_vec();
             allowed.dedup();
-            let suggestion = nearest(key, &allowed);
+            let renamed = renamed.iter().find(|(other, _)| *other == key).map(|(_, own)| (*own).to_owned());
+            let suggestion = renamed.or_else(|| nearest(key, &allowed));
             self.meant.borrow_mut().extend(suggestion.clone());
             let (key, allowed) = (self.full(key), allowed.join(", "));
             self.document.blame(at, FileProblem::UnknownKey { key, suggestion, allowed });
@@ -220,6 +244,13 @@ impl<'d> Table<'d> {
         }
     }
 
+    /// Returns whether a key is the first part of a name with a dot, which TOML reads as a table.
+    pub fn is_dotted(&self, key: &str) -> bool {
+        let name = self.entries.get_key_value(key).map(|(name, _)| name.span());
+        let after = name.and_then(|span| self.document.text.get(span.end..));
+        after.is_some_and(|rest| rest.trim_start().starts_with('.'))
+    }
+
     /// Returns a table that must be there.
     pub fn required_table(&self, key: &str, meaning: &str) -> Option<Table<'d>> {
         self.requires(key, meaning).then(|| self.table(key)).flatten()
@@ -239,7 +270,25 @@ impl<'d> Table<'d> {
         if items.is_empty() {
             self.not_allowed(key, "an empty list", expected);
         }
+        if self.is_too_long(key, items.len(), MOST_TABLES) {
+            return Vec::new();
+        }
         items.iter().filter_map(table).collect()
+    }
+
+    /// The value of a key, if it is not a list that is too long.
+    fn short(&self, key: &str) -> Option<&'d Spanned<DeValue<'d>>> {
+        let value = self.entries.get(key)?;
+        let found = value.get_ref().as_array().map_or(0, |list| list.len());
+        (!self.is_too_long(key, found, MOST_NUMBERS)).then_some(value)
+    }
+
+    /// Returns whether a list is too long, and records that as a mistake.
+    fn is_too_long(&self, key: &str, found: usize, most: usize) -> bool {
+        if found > most {
+            self.blame(key, FileProblem::TooLong { key: self.full(key), found, most });
+        }
+        found > most
     }
 
     fn child(&self, path: String, span: Range<usize>, entries: &'d DeTable<'d>) -> Table<'d> {
@@ -369,7 +418,7 @@ impl<'d> Table<'d> {
         if !self.requires(key, words) {
             return None;
         }
-        let value = self.entries.get(key)?;
+        let value = self.short(key)?;
         let sane =
             |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.abs() <= LARGEST);
         let all = match value.get_ref() {
@@ -384,7 +433,7 @@ impl<'d> Table<'d> {
         if !self.requires(key, words) {
             return None;
         }
-        let value = self.entries.get(key)?;
+        let value = self.short(key)?;
         let finite = |value: &Spanned<DeValue<'_>>| decimal(value).filter(|number: &f64| number.is_finite());
         let pair = |pair: &Spanned<DeValue<'_>>| match pair.get_ref().as_array()?.as_ref() {
             [one, two] => Some([finite(one)?, finite(two)?]),

@@ -24,6 +24,11 @@ pub fn rounded(v: f64) -> String {
     Rounded(v).to_string()
 }
 
+/// Returns the factor from a unit to the one in which people read it, and the latter: degrees for radians.
+pub fn readable(unit: &str) -> (f64, &str) {
+    if unit == "rad" { (1f64.to_degrees(), "deg") } else { (1.0, unit) }
+}
+
 /// Displays a number as [`rounded`] does.
 pub(crate) struct Rounded(pub(crate) f64);
 

@@ -14,6 +14,7 @@ use crate::motion::trim::{Trim, trim_with};
 use crate::motion::trim_error::TrimError;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::{Actuator, Effect};
+use crate::words::readable;
 
 /// A step of the pitch \[rad\], or of an output in units of its reach, that is small: 0.6 deg, or 1 %.
 const SMALL: f64 = 0.01;
@@ -136,9 +137,8 @@ impl Range<'_> {
             let is_small = |v: f64| v.abs() <= SMALL * unit_size;
             if !is_small(step) && !is_small(step - predicted) {
                 let speed = from.speed;
-                let shown = |v: f64| if unit == "rad" { v.to_degrees() } else { v };
-                let unit = if unit == "rad" { "deg" } else { unit };
-                let (before, after) = (shown(values[0]), shown(values[1]));
+                let (factor, unit) = readable(unit);
+                let (before, after) = (factor * values[0], factor * values[1]);
                 return Err(TrimError::Jump { speed, quantity: name, before, after, unit });
             }
         }

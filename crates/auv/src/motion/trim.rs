@@ -11,6 +11,7 @@ use crate::motion::level::{Pitch, Speed};
 use crate::motion::trim_error::TrimError;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
+use crate::words::readable;
 
 /// A steady motion and the actuator outputs that balance it: level, but for a [`climb`].
 #[derive(Clone, Debug, PartialEq)]
@@ -124,16 +125,19 @@ fn check_limits(vehicle: &Vehicle, trim: &Trim) -> Result<(), TrimError> {
     let pairs = || vehicle.actuators.iter().zip(&trim.actuators);
     let worst = pairs().max_by(|a, b| (excess(*a) / a.0.reach()).total_cmp(&(excess(*b) / b.0.reach())));
     match worst {
-        Some((actuator, &needed)) if excess((actuator, &needed)) > 0.0 => Err(TrimError::BeyondLimits {
-            speed: trim.speed,
-            depth: trim.depth,
-            actuator: actuator.name.clone(),
-            needed,
-            excess: excess((actuator, &needed)),
-            min: actuator.min,
-            max: actuator.max,
-            unit: actuator.unit(),
-        }),
+        Some((actuator, output)) if excess((actuator, output)) > 0.0 => {
+            let (factor, unit) = readable(actuator.unit());
+            Err(TrimError::BeyondLimits {
+                speed: trim.speed,
+                depth: trim.depth,
+                actuator: actuator.name.clone(),
+                needed: factor * output,
+                excess: factor * excess((actuator, output)),
+                min: factor * actuator.min,
+                max: factor * actuator.max,
+                unit,
+            })
+        }
         _ => Ok(()),
     }
 }

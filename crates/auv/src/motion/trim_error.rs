@@ -19,10 +19,10 @@ pub enum TrimError {
     #[error("the trim depth is {} m, and must be a finite number", Rounded(*depth))]
     DepthNotFinite { depth: f64 },
     /// The pitch is not a number.
-    #[error("the pitch of a climb is {} rad, and must be a finite number", Rounded(*pitch))]
+    #[error("the pitch of a climb is {} deg, and must be a finite number", Rounded(pitch.to_degrees()))]
     PitchNotFinite { pitch: f64 },
     /// The rate of a turn is not a number that can be reached.
-    #[error("the rate of the turn is {} rad/s, and must be a finite number", Rounded(*rate))]
+    #[error("the rate of the turn is {} deg/s, and must be a finite number", Rounded(rate.to_degrees()))]
     RateNotFinite { rate: f64 },
     /// The vehicle has no inertia in roll.
     #[error(
@@ -78,7 +78,7 @@ pub enum TrimError {
         Rounded(*speed), Rounded(*pitch_deg)
     )]
     ForwardSpeedFalls { speed: f64, pitch_deg: f64 },
-    /// The trim needs an output beyond the limits of an actuator.
+    /// The trim needs an output beyond the limits of an actuator, angles in degrees.
     #[error(
         "level trim at {} m/s and {} m needs {} {unit} of {actuator}, {} {unit} beyond its limits {} .. {} {unit}",
         Rounded(*speed), Rounded(*depth), Rounded(*needed), Rounded(*excess), Rounded(*min), Rounded(*max)

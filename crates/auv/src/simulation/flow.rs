@@ -110,4 +110,9 @@ impl Equations<6> for Flow<'_> {
             Model::Frozen(_) | Model::Scheduled(..) => [1.0; SWITCHES],
         }
     }
+
+    fn motion(&self, body: &Body) -> Motion {
+        let [u, w, q, theta, ..] = *body;
+        Motion::in_plane(u, w, q, theta)
+    }
 }

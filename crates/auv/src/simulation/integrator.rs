@@ -7,6 +7,9 @@ use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinar
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use thiserror::Error;
 
+use crate::motion::dynamics::Motion;
+use crate::words::Rounded;
+
 /// Close to rounding, so that the result hardly depends on how an interval is divided.
 const RELATIVE_TOLERANCE: f64 = 1e-13;
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
@@ -26,6 +29,10 @@ const SHORTEST_INTERVAL: f64 = 1e-11;
 /// An interval may take this many steps, and as many more as steps of [`SMALLEST_MEAN_STEP`] would.
 const FREE_STEPS: usize = 1000;
 const SMALLEST_MEAN_STEP: f64 = 1e-5;
+/// No vehicle moves faster through the water \[m/s\] ...
+const FASTEST: f64 = 100.0;
+/// ... or turns faster \[rad/s\].
+const FASTEST_TURN: f64 = 100.0;
 
 /// u, w, q, theta, and the way made since the start of the interval: x, depth.
 pub(crate) type Body = [f64; 6];
@@ -34,6 +41,15 @@ pub(crate) type Body = [f64; 6];
 pub(crate) trait Equations<const N: usize>: ODE<f64, [f64; N]> {
     /// Returns the quantities whose sign picks a branch of the equations.
     fn switches(&self, body: &[f64; N]) -> [f64; SWITCHES];
+
+    /// Returns the motion through the water; its angles may be those of another chart.
+    fn motion(&self, body: &[f64; N]) -> Motion;
+
+    /// Returns the state in another chart of the attitude, in which the equations hold from then on, if this one ends
+    /// here.
+    fn rechart(&mut self, _body: &[f64; N]) -> Option<[f64; N]> {
+        None
+    }
 }
 
 /// The number of switches.
@@ -51,9 +67,9 @@ pub enum IntegrationError {
     /// The motion is too fast: the interval would take too many steps.
     #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
     TooManySteps { steps: usize },
-    /// The motion is no longer finite.
-    #[error("the motion is not a finite number")]
-    NotFinite,
+    /// A speed or a rate is not a number, or one that no vehicle has.
+    #[error("{state} is {} {unit}, and must be at most {most} {unit} in size, which no vehicle exceeds", Rounded(*found))]
+    Impossible { state: &'static str, found: f64, most: f64, unit: &'static str },
 }
 
 /// The step size that the method last proposed.
@@ -82,7 +98,7 @@ impl Integrator {
     /// Returns the state a time `duration` \[s\] after it was `start`; the equations see the time since then.
     pub(crate) fn advance<const N: usize, F: Equations<N>>(
         &mut self,
-        equations: &F,
+        equations: &mut F,
         start: &[f64; N],
         duration: f64,
     ) -> Result<[f64; N], IntegrationError> {
@@ -95,12 +111,13 @@ impl Integrator {
 
     fn integrate<const N: usize, F: Equations<N>>(
         &mut self,
-        equations: &F,
+        equations: &mut F,
         start: &[f64; N],
         duration: f64,
     ) -> Result<[f64; N], IntegrationError> {
+        let start = &equations.rechart(start).unwrap_or(*start);
         if duration < SHORTEST_INTERVAL {
-            return finite(euler(equations, 0.0, start, duration));
+            return possible(equations, euler(equations, 0.0, start, duration));
         }
         // The method counts steps and signs of stiffness across intervals; a new one makes the result depend on the
         // state alone.
@@ -111,7 +128,7 @@ impl Integrator {
         loop {
             let remaining = duration - method.t();
             if remaining < SHORTEST_INTERVAL {
-                return finite(euler(equations, method.t(), method.y(), remaining));
+                return possible(equations, euler(equations, method.t(), method.y(), remaining));
             }
             if steps == most_steps {
                 return Err(IntegrationError::TooManySteps { steps });
@@ -139,6 +156,13 @@ impl Integrator {
                 return Err(IntegrationError::StepTooSmall);
             }
             method.set_h(self.step);
+            let reached = possible(equations, *method.y())?;
+            let now = method.t();
+            if duration - now >= SHORTEST_INTERVAL
+                && let Some(recharted) = equations.rechart(&reached)
+            {
+                self.restart(&mut method, equations, now, duration, &recharted)?;
+            }
         }
     }
 
@@ -191,6 +215,22 @@ fn euler<const N: usize, F: Equations<N>>(equations: &F, time: f64, body: &[f64;
     std::array::from_fn(|i| body[i] + step * rate[i])
 }
 
-fn finite<const N: usize>(body: [f64; N]) -> Result<[f64; N], IntegrationError> {
-    if body.iter().all(|value| value.is_finite()) { Ok(body) } else { Err(IntegrationError::NotFinite) }
+/// Refuses a state with a speed or a rate that no vehicle has.
+fn possible<const N: usize, F: Equations<N>>(
+    equations: &F,
+    body: [f64; N],
+) -> Result<[f64; N], IntegrationError> {
+    let Motion { u, v, w, p, q, r, .. } = equations.motion(&body);
+    let speeds = [("the surge speed u", u), ("the sway speed v", v), ("the heave speed w", w)];
+    let turns = [
+        ("the angular velocity p about x", p),
+        ("the angular velocity q about y", q),
+        ("the angular velocity r about z", r),
+    ];
+    for (states, most, unit) in [(speeds, FASTEST, "m/s"), (turns, FASTEST_TURN, "rad/s")] {
+        if let Some((state, found)) = states.into_iter().find(|(_, one)| one.is_nan() || one.abs() > most) {
+            return Err(IntegrationError::Impossible { state, found, most, unit });
+        }
+    }
+    Ok(body)
 }

@@ -345,7 +345,7 @@ impl Plant {
             Some(_) => Model::Frozen(&self.frozen),
         };
         let State { x, east, .. } = self.state();
-        let flow = Flow {
+        let mut flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
             outputs: &self.outputs,
@@ -362,12 +362,12 @@ impl Plant {
         let start = [u, w, q, theta, 0.0, 0.0];
         let failed = |source| SimulationError::Integration { from, to, source };
         let end = match self.side {
-            None => self.integrator.advance(&flow, &start, duration).map_err(failed)?,
+            None => self.integrator.advance(&mut flow, &start, duration).map_err(failed)?,
             Some([v, p, r, phi, heading, east]) => {
-                let whole = WholeFlow { flow, is_held: self.is_held };
+                let mut whole = WholeFlow { flow, is_held: self.is_held, last_usual: None };
                 let start = joined(start, [v, p, r, phi, heading, 0.0]);
-                let end = self.integrator.advance(&whole, &start, duration).map_err(failed)?;
-                let (body, [v, p, r, phi, heading, made]) = split(&end);
+                let end = self.integrator.advance(&mut whole, &start, duration).map_err(failed)?;
+                let (body, [v, p, r, phi, heading, made]) = split(&whole.with_usual_angles(&end));
                 self.side = Some([v, p, r, phi, heading, east + made]);
                 body
             }

@@ -3,6 +3,7 @@
 use differential_equations::ode::ODE;
 
 use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
+use crate::simulation::attitude::{Angles, LEAST_COSINE, turned, usual};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
@@ -20,6 +21,35 @@ pub(crate) struct WholeFlow<'a> {
     pub(crate) flow: Flow<'a>,
     /// Whether surge, heave and pitch are held as they are.
     pub(crate) is_held: bool,
+    /// The last usual angles, where those of the state are about the turned axes of the earth.
+    pub(crate) last_usual: Option<Angles>,
+}
+
+impl WholeFlow<'_> {
+    /// Motion and heading with the usual angles.
+    fn usual(&self, whole: &Whole) -> (Motion, f64) {
+        let (motion, heading) = motion_of(whole);
+        let Some(last) = self.last_usual else { return (motion, heading) };
+        let [phi, theta, heading] = usual([motion.phi, motion.theta, heading], last);
+        (Motion { phi, theta, ..motion }, heading)
+    }
+
+    /// Returns the state with the usual angles.
+    pub(crate) fn with_usual_angles(&self, whole: &Whole) -> Whole {
+        let (Motion { phi, theta, .. }, heading) = self.usual(whole);
+        with_angles(whole, [phi, theta, heading])
+    }
+}
+
+/// Indices of the angles in the state.
+const PITCH: usize = 3;
+const ROLL: usize = 9;
+const HEADING: usize = 10;
+
+fn with_angles(whole: &Whole, angles: Angles) -> Whole {
+    let mut all = *whole;
+    [all[ROLL], all[PITCH], all[HEADING]] = angles;
+    all
 }
 
 /// Body and side as one state.
@@ -42,7 +72,8 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
     /// A changing current leaves the velocity over ground unchanged, and so does other water that moves, which pushes.
     fn diff(&self, time: f64, whole: &Whole, rate: &mut Whole) {
         let Flow { dynamics, actuators, .. } = self.flow;
-        let (motion, heading) = motion_of(whole);
+        let [roll, pitch, yaw] = motion_of(whole).0.turning();
+        let (motion, heading) = self.usual(whole);
         let outputs = || self.flow.outputs_after(time);
         let given = self.flow.given + self.flow.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let depth = self.flow.depth + whole[5];
@@ -51,7 +82,6 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
         let [dv, dp, dr] = dynamics.lateral_acceleration(&motion, depth, lateral);
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
         let (mut current, mut gained, mut load) = self.flow.outside(time);
-        let [roll, pitch, yaw] = motion.turning();
         let through = motion.velocity(heading);
         let over_ground = |current: Current| add(through, current.in_earth());
         if let Some((water, start, [north, east])) = self.flow.water {
@@ -82,5 +112,20 @@ impl Equations<12> for WholeFlow<'_> {
     fn switches(&self, whole: &Whole) -> [f64; SWITCHES] {
         let (Motion { u, v, w, p, q, r, .. }, _) = motion_of(whole);
         [u, w, q, u.abs() - self.flow.dynamics.least_friction_speed(), v, p, r]
+    }
+
+    fn motion(&self, whole: &Whole) -> Motion {
+        motion_of(whole).0
+    }
+
+    fn rechart(&mut self, whole: &Whole) -> Option<Whole> {
+        let (Motion { phi, theta, .. }, heading) = self.usual(whole);
+        let is_upright = theta.cos().abs() < LEAST_COSINE && !self.is_held;
+        if is_upright == self.last_usual.is_some() {
+            return None;
+        }
+        let angles = [phi, theta, heading];
+        self.last_usual = is_upright.then_some(angles);
+        Some(with_angles(whole, if is_upright { turned(angles) } else { angles }))
     }
 }

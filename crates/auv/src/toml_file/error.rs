@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::motion::parameter::UnknownParameter;
 use crate::vehicle::coefficients::CoefficientError;
-use crate::words::{number, rounded};
+use crate::words::rounded;
 
 /// The mistakes in a file, in the order of the file, each on a line `FILE:LINE: the value and what is allowed`.
 #[derive(Debug)]
@@ -97,8 +97,17 @@ pub enum FileProblem {
     #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
     DuplicateActuator { name: String, first_line: usize },
     /// Limits in the wrong order.
-    #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", number(*min), number(*max))]
+    #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", rounded(*min), rounded(*max))]
     LimitsReversed { key: String, min: f64, max: f64, unit: &'static str },
+    /// A list that is too long.
+    #[error("'{key}' is a list of {found}; it must be at most {most} long")]
+    TooLong { key: String, found: usize, most: usize },
+    /// A decimal comma.
+    #[error("{found} is not a number: the decimal point is '.', not ','")]
+    DecimalComma { found: String },
+    /// A name with a dot that is not in quotes.
+    #[error("the name {name} is a table {} here; write \"{name}\" in quotes", name.split('.').next().unwrap_or_default())]
+    NoQuotes { name: String },
     /// No actuator at all.
     #[error("no actuator: give at least one [[thruster]], [[thruster_group]] or [[control_surface]]")]
     NoActuator,

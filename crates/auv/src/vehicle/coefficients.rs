@@ -1,6 +1,6 @@
 //! The coefficients of a vehicle, and the one table that describes every one of them.
 //!
-//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product u w in the heave force,
+//! Symbols are those of SNAME (1950) and Fossen (2011): `Z_uw` multiplies the product |u| w in the heave force,
 //! `X_u_dot` is the derivative of the surge force with respect to du/dt. The table drives the reading and the
 //! validation of a vehicle file, its documentation, and the parameters of the FMUs.
 
@@ -161,19 +161,19 @@ coefficients! {
         N_r_dot ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
     }
     "lift" {
-        Z_uw ["kg/m"] Any Required, "Heave force per u w: lift of hull and fixed fins";
-        Z_uq ["kg"] Any Required, "Heave force per u q";
-        M_uw ["kg"] Any Required, "Pitch moment per u w, beyond the Munk moment";
-        M_uq ["kg.m"] Any Required, "Pitch moment per u q: damping by the fixed fins";
-        Y_uv ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per u v: lift of hull and fixed fins";
-        Y_up ["kg"] Any Number(0.0), "Sway force per u p";
-        Y_ur ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per u r";
-        K_uv ["kg"] Any Number(0.0), "Roll moment per u v";
-        K_up ["kg.m"] Any Number(0.0), "Roll moment per u p: damping by the fixed fins";
-        K_ur ["kg.m"] Any Number(0.0), "Roll moment per u r";
-        N_uv ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per u v, beyond the Munk moment";
-        N_up ["kg.m"] Any Number(0.0), "Yaw moment per u p";
-        N_ur ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per u r: damping by the fixed fins";
+        Z_uw ["kg/m"] Any Required, "Heave force per |u| w: lift of hull and fixed fins";
+        Z_uq ["kg"] Any Required, "Heave force per |u| q";
+        M_uw ["kg"] Any Required, "Pitch moment per |u| w, beyond the Munk moment";
+        M_uq ["kg.m"] Any Required, "Pitch moment per |u| q: damping by the fixed fins";
+        Y_uv ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per |u| v: lift of hull and fixed fins";
+        Y_up ["kg"] Any Number(0.0), "Sway force per |u| p";
+        Y_ur ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per |u| r";
+        K_uv ["kg"] Any Number(0.0), "Roll moment per |u| v";
+        K_up ["kg.m"] Any Number(0.0), "Roll moment per |u| p: damping by the fixed fins";
+        K_ur ["kg.m"] Any Number(0.0), "Roll moment per |u| r";
+        N_uv ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per |u| v, beyond the Munk moment";
+        N_up ["kg.m"] Any Number(0.0), "Yaw moment per |u| p";
+        N_ur ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per |u| r: damping by the fixed fins";
     }
     "damping" {
         X_u ["kg/s"] NonPositive Number(0.0), "Surge force per u: linear damping";

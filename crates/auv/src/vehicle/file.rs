@@ -106,7 +106,7 @@ fn coefficients(root: &Table<'_>, units: &Units<'_>, sources: &mut BTreeMap<Stri
         let mut keys: Vec<&str> = specs.iter().map(|spec| spec.key).collect();
         keys.extend((name == "lift").then_some(CONVENTION));
         keys.extend((name == hull_table::SECTION).then_some(hull_table::STATIONS));
-        table.allow_only(&keys);
+        table.allow_only_or(&keys, &SYMMETRIC);
         if name == "lift" {
             combined = table.one_of(CONVENTION, &CONVENTIONS) == Some(1);
         }
@@ -151,7 +151,7 @@ fn check_lateral(
         let damping = ["K_up", "K_p", "K_pp"];
         if !damping.iter().any(|key| sources.contains_key(*key)) {
             let meaning =
-                "roll moment per u p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
+                "roll moment per |u| p, or K_p or K_pp in [damping]: without any the vehicle rolls for ever";
             needs("lift", "K_up", meaning.to_owned());
         }
         return;
@@ -177,6 +177,9 @@ fn check_lateral(
 
 /// With it a vehicle moves out of the vertical plane.
 const INERTIA_IN_ROLL: &str = "I_xx";
+
+/// Added masses that are not read, with those that they are equal to: their matrix is symmetric.
+const SYMMETRIC: [(&str, &str); 3] = [("K_v_dot", "Y_p_dot"), ("N_v_dot", "Y_r_dot"), ("N_p_dot", "K_r_dot")];
 
 /// The added mass of surge.
 const SURGE_MASS: &str = "X_u_dot";

@@ -2,6 +2,9 @@
 
 #![allow(non_snake_case, reason = "the field's symbols keep their capitals: Z is a force, z a length")]
 
+mod lift;
+mod size;
+
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Effect;
 use crate::words::rounded;
@@ -20,8 +23,9 @@ const DEFLECTION: f64 = 45.0;
 
 impl Vehicle {
     /// Remarks on coefficients that are allowed but improbable, a sentence each: a centre of gravity above that of
-    /// buoyancy, lift and damping that act with the motion, a moment of inertia that does not go with the mass, added
-    /// mass, lags and deflections that are too large.
+    /// buoyancy, lift and damping that act with the motion or drive the hull, a moment of inertia that does not go with
+    /// the mass, added mass, lags and deflections that are too large, planes that act ahead of the origin, thrust and
+    /// lengths that do not go with drag and displacement.
     pub fn doubts(&self) -> Vec<String> {
         let c = &self.coefficients;
         let above = c.z_B - c.z_G;
@@ -34,22 +38,22 @@ impl Vehicle {
         });
         let lift = (c.Z_uw > 0.0).then(|| {
             format!(
-                "the heave force Z_uw u w acts in the direction of w: without the terms of added mass Z_uw is {} kg/m, \
-                 where the lift of a hull is negative",
+                "the heave force Z_uw |u| w acts in the direction of w: without the terms of added mass Z_uw is {} \
+                 kg/m, where the lift of a hull is negative",
                 rounded(c.Z_uw)
             )
         });
         let damping = (c.M_uq > 0.0).then(|| {
             format!(
-                "the pitch moment M_uq u q acts in the direction of q: without the terms of added mass M_uq is {} \
+                "the pitch moment M_uq |u| q acts in the direction of q: without the terms of added mass M_uq is {} \
                  kg.m, where the damping by fins is negative",
                 rounded(c.M_uq)
             )
         });
         let with_motion = [
-            ("Y_uv", c.Y_uv, "sway force Y_uv u v", "v", "the lift of a hull"),
-            ("N_ur", c.N_ur, "yaw moment N_ur u r", "r", "the damping by fins"),
-            ("K_up", c.K_up, "roll moment K_up u p", "p", "the damping by fins"),
+            ("Y_uv", c.Y_uv, "sway force Y_uv |u| v", "v", "the lift of a hull"),
+            ("N_ur", c.N_ur, "yaw moment N_ur |u| r", "r", "the damping by fins"),
+            ("K_up", c.K_up, "roll moment K_up |u| p", "p", "the damping by fins"),
         ];
         let given = |key: &str| self.sources.contains_key(key);
         let lateral = with_motion.into_iter().filter(|(key, value, ..)| *value > 0.0 && given(key)).map(
@@ -96,23 +100,30 @@ impl Vehicle {
                     )
                 })
             });
-        let ahead = all().filter_map(|one| match one.effect {
-            Effect::ControlSurface { Y_uu_delta, N_uu_delta, .. } if Y_uu_delta * N_uu_delta > 0.0 => {
-                Some(format!(
-                    "'{}' yaws as a fin {} m ahead of the origin: 'Y_uu_delta' is {} and 'N_uu_delta' {}; those of a \
-                     rudder at the stern have opposite signs",
-                    one.name,
-                    rounded(N_uu_delta / Y_uu_delta),
-                    rounded(Y_uu_delta),
-                    rounded(N_uu_delta)
-                ))
-            }
-            _ => None,
+        let ahead = all().flat_map(|one| {
+            let Effect::ControlSurface { Z_uu_delta, M_uu_delta, Y_uu_delta, N_uu_delta, .. } = one.effect else {
+                return [None, None];
+            };
+            let planes = ("pitches", "Z_uu_delta", Z_uu_delta, "M_uu_delta", M_uu_delta, -1.0, "planes", "equal");
+            let rudder = ("yaws", "Y_uu_delta", Y_uu_delta, "N_uu_delta", N_uu_delta, 1.0, "a rudder", "opposite");
+            [planes, rudder].map(|(turns, force, of_force, moment, of_moment, sign, what, signs)| {
+                (sign * of_force * of_moment > 0.0).then(|| {
+                    format!(
+                        "'{}' {turns} as a fin {} m ahead of the origin: '{force}' is {} and '{moment}' {}; those of \
+                         {what} at the stern have {signs} signs",
+                        one.name,
+                        rounded((of_moment / of_force).abs()),
+                        rounded(of_force),
+                        rounded(of_moment)
+                    )
+                })
+            })
         });
         let inertia = self.inertia();
         let of_coefficients = gravity.into_iter().chain(lift).chain(damping).chain(inertia).chain(added);
         let of_coefficients = of_coefficients.chain(lateral).chain(round);
-        of_coefficients.chain(ahead).chain(lags).chain(surfaces.flatten()).collect()
+        let of_coefficients = of_coefficients.chain(self.driven()).chain(self.out_of_proportion());
+        of_coefficients.chain(ahead.flatten()).chain(lags).chain(surfaces.flatten()).collect()
     }
 
     /// A moment of inertia about the centre of gravity below that of a ball of the vehicle's mass and the density of

@@ -1,9 +1,9 @@
 //! The plant: energy, convergence, cutting of intervals, current, actuators, refusals.
 
-use crate::common::{remus100, squid};
+use crate::common::{remus100, squid, whole};
 use auv::{
-    Coefficients, Current, Dynamics, Fidelity, Motion, Plant, SimulationError, Speed, State, Trim, Vehicle,
-    actuator_force, trim,
+    Coefficients, Current, Dynamics, Fidelity, IntegrationError, Motion, Plant, SimulationError, Speed,
+    State, Trim, Vehicle, actuator_force, trim,
 };
 
 const DEPTH: f64 = 50.0;
@@ -275,8 +275,34 @@ fn a_motion_that_runs_away_is_reported() {
     }
     let error = error.expect("must run away within 20 s");
     assert!(matches!(error, SimulationError::Integration { .. }), "{error}");
-    println!("{error}");
     assert_eq!(plant.state(), before);
     plant.set_state(&sane.state());
     plant.advance(plant.time() + 1e-4).unwrap();
+}
+
+/// A speed or a rate that no vehicle has ends a step, with its name and value, and so does one that is no number.
+#[test]
+fn impossible_motions_are_errors() {
+    let vehicle = whole("squid");
+    let pushed = |load: [f64; 6]| {
+        let mut plant = Plant::new(&vehicle).unwrap();
+        plant.set_load(load).unwrap();
+        match plant.advance(1.0).unwrap_err() {
+            SimulationError::Integration {
+                source: IntegrationError::Impossible { state, found, most, .. },
+                ..
+            } => {
+                assert!(found.abs() > most && found.abs() < 1.5 * most, "{found}");
+                state
+            }
+            other => panic!("{other}"),
+        }
+    };
+    assert_eq!(pushed([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]), "the surge speed u");
+    assert_eq!(pushed([0.0, 0.0, 0.0, 1e5, 0.0, 0.0]), "the angular velocity p about x");
+    let mut plant = Plant::new(&vehicle).unwrap();
+    let state = plant.state();
+    plant.set_state(&State { motion: Motion { w: f64::NAN, ..state.motion }, ..state });
+    let error = plant.advance(1e-12).unwrap_err().to_string();
+    assert!(error.contains("the surge speed u is NaN m/s"), "{error}");
 }

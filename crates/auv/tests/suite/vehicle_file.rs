@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{remus100, squid};
-use auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, Status, Vehicle};
+use auv::{Allowed, COEFFICIENTS, DefaultValue, Effect, FileProblem, Status, Vehicle};
 
 const SQUID: &str = include_str!("../../../../vehicles/squid/vehicle.toml");
 const REMUS: &str = include_str!("../../../../vehicles/remus100/vehicle.toml");
@@ -600,9 +600,115 @@ fn doubts() {
         ("I_yy = { value = 16.68", "I_yy = { value = 166.8", "at the two ends of the hull"),
         ("M_q_dot = { value = -12.25", "M_q_dot = { value = -1225.", "'M_q_dot' is 73.4"),
         ("lag = { value = 0.2,", "lag = { value = 200.0,", "the lag of 'lower' is 200 s"),
+        (
+            "Z_q_dot = { value = -0.96",
+            "Z_q_dot = { value = 0.96",
+            "'Z_q_dot' is 0.960938 kg.m and 'M_w_dot' -0.960938",
+        ),
+        ("max = { value = 100", "max = { value = 2000", "push ahead with up to 2200 N"),
+        (
+            "[geometry]\nlength = { value = 2.0",
+            "[geometry]\nlength = { value = 2210",
+            "length' is 2210 m long",
+        ),
     ] {
-        assert!(SQUID.contains(from), "{from}");
-        let doubts = Vehicle::parse(&SQUID.replacen(from, to, 1), "vehicle.toml").unwrap().doubts();
-        assert!(doubts.len() == 1 && doubts[0].contains(expected), "{doubts:?}");
+        remarked(SQUID, &[(from, to)], expected);
+    }
+    for (changes, expected) in [
+        (
+            &[("M_uu_delta = { value = -6.15", "M_uu_delta = { value = 6.15")][..],
+            "pitches as a fin 0.637967 m ahead",
+        ),
+        (
+            &[("N_uu_delta = { value = -6.15", "N_uu_delta = { value = 6.15")],
+            "yaws as a fin 0.637967 m ahead",
+        ),
+        (&[("X_uu = { value = -1.62", "X_uu = { value = 0.0")], "no drag along the hull"),
+        (
+            &[("convention = \"combined\"", "convention = \"viscous\"")],
+            "resist with 'lift.convention' \"combined\"",
+        ),
+        (
+            &[(
+                "[damping]",
+                "[damping]\nZ_w = { value = -44.044, unit = \"kg/s\", source = \"Z_uw at 1.54 m/s\" }\n\
+               M_q = { value = -3.08, unit = \"kg.m2/s\", source = \"M_uq at 1.54 m/s\" }",
+            )],
+            "'Z_w', 'M_q' are 'Z_uw', 'M_uq' times 1.54 m/s",
+        ),
+        (
+            &[(
+                "[damping]",
+                "[damping]\nZ_w = { value = -44.0, unit = \"kg/s\", source = \"s\" }\n\
+               M_w = { value = 40.0, unit = \"kg.m/s\", source = \"with the Munk moment\" }\n\
+               M_q = { value = -3.1, unit = \"kg.m2/s\", source = \"s\" }",
+            )],
+            "'Z_q' and 'M_w' drive the hull",
+        ),
+    ] {
+        remarked(REMUS, changes, expected);
+    }
+    let twice = [("convention = \"viscous\"", "convention = \"combined\"")];
+    remarked(SQUID, &twice, "resist with 'lift.convention' \"viscous\"");
+}
+
+/// A file with these changes gets one remark, which says so.
+fn remarked(text: &str, changes: &[(&str, &str)], expected: &str) {
+    let changed = changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    });
+    let doubts = Vehicle::parse(&changed, "vehicle.toml").unwrap().doubts();
+    assert!(doubts.len() == 1 && doubts[0].contains(expected), "{expected}: {doubts:?}");
+}
+
+/// Mistakes of who writes a first file are told as what they are.
+#[test]
+fn usual_slips_are_named() {
+    let of = |text: &str| Vehicle::parse(text, "vehicle.toml").unwrap_err().mistakes;
+    let slip = |from: &str, to: &str| of(&SQUID.replacen(from, to, 1));
+    let comma = slip("z_G = { value = 0.03,", "z_G = { value = 0,03,");
+    assert!(matches!(&comma[0].problem, FileProblem::DecimalComma { found } if found == "0,03"), "{comma:?}");
+    let partner = "N_v_dot = { value = 1.0, unit = \"kg.m\", source = \"s\" }";
+    let partner = slip("[added_mass]", &format!("[added_mass]\n{partner}"));
+    assert!(
+        matches!(&partner[0].problem, FileProblem::UnknownKey { suggestion: Some(own), .. } if own == "Y_r_dot"),
+        "{partner:?}"
+    );
+    let reversed = REMUS.replacen("min = { value = -13.6", "min = { value = 13.7", 1);
+    let reversed = of(&reversed);
+    assert!(
+        matches!(&reversed[0].problem, FileProblem::LimitsReversed { unit: "deg", min, .. } if (min - 13.7).abs() < 1e-9),
+        "{reversed:?}"
+    );
+}
+
+/// A name with a dot is a table of TOML; in quotes it is not.
+#[test]
+fn names_with_a_dot_are_told_from_tables() {
+    let text = "a.b = 1\n\"c.d\" = 2\n[e]\nf = 3\n";
+    let document = auv::toml_file::Document::parse(text, "f.toml").unwrap();
+    assert_eq!(["a", "c.d", "e", "g"].map(|key| document.root().is_dotted(key)), [true, false, false, false]);
+}
+
+/// Lists far beyond any vehicle are refused at once, with their limit.
+#[test]
+fn endless_lists_are_refused() {
+    let points: Vec<String> = (0..100_000).map(|i| format!("[{i}.0, {i}.0]")).collect();
+    let points = format!("[{}]", points.join(", "));
+    let thruster = SQUID.split("\n[[thruster]]\n").nth(1).unwrap();
+    let thrusters: String = (0..2000)
+        .map(|i| format!("\n[[thruster]]\n{}\n", thruster.replacen("\"lower\"", &format!("\"t{i}\""), 1)))
+        .collect();
+    let stations = format!("\n[hull]\nstations = {{ value = {points}, unit = \"m\", source = \"s\" }}\n");
+    let stations = stations + "C_d = { value = 1.0, unit = \"1\", source = \"s\" }\n[drag]\n";
+    for (text, most) in [
+        (curve(&points), 1000),
+        (SQUID.replacen("\n[drag]\n", &stations, 1), 1000),
+        (SQUID.replacen("\n[[thruster]]\n", &format!("{thrusters}\n[[thruster]]\n"), 1), 100),
+    ] {
+        let mistakes = Vehicle::parse(&text, "vehicle.toml").unwrap_err().mistakes;
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        assert!(matches!(mistakes[0].problem, FileProblem::TooLong { most: found, .. } if found == most));
     }
 }

@@ -11,7 +11,7 @@ use crate::toml_file::{FileProblem, Table, cited};
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::file::curve_table::{self, CURVE, SQUARE};
 use crate::vehicle::file::units::Units;
-use crate::words::{number, rounded};
+use crate::words::{number, readable, rounded};
 
 const ANGLES: [&str; 2] = ["rad", "deg"];
 const THRUSTER: [&str; 13] =
@@ -53,16 +53,20 @@ pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -
     if !KINDS.iter().any(|(kind, ..)| root.has(kind)) {
         root.problem(FileProblem::NoActuator);
     }
+    let mut all_read = true;
     for (kind, keys, read) in KINDS {
-        for table in root.tables(kind) {
+        let tables = root.tables(kind);
+        all_read &= root.has(kind) != tables.is_empty();
+        for table in tables {
             table.allow_only(keys);
             let name = name(&table, &mut taken);
             let reader = Reader { name: name.clone().unwrap_or_default(), table: &table, units };
-            let actuator = read(reader, sources);
-            actuators.extend(name.and(actuator));
+            let actuator = name.and(read(reader, sources));
+            all_read &= actuator.is_some();
+            actuators.extend(actuator);
         }
     }
-    if !actuators.is_empty() && !actuators.iter().any(Actuator::acts_in_plane) {
+    if all_read && !actuators.is_empty() && !actuators.iter().any(Actuator::acts_in_plane) {
         root.problem(FileProblem::NoActuator);
     }
     actuators
@@ -234,7 +238,8 @@ impl Reader<'_> {
         if min < max {
             return Some(actuator);
         }
-        let (key, unit) = (actuator.name.clone(), actuator.unit());
+        let (key, (factor, unit)) = (actuator.name.clone(), readable(actuator.unit()));
+        let (min, max) = (factor * min, factor * max);
         self.table.blame("min", FileProblem::LimitsReversed { key, min, max, unit });
         None
     }

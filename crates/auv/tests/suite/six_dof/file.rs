@@ -52,7 +52,7 @@ fn a_file_says_what_a_turning_vehicle_needs() {
     assert!(word.contains("'mass.I_xx") && word.matches("I_xx").count() == 1, "{word}");
     let damping = refused(&without(&["K_up", "K_pp"]));
     assert!(
-        damping.contains("missing key 'lift.K_up': roll moment per u p, or K_p or K_pp in [damping]"),
+        damping.contains("missing key 'lift.K_up': roll moment per |u| p, or K_p or K_pp in [damping]"),
         "{damping}"
     );
     let rudder = refused(&without(&["I_xx", "K_p_dot", "K_up", "K_pp", "N_rr"]));
@@ -89,7 +89,7 @@ fn a_vehicle_that_turns_comes_back_from_json() {
 fn unlikely_numbers_are_remarked_on() {
     assert_eq!(remus().doubts(), Vec::<String>::new());
     let with_motion = read(&text("remus100").replace("value = -0.722", "value = 0.722")).doubts();
-    let expected = "the roll moment K_up u p acts in the direction of p: without the terms of added mass K_up is \
+    let expected = "the roll moment K_up |u| p acts in the direction of p: without the terms of added mass K_up is \
                     0.722, where the damping by fins is negative";
     assert_eq!(with_motion, [expected]);
     let mut broad = remus();

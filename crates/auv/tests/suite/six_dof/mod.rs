@@ -3,6 +3,7 @@
 mod file;
 mod model;
 mod turns;
+mod upright;
 mod waves;
 
 use crate::common::{text, whole};
@@ -33,13 +34,15 @@ fn remus() -> Vehicle {
     vehicle
 }
 
-/// \[u' v' w' p' q' r'\] of the REMUS 100 under thrust \[N\], stern planes and rudder \[rad\].
-fn acceleration(vehicle: &Vehicle, motion: &Motion, outputs: [f64; 3]) -> [f64; 6] {
+/// \[u' v' w' p' q' r'\] under the outputs of the actuators \[N or rad\], at the depth of which the buoyancy is given.
+fn acceleration(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> [f64; 6] {
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
-    let force = actuator_force(&vehicle.actuators, motion.u, outputs);
-    let lateral = lateral_actuator_force(&vehicle.actuators, motion.u, outputs);
-    let [du, dw, dq] = dynamics.acceleration(motion, 0.0, force);
-    let [dv, dp, dr] = dynamics.lateral_acceleration(motion, 0.0, lateral);
+    let outputs = || outputs.iter().copied();
+    let force = actuator_force(&vehicle.actuators, motion.u, outputs());
+    let lateral = lateral_actuator_force(&vehicle.actuators, motion.u, outputs());
+    let depth = vehicle.coefficients.reference_depth;
+    let [du, dw, dq] = dynamics.acceleration(motion, depth, force);
+    let [dv, dp, dr] = dynamics.lateral_acceleration(motion, depth, lateral);
     [du, dv, dw, dp, dq, dr]
 }
 
@@ -48,7 +51,7 @@ fn step(vehicle: &Vehicle, x: [f64; 10], outputs: [f64; 3], h: f64) -> [f64; 10]
     let rate = |x: [f64; 10]| {
         let [u, v, w, p, q, r, phi, theta, ..] = x;
         let motion = Motion { u, v, w, p, q, r, phi, theta };
-        let [du, dv, dw, dp, dq, dr] = acceleration(vehicle, &motion, outputs);
+        let [du, dv, dw, dp, dq, dr] = acceleration(vehicle, &motion, &outputs);
         let [roll, pitch, heading] = motion.turning();
         [du, dv, dw, dp, dq, dr, roll, pitch, heading, motion.sinking()]
     };

@@ -69,6 +69,10 @@ fn half_range(named: &Table<'_>, name: &str) -> Option<HalfRange> {
         return None;
     }
     let table = named.table(name)?;
+    if let Some((_, key)) = table.keys().first().filter(|_| named.is_dotted(name)) {
+        table.problem(FileProblem::NoQuotes { name: format!("{name}.{key}") });
+        return None;
+    }
     table.allow_only(&["absolute", "unit"]);
     let value = table.number("absolute", |v| v > 0.0, "above 0 and finite");
     let unit = table.text("unit");
@@ -204,6 +208,10 @@ mod tests {
             (
                 coefficients("Z_w = 1.2"),
                 "design.toml:4: 'uncertainty.coefficients.Z_w' is 1.2; it must be above 0 and below 1",
+            ),
+            (
+                coefficients("lower.z = 0.05"),
+                "design.toml:4: the name lower.z is a table lower here; write \"lower.z\" in quotes",
             ),
             (coefficients("Z_w = nan"), "design.toml:4: 'uncertainty.coefficients.Z_w' is NaN; it must be"),
             (

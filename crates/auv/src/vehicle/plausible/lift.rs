@@ -1,0 +1,120 @@
+//! Lift, damping and added mass that feed the motion with energy, as no water does.
+
+use crate::vehicle::Vehicle;
+use crate::vehicle::coefficients::Coefficients;
+use crate::words::rounded;
+
+/// Rounded numbers of a source may break the inequality by this part.
+const ROUNDING: f64 = 0.1;
+/// Ratios of linear damping to lift that agree within this part are one speed.
+const ALIKE: f64 = 0.01;
+/// Coefficients that are equal in theory may differ by this part of the larger one.
+const UNEQUAL: f64 = 0.5;
+
+/// Force and moment of a motion across the hull and a turn, `[F_w w + F_q q, M_w w + M_q q]` for one axis: they take
+/// energy from every such motion where `F_w <= 0`, `M_q <= 0` and `(F_q + M_w)^2/4 <= F_w M_q`.
+struct Form {
+    keys: [&'static str; 4],
+    force: f64,
+    cross: f64,
+    damping: f64,
+    /// Terms that splitting combined lift adds to the last two.
+    split: [f64; 2],
+}
+
+impl Form {
+    /// The two sides of the inequality, with combined lift split so often beside the file.
+    fn sides(&self, split: f64) -> [f64; 2] {
+        let [cross, damping] = [self.cross + split * self.split[0], self.damping + split * self.split[1]];
+        [0.25 * cross * cross, self.force * damping]
+    }
+
+    fn resists(&self, split: f64) -> bool {
+        let [left, right] = self.sides(split);
+        left <= (1.0 + ROUNDING) * right
+    }
+
+    /// A remark where it drives; a wrong sign of the force or the damping alone is another one.
+    fn remark(&self) -> Option<String> {
+        if self.resists(0.0) || self.force > 0.0 || self.damping > 0.0 {
+            return None;
+        }
+        let ([force, by_turn, moment, damping], [left, right]) = (self.keys, self.sides(0.0));
+        let advice = match [1.0, -1.0].map(|split| self.split != [0.0; 2] && self.resists(split)) {
+            [true, _] => "the numbers would resist with 'lift.convention' \"combined\"",
+            [_, true] => "the numbers would resist with 'lift.convention' \"viscous\"",
+            _ if self.split == [0.0; 2] => "lift and the Munk moment belong into [lift]",
+            _ => "check their signs and units",
+        };
+        Some(format!(
+            "'{by_turn}' and '{moment}' drive the hull: without the terms of added mass ({by_turn} + {moment})^2/4 is \
+             {}, and more than {force} {damping}, {}; {advice}",
+            rounded(left),
+            rounded(right)
+        ))
+    }
+}
+
+impl Vehicle {
+    /// Remarks on lift and damping that drive the hull, lift that is given twice, and added mass that is not symmetric.
+    pub(super) fn driven(&self) -> Vec<String> {
+        let c = &self.coefficients;
+        let given = |keys: &[&str]| keys.iter().any(|key| self.sources.contains_key(*key));
+        let form = |keys, [force, by_turn, moment, damping]: [f64; 4], split| Form {
+            keys,
+            force,
+            cross: by_turn + moment,
+            damping,
+            split,
+        };
+        let forms = [
+            form(LIFT, [c.Z_uw, c.Z_uq, c.M_uw, c.M_uq], [c.Z_w_dot, c.Z_q_dot]),
+            form(
+                ["Y_uv", "Y_ur", "N_uv", "N_ur"],
+                [c.Y_uv, c.Y_ur, c.N_uv, c.N_ur],
+                [-c.Y_v_dot, -c.Y_r_dot],
+            ),
+            form(DAMPING, [c.Z_w, c.Z_q, c.M_w, c.M_q], [0.0; 2]),
+            form(["Y_v", "Y_r", "N_v", "N_r"], [c.Y_v, c.Y_r, c.N_v, c.N_r], [0.0; 2]),
+        ];
+        let driving = forms.iter().filter(|form| given(&form.keys)).filter_map(Form::remark);
+        let apart = (c.Z_q_dot - c.M_w_dot).abs();
+        let unequal = (apart > UNEQUAL * c.Z_q_dot.abs().max(c.M_w_dot.abs())).then(|| {
+            format!(
+                "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m, which are equal in theory, for the matrix of added mass is \
+                 symmetric: check their signs and units",
+                rounded(c.Z_q_dot),
+                rounded(c.M_w_dot)
+            )
+        });
+        driving.chain(twice(c)).chain(unequal).collect()
+    }
+}
+
+const LIFT: [&str; 4] = ["Z_uw", "Z_uq", "M_uw", "M_uq"];
+const DAMPING: [&str; 4] = ["Z_w", "Z_q", "M_w", "M_q"];
+
+/// Linear damping that is all of the lift, combined or not, at one speed.
+fn twice(c: &Coefficients) -> Option<String> {
+    let linear = [c.Z_w, c.Z_q, c.M_w, c.M_q];
+    let speed = |added: f64| {
+        let munk = c.Z_w_dot - c.X_u_dot;
+        let lift = [c.Z_uw, c.Z_uq - added * c.X_u_dot, c.M_uw - added * munk, c.M_uq - added * c.Z_q_dot];
+        let pairs = || linear.into_iter().zip(lift).filter(|(linear, _)| *linear != 0.0);
+        let (first, lift) = pairs().next()?;
+        let speed = first / lift;
+        let alike = |(linear, lift): (f64, f64)| (linear - speed * lift).abs() <= ALIKE * linear.abs();
+        (speed.is_finite() && pairs().count() > 1 && pairs().all(alike)).then_some(speed)
+    };
+    let speed = speed(0.0).or_else(|| speed(1.0))?;
+    let named = |keys: [&str; 4]| {
+        let given = keys.into_iter().zip(linear).filter(|(_, linear)| *linear != 0.0);
+        given.map(|(key, _)| format!("'{key}'")).collect::<Vec<_>>().join(", ")
+    };
+    Some(format!(
+        "{} are {} times {} m/s: the same forces, given twice; [damping] has only what acts at rest, too",
+        named(DAMPING),
+        named(LIFT),
+        rounded(speed)
+    ))
+}

@@ -1,0 +1,72 @@
+//! Thrust, drag and lengths that do not go together.
+
+use crate::motion::dynamics::actuator_force;
+use crate::vehicle::Vehicle;
+use crate::words::rounded;
+
+/// More speed than this is unusual \[m/s\].
+const FAST: f64 = 15.0;
+/// The length of a hull, in sides of the cube of water that it displaces: 1.24 for a ball, 5 for a slenderness of 8.
+const SLENDER: std::ops::RangeInclusive<f64> = 1.0..=20.0;
+/// Standard gravity, as vehicle files are checked by \[m/s2\].
+const GRAVITY: f64 = 9.81;
+
+impl Vehicle {
+    /// Remarks on a hull without drag, thrust that no drag balances at a speed of vehicles, and lengths in another
+    /// unit.
+    pub(super) fn out_of_proportion(&self) -> Vec<String> {
+        let drag = if self.coefficients.surge.is_given() { None } else { self.thrust_and_drag() };
+        drag.into_iter().chain(self.lengths()).collect()
+    }
+
+    fn thrust_and_drag(&self) -> Option<String> {
+        let c = &self.coefficients;
+        let drag = -(c.axial_drag(FAST) + c.X_u * FAST);
+        if drag <= 0.0 {
+            return Some(
+                "no drag along the hull: give 'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or 'X_u' \
+                 in [damping], without which any thrust speeds the vehicle up for ever"
+                    .to_owned(),
+            );
+        }
+        let thrusters = self.actuators.iter().chain(&self.others).filter(|one| one.unit() == "N");
+        let most = |one| {
+            let ahead = |output| actuator_force(std::slice::from_ref(one), 0.0, [output])[0];
+            f64::max(ahead(one.min), ahead(one.max)).max(0.0)
+        };
+        let thrust: f64 = thrusters.map(most).sum();
+        (thrust > drag).then(|| {
+            format!(
+                "the thrusters push ahead with up to {} N ('max'), more than the drag of {} N at {FAST} m/s; more than \
+                 that speed is unusual: check the units of the thrusts and of [drag]",
+                rounded(thrust),
+                rounded(drag)
+            )
+        })
+    }
+
+    fn lengths(&self) -> Vec<String> {
+        let c = &self.coefficients;
+        let side = (c.buoyancy / (c.density * GRAVITY)).cbrt();
+        let stations = c.hull.stations();
+        let span = stations.first().zip(stations.last()).map(|([aft, _], [fore, _])| fore - aft);
+        let all = [
+            ("geometry.length", self.geometry.map(|hull| hull.length)),
+            ("drag.length", (c.wetted_area > 0.0).then_some(c.length)),
+            ("hull.stations", span),
+        ];
+        let odd = |(key, length): (&str, Option<f64>)| {
+            let length = length.filter(|length| !SLENDER.contains(&(length / side)))?;
+            Some(format!(
+                "'{key}' is {} m long, {} times the side of the cube of water that the vehicle displaces, {} m; {} to {} \
+                 times is usual: check its unit",
+                rounded(length),
+                rounded(length / side),
+                rounded(side),
+                SLENDER.start(),
+                SLENDER.end()
+            ))
+        };
+        all.into_iter().filter_map(odd).collect()
+    }
+}
