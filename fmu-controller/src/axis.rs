@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
 use scheduled::{
-    Autopilot, ControllerDesign, DesignError, Health, Inputs, Supervised, Supervisor, TickError,
+    Autopilot, ControllerDesign, DesignError, Health, Inputs, Reading, Supervised, Supervisor, TickError,
+    Transition,
 };
 
 /// The frozen design of the first axis in `resources/`; that of the second is `controller_2.json`, and so on.
@@ -198,12 +199,10 @@ impl Axis {
         state.boolean(&mut self.was_engaged)?;
         let Supervised { readings, commands, from, failed_for, changed } = self.supervisor.state();
         for reading in readings {
-            state.real(&mut reading.last)?;
-            state.real(&mut reading.believed)?;
-            state.real(&mut reading.mean)?;
-            for ticks in [&mut reading.same, &mut reading.lost_for, &mut reading.plausible_for] {
-                count(state, ticks)?;
-            }
+            let Reading { last, believed, mean, moved, anchor, .. } = reading;
+            [last, believed, mean, moved, anchor].into_iter().try_for_each(|one| state.real(one))?;
+            let Reading { same, lost_for, plausible_for, wrong_for, .. } = reading;
+            [same, lost_for, plausible_for, wrong_for].into_iter().try_for_each(|one| count(state, one))?;
         }
         state.reals(commands)?;
         state.reals(from)?;
@@ -214,8 +213,8 @@ impl Axis {
         state.real(&mut snapshot.filtered_speed)?;
         state.reals(&mut snapshot.references)?;
         for transition in &mut snapshot.transitions {
-            state.real(&mut transition.start)?;
-            state.real(&mut transition.share)?;
+            let Transition { start, rate, share, lag } = transition;
+            [start, rate, share, lag].into_iter().try_for_each(|one| state.real(one))?;
         }
         for saturation in &mut snapshot.saturation {
             state.boolean(&mut saturation.now)?;

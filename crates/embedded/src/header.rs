@@ -63,6 +63,7 @@ pub(crate) fn header(
         ("state", state(design, tables)),
         ("saturated_bits", governor::bits(design)),
     ];
+    own.push(("way", governor::way(design).to_owned()));
     own.extend(failsafe::of_header(design));
     // What the parts bring is filled in last.
     Ok(fill(&fill(include_str!("template/autopilot.h"), &own), fields))

@@ -8,15 +8,17 @@ use std::sync::Arc;
 
 use crate::design::Port;
 use crate::ports::{Inputs, Outputs};
+use crate::source::Sources;
 use crate::{
-    ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
+    Actuator, ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError,
+    TickError, Trim,
 };
 use envelope::Envelope;
 use following::Following;
 use governor::Governor;
 use signals::Level;
 
-pub use governor::{HELD, Saturation, Transition};
+pub use governor::{HELD, RETURNING, Saturation, Transition};
 
 /// The constant part of an autopilot.
 #[derive(Debug)]
@@ -36,8 +38,7 @@ pub(crate) struct Plan {
     pub(crate) speed_given: bool,
     /// Whether each signal is measured.
     pub(crate) measured: Vec<bool>,
-    /// Scale, minimum and maximum of each actuator.
-    pub(crate) actuators: Vec<[f64; 3]>,
+    pub(crate) actuators: Vec<Actuator>,
     pub(crate) trim: Trim,
     pub(crate) envelope: Envelope,
     pub(crate) parameters: usize,
@@ -45,6 +46,7 @@ pub(crate) struct Plan {
     pub(crate) anti_windup: Option<Matrix>,
     pub(crate) following: Following,
     pub(crate) governor: Governor,
+    pub(crate) sources: Sources,
     /// The indices of the signals whose trim is put out.
     pub(crate) trimmed: Vec<usize>,
     /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
@@ -107,6 +109,8 @@ pub struct Autopilot {
     origins: Vec<f64>,
     /// Excess phi of u over the limits.
     pub(crate) excess: Vec<f64>,
+    /// What the actuators got, as [`Self::follow`] or [`Self::feed_back`] was told last, within their limits.
+    pub(crate) applied: Vec<f64>,
     pub(crate) outputs: Outputs,
     /// The delayed commands, one row per tick; tick k has the row `k mod delay`.
     pub(crate) delayed: Vec<f64>,
@@ -155,11 +159,7 @@ impl Autopilot {
             filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
             speed_given: design.speed_given,
             measured: (0..design.signals.len()).map(|place| design.measures(place)).collect(),
-            actuators: design
-                .actuators
-                .iter()
-                .map(|actuator| [actuator.scale, actuator.minimum, actuator.maximum])
-                .collect(),
+            actuators: design.actuators.clone(),
             trim: Trim::new(design.trim.clone(), &design.signals),
             envelope: Envelope::new(design),
             parameters: design.lft.blocks.len(),
@@ -169,6 +169,7 @@ impl Autopilot {
                 .transpose()?,
             following: Following::new(design)?,
             governor: Governor::new(design),
+            sources: Sources::new(design),
         };
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
@@ -180,6 +181,7 @@ impl Autopilot {
             saturation: vec![Saturation::default(); plan.actuators.len()],
             origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
+            applied: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
@@ -230,8 +232,8 @@ impl Autopilot {
         self.plan.following.gains()
     }
 
-    /// Of a reference on its way to what is asked: the factor of the share of its start in a tick, and the difference
-    /// from its target that is taken for none.
+    /// The constants of a reference on its way to what is asked: the factor of [`Transition::lag`] in a tick, and the
+    /// difference from its target that is taken for none.
     pub fn returning(&self, reference: usize) -> (f64, f64) {
         self.plan.governor.returning(reference)
     }
@@ -435,7 +437,7 @@ impl Autopilot {
         let Self { plan, references, targets, transitions, saturation, excess, .. } = self;
         for (signal, transition) in transitions.iter_mut().enumerate() {
             if plan.governor.yields(signal, saturation) {
-                *transition = Transition { start: references[signal], share: 1.0 };
+                *transition = Transition::from(references[signal]);
             } else if transition.share != 0.0 {
                 plan.governor.advance(signal, transition, targets[signal]);
             }
@@ -503,7 +505,7 @@ impl Autopilot {
         self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
         let commands = &mut outputs.commands;
         for (index, command) in commands.iter_mut().enumerate() {
-            *command = trim.command(index) + plan.actuators[index][0] * *command;
+            *command = trim.command(index) + plan.actuators[index].scale * *command;
             if !command.is_finite() {
                 return Err(TickError::Diverged { index, value: *command });
             }
@@ -513,7 +515,7 @@ impl Autopilot {
             let [minimum, maximum] = plan.limits(index, trim.command(index), ahead);
             let value = *command;
             *command = value.clamp(minimum, maximum);
-            *excess = (value - *command) / plan.actuators[index][0];
+            *excess = (value - *command) / plan.actuators[index].scale;
         }
         Ok(())
     }
@@ -576,7 +578,7 @@ impl Plan {
     /// limit with one of `values`, the commands before they are limited, or was in the ticks before.
     pub(crate) fn ahead(&self, speed: f64, before: &[Saturation], values: &[f64]) -> f64 {
         let is_beyond = |(index, value): (usize, &f64)| {
-            let [_, minimum, maximum] = self.actuators[index];
+            let Actuator { minimum, maximum, .. } = self.actuators[index];
             let was = before.get(index).is_some_and(|one| one.ticks > 0);
             self.governor.steers(index) && (was || !(minimum..=maximum).contains(value))
         };
@@ -586,7 +588,7 @@ impl Plan {
     /// The limits of a command. Where the vehicle is to keep going `ahead` \[m/s\], 0 for either way, a thruster that
     /// does not steer gives nothing against it, or no more than in trim.
     pub(crate) fn limits(&self, index: usize, trim: f64, ahead: f64) -> [f64; 2] {
-        let [_, minimum, maximum] = self.actuators[index];
+        let Actuator { minimum, maximum, .. } = self.actuators[index];
         let way = ahead * self.governor.pushes(index);
         [
             if way > 0.0 { minimum.max(trim.min(0.0)) } else { minimum },

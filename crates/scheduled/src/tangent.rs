@@ -96,11 +96,11 @@ impl Autopilot {
         self.controller.tangent(&y, theta, &dy, &[drho][..plan.parameters], &mut commands)?;
         self.controller.clone().output(&y, theta, &mut computed)?;
         for (index, computed) in computed.iter_mut().enumerate() {
-            *computed = plan.trim.command(speed, index) + plan.actuators[index][0] * *computed;
+            *computed = plan.trim.command(speed, index) + plan.actuators[index].scale * *computed;
         }
         let ahead = plan.ahead(speed, if initial { &[] } else { self.saturation() }, &computed);
         for (index, (command, computed)) in commands.iter_mut().zip(&mut computed).enumerate() {
-            let scale = plan.actuators[index][0];
+            let scale = plan.actuators[index].scale;
             let [minimum, maximum] = plan.limits(index, plan.trim.command(speed, index), ahead);
             let value = *computed;
             *computed = value.clamp(minimum, maximum);

@@ -42,6 +42,14 @@ impl Envelope {
         self.limits[signal].rate.is_some()
     }
 
+    /// A rate within that of a reference at a speed V_r.
+    pub(crate) fn rate(&self, signal: usize, rate: f64, trim: AtSpeed<'_>) -> f64 {
+        match &self.limits[signal].rate {
+            Some([slowest, fastest]) => within(rate, trim.of(slowest), trim.of(fastest)),
+            None => rate,
+        }
+    }
+
     /// What is asked of a reference, within its range at a speed V_r.
     pub(crate) fn target(&self, signal: usize, asked: f64, trim: AtSpeed<'_>) -> f64 {
         match &self.limits[signal].range {
