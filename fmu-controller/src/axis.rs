@@ -172,13 +172,17 @@ impl Axis {
         !(self.applied.engaged && self.was_engaged)
     }
 
-    /// Runs the ticks that are due before a time in s.
+    /// Runs the ticks that are due before a time in s. The first takes its bearings from the inputs as they are then:
+    /// importers may set them after the initialization.
     ///
     /// # Errors
     /// [`ControllerError::Behind`], [`ControllerError::Tick`].
     pub(crate) fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
         self.keeps_up(from)?;
         while self.autopilot.is_due_before(to) {
+            if self.autopilot.ticks() == 0 {
+                self.initialise(self.autopilot.next_tick_time())?;
+            }
             self.tick(log)?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::inputs::{has_rate, inputs, keeps_commands, near, origins, reference, references};
+use crate::inputs::{Input, has_rate, inputs, keeps_commands, near, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::references::{ends, is_speed, keep_references, limited, scheduled, wanted_speed};
@@ -70,6 +70,7 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("solvers", solvers(tables)),
         ("curves", curves(design)),
         ("all_finite", all_finite.clone()),
+        ("first", first(design, tables.real)),
         ("follow", follow::functions(design, tables, &all_finite)),
         ("end_of_transitions", governor::govern(design, tables)),
         (
@@ -173,6 +174,19 @@ fn trims(design: &ControllerDesign) -> impl Iterator<Item = &String> {
         signal.level == Level::Trim && (design.trimmed().any(|one| one == *place) || used(&signal.name))
     };
     design.signals.iter().enumerate().filter(needed).map(|(_, signal)| &signal.name)
+}
+
+/// The condition that an input has a value that it cannot have at a reset.
+fn first(design: &ControllerDesign, real: Real) -> String {
+    let beyond = |input: &Input| {
+        let [least, most] = design.signals[input.signal].first(!input.measured)?.map(|end| real.literal(end));
+        Some(format!("!(in->{0} >= {least} && in->{0} <= {most})", input.name))
+    };
+    let all: Vec<String> = inputs(design).iter().filter_map(beyond).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    format!("    if ({}) return @PREFIX@_BAD_INPUT;\n", all.join(" ||\n        "))
 }
 
 fn join<T>(items: &[T], between: &str, each: impl Fn(&T) -> String) -> String {

@@ -219,9 +219,9 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
         codes[code] += 1;
         let m = design.actuators.len();
         if let Err(reason) = done {
-            use TickError::{AppliedTooLarge, Diverged, InputNotFinite, SingularLoop};
+            use TickError::{AppliedTooLarge, Diverged, InputNotFinite, OtherUnit, SingularLoop};
             let expected = match reason {
-                InputNotFinite { .. } | AppliedTooLarge { .. } => 1,
+                InputNotFinite { .. } | AppliedTooLarge { .. } | OtherUnit { .. } => 1,
                 SingularLoop { .. } => 2,
                 Diverged { .. } => 3,
             };

@@ -336,8 +336,17 @@ impl Autopilot {
     /// the present inputs.
     ///
     /// # Errors
-    /// [`TickError`].
+    /// [`TickError`]; [`TickError::OtherUnit`] and that of an input that is not finite change nothing.
     pub fn initialise(&mut self, start: f64, inputs: &Inputs) -> Result<(), TickError> {
+        inputs.check(&self.plan.signals)?;
+        for (place, port) in self.plan.signals.iter().enumerate() {
+            if self.plan.measured[place] {
+                port.check_first(inputs.measured[place], None)?;
+            }
+            if let Some(value) = inputs.references.get(place).filter(|_| self.plan.followed[place]) {
+                port.check_first(*value, port.reference.as_ref())?;
+            }
+        }
         self.controller.reset();
         self.start = start;
         self.next_tick = 0;

@@ -130,6 +130,39 @@ impl Port {
     }
 }
 
+impl Port {
+    /// The values that a measurement or a reference can have at the first tick, any without: an angle in radians is
+    /// within a turn, a vehicle does not turn faster than once a second, and a depth is in an ocean, downwards.
+    pub fn first(&self, is_reference: bool) -> Option<[f64; 2]> {
+        match self.unit.as_str() {
+            "rad" if is_reference => Some([-TAU, TAU]),
+            "rad" | "rad/s" => self.range.or(Some([-TAU, TAU])),
+            "m" if self.level == Level::Start => self.range.or(Some(DEPTHS)),
+            _ => self.range,
+        }
+    }
+
+    /// Refuses a value that it cannot have at the first tick.
+    pub(crate) fn check_first(&self, value: f64, reference: Option<&Reference>) -> Result<(), TickError> {
+        let Some([least, most]) = self.first(reference.is_some()) else { return Ok(()) };
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        let unit = self.unit.clone();
+        let hint = match unit.strip_prefix("rad") {
+            Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
+            None => String::new(),
+        };
+        let (name, meaning) =
+            reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
+        let (name, meaning) = (name.clone(), meaning.clone());
+        Err(TickError::OtherUnit { name, value, unit, least, most, meaning, hint })
+    }
+}
+
+/// From the crest of a wave to below the deepest sea floor, m.
+const DEPTHS: [f64; 2] = [-5.0, 12_000.0];
+
 /// The turns of an angle are counted in a whole number.
 const MOST_TURNS: f64 = 1e9;
 

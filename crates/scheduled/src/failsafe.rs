@@ -49,8 +49,8 @@ pub struct Reading {
     pub believed: f64,
     /// The mean of a speed that is believed, over [`RETURN`].
     pub mean: f64,
-    /// By how much it should have moved, as its [`Source`] says: since its value changed, or, of a sensor that is lost,
-    /// since it agrees with what is expected.
+    /// By how much it should have moved, as its [`Source`] says: since its value changed, or, of a sensor that is lost
+    /// and whose rate is measured, since it agrees with what is expected.
     pub moved: f64,
     /// The sum of gain and command over the actuators when its value changed, of [`Source::Commands`].
     pub anchor: f64,
@@ -277,8 +277,8 @@ impl Supervisor {
         }
     }
 
-    /// What is believed of a signal that is measured.
-    fn believed(&self, signal: usize) -> f64 {
+    /// The believed value of a signal that is measured: the last one, or what is reckoned without it.
+    pub fn believed(&self, signal: usize) -> f64 {
         let place = self.watched.iter().position(|one| one.signal == signal);
         place.map_or(0.0, |place| self.state.readings[place].believed)
     }
@@ -380,15 +380,18 @@ impl Watched {
         let moves_as_it_may = is_first || near(value - reading.last, error, rate, since.min(self.slowest));
         let speaks = valid && value.is_finite();
         let plausible = speaks && in_range && moves_as_it_may && !is_stuck;
+        let moved = reading.moved;
         reading.last = value;
         reading.same = if changed { 0 } else { since };
+        if changed && !(self.has_rate && reading.lost_for > 0) {
+            reading.moved = 0.0;
+            reading.anchor = force;
+        }
         if reading.lost_for == 0 {
             if plausible {
                 reading.believed = value;
                 if changed {
                     reading.mean += self.returning * (value - reading.mean);
-                    reading.moved = 0.0;
-                    reading.anchor = force;
                 }
                 return;
             }
@@ -397,7 +400,7 @@ impl Watched {
             reading.wrong_for = if is_stuck { self.regained_after } else { 0 };
             if self.without == Without::Reckoned {
                 // Since its value changed last it has been wrong.
-                reading.believed += reading.moved;
+                reading.believed += moved;
             }
             if self.without == Without::Speed {
                 // The controller has integrated the noise of a value that did not change.

@@ -4,7 +4,7 @@ use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::inputs::design_file::{SensorKeys, DesignFile, Safe};
+use crate::inputs::design_file::{DesignFile, Safe, SensorKeys};
 use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
 use auv::LpvModel;

@@ -37,22 +37,23 @@ static int judge(@prefix@_watched *one, const sensor *of, real value, real force
     const int in_range = of->least <= value && value <= of->most;
     const int moves = is_first || near(value - one->last, of->error, of->rate, fewer(since, of->slowest));
     const int speaks = valid && is_finite(value), plausible = speaks && in_range && moves && !stuck;
+    const real moved = one->moved;
     one->last = value;
     one->same = changed ? 0u : since;
+    if (changed && !(of->has_rate && one->lost_for > 0u)) {
+        one->moved = 0.0@f@;
+        one->anchor = force;
+    }
     if (one->lost_for == 0u) {
         if (plausible) {
             one->believed = value;
-            if (changed) {
-                one->mean += RETURNING * (value - one->mean);
-                one->moved = 0.0@f@;
-                one->anchor = force;
-            }
+            if (changed) one->mean += RETURNING * (value - one->mean);
             return 0;
         }
         one->lost_for = 1u;
         one->plausible_for = 0u;
         one->wrong_for = stuck ? REGAINED_TICKS : 0u;
-        if (of->is_reckoned) one->believed += one->moved; /* since its value changed last it has been wrong */
+        if (of->is_reckoned) one->believed += moved; /* since its value changed last it has been wrong */
         if (of->is_speed) {
             /* The controller has integrated the noise of a value that did not change. */
             const real share = (real)fewer(one->same, RETURN_TICKS) / (real)RETURN_TICKS;

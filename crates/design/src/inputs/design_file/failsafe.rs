@@ -22,7 +22,11 @@ impl Failsafe {
         let safe = table.or("safe", safe, |table, key| Some(Safe::ALL[table.one_of(key, &words)?]));
         let tables = measured.iter().filter_map(|signal| Some((*signal, table.table(signal.name)?)));
         let sensors: Vec<Option<SensorKeys>> = tables.map(|(signal, table)| sensor(signal, &table)).collect();
-        Some(Self { stale_after: stale_after?, safe: safe?, sensors: sensors.into_iter().collect::<Option<_>>()? })
+        Some(Self {
+            stale_after: stale_after?,
+            safe: safe?,
+            sensors: sensors.into_iter().collect::<Option<_>>()?,
+        })
     }
 }
 

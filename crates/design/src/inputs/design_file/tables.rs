@@ -5,8 +5,8 @@ use crate::inputs::design_file::relative_weight::RelativeWeight;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, Measured, RATE, REDUCE, Require,
-    SAMPLE_TIME, Tracked, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
+    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, Measured, RATE, REDUCE,
+    Require, SAMPLE_TIME, Tracked, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
@@ -85,7 +85,8 @@ fn sensors(
         measured.unwrap_or_default().iter().map(|one| one.place).collect(),
     ];
     let all = if measured.is_empty() { tracked } else { measured };
-    let is_used = |(place, signal): &(usize, &Signal)| signal.level == Level::Scheduled || all.contains(place);
+    let is_used =
+        |(place, signal): &(usize, &Signal)| signal.level == Level::Scheduled || all.contains(place);
     interface.signals.iter().enumerate().filter(is_used).map(|(_, signal)| signal).collect()
 }
 
