@@ -21,7 +21,7 @@ pub struct Axis {
     pub inputs: Inputs,
     /// Whether the measured value of each signal is valid.
     pub valid: Vec<bool>,
-    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
     pub stale_after: f64,
     /// What the actuators get, and from whom.
     pub applied: Applied,

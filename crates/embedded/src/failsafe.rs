@@ -106,8 +106,8 @@ pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)
         (
             "stale_after",
             format!(
-                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long, is \
-                 lost; 0 for never */",
+                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long \
+                 where it should have moved, is lost; 0 for never */",
                 failsafe.stale_after
             ),
         ),
@@ -200,9 +200,10 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
         let signal = &design.signals[one.input.signal];
         let value = near(signal, format!("in->{name}"), &format!("all->watched_{name}.believed"));
         format!(
-            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value},\n            {}, {});",
+            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value},\n            {}, {}, {});",
             force(one),
-            valid(one)
+            valid(one),
+            is_expected(design, one)
         )
     });
     let believe = all.iter().map(|one| {
@@ -238,6 +239,14 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
     fill(include_str!("template/sensors.c"), &fields)
 }
 
+/// Whether a sensor is expected to say something: not while the one of its rate is lost.
+fn is_expected(design: &ControllerDesign, one: &Watched) -> String {
+    match design.source(one.input.signal) {
+        Some(Source::Rate(rate)) => format!("all->watched_{rate}.lost_for == 0u"),
+        _ => "1".to_owned(),
+    }
+}
+
 /// What moves what is expected of a sensor that is lost, and by how much it should have moved.
 fn expected(design: &ControllerDesign, one: &Watched) -> Option<String> {
     let (name, signal) = (one.name(), &design.signals[one.input.signal]);
@@ -248,6 +257,10 @@ fn expected(design: &ControllerDesign, one: &Watched) -> Option<String> {
         Some(Source::Commands { time, .. }) => {
             let upper = name.to_ascii_uppercase();
             Some(format!("force(GAINS_{upper}, state) - {watched}.anchor - {watched}.moved / {time:?}@f@"))
+        }
+        Some(Source::Rate(other)) => {
+            let is_expected = is_expected(design, one);
+            Some(format!("{is_expected} ? all->watched_{other}.believed : 0.0@f@"))
         }
         _ => rate(design, signal, |other| format!("all->watched_{other}.believed")),
     };
@@ -329,10 +342,12 @@ pub(crate) fn about(design: &ControllerDesign) -> &'static str {
         return "Measurements are taken as they come: this design has no limits to what its sensors may say.";
     }
     "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than \
-     STALE_AFTER or the same for so long, is not finite or out of its range, or moves faster than the vehicle can; the \
-     status has its bit. It is believed again after half a second in which it was plausible. Without the speed its \
-     loop is open; without the depth it is reckoned from pitch and speed, and its reference held; without anything \
-     else the commands go to the safe ones in half a second, FAILED, whatever the references are. When a sensor comes \
-     back the first command is the last one. Nothing is proved of a loop without a \
+     STALE_AFTER and its period or of the future, is the same for so long and should have moved by several of its \
+     steps, is not finite or out of its range, or moves faster than the vehicle can; the status has its bit. It is \
+     believed again after half a second in which it was plausible; one that was stuck or elsewhere, and whose rate is \
+     measured, has to agree while the vehicle moves by more than its error. Without the speed its loop is open; without \
+     the depth it is reckoned from pitch and speed, and its reference held; pitch and heading are reckoned from their \
+     measured rates; without anything else the commands go to the safe ones in half a second, FAILED, whatever the \
+     references are. When a sensor comes back the first command is the last one. Nothing is proved of a loop without a \
      sensor."
 }

@@ -499,9 +499,9 @@ pub struct ReferenceLimits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Failsafe {
-    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
     pub stale_after: f64,
-    /// The commands without pitch or pitch rate, in the order of the actuators.
+    /// The commands where the vehicle cannot be controlled, in the order of the actuators.
     pub safe: Vec<f64>,
     /// How each measured signal moves, by its name.
     pub sensors: BTreeMap<String, Sensor>,

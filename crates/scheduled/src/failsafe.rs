@@ -83,6 +83,19 @@ struct Watched {
     regained_after: u32,
 }
 
+/// What a sensor says at a tick.
+#[derive(Debug, Clone, Copy)]
+struct Now {
+    value: f64,
+    /// The sum of gain and command over the actuators, for [`Source::Commands`].
+    force: f64,
+    is_valid: bool,
+    /// Whether what it should say follows from others that are believed.
+    is_expected: bool,
+    /// For how many ticks a value may be the same.
+    stale: u32,
+}
+
 /// The state of a [`Supervisor`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Supervised {
@@ -114,8 +127,8 @@ pub struct Supervised {
 /// have moved follows from its [`Source`]. One that is not plausible is lost. It is believed again when for
 /// [`REGAINED_AFTER`] it was plausible and, t after it was lost, not farther than `error + drift min(t, LONGEST)` from
 /// what is expected. One whose rate is measured, and that was stuck or contradicted what is expected for
-/// [`REGAINED_AFTER`], has to agree with it while the vehicle moves by more than `error`. One that stays farther is
-/// lost until the autopilot is initialised. Without it
+/// [`REGAINED_AFTER`], has to agree with it while the vehicle moves by more than `error`; while that rate is lost, too,
+/// nothing contradicts it. One that stays farther is lost until the autopilot is initialised. Without it
 ///
 /// ```text
 /// a speed is taken to be   u_k = u_(k-1) + (1 - exp(-Ts/0.5 s)) (V_r - u_(k-1)), from its mean over 0.5 s
@@ -228,7 +241,9 @@ impl Supervisor {
         self.inputs.measured.copy_from_slice(&inputs.measured);
         self.inputs.references.copy_from_slice(&inputs.references);
         self.expect(autopilot);
-        for (one, reading) in self.watched.iter().zip(&mut self.state.readings) {
+        for place in 0..self.watched.len() {
+            let is_expected = self.has_source(autopilot, place);
+            let (one, reading) = (&self.watched[place], &mut self.state.readings[place]);
             let was_lost = reading.lost_for > 0;
             let value =
                 autopilot.plan.signals[one.signal].nearest(inputs.measured[one.signal], reading.believed);
@@ -237,7 +252,8 @@ impl Supervisor {
                 after => ticks(after + one.sensor.period, self.sample_time),
             };
             let force = autopilot.plan.sources.force(one.signal, &self.state.commands);
-            one.judge(reading, value, force, valid[one.signal], stale, self.sample_time);
+            let now = Now { value, force, is_valid: valid[one.signal], is_expected, stale };
+            one.judge(reading, now, self.sample_time);
             self.inputs.measured[one.signal] = reading.believed;
             self.state.changed |= was_lost && reading.lost_for == 0;
         }
@@ -263,6 +279,7 @@ impl Supervisor {
                 None => sources.accelerated(signal, &self.state.commands, anchor, moved),
                 rate => rate,
             };
+            let rate = rate.filter(|_| self.has_source(autopilot, place));
             let step = self.sample_time * rate.unwrap_or(0.0);
             let reading = &mut self.state.readings[place];
             reading.moved += step;
@@ -275,6 +292,16 @@ impl Supervisor {
                 _ => {}
             }
         }
+    }
+
+    /// Whether nothing that the rate of a sensor follows from is lost; a path goes on by what is believed.
+    fn has_source(&self, autopilot: &Autopilot, place: usize) -> bool {
+        let from = autopilot.plan.sources.rate_signal(self.watched[place].signal);
+        let is_lost = |from| {
+            let mut all = self.watched.iter().zip(&self.state.readings);
+            all.any(|(one, reading)| one.signal == from && reading.lost_for > 0)
+        };
+        !from.is_some_and(is_lost)
     }
 
     /// The believed value of a signal that is measured: the last one, or what is reckoned without it.
@@ -353,16 +380,9 @@ impl Reading {
 }
 
 impl Watched {
-    /// Takes a value of the sensor; `force` is the sum of gain and command for [`Source::Commands`].
-    fn judge(
-        &self,
-        reading: &mut Reading,
-        value: f64,
-        force: f64,
-        valid: bool,
-        stale: u32,
-        sample_time: f64,
-    ) {
+    /// Takes a value of the sensor.
+    fn judge(&self, reading: &mut Reading, now: Now, sample_time: f64) {
+        let Now { value, force, is_valid, is_expected, stale } = now;
         let Sensor { error, rate, drift, resolution, .. } = self.sensor;
         let near = |distance: f64, base: f64, rate: f64, ticks: u32| {
             distance.abs() <= base + rate * (f64::from(ticks) * sample_time)
@@ -378,7 +398,7 @@ impl Watched {
                 || self.has_rate && should_move(error));
         let in_range = self.range[0] <= value && value <= self.range[1];
         let moves_as_it_may = is_first || near(value - reading.last, error, rate, since.min(self.slowest));
-        let speaks = valid && value.is_finite();
+        let speaks = is_valid && value.is_finite();
         let plausible = speaks && in_range && moves_as_it_may && !is_stuck;
         let moved = reading.moved;
         reading.last = value;
@@ -412,6 +432,12 @@ impl Watched {
             return;
         }
         reading.lost_for = next(reading.lost_for);
+        if plausible && !is_expected {
+            // Nothing contradicts it.
+            reading.believed = value;
+            reading.lost_for = 1;
+            reading.wrong_for = 0;
+        }
         if plausible && near(value - reading.believed, error, drift, reading.lost_for.min(longest)) {
             reading.plausible_for = next(reading.plausible_for);
         } else {

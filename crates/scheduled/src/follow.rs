@@ -16,8 +16,9 @@ impl Autopilot {
     /// ```
     ///
     /// F(rho) is the gain `follow` of the design: the next tick commands what is applied, as nearly as the controller
-    /// can at all: two thrusters that it commands alike stay alike. From the reference so found each goes to what is
-    /// asked with a time constant of 2 s, within its limits. Nothing is proved of a loop while it follows.
+    /// can at all: two thrusters that it commands alike stay alike. From there each reference goes on with the rate of
+    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing is
+    /// proved of a loop while it follows.
     ///
     /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
     /// limits of its actuator is that limit.

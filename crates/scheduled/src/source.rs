@@ -42,6 +42,14 @@ impl Sources {
         }
     }
 
+    /// The signal that is the rate of another.
+    pub(crate) fn rate_signal(&self, signal: usize) -> Option<usize> {
+        match self.0[signal] {
+            Some(From::Rate(other)) => Some(other),
+            _ => None,
+        }
+    }
+
     /// The sum of gain and command over the actuators; 0 of a signal whose rate does not follow from the commands.
     pub(crate) fn force(&self, signal: usize, commands: &[f64]) -> f64 {
         let Some(From::Commands { gains, .. }) = &self.0[signal] else { return 0.0 };

@@ -28,8 +28,9 @@ static int is_stuck(const @prefix@_watched *one, const sensor *of, uint32_t sinc
            !near(one->moved, STEPS * of->resolution, of->drift, ticks);
 }
 
-/* Takes a value of a sensor; `force` is what the commands give. Returns whether it is believed again. */
-static int judge(@prefix@_watched *one, const sensor *of, real value, real force, int valid)
+/* Takes a value of a sensor; `force` is what the commands give, and without a believed rate nothing is `expected` of it.
+ * Returns whether it is believed again. */
+static int judge(@prefix@_watched *one, const sensor *of, real value, real force, int valid, int expected)
 {
     const int is_first = one->same == NEVER, changed = is_first || value != one->last;
     const uint32_t since = counted(one->same);
@@ -63,6 +64,11 @@ static int judge(@prefix@_watched *one, const sensor *of, real value, real force
         return 0;
     }
     one->lost_for = counted(one->lost_for);
+    if (plausible && !expected) { /* nothing contradicts it */
+        one->believed = value;
+        one->lost_for = 1u;
+        one->wrong_for = 0u;
+    }
     if (plausible && near(value - one->believed, of->error, of->drift, fewer(one->lost_for, LONGEST_TICKS))) {
         one->plausible_for = counted(one->plausible_for);
     } else {

@@ -149,3 +149,23 @@ fn a_sensor_is_as_slow_as_its_period() {
         assert_eq!(lost > 0, is_lost, "{period} s: {lost}");
     }
 }
+
+/// Pitch and its rate stand still together and are right again: both are believed half a second later.
+#[test]
+fn an_attitude_sensor_that_stood_still_is_believed_again() {
+    let stuck = pitching(100);
+    let mut design = design();
+    design.failsafe.as_mut().unwrap().sensors.get_mut("pitch_rate").unwrap().resolution = 0.0;
+    let mut flown = Flown::new(&design, &pitching(0));
+    let health = |tick: u32| {
+        let mut at = pitching(tick);
+        at.measured[SPEED] += 1e-6 * f64::from(tick % 2);
+        if (100..700).contains(&tick) {
+            (at.measured[PITCH], at.measured[RATE]) = (stuck.measured[PITCH], stuck.measured[RATE]);
+        }
+        flown.tick(&at, &[true; 5], None).unwrap()
+    };
+    let all: Vec<Health> = (0..1000).map(health).collect();
+    assert!(all[130..700].iter().all(|one| *one == Health::Failed));
+    assert!(all[730..].iter().all(|one| matches!(one, Health::Ok | Health::Limited)), "{:?}", &all[700..740]);
+}

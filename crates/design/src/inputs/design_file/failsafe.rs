@@ -12,15 +12,22 @@ const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0, for never, 
 const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0, for each tick, to 60 (s)" };
 
 impl Failsafe {
-    /// Reads the section; a sensor of each `measured` signal may have a table.
-    pub(super) fn of(table: &Table<'_>, measured: &[&'static Signal]) -> Option<Self> {
-        let names = measured.iter().map(|signal| signal.name);
+    /// Reads the section; a sensor of each signal may have a table if it is `measured`.
+    pub(super) fn of(
+        table: &Table<'_>,
+        signals: &'static [Signal],
+        is_measured: impl Fn(&Signal) -> bool,
+    ) -> Option<Self> {
+        let names = signals.iter().map(|signal| signal.name);
         table.allow_only(&["stale_after", "safe"].into_iter().chain(names).collect::<Vec<_>>());
+        for signal in signals.iter().filter(|signal| table.has(signal.name) && !is_measured(signal)) {
+            table.not_allowed(signal.name, "given", "left out: the controller does not measure it");
+        }
         let Self { stale_after, safe, .. } = Self::default();
         let stale_after = table.or("stale_after", stale_after, |table, key| within(table, key, STALE));
         let words: Vec<&str> = Safe::ALL.iter().map(|safe| safe.word()).collect();
         let safe = table.or("safe", safe, |table, key| Some(Safe::ALL[table.one_of(key, &words)?]));
-        let tables = measured.iter().filter_map(|signal| Some((*signal, table.table(signal.name)?)));
+        let tables = signals.iter().filter_map(|signal| Some((signal, table.table(signal.name)?)));
         let sensors: Vec<Option<SensorKeys>> = tables.map(|(signal, table)| sensor(signal, &table)).collect();
         Some(Self {
             stale_after: stale_after?,

@@ -5,8 +5,8 @@ use crate::inputs::design_file::relative_weight::RelativeWeight;
 use crate::inputs::design_file::tracked::{measured, tracked};
 use crate::inputs::design_file::values::{ROUNDING, angle, rising, within};
 use crate::inputs::design_file::{
-    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, Measured, RATE, REDUCE,
-    Require, SAMPLE_TIME, Tracked, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
+    CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, RATE, REDUCE, Require,
+    SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
 use auv::Pitch;
 use auv::toml_file::{Document, FileError, Table};
@@ -73,23 +73,6 @@ impl DesignFile {
     }
 }
 
-/// The signals that the controller measures: those of its measurements or, without any, those that it tracks, and the
-/// one that is scheduled on.
-fn sensors(
-    interface: &'static Interface,
-    tracked: Option<&[Tracked]>,
-    measured: Option<&[Measured]>,
-) -> Vec<&'static Signal> {
-    let [tracked, measured] = [
-        tracked.unwrap_or_default().iter().map(|one| one.place).collect::<Vec<_>>(),
-        measured.unwrap_or_default().iter().map(|one| one.place).collect(),
-    ];
-    let all = if measured.is_empty() { tracked } else { measured };
-    let is_used =
-        |(place, signal): &(usize, &Signal)| signal.level == Level::Scheduled || all.contains(place);
-    interface.signals.iter().enumerate().filter(is_used).map(|(_, signal)| signal).collect()
-}
-
 /// The rise of gamma for fewer states and channels, if any; beside `rate` all are kept.
 fn reduce(table: &Table<'_>) -> Option<Option<f64>> {
     match (table.has("reduce"), table.has("rate")) {
@@ -139,9 +122,19 @@ fn design(
     }
     let read = |table| if of_heading { Envelope::of_heading(&table) } else { Envelope::of(&table) };
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
-    let sensors = sensors(interface, tracked.as_deref(), measured.as_deref());
-    let failsafe =
-        root.table("failsafe").map_or_else(|| Some(Failsafe::default()), |t| Failsafe::of(&t, &sensors));
+    let is_measured = |signal: &Signal| match (&tracked, &measured) {
+        (Some(tracked), Some(measured)) => {
+            let is = |place: usize| interface.signals[place].name == signal.name;
+            let by_itself = measured.iter().any(|one| is(one.place));
+            let by_error = measured.is_empty() && tracked.iter().any(|one| is(one.place));
+            signal.level == Level::Scheduled || by_itself || by_error
+        }
+        _ => true,
+    };
+    let failsafe = root.table("failsafe").map_or_else(
+        || Some(Failsafe::default()),
+        |table| Failsafe::of(&table, interface.signals, is_measured),
+    );
     let limits = Limits {
         speeds,
         interface,
