@@ -62,9 +62,10 @@ impl Axis {
         if !initial && !self.is_complete() {
             return Err(ControllerError::SensorLost);
         }
-        let mut moved = match initial {
-            false if takes_bearings => self.autopilot.first_tangents(&self.inputs, direction)?,
-            _ => self.autopilot.tangents(initial, &self.inputs, direction)?,
+        let mut moved = if takes_bearings && !initial {
+            self.autopilot.first_tangents(&self.inputs, direction)?
+        } else {
+            self.autopilot.tangents(initial, &self.inputs, direction)?
         };
         let computed = moved.computed.iter().zip(&self.design.actuators);
         for (tangent, (command, actuator)) in moved.commands.iter_mut().zip(computed) {

@@ -178,7 +178,7 @@ fn run(
                 .actuators
                 .iter()
                 .zip(&applied)
-                .any(|(actuator, one)| !(one.abs() <= actuator.largest_applied())))
+                .any(|(actuator, one)| !(0.0..=actuator.largest_applied()).contains(&one.abs())))
     {
         autopilot.feed_back(&applied)?;
     }
