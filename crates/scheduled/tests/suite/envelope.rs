@@ -175,9 +175,10 @@ proptest! {
             all
         };
         let (high, here, low) = (moved(1e-5), moved(0.0), moved(-1e-5));
-        let found = match first {
-            true => autopilot.first_tangents(&at, &direction).unwrap(),
-            false => autopilot.tangents(initial, &at, &direction).unwrap(),
+        let found = if first {
+            autopilot.first_tangents(&at, &direction).unwrap()
+        } else {
+            autopilot.tangents(initial, &at, &direction).unwrap()
         };
         let found: Vec<f64> = found.references.into_iter().chain(found.commands).collect();
         let each = || high.iter().zip(&here).zip(&low);
