@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use fmi2::{Log, ResourceError, Resources, SavedState, StateError, rounding_of_time};
 use scheduled::{
-    Autopilot, ControllerDesign, DesignError, Health, Inputs, Supervised, Supervisor, TickError,
+    Autopilot, ControllerDesign, DesignError, Health, Inputs, Reading, Supervised, Supervisor, TickError,
+    Transition,
 };
 
 /// The frozen design of the first axis in `resources/`; that of the second is `controller_2.json`, and so on.
@@ -20,7 +21,7 @@ pub struct Axis {
     pub inputs: Inputs,
     /// Whether the measured value of each signal is valid.
     pub valid: Vec<bool>,
-    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
     pub stale_after: f64,
     /// What the actuators get, and from whom.
     pub applied: Applied,
@@ -171,13 +172,17 @@ impl Axis {
         !(self.applied.engaged && self.was_engaged)
     }
 
-    /// Runs the ticks that are due before a time in s.
+    /// Runs the ticks that are due before a time in s. The first takes its bearings from the inputs as they are then:
+    /// importers may set them after the initialization.
     ///
     /// # Errors
     /// [`ControllerError::Behind`], [`ControllerError::Tick`].
     pub(crate) fn step(&mut self, from: f64, to: f64, log: &mut dyn Log) -> Result<(), ControllerError> {
         self.keeps_up(from)?;
         while self.autopilot.is_due_before(to) {
+            if self.autopilot.ticks() == 0 {
+                self.initialise(self.autopilot.next_tick_time())?;
+            }
             self.tick(log)?;
         }
         Ok(())
@@ -198,12 +203,10 @@ impl Axis {
         state.boolean(&mut self.was_engaged)?;
         let Supervised { readings, commands, from, failed_for, changed } = self.supervisor.state();
         for reading in readings {
-            state.real(&mut reading.last)?;
-            state.real(&mut reading.believed)?;
-            state.real(&mut reading.mean)?;
-            for ticks in [&mut reading.same, &mut reading.lost_for, &mut reading.plausible_for] {
-                count(state, ticks)?;
-            }
+            let Reading { last, believed, mean, moved, anchor, .. } = reading;
+            [last, believed, mean, moved, anchor].into_iter().try_for_each(|one| state.real(one))?;
+            let Reading { same, lost_for, plausible_for, wrong_for, .. } = reading;
+            [same, lost_for, plausible_for, wrong_for].into_iter().try_for_each(|one| count(state, one))?;
         }
         state.reals(commands)?;
         state.reals(from)?;
@@ -214,8 +217,8 @@ impl Axis {
         state.real(&mut snapshot.filtered_speed)?;
         state.reals(&mut snapshot.references)?;
         for transition in &mut snapshot.transitions {
-            state.real(&mut transition.start)?;
-            state.real(&mut transition.share)?;
+            let Transition { start, rate, share, lag } = transition;
+            [start, rate, share, lag].into_iter().try_for_each(|one| state.real(one))?;
         }
         for saturation in &mut snapshot.saturation {
             state.boolean(&mut saturation.now)?;

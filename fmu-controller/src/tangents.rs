@@ -45,18 +45,28 @@ impl Quantity {
 
 impl Axis {
     /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
-    /// the commands through the inverse of their curves.
+    /// the commands through the inverse of their curves. `takes_bearings` says whether the tick is the first of
+    /// [`step`](Self::step).
     ///
     /// # Errors
     /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::SensorLost`].
-    pub fn tangents(&self, initial: bool, direction: &Inputs) -> Result<OutputTangents, ControllerError> {
+    pub fn tangents(
+        &self,
+        initial: bool,
+        takes_bearings: bool,
+        direction: &Inputs,
+    ) -> Result<OutputTangents, ControllerError> {
         if self.follows() || self.applied.given {
             return Err(ControllerError::UsesApplied);
         }
         if !initial && !self.is_complete() {
             return Err(ControllerError::SensorLost);
         }
-        let mut moved = self.autopilot.tangents(initial, &self.inputs, direction)?;
+        let mut moved = if takes_bearings && !initial {
+            self.autopilot.first_tangents(&self.inputs, direction)?
+        } else {
+            self.autopilot.tangents(initial, &self.inputs, direction)?
+        };
         let computed = moved.computed.iter().zip(&self.design.actuators);
         for (tangent, (command, actuator)) in moved.commands.iter_mut().zip(computed) {
             *tangent *= actuator.taken(*command).1;
@@ -83,7 +93,7 @@ impl Axis {
         }
         let (measured, references) = knowns.split_at(number(Quantity::Reference(0)));
         let direction = Inputs { measured: measured.to_vec(), references: references.to_vec() };
-        let moved = self.tangents(moment.initial, &direction)?;
+        let moved = self.tangents(moment.initial, self.autopilot.ticks() == 0, &direction)?;
         let first = std::iter::once(moved.scheduling_parameter).chain(moved.references);
         let all = first.chain(moved.trim).chain(moved.commands);
         outputs.iter_mut().zip(all).for_each(|(tangent, value)| *tangent = value);

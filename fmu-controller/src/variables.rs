@@ -138,7 +138,7 @@ fn valid(signal: &Port) -> String {
 /// After what time a measurement that does not change is lost: of all axes together.
 pub(crate) fn stale_after() -> Variable {
     let what =
-        "a measurement that is exactly the same for this long is taken for lost; 0, without noise, for never";
+        "a measurement that is the same for this long, and should have moved, is taken for lost; 0 for never";
     Variable::real("stale_after", what, |m| m.stale_after, Role::tunable(|m, v| m.stale_after = v))
         .unit("s")
         .at_least(0.0)
@@ -151,8 +151,8 @@ pub fn healths() -> Enumeration {
         ("ok", "all sensors are believed, and nothing is limited"),
         ("limited", "a command or a reference is limited"),
         ("speed_lost", "the speed is taken to be its filtered reference: its loop is open"),
-        ("depth_lost", "the depth is taken to be its last reference: the vehicle flies level"),
-        ("failed", "a sensor of an angle, of its rate or of heave is lost: the commands go to the safe ones"),
+        ("reckoned", "depth, pitch or heading is reckoned from the sensors that know its rate"),
+        ("failed", "a sensor that nothing replaces is lost: the commands go to the safe ones"),
     ];
     Enumeration::new("Status", "which sensors are believed, and whether anything is limited", &items)
 }
@@ -162,7 +162,7 @@ fn number_of(health: Health) -> i32 {
         Health::Ok => 1,
         Health::Limited => 2,
         Health::SpeedLost => 3,
-        Health::DepthLost => 4,
+        Health::Reckoned => 4,
         Health::Failed => 5,
     }
 }

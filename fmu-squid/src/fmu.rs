@@ -118,8 +118,9 @@ impl Model for ClosedLoop {
         Some(self.axes[0].autopilot().next_tick_time())
     }
 
-    /// Runs the tick that is due; one at a time, so that no event can take long.
+    /// Runs the tick that is due. An importer that has passed the time events of more than one is refused.
     fn event(&mut self, time: f64, log: &mut dyn Log) -> Result<(), ClosedLoopError> {
+        self.axes[0].keeps_up(time)?;
         if self.axes[0].autopilot().is_due_at(time) {
             self.tick(log)?;
         }

@@ -60,7 +60,7 @@ impl ClosedLoop {
                     (0..design.references().count()).map(|place| references[reference_of(index, place)]);
                 let direction =
                     Inputs { measured: vec![0.0; design.signals.len()], references: wanted.collect() };
-                let moved = axis.tangents(moment.initial, &direction)?;
+                let moved = axis.tangents(moment.initial, false, &direction)?;
                 for (place, used) in moved.references.into_iter().enumerate() {
                     // That of the speed is the first axis's.
                     if index == 0 || place != SPEED {

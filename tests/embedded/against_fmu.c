@@ -81,7 +81,7 @@ static void load(const char *path)
 static int status_of(unsigned bits)
 {
     if (bits & 8u) return 5;
-    if (bits & LOST_DEPTH) return 4;
+    if (bits & RECKONED) return 4;
     if (bits & LOST_SPEED) return 3;
     return bits & 6u ? 2 : 1;
 }
@@ -143,7 +143,7 @@ int main(int argc, char **argv)
         int is_finite = 1;
         for (int i = SENSORS; i < NUMBERS; i++) is_finite &= inputs[i] - inputs[i] == 0.0;
         int valid[SENSORS];
-        for (int i = 0; i < SENSORS; i++) valid[i] = inputs[NUMBERS + i] <= stale_after;
+        for (int i = 0; i < SENSORS; i++) valid[i] = inputs[NUMBERS + i] >= 0.0 && inputs[NUMBERS + i] <= stale_after;
         require(set_boolean(c, in + NUMBERS, SENSORS, valid) <= WARNING, "fmi2SetBoolean", tick);
         require((set > WARNING) == !is_finite, "the FMU does not refuse what is no number", tick);
         /* While the commands go to the safe ones no reference is used. */

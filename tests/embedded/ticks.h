@@ -25,7 +25,7 @@ enum { OK = 0, BAD_INPUT = 1, SINGULAR = 2, DIVERGED = 3 };
 typedef struct {
     uint64_t random, hash;
     double common, own[INPUTS], value[INPUTS];
-    int to_reset, reset_in, is_calm;
+    int to_reset, is_first, reset_in, is_calm;
     OF(state) state;
     OF(inputs) in;
     OF(outputs) out;
@@ -47,21 +47,24 @@ static int one_of(Ticks *t, unsigned count) { return random_number(t) % count ==
 static double part(Ticks *t) { return (double)((int64_t)(random_number(t) >> 33) - (1 << 30)) / (1 << 30); }
 
 /* The next inputs: all go towards goals in common, each with a small part of its own, which change now and then; some lie
- * far beyond the range of speed; for a third of the time they stay in the middle. Rarely one is too large, or a reference no number or infinite; after one that is too large a
- * reset follows soon. An age is above the limit now and then. */
+ * far beyond the range of speed; for a third of the time they stay in the middle, and so they begin. Rarely one is too
+ * large, or a reference no number or infinite; after one that is too large a reset follows soon. An age is above the
+ * limit or below zero now and then. */
 static void next_inputs(Ticks *t)
 {
     static const double middle[INPUTS] = MIDDLE, sizes[INPUTS] = SIZES;
     double taken[INPUTS];
+    const int begins = t->to_reset || t->is_first;
+    if (begins) memcpy(t->value, middle, sizeof middle);
     if (one_of(t, 200)) t->common = part(t) * (one_of(t, 20) ? 16.0 : 1.0);
     if (one_of(t, 3000)) t->is_calm = one_of(t, 3);
     for (int i = 0; i < INPUTS; i++) {
         if (one_of(t, 200)) t->own[i] = part(t) / (one_of(t, 5) ? 1.0 : 16.0);
-        const double goal = t->is_calm ? 0.0 : t->common + t->own[i], away = sizes[i] * goal, noise = sizes[i] * part(t);
+        const double goal = t->is_calm || begins ? 0.0 : t->common + t->own[i], away = sizes[i] * goal, noise = sizes[i] * part(t);
         t->value[i] += (middle[i] + away - t->value[i]) / 16.0;
         taken[i] = t->value[i] + noise / 256.0;
     }
-    if (one_of(t, 500) && !t->to_reset) {
+    if (one_of(t, 500) && !begins) {
         const double zero = 0.0, odd[] = {zero / zero, 1.0 / zero, -1.0 / zero, 1e6, 1.7e308};
         const unsigned which = random_number(t) % 5;
         const int place = (int)(random_number(t) % (INPUTS - SENSORS));
@@ -88,14 +91,18 @@ static void begin(Ticks *t)
     t->to_reset = 1;
 }
 
-/* Resets or steps, and returns the code; `was_reset` says which. */
+/* Resets or steps, and returns the code; `was_reset` says which. The first step after a reset takes its bearings anew, as the
+ * FMU does. */
 static int run(Ticks *t, int *was_reset)
 {
     t->to_reset |= one_of(t, 5000) || t->reset_in == 1;
     t->reset_in -= t->reset_in > 0;
     next_inputs(t);
     *was_reset = t->to_reset;
-    const int code = t->to_reset ? OF(reset)(&t->state, &t->in, &t->out) : OF(step)(&t->state, &t->in, &t->out);
+    int code = OK;
+    if (t->to_reset || t->is_first) code = OF(reset)(&t->state, &t->in, &t->out);
+    if (code == OK && !t->to_reset) code = OF(step)(&t->state, &t->in, &t->out);
+    t->is_first = t->to_reset && code == OK;
     t->to_reset = code == DIVERGED || code == SINGULAR;
     t->codes[code]++;
     t->resets += *was_reset;

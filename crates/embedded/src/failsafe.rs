@@ -4,7 +4,8 @@ use crate::inputs::{Input, inputs, near, reference};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use scheduled::{
-    ControllerDesign, LONGEST, RAMP, REGAINED_AFTER, RETURN, SLOWEST, Without, returning, ticks,
+    ControllerDesign, LONGEST, Port, RAMP, REGAINED_AFTER, RETURN, SLOWEST, STEPS, Source, Without,
+    returning, ticks,
 };
 
 /// A sensor that is judged.
@@ -35,13 +36,40 @@ pub(crate) fn watched(design: &ControllerDesign) -> Vec<Watched> {
     measured.filter_map(of).collect()
 }
 
+/// Whether the reference of a signal is held while its sensor is lost: it follows from the path alone.
+fn holds(design: &ControllerDesign, signal: usize) -> bool {
+    matches!(design.source(signal), Some(Source::Path(_))) && design.follows(signal)
+}
+
+/// The rate of a signal, from what `value` writes for others; `None` of one whose rate they do not give.
+pub(crate) fn rate(
+    design: &ControllerDesign,
+    signal: &Port,
+    value: impl Fn(&str) -> String,
+) -> Option<String> {
+    match design.source(design.place(&signal.name)?)? {
+        Source::Rate(name) => Some(value(name)),
+        Source::Path(pitch) => {
+            let speed = &design.signals[design.scheduled()?].name;
+            Some(format!("along_path({}, {}, {})", value(speed), value(pitch), column(pitch)))
+        }
+        Source::Commands { .. } => None,
+    }
+}
+
+/// The function for the rate of depth.
+pub(crate) fn path(design: &ControllerDesign) -> &'static str {
+    let is_path = |signal| matches!(design.source(signal), Some(Source::Path(_)));
+    if (0..design.signals.len()).any(is_path) { include_str!("template/path.c") } else { "" }
+}
+
 /// Whether what is used of a reference is needed where a sensor is lost.
 pub(crate) fn needs_last(design: &ControllerDesign, signal: usize) -> bool {
     let is_watched = design.failsafe.is_some() && design.measures(signal);
     is_watched
         && match design.without(signal) {
             Without::Speed => design.reference_filter.is_none(),
-            Without::Depth => true,
+            Without::Reckoned => holds(design, signal),
             Without::Nothing => false,
         }
 }
@@ -58,7 +86,10 @@ pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)
     let bit = |(index, one): (usize, &Watched)| {
         let words = match one.without {
             Without::Speed => "it is taken to go to its filtered reference: its loop is open",
-            Without::Depth => "it is taken to follow from pitch and speed, and its reference is held",
+            Without::Reckoned if holds(design, one.input.signal) => {
+                "it is reckoned from pitch and speed, and its reference is held"
+            }
+            Without::Reckoned => "it is reckoned from its rate",
             Without::Nothing => "FAILED",
         };
         format!("#define {} {:#x}u /* {} is lost: {words} */\n", one.bit(), 0x10 << index, one.name())
@@ -75,15 +106,18 @@ pub(crate) fn of_header(design: &ControllerDesign) -> Vec<(&'static str, String)
         (
             "stale_after",
             format!(
-                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long, is \
-                 lost; 0 for never */",
+                "#define @PREFIX@_STALE_AFTER {:?} /* s: a measurement that is older, or the same for so long \
+                 where it should have moved, is lost; 0 for never */",
                 failsafe.stale_after
             ),
         ),
-        ("ages", of(&|(_, one)| format!("    @prefix@_real {}_age; /* s since it was measured */\n", one.name()))),
+        (
+            "ages",
+            of(&|(_, one)| format!("    @prefix@_real {}_age; /* s since it was measured */\n", one.name())),
+        ),
         (
             "lost_bits",
-            "#define @PREFIX@_FAILED 0x8u /* a sensor is lost without which nothing flies: the commands go to the \
+            "#define @PREFIX@_FAILED 0x8u /* a sensor that nothing replaces is lost: the commands go to the \
              safe ones, and all else holds */\n"
                 .to_owned()
                 + &of(&bit),
@@ -101,21 +135,27 @@ pub(crate) fn member(design: &ControllerDesign) -> &'static str {
 /// Numbers of the source.
 pub(crate) fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     let Some(failsafe) = &design.failsafe else { return String::new() };
-    let stale = failsafe.stale_after;
-    let stale = if stale > 0.0 { ticks(stale, design.sample_time) } else { u32::MAX };
     let counts = [
         ("NEVER", scheduled::NEVER),
-        ("SLOWEST_TICKS", ticks(SLOWEST, design.sample_time)),
         ("REGAINED_TICKS", ticks(REGAINED_AFTER, design.sample_time)),
         ("RAMP_TICKS", ticks(RAMP, design.sample_time)),
         ("LONGEST_TICKS", ticks(LONGEST, design.sample_time)),
         ("RETURN_TICKS", ticks(RETURN, design.sample_time)),
-        ("STALE_TICKS", stale),
     ];
     let counts: String =
         counts.iter().map(|(name, count)| format!("static const uint32_t {name} = {count}u;\n")).collect();
-    let returning = format!("static const real RETURNING = {};\n", tables.real.literal(returning(design)));
-    tables.column("SAFE", &failsafe.safe) + &counts + &returning
+    let literal = |name: &str, value| format!("static const real {name} = {};\n", tables.real.literal(value));
+    let gains = watched(design).into_iter().filter_map(|one| match design.source(one.input.signal)? {
+        Source::Commands { gains, .. } => {
+            Some(tables.column(&format!("GAINS_{}", one.name().to_ascii_uppercase()), gains))
+        }
+        _ => None,
+    });
+    tables.column("SAFE", &failsafe.safe)
+        + &counts
+        + &literal("RETURNING", returning(design))
+        + &literal("STEPS", STEPS)
+        + &gains.collect::<String>()
 }
 
 /// The functions that judge the sensors.
@@ -124,30 +164,49 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
     let Some(failsafe) = &design.failsafe else { return String::new() };
     let largest = if tables.real == crate::Real::Double { "DBL_MAX" } else { "FLT_MAX" };
     let constants = all.iter().map(|one| {
-        let numbers = [one.sensor.error, one.sensor.rate, one.sensor.drift].map(|v| tables.real.literal(v));
+        let numbers = [one.sensor.error, one.sensor.rate, one.sensor.drift, one.sensor.resolution]
+            .map(|v| tables.real.literal(v));
         let ends = design.signals[one.input.signal].range.map_or_else(
             || [format!("-{largest}"), largest.to_owned()],
             |ends| ends.map(|end| tables.real.literal(end)),
         );
         let name = one.name().to_ascii_uppercase();
-        let is_speed = u8::from(one.without == Without::Speed);
+        let slowest = ticks(SLOWEST.max(one.sensor.period), design.sample_time);
+        let stale = match failsafe.stale_after {
+            0.0 => u32::MAX,
+            after => ticks(after + one.sensor.period, design.sample_time),
+        };
+        let has_rate = matches!(design.source(one.input.signal), Some(Source::Rate(_)));
+        let are = [one.without == Without::Speed, one.without == Without::Reckoned, has_rate].map(u8::from);
         format!(
-            "static const sensor SENSOR_{name} = {{{}, {}, {is_speed}}};",
+            "static const sensor SENSOR_{name} = {{{}, {}, {slowest}u, {stale}u, {}, {}, {}}};",
             numbers.join(", "),
-            ends.join(", ")
+            ends.join(", "),
+            are[0],
+            are[1],
+            are[2]
         )
     });
-    let valid = |name: &str| match failsafe.stale_after {
+    let valid = |one: &Watched| match failsafe.stale_after {
         0.0 => "1".to_owned(),
-        after => format!("in->{name}_age <= {}", tables.real.literal(after)),
+        after => {
+            let (name, most) = (one.name(), tables.real.literal(after + one.sensor.period));
+            format!("in->{name}_age >= 0.0@f@ && in->{name}_age <= {most}")
+        }
+    };
+    let force = |one: &Watched| match design.source(one.input.signal) {
+        Some(Source::Commands { .. }) => format!("force(GAINS_{}, state)", one.name().to_ascii_uppercase()),
+        _ => "0.0@f@".to_owned(),
     };
     let judge = all.iter().map(|one| {
         let (name, upper) = (one.name(), one.name().to_ascii_uppercase());
         let signal = &design.signals[one.input.signal];
         let value = near(signal, format!("in->{name}"), &format!("all->watched_{name}.believed"));
         format!(
-            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value}, {});",
-            valid(name)
+            "        all->changed |= judge(&all->watched_{name}, &SENSOR_{upper}, {value},\n            {}, {}, {});",
+            force(one),
+            valid(one),
+            is_expected(design, one)
         )
     });
     let believe = all.iter().map(|one| {
@@ -155,22 +214,26 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
         let lost = match one.without {
             Without::Speed => format!("lost |= {bit};"),
             Without::Nothing => format!("lost |= {bit} | @PREFIX@_FAILED;"),
-            Without::Depth => {
+            Without::Reckoned if holds(design, one.input.signal) => {
                 let wanted = reference(&design.signals[one.input.signal]);
                 format!(
                     "{{\n        /* the target for which the reference stays where it is */\n        \
-                     const real share = state->share_{wanted}, last = state->last_{wanted};\n        \
+                     const real share = state->way_{wanted}.share, last = state->last_{wanted};\n        \
                      lost |= {bit};\n        used->{wanted} = share < 1.0@f@ ? \
-                     (last - share * state->start_{wanted}) / (1.0@f@ - share) : last;\n    }}"
+                     (last - share * state->way_{wanted}.start) / (1.0@f@ - share) : last;\n    }}"
                 )
             }
+            Without::Reckoned => format!("lost |= {bit};"),
         };
         format!(
             "    used->{name} = all->watched_{name}.believed;\n    if (all->watched_{name}.lost_for > 0u) {lost}"
         )
     });
+    let has_force = |one: &Watched| matches!(design.source(one.input.signal), Some(Source::Commands { .. }));
+    let with_force = if all.iter().any(has_force) { include_str!("template/force.c") } else { "" };
     let expect = all.iter().filter_map(|one| expected(design, one));
     let fields = [
+        ("force", with_force.to_owned()),
         ("sensors", lines(constants)),
         ("expect", lines(expect)),
         ("judge", lines(judge)),
@@ -179,34 +242,46 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables) -> String {
     fill(include_str!("template/sensors.c"), &fields)
 }
 
-/// What moves what is expected of a sensor that is lost.
+/// Whether a sensor is expected to say something: not while the one of its rate is lost.
+fn is_expected(design: &ControllerDesign, one: &Watched) -> String {
+    match design.source(one.input.signal) {
+        Some(Source::Rate(rate)) => format!("all->watched_{rate}.lost_for == 0u"),
+        _ => "1".to_owned(),
+    }
+}
+
+/// What moves what is expected of a sensor that is lost, and by how much it should have moved.
 fn expected(design: &ControllerDesign, one: &Watched) -> Option<String> {
-    let name = one.name();
-    let speed = &design.signals[design.scheduled()?];
-    let next = match (one.without, &one.sensor.from) {
-        (Without::Speed, _) if design.speed_given => return None,
-        (Without::Speed, _) => {
-            let last = format!("last_{}", reference(speed));
-            let wanted = if design.reference_filter.is_some() { "filtered_speed" } else { &last };
-            format!("            one->believed += RETURNING * (state->{wanted} - one->believed);\n")
+    let (name, signal) = (one.name(), &design.signals[one.input.signal]);
+    let watched = format!("all->watched_{name}");
+    let mut text = String::new();
+    let source = design.source(one.input.signal);
+    let rate = match source {
+        Some(Source::Commands { time, .. }) => {
+            let upper = name.to_ascii_uppercase();
+            Some(format!("force(GAINS_{upper}, state) - {watched}.anchor - {watched}.moved / {time:?}@f@"))
         }
-        (Without::Depth, Some(from)) => {
-            let column = column(from);
-            format!(
-                "            const real along = all->watched_{}.believed;\n            \
-                 const int row = row_at(along);\n            \
-                 const real part = clamp(way(row, along), 0.0@f@, 1.0@f@);\n            \
-                 const real trim = between({column}[row], {column}[row + 1], part);\n            \
-                 one->believed -= TICK * along * (all->watched_{from}.believed - trim);\n",
-                speed.name
-            )
+        Some(Source::Rate(other)) => {
+            let is_expected = is_expected(design, one);
+            Some(format!("{is_expected} ? all->watched_{other}.believed : 0.0@f@"))
         }
-        _ => return None,
+        _ => rate(design, signal, |other| format!("all->watched_{other}.believed")),
     };
-    Some(format!(
-        "        if (all->watched_{name}.lost_for > 0u) {{\n            \
-         @prefix@_watched *const one = &all->watched_{name};\n{next}        }}"
-    ))
+    if let Some(rate) = rate {
+        text += &format!(
+            "        const real step_{name} = TICK * ({rate});\n        {watched}.moved += step_{name};\n"
+        );
+    }
+    let next = match one.without {
+        Without::Speed if !design.speed_given => {
+            let last = format!("last_{}", reference(signal));
+            let wanted = if design.reference_filter.is_some() { "filtered_speed" } else { &last };
+            format!("RETURNING * (state->{wanted} - {watched}.believed)")
+        }
+        Without::Reckoned => format!("step_{name}"),
+        _ => return (!text.is_empty()).then(|| text.trim_end().to_owned()),
+    };
+    Some(format!("{text}        if ({watched}.lost_for > 0u) {watched}.believed += {next};"))
 }
 
 /// What a step begins with: the sensors that are believed, or the safe commands.
@@ -222,7 +297,7 @@ pub(crate) fn reset(design: &ControllerDesign) -> String {
         let value = format!("in->{name}");
         format!(
             "    fresh.sensors.watched_{name} =\n        \
-             (@prefix@_watched){{{value}, {value}, {value}, NEVER, 0u, 0u}};\n"
+             (@prefix@_watched){{{value}, {value}, {value}, 0.0@f@, 0.0@f@, NEVER, 0u, 0u, 0u}};\n"
         )
     });
     let first = "    for (int j = 0; j < COMMANDS; j++) fresh.sensors.from[j] = t.commands[j];\n    \
@@ -270,10 +345,12 @@ pub(crate) fn about(design: &ControllerDesign) -> &'static str {
         return "Measurements are taken as they come: this design has no limits to what its sensors may say.";
     }
     "Sensors: each measurement has an age, 0 if it is not given. A sensor is lost if its value is older than \
-     STALE_AFTER or the same for so long, is not finite or out of its range, or moves faster than the vehicle can; the \
-     status has its bit. It is believed again after half a second in which it was plausible. Without the speed its \
-     loop is open; without the depth it is reckoned from pitch and speed, and its reference held; without anything \
-     else the commands go to the safe ones in half a second, FAILED, whatever the references are. When a sensor comes \
-     back the first command is the last one. Nothing is proved of a loop without a \
+     STALE_AFTER and its period or of the future, is the same for so long and should have moved by several of its \
+     steps, is not finite or out of its range, or moves faster than the vehicle can; the status has its bit. It is \
+     believed again after half a second in which it was plausible; one that was stuck or elsewhere, and whose rate is \
+     measured, has to agree while the vehicle moves by more than its error. Without the speed its loop is open; without \
+     the depth it is reckoned from pitch and speed, and its reference held; pitch and heading are reckoned from their \
+     measured rates; without anything else the commands go to the safe ones in half a second, FAILED, whatever the \
+     references are. When a sensor comes back the first command is the last one. Nothing is proved of a loop without a \
      sensor."
 }

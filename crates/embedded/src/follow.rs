@@ -1,7 +1,7 @@
 //! What the source does with commands that are not its own, in the order of [`scheduled::Autopilot::follow`].
 
 use crate::inputs::{near, reference, references};
-use crate::references::{ends, is_kept, is_speed, keep_references, limit, wanted_speed};
+use crate::references::{ends, is_kept, is_speed, keep_references, limit, limit_name, wanted_speed};
 use crate::tables::Tables;
 use crate::template::fill;
 use crate::{failsafe, governor};
@@ -70,7 +70,9 @@ fn begin(design: &ControllerDesign) -> String {
             format!("clamp({from}, {}, {})", limit("LEAST", signal, least), limit("MOST", signal, most))
         });
         let mut text = format!("    const real from_{name} = {used};\n");
-        text += &format!("    next.start_{name} = from_{name};\n    next.share_{name} = 1.0@f@;\n");
+        let rate = rate_within(design, signal);
+        text +=
+            &format!("    next.way_{name} = (@prefix@_transition){{from_{name}, {rate}, 1.0@f@, 1.0@f@}};\n");
         if is_kept(design, signal) {
             text += &format!("    next.last_{name} = from_{name};\n");
         }
@@ -82,14 +84,36 @@ fn begin(design: &ControllerDesign) -> String {
     if design.reference_filter.is_some() {
         text += &format!("    next.filtered_speed = {wanted};\n");
     }
-    let of_range = |name: &str| name.starts_with("LEAST_") || name.starts_with("MOST_");
-    let is_table = |(name, end): &(String, &OverSpeed)| of_range(name) && matches!(end, OverSpeed::Table(_));
+    let is_table = |(name, end): &(String, &OverSpeed)| {
+        let is_needed = |(_, signal): (usize, &Port)| {
+            let of_range = ["LEAST", "MOST"].iter().any(|end| *name == limit_name(end, signal));
+            let of_rate = ["SLOWEST", "FASTEST"].iter().any(|end| *name == limit_name(end, signal));
+            of_range || of_rate && has_source(design, signal)
+        };
+        matches!(end, OverSpeed::Table(_)) && references(design).any(is_needed)
+    };
     if ends(design).iter().any(is_table) {
         text += &format!(
             "    const int row = row_at({wanted});\n    const real part = clamp(way(row, {wanted}), 0.0@f@, 1.0@f@);\n"
         );
     }
     text + &others.into_iter().map(|(_, signal)| line(signal)).collect::<String>()
+}
+
+/// Whether the rate of a signal follows from others.
+fn has_source(design: &ControllerDesign, signal: &Port) -> bool {
+    failsafe::rate(design, signal, |name| format!("in->{name}")).is_some()
+}
+
+/// The rate of a measured signal within that of its reference, 0 of one whose rate is not known.
+fn rate_within(design: &ControllerDesign, signal: &Port) -> String {
+    let Some(rate) = failsafe::rate(design, signal, |name| format!("in->{name}")) else {
+        return "0.0@f@".to_owned();
+    };
+    let limits = design.envelope.get(&signal.name).and_then(|limits| limits.rate.as_ref());
+    limits.map_or(rate.clone(), |[least, most]| {
+        format!("clamp({rate}, {}, {})", limit("SLOWEST", signal, least), limit("FASTEST", signal, most))
+    })
 }
 
 /// The state in which the next command is what the actuators got.
@@ -114,7 +138,7 @@ fn correct(tables: &Tables) -> String {
 
 /// What comes out after the delay is what the actuators got.
 const WAIT: &str = "    for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)
-        for (int j = 0; j < COMMANDS; j++) next.waiting[k][j] = clamp(got[j], MINIMUM[j], MAXIMUM[j]);";
+        for (int j = 0; j < COMMANDS; j++) next.waiting[k][j] = got[j];";
 
 fn feed_back(tables: &Tables) -> String {
     if tables.autopilot.anti_windup().is_none() {

@@ -44,14 +44,16 @@ pub(crate) fn yields(design: &ControllerDesign, signal: &Port) -> Option<String>
     (!all.is_empty()).then(|| all.join(" || "))
 }
 
+/// The type of a transition.
+pub(crate) fn way(design: &ControllerDesign) -> &'static str {
+    references(design).next().map_or("", |_| include_str!("template/way.h"))
+}
+
 /// Members of the state.
 pub(crate) fn members(design: &ControllerDesign) -> String {
     let each = references(design).map(|(_, signal)| {
-        let (name, unit) = (reference(signal), &signal.unit);
-        format!(
-            "    @prefix@_real start_{name}; /* {unit}: where {name} began to return to what is asked */\n    \
-             @prefix@_real share_{name}; /* 1: the share of that in {name} */\n"
-        )
+        let name = reference(signal);
+        format!("    @prefix@_transition way_{name}; /* of {name} to what is asked */\n")
     });
     let m = design.actuators.len();
     let at_limit = format!(
@@ -63,9 +65,10 @@ pub(crate) fn members(design: &ControllerDesign) -> String {
 
 /// What the state has after a reset.
 pub(crate) fn reset(design: &ControllerDesign) -> String {
-    let name = |signal: &Port| reference(signal).to_owned();
-    let each = references(design).map(|(_, signal)| name(signal));
-    lines(each.map(|name| format!("    fresh.start_{name} = fresh.share_{name} = 0.0@f@;")))
+    let each = references(design).map(|(_, signal)| reference(signal));
+    lines(each.map(|name| {
+        format!("    fresh.way_{name} = (@prefix@_transition){{0.0@f@, 0.0@f@, 0.0@f@, 0.0@f@}};")
+    }))
 }
 
 /// Notes which commands are beyond their limits, without counting a tick.
@@ -139,12 +142,13 @@ pub(crate) fn govern(design: &ControllerDesign, tables: &Tables) -> String {
     let each = references(design).map(|(place, signal)| {
         let name = reference(signal);
         let negligible = tables.real.literal(tables.autopilot.returning(place).1);
-        let fade = format!("fade(&state->share_{name}, state->start_{name}, t.target_{name}, {negligible});");
+        let fade = format!("fade(&state->way_{name}, t.target_{name}, {negligible});");
         match yields(design, signal) {
             None => format!("    {fade}"),
             Some(yields) => format!(
-                "    if ({yields}) {{\n        state->start_{name} = t.{name};\n        \
-                 state->share_{name} = 1.0@f@;\n    }} else {{\n        {fade}\n    }}"
+                "    if ({yields})\n        \
+                 state->way_{name} = (@prefix@_transition){{t.{name}, 0.0@f@, 1.0@f@, 1.0@f@}};\n    \
+                 else\n        {fade}"
             ),
         }
     });
@@ -172,8 +176,8 @@ pub(crate) fn about(design: &ControllerDesign) -> String {
     format!(
         "Commands are cut off at their limits, and the status has SATURATED and the bit of the actuator. While an \
          actuator that steers stays at its limit for longer than {HELD} s, the reference of {} yields to what is \
-         measured, so that the speed is kept and nothing winds up; after that it returns to what is asked with a time \
-         constant of 2 s, within its rate. What is proved is of references as they are used.",
+         measured, so that the speed is kept and nothing winds up; after that it returns to what is asked through \
+         two lags of 1 s, within its rate. What is proved is of references as they are used.",
         signals.join(" and ")
     )
 }

@@ -63,6 +63,7 @@ pub(crate) fn header(
         ("state", state(design, tables)),
         ("saturated_bits", governor::bits(design)),
     ];
+    own.push(("way", governor::way(design).to_owned()));
     own.extend(failsafe::of_header(design));
     // What the parts bring is filled in last.
     Ok(fill(&fill(include_str!("template/autopilot.h"), &own), fields))
@@ -158,8 +159,9 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
              comparisons. {}",
             linked(design, real)
         ),
-        "A reference that is infinite or not a number: refused with BAD_INPUT, as is anything at a reset. Nothing is \
-         changed, and the last commands hold, as if the tick were missed."
+        "A reference that is infinite or not a number: refused with BAD_INPUT, as is anything at a reset, and there an \
+         angle beyond 2 pi rad, a rate beyond 2 pi rad/s, a depth above -5 m or below 12 km. Nothing is changed, and \
+         the last commands hold, as if the tick were missed."
             .to_owned(),
         format!(
             "A measured speed outside {from} to {to} m/s along the path: rho is held at the end of its range, and the \
@@ -169,7 +171,8 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
         "Taking over: while a pilot, another design or anything else commands the actuators, call follow with what \
          they get, and then step, each tick; call follow once more before the first step whose outputs are used. \
          The state is then such that the command is what was applied, as nearly as the controller can, and \
-         references go from where the vehicle is to what is asked with a time constant of 2 s. To take over after \
+         references go on with the rate of the vehicle, and to what is asked through two lags of 1 s. An applied \
+         command beyond its limits is taken to be at its limit, and one beyond ten times that is BAD_INPUT. To take over after \
          a reset: reset, follow, step. Where something limits the commands further while they are used, call \
          feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
          does not cover a loop that follows, nor limits that are not those of the outputs."

@@ -89,10 +89,10 @@ pub(crate) fn limited(design: &ControllerDesign, signal: &Port) -> String {
     };
     let (target, on_the_way) = (
         within(asked),
-        within(format!("between(t->target_{name}, state->start_{name}, state->share_{name})")),
+        within(format!("between(t->target_{name}, state->way_{name}.start, state->way_{name}.share)")),
     );
     let mut text = format!(
-        "    t->target_{name} = {target};\n    t->{name} = state->share_{name} == 0.0@f@ ? t->target_{name} :\n    \
+        "    t->target_{name} = {target};\n    t->{name} = state->way_{name}.share == 0.0@f@ ? t->target_{name} :\n    \
                       {on_the_way};\n"
     );
     if let Some([least, most]) = &limits.rate {

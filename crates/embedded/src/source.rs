@@ -1,13 +1,15 @@
 //! The source: tables of numbers, and the operations of a tick in the order of [`scheduled::Autopilot`].
 
-use crate::inputs::{has_rate, inputs, keeps_commands, near, origins, reference, references};
+use crate::inputs::{Input, has_rate, inputs, keeps_commands, near, origins, reference, references};
 use crate::library::{functions, of_library};
 use crate::real::Real;
 use crate::references::{ends, is_speed, keep_references, limited, scheduled, wanted_speed};
 use crate::tables::{Tables, column};
 use crate::template::{fill, lines};
 use crate::{failsafe, follow, governor};
-use scheduled::{Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, ROUNDING_OF_RHO};
+use scheduled::{
+    Actuator, ControllerDesign, FARTHEST, Kind, Level, OverSpeed, Port, RETURNING, ROUNDING_OF_RHO,
+};
 use signals::Law;
 use std::f64::consts::TAU;
 
@@ -68,13 +70,15 @@ pub(crate) fn source(design: &ControllerDesign, tables: &Tables, fields: &Fields
         ("solvers", solvers(tables)),
         ("curves", curves(design)),
         ("all_finite", all_finite.clone()),
+        ("first", first(design, tables.real)),
         ("follow", follow::functions(design, tables, &all_finite)),
         ("end_of_transitions", governor::govern(design, tables)),
         (
             "fade",
             references(design)
                 .next()
-                .map_or_else(String::new, |_| include_str!("template/fade.c").to_owned()),
+                .map_or_else(String::new, |_| include_str!("template/fade.c").to_owned())
+                + failsafe::path(design),
         ),
         ("keep_commands", keep_commands(design, "state->")),
         ("y", y(design, tables.real)),
@@ -172,6 +176,19 @@ fn trims(design: &ControllerDesign) -> impl Iterator<Item = &String> {
     design.signals.iter().enumerate().filter(needed).map(|(_, signal)| &signal.name)
 }
 
+/// The condition that an input has a value that it cannot have at a reset.
+fn first(design: &ControllerDesign, real: Real) -> String {
+    let beyond = |input: &Input| {
+        let [least, most] = design.signals[input.signal].first(!input.measured)?.map(|end| real.literal(end));
+        Some(format!("!(in->{0} >= {least} && in->{0} <= {most})", input.name))
+    };
+    let all: Vec<String> = inputs(design).iter().filter_map(beyond).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    format!("    if ({}) return @PREFIX@_BAD_INPUT;\n", all.join(" ||\n        "))
+}
+
 fn join<T>(items: &[T], between: &str, each: impl Fn(&T) -> String) -> String {
     items.iter().map(each).collect::<Vec<_>>().join(between)
 }
@@ -200,6 +217,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
     text += &tables.column("MAXIMUM", &of(|actuator| actuator.maximum));
+    text += &tables.column("LARGEST_APPLIED", &of(Actuator::largest_applied));
     for (index, actuator) in design.actuators.iter().enumerate() {
         if let Some(Law::Points(points)) = actuator.curve.as_ref().map(signals::Curve::law) {
             let points: Vec<Vec<f64>> = points.iter().map(|point| point.to_vec()).collect();
@@ -209,6 +227,7 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     let double = tables.real == Real::Double;
     let turns = design.signals.iter().any(|signal| signal.circular);
     let is_timed = references(design).any(|(_, signal)| has_rate(design, signal));
+    let returning = references(design).next().map(|(place, _)| tables.autopilot.returning(place));
     let scalars = [
         ("TURN", turns.then_some(TAU)),
         ("CENTRE", Some(design.scheduling.centre)),
@@ -217,8 +236,13 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
         ("FARTHEST", Some(if double { FARTHEST } else { FARTHEST_FLOAT })),
         ("ROUNDING_OF_RHO", Some(if double { ROUNDING_OF_RHO } else { ROUNDING_OF_RHO_FLOAT })),
         ("PRECISION", precision(tables)),
-        ("FADE", references(design).next().map(|(place, _)| tables.autopilot.returning(place).0)),
-        ("TICK", (design.failsafe.is_some() || is_timed).then_some(design.sample_time)),
+        ("FADE", returning.map(|all| all.0)),
+        ("FADE_STEP", returning.map(|_| design.sample_time / RETURNING)),
+        ("FADE_TIME", returning.map(|_| RETURNING)),
+        (
+            "TICK",
+            (design.failsafe.is_some() || is_timed || returning.is_some()).then_some(design.sample_time),
+        ),
     ];
     for (name, value) in scalars {
         let line = |value| format!("static const real {name} = {};\n", tables.real.literal(value));

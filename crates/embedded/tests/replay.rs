@@ -133,7 +133,7 @@ fn rows(random: &mut Random, design: &ControllerDesign) -> Vec<Row> {
             let place = random.below(applied.len());
             applied[place] = odd[random.below(odd.len())];
         }
-        let ages = (0..SIGNALS).map(|_| if random.one_of(200) { random.between(0.0, 2.0) } else { 0.0 });
+        let ages = (0..SIGNALS).map(|_| if random.one_of(200) { random.between(-1.0, 2.0) } else { 0.0 });
         (what, now, applied, ages.collect())
     };
     (0..TICKS).map(row).collect()
@@ -172,11 +172,25 @@ fn run(
         supervisor.initialise(autopilot, inputs);
         return Ok(());
     }
-    if *what == What::FeedBack && (!supervisor.has_failed() || applied.iter().any(|one| !one.is_finite())) {
+    if *what == What::FeedBack
+        && (!supervisor.has_failed()
+            || design
+                .actuators
+                .iter()
+                .zip(&applied)
+                .any(|(actuator, one)| !(0.0..=actuator.largest_applied()).contains(&one.abs())))
+    {
         autopilot.feed_back(&applied)?;
     }
     let stale_after = design.failsafe.as_ref().map_or(0.0, |failsafe| failsafe.stale_after);
-    let valid: Vec<bool> = ages.iter().map(|age| stale_after == 0.0 || *age <= stale_after).collect();
+    let period = |port: &scheduled::Port| {
+        let sensor = design.failsafe.as_ref().and_then(|failsafe| failsafe.sensors.get(&port.name));
+        sensor.map_or(0.0, |sensor| sensor.period)
+    };
+    let is_fresh = |(age, port): (&f64, &scheduled::Port)| {
+        stale_after == 0.0 || (0.0..=stale_after + period(port)).contains(age)
+    };
+    let valid: Vec<bool> = ages.iter().zip(&design.signals).map(is_fresh).collect();
     supervisor.judge(autopilot, inputs, &valid, stale_after);
     if *what == What::Follow {
         supervisor.follow(autopilot, &applied)?;
@@ -205,9 +219,9 @@ fn compare(design: &ControllerDesign, rows: &[Row], found: &[Vec<f64>]) -> ([usi
         codes[code] += 1;
         let m = design.actuators.len();
         if let Err(reason) = done {
-            use TickError::{AppliedNotFinite, Diverged, InputNotFinite, SingularLoop};
+            use TickError::{AppliedTooLarge, Diverged, InputNotFinite, OtherUnit, SingularLoop};
             let expected = match reason {
-                InputNotFinite { .. } | AppliedNotFinite { .. } => 1,
+                InputNotFinite { .. } | AppliedTooLarge { .. } | OtherUnit { .. } => 1,
                 SingularLoop { .. } => 2,
                 Diverged { .. } => 3,
             };

@@ -3,55 +3,18 @@
 mod envelope;
 mod following;
 mod governor;
+mod plan;
 
 use std::sync::Arc;
 
 use crate::design::Port;
 use crate::ports::{Inputs, Outputs};
 use crate::{
-    ControllerDesign, DesignError, Kind, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
+    ControllerDesign, DesignError, Lft, LftController, Matrix, Snapshot, SnapshotError, TickError, Trim,
 };
-use envelope::Envelope;
-use following::Following;
-use governor::Governor;
-use signals::Level;
 
-pub use governor::{HELD, Saturation, Transition};
-
-/// The constant part of an autopilot.
-#[derive(Debug)]
-pub(crate) struct Plan {
-    pub(crate) sample_time: f64,
-    centre: f64,
-    pub(crate) half_range: f64,
-    /// The signals of the design.
-    pub(crate) signals: Vec<Port>,
-    /// The index of the signal that is scheduled on.
-    pub(crate) speed: usize,
-    /// Index of the signal, kind and scale of each controller input.
-    inputs: Vec<(usize, Kind, f64)>,
-    /// Gain 1 - exp(-w_r Ts) of the filter of the speed reference, if there is one.
-    pub(crate) filter: Option<f64>,
-    /// Whether V_r is the measured speed, which is imposed on the vehicle.
-    pub(crate) speed_given: bool,
-    /// Whether each signal is measured.
-    pub(crate) measured: Vec<bool>,
-    /// Scale, minimum and maximum of each actuator.
-    pub(crate) actuators: Vec<[f64; 3]>,
-    pub(crate) trim: Trim,
-    pub(crate) envelope: Envelope,
-    pub(crate) parameters: usize,
-    /// Sampled anti-windup gain from phi to the controller's states, n x m.
-    pub(crate) anti_windup: Option<Matrix>,
-    pub(crate) following: Following,
-    pub(crate) governor: Governor,
-    /// The indices of the signals whose trim is put out.
-    pub(crate) trimmed: Vec<usize>,
-    /// The origin of each signal that is not measured; `None` of those that are: their value at initialisation.
-    origins: Vec<Option<f64>>,
-    /// Whether each reference is followed.
-    followed: Vec<bool>,
-}
+pub use governor::{HELD, RETURNING, Saturation, Transition};
+pub(crate) use plan::Plan;
 
 /// A controller that runs at multiples of its sample time.
 ///
@@ -107,6 +70,8 @@ pub struct Autopilot {
     origins: Vec<f64>,
     /// Excess phi of u over the limits.
     pub(crate) excess: Vec<f64>,
+    /// What the actuators got, as [`Self::follow`] or [`Self::feed_back`] was told last, within their limits.
+    pub(crate) applied: Vec<f64>,
     pub(crate) outputs: Outputs,
     /// The delayed commands, one row per tick; tick k has the row `k mod delay`.
     pub(crate) delayed: Vec<f64>,
@@ -131,45 +96,7 @@ impl Autopilot {
     pub fn new(design: &ControllerDesign) -> Result<Self, DesignError> {
         design.validate()?;
         let lft = Lft::from_rows(&design.lft, design.controller_inputs.len(), design.actuators.len())?;
-        let missing = || DesignError::Empty { key: "signals" };
-        let measured = |place: usize, signal: &Port| (!design.measures(place)).then_some(signal.start);
-        let plan = Plan {
-            signals: design.signals.clone(),
-            speed: design.scheduled().ok_or_else(missing)?,
-            trimmed: design.trimmed().collect(),
-            origins: design
-                .signals
-                .iter()
-                .enumerate()
-                .map(|(place, signal)| measured(place, signal))
-                .collect(),
-            followed: (0..design.references().count()).map(|place| design.follows(place)).collect(),
-            sample_time: design.sample_time,
-            centre: design.scheduling.centre,
-            half_range: design.scheduling.half_range,
-            inputs: design
-                .controller_inputs
-                .iter()
-                .filter_map(|input| Some((design.place(&input.signal)?, input.kind, input.scale)))
-                .collect(),
-            filter: design.reference_filter.map(|bandwidth| -(-bandwidth * design.sample_time).exp_m1()),
-            speed_given: design.speed_given,
-            measured: (0..design.signals.len()).map(|place| design.measures(place)).collect(),
-            actuators: design
-                .actuators
-                .iter()
-                .map(|actuator| [actuator.scale, actuator.minimum, actuator.maximum])
-                .collect(),
-            trim: Trim::new(design.trim.clone(), &design.signals),
-            envelope: Envelope::new(design),
-            parameters: design.lft.blocks.len(),
-            anti_windup: design
-                .anti_windup_gain()?
-                .map(|gain| lft.held_input(&gain, design.sample_time))
-                .transpose()?,
-            following: Following::new(design)?,
-            governor: Governor::new(design),
-        };
+        let plan = Plan::new(design, &lft)?;
         Ok(Self {
             controller: LftController::new(lft.discretise(design.sample_time)?),
             y: vec![0.0; plan.inputs.len()],
@@ -180,6 +107,7 @@ impl Autopilot {
             saturation: vec![Saturation::default(); plan.actuators.len()],
             origins: vec![0.0; plan.signals.len()],
             excess: vec![0.0; plan.actuators.len()],
+            applied: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
                 commands: vec![0.0; plan.actuators.len()],
                 scheduling_parameter: 0.0,
@@ -230,8 +158,8 @@ impl Autopilot {
         self.plan.following.gains()
     }
 
-    /// Of a reference on its way to what is asked: the factor of the share of its start in a tick, and the difference
-    /// from its target that is taken for none.
+    /// The constants of a reference on its way to what is asked: the factor of [`Transition::lag`] in a tick, and the
+    /// difference from its target that is taken for none.
     pub fn returning(&self, reference: usize) -> (f64, f64) {
         self.plan.governor.returning(reference)
     }
@@ -334,8 +262,17 @@ impl Autopilot {
     /// the present inputs.
     ///
     /// # Errors
-    /// [`TickError`].
+    /// [`TickError`]; [`TickError::OtherUnit`] and that of an input that is not finite change nothing.
     pub fn initialise(&mut self, start: f64, inputs: &Inputs) -> Result<(), TickError> {
+        inputs.check(&self.plan.signals)?;
+        for (place, port) in self.plan.signals.iter().enumerate() {
+            if self.plan.measured[place] {
+                port.check_first(inputs.measured[place], None)?;
+            }
+            if let Some(value) = inputs.references.get(place).filter(|_| self.plan.followed[place]) {
+                port.check_first(*value, port.reference.as_ref())?;
+            }
+        }
         self.controller.reset();
         self.start = start;
         self.next_tick = 0;
@@ -435,7 +372,7 @@ impl Autopilot {
         let Self { plan, references, targets, transitions, saturation, excess, .. } = self;
         for (signal, transition) in transitions.iter_mut().enumerate() {
             if plan.governor.yields(signal, saturation) {
-                *transition = Transition { start: references[signal], share: 1.0 };
+                *transition = Transition::from(references[signal]);
             } else if transition.share != 0.0 {
                 plan.governor.advance(signal, transition, targets[signal]);
             }
@@ -503,7 +440,7 @@ impl Autopilot {
         self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
         let commands = &mut outputs.commands;
         for (index, command) in commands.iter_mut().enumerate() {
-            *command = trim.command(index) + plan.actuators[index][0] * *command;
+            *command = trim.command(index) + plan.actuators[index].scale * *command;
             if !command.is_finite() {
                 return Err(TickError::Diverged { index, value: *command });
             }
@@ -513,84 +450,8 @@ impl Autopilot {
             let [minimum, maximum] = plan.limits(index, trim.command(index), ahead);
             let value = *command;
             *command = value.clamp(minimum, maximum);
-            *excess = (value - *command) / plan.actuators[index][0];
+            *excess = (value - *command) / plan.actuators[index].scale;
         }
         Ok(())
-    }
-}
-
-impl Plan {
-    /// What is asked of a signal after the `last` reference, or at initialisation. A reference whose rate is limited
-    /// begins where the vehicle is. Of an angle that comes back to itself it is the nearest: the vehicle turns the
-    /// shorter way.
-    pub(crate) fn asked(&self, signal: usize, inputs: &Inputs, last: Option<f64>) -> f64 {
-        let begins = last.is_none() && self.begins_as_measured(signal);
-        let asked = if begins { inputs.measured[signal] } else { inputs.references[signal] };
-        self.signals[signal].nearest(asked, last.unwrap_or(inputs.measured[signal]))
-    }
-
-    /// A measured value, of an angle that comes back to itself the one nearest to the reference.
-    pub(crate) fn measured_near(&self, signal: usize, inputs: &Inputs, references: &[f64]) -> f64 {
-        let value = inputs.measured[signal];
-        references.get(signal).map_or(value, |reference| self.signals[signal].nearest(value, *reference))
-    }
-
-    /// Whether a reference begins at the measured value.
-    pub(crate) fn begins_as_measured(&self, signal: usize) -> bool {
-        self.envelope.has_rate(signal) && self.starts_as_measured(signal)
-    }
-
-    /// The origin of a signal in a flight that starts with these inputs.
-    pub(crate) fn origin(&self, signal: usize, inputs: &Inputs) -> f64 {
-        self.origins[signal].unwrap_or(inputs.measured[signal])
-    }
-
-    /// Whether the origin of a signal is its level, and moves with the measured value.
-    pub(crate) fn starts_as_measured(&self, signal: usize) -> bool {
-        self.signals[signal].level == Level::Start && self.origins[signal].is_none()
-    }
-
-    /// The controller input y; `y0` gives a signal in level flight at V_r.
-    pub(crate) fn y<'a>(
-        &'a self,
-        measured: impl Fn(usize) -> f64 + 'a,
-        references: &'a [f64],
-        y0: impl Fn(usize) -> f64 + 'a,
-    ) -> impl Iterator<Item = f64> {
-        self.inputs.iter().map(move |&(signal, kind, scale)| {
-            let difference = match kind {
-                Kind::Error => references[signal] - measured(signal),
-                Kind::Reference => references[signal] - y0(signal),
-                Kind::Measurement => measured(signal) - y0(signal),
-            };
-            difference / scale
-        })
-    }
-
-    /// The scheduling parameter at a forward speed in m/s, before clamping to [-1, 1].
-    pub(crate) fn rho(&self, forward_speed: f64) -> f64 {
-        (self.trim.speed(forward_speed) - self.centre) / self.half_range
-    }
-
-    /// The speed V_r against which no thruster pushes, 0 where each may: while an actuator that steers is beyond its
-    /// limit with one of `values`, the commands before they are limited, or was in the ticks before.
-    pub(crate) fn ahead(&self, speed: f64, before: &[Saturation], values: &[f64]) -> f64 {
-        let is_beyond = |(index, value): (usize, &f64)| {
-            let [_, minimum, maximum] = self.actuators[index];
-            let was = before.get(index).is_some_and(|one| one.ticks > 0);
-            self.governor.steers(index) && (was || !(minimum..=maximum).contains(value))
-        };
-        if values.iter().enumerate().any(is_beyond) { speed } else { 0.0 }
-    }
-
-    /// The limits of a command. Where the vehicle is to keep going `ahead` \[m/s\], 0 for either way, a thruster that
-    /// does not steer gives nothing against it, or no more than in trim.
-    pub(crate) fn limits(&self, index: usize, trim: f64, ahead: f64) -> [f64; 2] {
-        let [_, minimum, maximum] = self.actuators[index];
-        let way = ahead * self.governor.pushes(index);
-        [
-            if way > 0.0 { minimum.max(trim.min(0.0)) } else { minimum },
-            if way < 0.0 { maximum.min(trim.max(0.0)) } else { maximum },
-        ]
     }
 }

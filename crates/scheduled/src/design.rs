@@ -1,5 +1,6 @@
 //! The frozen controller design, as in its JSON file.
 
+use crate::TickError;
 use serde::{Deserialize, Serialize};
 use signals::{Curve, Force, Level, Signal, Status};
 use std::collections::BTreeMap;
@@ -128,6 +129,39 @@ impl Port {
         value - TAU * (if turns < 0.0 { turns - 0.5 } else { turns + 0.5 }).trunc()
     }
 }
+
+impl Port {
+    /// The values that a measurement or a reference can have at the first tick, any without: an angle in radians is
+    /// within a turn, a vehicle does not turn faster than once a second, and a depth is in an ocean, downwards.
+    pub fn first(&self, is_reference: bool) -> Option<[f64; 2]> {
+        match self.unit.as_str() {
+            "rad" if is_reference => Some([-TAU, TAU]),
+            "rad" | "rad/s" => self.range.or(Some([-TAU, TAU])),
+            "m" if self.level == Level::Start => self.range.or(Some(DEPTHS)),
+            _ => self.range,
+        }
+    }
+
+    /// Refuses a value that it cannot have at the first tick.
+    pub(crate) fn check_first(&self, value: f64, reference: Option<&Reference>) -> Result<(), TickError> {
+        let Some([least, most]) = self.first(reference.is_some()) else { return Ok(()) };
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        let unit = self.unit.clone();
+        let hint = match unit.strip_prefix("rad") {
+            Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
+            None => String::new(),
+        };
+        let (name, meaning) =
+            reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
+        let (name, meaning) = (name.clone(), meaning.clone());
+        Err(TickError::OtherUnit { name, value, unit, least, most, meaning, hint })
+    }
+}
+
+/// From the crest of a wave to below the deepest sea floor, m.
+const DEPTHS: [f64; 2] = [-5.0, 12_000.0];
 
 /// The turns of an angle are counted in a whole number.
 const MOST_TURNS: f64 = 1e9;
@@ -269,16 +303,16 @@ impl ControllerDesign {
     pub fn without(&self, signal: usize) -> Without {
         match self.signals[signal].level {
             Level::Scheduled => Without::Speed,
-            Level::Start if self.follows(signal) && self.reckoned(signal) => Without::Depth,
+            _ if self.source(signal).is_some_and(|source| source.signal().is_some()) => Without::Reckoned,
             _ => Without::Nothing,
         }
     }
 
-    /// Whether the rate of a signal follows from another that is measured.
-    fn reckoned(&self, signal: usize) -> bool {
-        let sensor = |failsafe: &Failsafe| failsafe.sensors.get(&self.signals[signal].name)?.from.clone();
-        let from = self.failsafe.as_ref().and_then(sensor).and_then(|name| self.place(&name));
-        from.is_some_and(|from| self.measures(from))
+    /// What the rate of a signal follows from, if that is measured.
+    pub fn source(&self, signal: usize) -> Option<&Source> {
+        let source = self.failsafe.as_ref()?.sensors.get(&self.signals[signal].name)?.from.as_ref()?;
+        let is_known = |name: &str| self.place(name).is_some_and(|from| self.measures(from));
+        source.signal().is_none_or(is_known).then_some(source)
     }
 
     /// The least and the largest reference of a signal at any speed, if they are limited.
@@ -294,6 +328,9 @@ impl ControllerDesign {
         self.controller_inputs.iter().any(|input| kind(input) && Some(&input.signal) == name)
     }
 }
+
+/// What an actuator is told to have got is at most so many times its limits.
+const LARGEST_APPLIED: f64 = 10.0;
 
 /// One actuator: `command = clamp(trim + scale u_i, minimum, maximum)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -334,6 +371,21 @@ impl Actuator {
     /// The force along the hull per command of a thruster that does not steer; 0 of all others.
     pub fn pushes(&self) -> f64 {
         if self.steers.is_empty() { self.force.unwrap_or_default()[0] } else { 0.0 }
+    }
+
+    /// The largest command, in size, that it can be told to have got: beyond this the number is a mistake.
+    pub fn largest_applied(&self) -> f64 {
+        LARGEST_APPLIED * self.minimum.abs().max(self.maximum.abs())
+    }
+
+    /// Refuses a command that it cannot have got.
+    pub(crate) fn check_applied(&self, value: f64) -> Result<(), TickError> {
+        let most = self.largest_applied();
+        if value.abs() <= most {
+            return Ok(());
+        }
+        let Self { name, unit, .. } = self;
+        Err(TickError::AppliedTooLarge { name: name.clone(), value, unit: unit.clone(), most })
     }
 
     /// Unit of the actuator's input.
@@ -447,16 +499,16 @@ pub struct ReferenceLimits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Failsafe {
-    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
     pub stale_after: f64,
-    /// The commands without pitch or pitch rate, in the order of the actuators.
+    /// The commands where the vehicle cannot be controlled, in the order of the actuators.
     pub safe: Vec<f64>,
     /// How each measured signal moves, by its name.
     pub sensors: BTreeMap<String, Sensor>,
 }
 
 /// How a measured signal moves.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
     /// The largest change between two readings for noise and rounding, SI.
@@ -465,9 +517,43 @@ pub struct Sensor {
     pub rate: f64,
     /// The largest rate at which it leaves what is expected of it while it is lost, SI per second.
     pub drift: f64,
-    /// The signal from which its rate follows: `rate = -V (signal - trim)`, as that of depth from pitch.
+    /// The steps of its values, SI; 0 of a sensor with noise beyond its steps, whose value never stays the same.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub resolution: f64,
+    /// The longest time between two values, s; 0 of a sensor with a value at each tick.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub period: f64,
+    /// What else knows its rate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub from: Option<String>,
+    pub from: Option<Source>,
+}
+
+/// What the rate of a measured signal follows from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase")]
+pub enum Source {
+    /// Another measured signal: it is the rate, as that of heading.
+    Rate(String),
+    /// The signal of the pitch, as that of depth: `rate = -V (signal - trim)`, V the measured speed.
+    Path(String),
+    /// The commands, as that of speed: after they were u0 the signal has changed by m,
+    /// `m' = sum over j of gains_j (u_j - u0_j) - m/time`.
+    Commands {
+        /// SI per second and unit of the command.
+        gains: Vec<f64>,
+        /// Time constant, s.
+        time: f64,
+    },
+}
+
+impl Source {
+    /// The signal, if it is one.
+    pub fn signal(&self) -> Option<&str> {
+        match self {
+            Self::Rate(signal) | Self::Path(signal) => Some(signal),
+            Self::Commands { .. } => None,
+        }
+    }
 }
 
 /// What is flown without a signal.
@@ -475,8 +561,8 @@ pub struct Sensor {
 pub enum Without {
     /// The signal that is scheduled on: it is taken to go to V_r, so that its loop is open.
     Speed,
-    /// A signal that is measured from its start: it is taken to follow from another, and its reference is held.
-    Depth,
+    /// A signal whose rate follows from others that are measured: it is reckoned from its last value.
+    Reckoned,
     /// Another: the commands of [`Failsafe::safe`].
     Nothing,
 }

@@ -57,9 +57,17 @@ pub enum TickError {
     /// An input that is infinite or not a number.
     #[error("the input {name} is {value}, which is not finite")]
     InputNotFinite { name: String, value: f64 },
-    /// An applied command that is infinite or not a number.
-    #[error("the applied command {index} is {value}, which is not finite")]
-    AppliedNotFinite { index: usize, value: f64 },
+    /// An input at the start that only makes sense in another unit or with another sign.
+    #[error(
+        "{name} is {value} {unit} at the first tick, but must be from {least} to {most} {unit}: {meaning}{hint}"
+    )]
+    OtherUnit { name: String, value: f64, unit: String, least: f64, most: f64, meaning: String, hint: String },
+    /// An applied command that no actuator can have got.
+    #[error(
+        "the applied command of {name} is {value} {unit}, but must be finite and no larger than {most} {unit}, ten \
+         times its limits"
+    )]
+    AppliedTooLarge { name: String, value: f64, unit: String, most: f64 },
     /// `I - Dtt Theta` has no inverse.
     #[error(
         "the controller's algebraic loop is singular (pivot {pivot:e}) at scheduling parameter {parameter}"

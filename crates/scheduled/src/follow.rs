@@ -16,15 +16,17 @@ impl Autopilot {
     /// ```
     ///
     /// F(rho) is the gain `follow` of the design: the next tick commands what is applied, as nearly as the controller
-    /// can at all: two thrusters that it commands alike stay alike. From the reference so found each goes to what is
-    /// asked with a time constant of 2 s, within its limits. Nothing is proved of a loop while it follows.
+    /// can at all: two thrusters that it commands alike stay alike. From there each reference goes on with the rate of
+    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing is
+    /// proved of a loop while it follows.
     ///
-    /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs).
+    /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
+    /// limits of its actuator is that limit.
     ///
     /// # Errors
-    /// [`TickError`]; the autopilot is then to be initialised again.
+    /// [`TickError`]; the autopilot is then to be initialised again, but after [`TickError::AppliedTooLarge`].
     pub fn follow(&mut self, inputs: &Inputs, applied: &[f64]) -> Result<(), TickError> {
-        self.check_applied(applied)?;
+        self.take_applied(applied)?;
         inputs.check(&self.plan.signals)?;
         self.saturation.fill(Saturation::default());
         let speed = self.plan.speed;
@@ -40,22 +42,16 @@ impl Autopilot {
         }
         for _ in 0..CORRECTIONS {
             self.compute_outputs(inputs, false)?;
-            let Self { plan, controller, outputs, excess, .. } = self;
+            let Self { plan, controller, outputs, excess, applied, .. } = self;
             for (((error, command), applied), actuator) in
-                excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators)
+                excess.iter_mut().zip(&outputs.commands).zip(&*applied).zip(&plan.actuators)
             {
-                *error += (command - applied) / actuator[0];
+                *error += (command - applied) / actuator.scale;
             }
             plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
         }
-        let Self { plan, delayed, .. } = self;
-        for row in delayed.chunks_exact_mut(applied.len()) {
-            for ((delayed, applied), [_, minimum, maximum]) in
-                row.iter_mut().zip(applied).zip(&plan.actuators)
-            {
-                *delayed = applied.clamp(*minimum, *maximum);
-            }
-        }
+        let Self { delayed, applied, .. } = self;
+        delayed.chunks_exact_mut(applied.len()).for_each(|row| row.copy_from_slice(applied));
         self.compute_outputs(inputs, false)?;
         self.note_saturation();
         Ok(())
@@ -69,20 +65,20 @@ impl Autopilot {
     /// ```
     ///
     /// # Errors
-    /// [`TickError::InputNotFinite`].
+    /// [`TickError::AppliedTooLarge`]; nothing is changed.
     pub fn feed_back(&mut self, applied: &[f64]) -> Result<(), TickError> {
-        self.check_applied(applied)?;
-        let Self { plan, controller, outputs, excess, .. } = self;
+        self.take_applied(applied)?;
+        let Self { plan, controller, outputs, excess, applied, .. } = self;
         let Some(gain) = &plan.anti_windup else { return Ok(()) };
-        let each = excess.iter_mut().zip(&outputs.commands).zip(applied).zip(&plan.actuators);
+        let each = excess.iter_mut().zip(&outputs.commands).zip(&*applied).zip(&plan.actuators);
         for (((excess, command), applied), actuator) in each {
-            *excess = (command - applied) / actuator[0];
+            *excess = (command - applied) / actuator.scale;
         }
         controller.add_to_state(gain, excess);
         Ok(())
     }
 
-    /// Sets a reference to the measured value, from where it goes to what is asked.
+    /// Sets a reference to the measured value, from where it goes on with the rate of that and then to what is asked.
     fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
         let Self { plan, references, transitions, filtered_speed, .. } = self;
         let port = &plan.signals[reference];
@@ -91,11 +87,23 @@ impl Autopilot {
         let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
         references[reference] = plan.envelope.target(reference, from, trim);
-        transitions[reference] = Transition { start: references[reference], share: 1.0 };
+        let rate = plan.sources.rate(plan, reference, |signal| inputs.measured[signal]).unwrap_or(0.0);
+        let rate = plan.envelope.rate(reference, rate, trim);
+        transitions[reference] = Transition { rate, ..Transition::from(references[reference]) };
     }
 
-    pub(crate) fn check_applied(&self, applied: &[f64]) -> Result<(), TickError> {
-        let refused = |(index, value): (usize, &f64)| TickError::AppliedNotFinite { index, value: *value };
-        applied.iter().enumerate().find(|(_, value)| !value.is_finite()).map(refused).map_or(Ok(()), Err)
+    /// Takes what the actuators got, within their limits.
+    ///
+    /// # Errors
+    /// [`TickError::AppliedTooLarge`]; nothing is changed.
+    pub(crate) fn take_applied(&mut self, applied: &[f64]) -> Result<(), TickError> {
+        let Self { plan, applied: taken, .. } = self;
+        for (value, actuator) in applied.iter().zip(&plan.actuators) {
+            actuator.check_applied(*value)?;
+        }
+        for ((taken, value), actuator) in taken.iter_mut().zip(applied).zip(&plan.actuators) {
+            *taken = value.clamp(actuator.minimum, actuator.maximum);
+        }
+        Ok(())
     }
 }

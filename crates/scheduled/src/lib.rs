@@ -40,19 +40,21 @@ mod lft;
 mod manoeuvre;
 mod ports;
 mod snapshot;
+mod source;
 mod tangent;
 mod trim;
 mod validate;
 
-pub use autopilot::{Autopilot, HELD, ROUNDING_OF_RHO, Saturation, Transition};
+pub use autopilot::{Autopilot, HELD, RETURNING, ROUNDING_OF_RHO, Saturation, Transition};
 pub use design::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, DEFAULT_DESIGN, Failsafe, Gain, Gamma,
     InputHashes, Kind, LftMatrices, MAX_DELAY_TICKS, OverSpeed, Port, Reference, ReferenceLimits, Rows,
-    Scheduling, Sensor, TrimTable, VehicleName, Without, ticks,
+    Scheduling, Sensor, Source, TrimTable, VehicleName, Without, ticks,
 };
 pub use error::{DesignError, TickError};
 pub use failsafe::{
-    Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, Supervised, Supervisor, returning,
+    Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, STEPS, Supervised, Supervisor,
+    returning,
 };
 pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;

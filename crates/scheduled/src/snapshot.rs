@@ -65,7 +65,7 @@ impl Snapshot {
             }
         }
         let others = [filtered_speed, start, outputs.scheduling_parameter];
-        let transitions = self.transitions.iter().flat_map(|one| [one.start, one.share]);
+        let transitions = self.transitions.iter().flat_map(|one| [one.start, one.rate, one.share, one.lag]);
         let mut all = lists.into_iter().flatten().copied().chain(others).chain(transitions);
         match all.find(|value| !value.is_finite()) {
             Some(value) => Err(SnapshotError::NotFinite { value }),

@@ -7,7 +7,7 @@ use std::fmt;
 use crate::design::{CONTROLLER_FORMAT, MAX_DELAY_TICKS};
 use crate::lft::checked;
 use crate::lft::numbers::{finite, not_negative, positive, range};
-use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed, Sensor};
+use crate::{ControllerDesign, DesignError, Lft, Matrix, OverSpeed, Sensor, Source};
 
 /// Shorter sample times \[s\] are taken for a mistake: a step would need too many ticks.
 const SHORTEST_SAMPLE_TIME: f64 = 1e-5;
@@ -326,14 +326,34 @@ impl ControllerDesign {
             return Err(DesignError::BadText { key, found, allowed: one_of(names()) });
         }
         length(format_args!("failsafe.sensors"), failsafe.sensors.len(), measured().count())?;
-        for (name, Sensor { error, rate, drift, from }) in &failsafe.sensors {
-            let trimmed = || self.trimmed().map(|place| self.signals[place].name.as_str());
-            if let Some(from) = from.as_ref().filter(|from| !trimmed().any(|name| name == *from)) {
-                let (key, found) = (format!("failsafe.sensors.{name}.from"), from.clone());
-                return Err(DesignError::BadText { key, found, allowed: one_of(trimmed()) });
+        for (name, sensor) in &failsafe.sensors {
+            let key = |last: &str| format!("failsafe.sensors.{name}.{last}");
+            let Sensor { error, rate, drift, resolution, period, from } = sensor;
+            let numbers = [
+                ("error", error),
+                ("rate", rate),
+                ("drift", drift),
+                ("resolution", resolution),
+                ("period", period),
+            ];
+            for (last, value) in numbers {
+                not_negative(format_args!("{}", key(last)), *value)?;
             }
-            for (last, value) in [("error", *error), ("rate", *rate), ("drift", *drift)] {
-                not_negative(format_args!("failsafe.sensors.{name}.{last}"), value)?;
+            let trimmed: Vec<usize> = self.trimmed().collect();
+            let sources = (0..self.signals.len())
+                .filter(|place| !matches!(from, Some(Source::Path(_))) || trimmed.contains(place))
+                .map(|place| self.signals[place].name.as_str());
+            let named = from.as_ref().and_then(Source::signal);
+            if let Some(found) = named.filter(|found| !sources.clone().any(|one| one == *found)) {
+                let (found, allowed) = (found.to_owned(), one_of(sources));
+                return Err(DesignError::BadText { key: key("from"), found, allowed });
+            }
+            if let Some(Source::Commands { gains, time }) = from {
+                length(format_args!("{}", key("from.commands.gains")), gains.len(), self.actuators.len())?;
+                for (index, gain) in gains.iter().enumerate() {
+                    finite(format_args!("{}[{index}]", key("from.commands.gains")), *gain)?;
+                }
+                positive(format_args!("{}", key("from.commands.time")), *time)?;
             }
         }
         Ok(())

@@ -253,6 +253,16 @@ def test_an_envelope_that_cannot_be(
         (["stale = 1"], 1, "unknown key 'failsafe.stale' (did you mean 'stale_after'?)"),
         (["stale_after = -1"], 1, "'failsafe.stale_after' is -1; it must be from 0, for never, to 60 (s)"),
         (['safe = "surface"'], 1, '\'failsafe.safe\' is "surface"; it must be "slow" or "stop"'),
+        (
+            ['speed = { resolution = -1, unit = "m/s" }'],
+            1,
+            "'failsafe.speed.resolution' is -1; it must be 0, for none, or above",
+        ),
+        (
+            ["heave = { period = 1 }"],
+            1,
+            "'failsafe.heave' is given; it must be left out: the controller does not measure it",
+        ),
     ],
 )
 def test_a_failsafe_that_cannot_be(

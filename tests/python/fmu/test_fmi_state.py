@@ -12,6 +12,8 @@ pytestmark = pytest.mark.change
 
 KINDS = ("plant", "controller", "loop")
 MOVED = {"plant": "current_vertical", "controller": "pitch_reference", "loop": "current_vertical"}
+MOST = {"plant": 0.06, "controller": 1.0, "loop": 0.06}
+"""The largest value of what moves (m/s, rad): a reference beyond the envelope."""
 
 
 def ready(packages: Packages, kind: str, name: str = "one") -> Slave:
@@ -22,11 +24,17 @@ def ready(packages: Packages, kind: str, name: str = "one") -> Slave:
     return slave
 
 
+def outputs(slave: Slave) -> dict[str, float]:
+    """Return every output as it is, the status and what is limited among them."""
+    kinds = ("Real", "Boolean", "Enumeration")
+    return {name: slave.get(name) for kind in kinds for name in slave.names("output", kind)}
+
+
 def fly_on(slave: Slave, kind: str, begin: float) -> list[float]:
     """Fly half a second with an input that moves; return every output after every step."""
     values = []
     for step in range(25):
-        slave.set(MOVED[kind], 0.01 * (step % 7))
+        slave.set(MOVED[kind], MOST[kind] * ((step + 2) % 7) / 6.0)
         slave.fmu.doStep(begin + 0.02 * step, 0.02)
         values += [slave.get(name) for name in slave.names("output")]
     return values
@@ -36,13 +44,17 @@ def fly_on(slave: Slave, kind: str, begin: float) -> list[float]:
 def test_a_state_goes_on_to_the_bit(packages: Packages, kind: str) -> None:
     with ready(packages, kind) as first, ready(packages, kind, "two") as second:
         fly_on(first, kind, 0.0)
+        shown = outputs(first)
+        assert kind != "controller" or shown["reference_limited"] == 1.0
         state = first.fmu.getFMUstate()
         stored = first.fmu.serializeFMUstate(state)
         expected = fly_on(first, kind, 0.5)
         first.fmu.setFMUstate(state)
+        assert outputs(first) == shown
         assert fly_on(first, kind, 0.5) == expected
         read = second.fmu.deSerializeFMUstate(stored)
         second.fmu.setFMUstate(read)
+        assert outputs(second) == shown
         assert fly_on(second, kind, 0.5) == expected
         first.fmu.freeFMUstate(state)
         second.fmu.freeFMUstate(read)

@@ -101,19 +101,24 @@ class Exported:
         """Return the options by which a driver makes its random ticks."""
         names = self.members("inputs")
         signals = ["age" if name.endswith("_age") else name.removesuffix("_reference") for name in names]
-        lost = {
-            name: self.constant(f"LOST_{name}") for name in ("SPEED", "DEPTH") if self.has(f"LOST_{name}")
-        }
         middle = (self.constant("SPEED_MINIMUM") + self.constant("SPEED_MAXIMUM")) / 2.0
+        bits = {
+            name: int(self.constant(f"LOST_{name}"))
+            for name in ("SPEED", "DEPTH", "PITCH", "HEADING")
+            if self.has(f"LOST_{name}")
+        }
+        speed = bits.pop("SPEED", 0)
+        middles = {"speed": middle, "age": SIZES["age"]}
         return [
             f'-DHEADER="{self.name}.h"',
             f"-DOF(name)={self.name}_##name",
             f"-DSAMPLE_TIME={self.constant('SAMPLE_TIME')!r}",
-            f"-DMIDDLE={{{', '.join(repr(middle) if s == 'speed' else '0.0' for s in signals)}}}",
+            f"-DMIDDLE={{{', '.join(repr(middles.get(signal, 0.0)) for signal in signals)}}}",
             f"-DSIZES={{{', '.join(repr(SIZES[signal]) for signal in signals)}}}",
             f"-DSENSORS={signals.count('age')}",
             f"-DSTALE_AFTER={self.constant('STALE_AFTER')!r}",
-            *(f"-DLOST_{name}={int(lost.get(name, 0))}u" for name in ("SPEED", "DEPTH")),
+            f"-DLOST_SPEED={speed}u",
+            f"-DRECKONED={sum(bits.values())}u",
             f"-I{self.folder}",
             f"-I{DRIVERS}",
         ]

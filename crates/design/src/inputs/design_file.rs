@@ -181,18 +181,31 @@ impl Default for Envelope {
 }
 
 /// What is flown when sensors fail.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Failsafe {
-    /// A measurement that is exactly the same for this long is lost, s; 0 if it never is for that.
+    /// A measurement that is the same for this long, and should have moved, is lost, s; 0 if it never is for that.
     pub stale_after: f64,
-    /// What the actuators get without pitch or pitch rate.
+    /// What the actuators get where the vehicle cannot be controlled.
     pub safe: Safe,
+    /// What is said of single sensors.
+    pub sensors: Vec<SensorKeys>,
 }
 
 impl Default for Failsafe {
     fn default() -> Self {
-        Self { stale_after: 0.5, safe: Safe::Slow }
+        Self { stale_after: 0.5, safe: Safe::Slow, sensors: Vec::new() }
     }
+}
+
+/// The keys of a sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorKeys {
+    /// The signal.
+    pub signal: &'static Signal,
+    /// The steps of its values, SI; `None` for those that follow from its noise.
+    pub resolution: Option<f64>,
+    /// The longest time between two values, s; 0 for one with a value at each tick.
+    pub period: f64,
 }
 
 /// What the actuators get where nothing can be controlled; control surfaces are at zero.

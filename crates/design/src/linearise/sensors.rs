@@ -8,14 +8,19 @@
 //! ```
 //!
 //! the largest over the speeds. While a sensor is lost, what it measures leaves what is expected of it by less: the
-//! vehicle flies level, or near its trim.
+//! vehicle flies level, or near its trim, or the sensor of its rate is off by its bias. What the rate of a signal follows
+//! from: of an angle another sensor, of depth pitch and speed, of the speed the thrust at the fastest speed,
+//!
+//! ```text
+//! u' = sum over j of B_uj (u_j - u0_j) + A_uu (u - u0)
+//! ```
 
 use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::decimals;
 use auv::longitudinal::{PITCH, SIGNALS};
 use auv::{Trim, Vehicle, lateral, linearise, linearise_with};
-use scheduled::{ControllerDesign, Sensor, Without};
+use scheduled::{ControllerDesign, Sensor, Source, Without};
 use std::collections::BTreeMap;
 
 /// A path that is level within the errors of trim, as sine.
@@ -23,6 +28,12 @@ const LEVEL: f64 = 0.1;
 
 /// Part of the largest speed by which the speed without its sensor may leave V_r each second.
 const CREEP: f64 = 0.003;
+
+/// The largest bias of a sensor of a rate, rad/s.
+const BIAS: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// The steps of a sensor are taken to be this part of its errors: its noise is what makes its values change.
+const RESOLUTION: f64 = 0.1;
 
 /// The sensors of each signal of a vehicle, as its axis has it and as it is in the vertical plane, at the speeds of
 /// these level trims.
@@ -55,6 +66,16 @@ pub fn sensors(
         all.iter().map(of).fold(0.0, f64::max)
     };
     let fastest = trims.iter().map(|trim| trim.speed.abs()).fold(0.0, f64::max);
+    let named = |state: &str| {
+        let rate = file.interface.signals.iter().find(|signal| signal.state == state)?;
+        Some(Source::Rate(rate.name.to_owned()))
+    };
+    let by_thrust = all[..trims.len()].last().and_then(|linear| {
+        let row = linear.states.iter().position(|state| state.symbol == "u")?;
+        let gains = (0..linear.b.ncols()).map(|column| linear.b[(row, column)]).collect();
+        let time = -1.0 / linear.a[(row, row)];
+        (time > 0.0).then_some(Source::Commands { gains, time })
+    });
     let sensor = |signal: &signals::Signal| {
         let rate = match signal.state {
             "theta" => given("q"),
@@ -63,13 +84,23 @@ pub fn sensors(
             "z" => fastest,
             symbol => given(symbol),
         };
-        let drift = match signal.state {
-            "z" => LEVEL * fastest,
-            "u" => CREEP * fastest,
-            _ => rate,
+        let from = match signal.state {
+            "theta" => named("q"),
+            "psi" => named("r"),
+            "z" => Some(Source::Path(SIGNALS[PITCH].name.to_owned())),
+            "u" => by_thrust.clone(),
+            _ => None,
         };
-        let from = (signal.state == "z").then(|| SIGNALS[PITCH].name.to_owned());
-        (signal.name.to_owned(), Sensor { error: signal.error, rate, drift, from })
+        let drift = match (signal.state, &from) {
+            ("z", _) => LEVEL * fastest,
+            ("u", _) => CREEP * fastest,
+            (_, Some(_)) => BIAS,
+            (_, None) => rate,
+        };
+        // Without anything to say that a value should have moved, its noise is taken to change it.
+        let resolution = if from.is_some() || signal.state == "u" { RESOLUTION * signal.error } else { 0.0 };
+        let sensor = Sensor { error: signal.error, rate, drift, resolution, period: 0.0, from };
+        (signal.name.to_owned(), sensor)
     };
     Ok(file.interface.signals.iter().map(sensor).collect())
 }
@@ -84,7 +115,7 @@ pub fn words(controller: &ControllerDesign) -> Option<String> {
     });
     let after = match failsafe.stale_after {
         0.0 => "a sensor may be the same for ever".to_owned(),
-        after => format!("a sensor is lost that is the same for {after} s"),
+        after => format!("a sensor is lost that is the same for {after} s and should have moved"),
     };
     let needed = |name: &&str| {
         let place = controller.place(name);

@@ -4,7 +4,7 @@ use crate::axis::VehicleModel;
 use crate::error::Error;
 use crate::fit::Model;
 use crate::inputs::Inputs;
-use crate::inputs::design_file::{DesignFile, Safe};
+use crate::inputs::design_file::{DesignFile, Safe, SensorKeys};
 use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
 use auv::LpvModel;
@@ -156,6 +156,12 @@ fn failsafe(
     let measured = |name: &String| controller.place(name).is_some_and(|place| controller.measures(place));
     let mut sensors = vehicle.sensors(&file.spread(ENVELOPE_SPEEDS))?;
     sensors.retain(|name, _| measured(name));
+    for SensorKeys { signal, resolution, period } in &file.failsafe.sensors {
+        if let Some(sensor) = sensors.get_mut(signal.name) {
+            sensor.resolution = resolution.unwrap_or(sensor.resolution);
+            sensor.period = *period;
+        }
+    }
     let slowness = |row: &usize| controller.trim.speed[*row].abs();
     let slowest = (0..TRIM_ROWS).min_by(|one, other| slowness(one).total_cmp(&slowness(other)));
     let trim = slowest.map(|row| &controller.trim.actuators[row]);

@@ -168,6 +168,7 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 {
     @prefix@_state fresh;
     tick t;
+@first@
     for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;
 @origins@
     const int code = compute(&fresh, in, 1, &t);

@@ -52,11 +52,12 @@ typedef struct {
 /* What a function returns. With any other than OK neither the state nor the outputs were touched: the last commands hold. */
 enum {
     @PREFIX@_OK = 0,
-    @PREFIX@_BAD_INPUT = 1, /* a reference, at a reset any input, is infinite or not a number */
+    @PREFIX@_BAD_INPUT = 1, /* a reference or a command applied, at a reset any input, that cannot be: see above */
     @PREFIX@_SINGULAR = 2, /* the loop through rho has no solution */
     @PREFIX@_DIVERGED = 3 /* a command is infinite or not a number: an input was far too large; reset */
 };
 
+@way@
 @sensors@
 
 /* One autopilot. It is the caller's, and nothing else is kept anywhere; its members are not to be written. */

@@ -1,8 +1,10 @@
 /* Moves a reference on by a tick on its way from a start to a target. */
-static void fade(real *share, real start, real target, real negligible)
+static void fade(@prefix@_transition *of, real target, real negligible)
 {
-    if (*share == 0.0@f@) return;
-    *share *= FADE;
-    const real left = between(target, start, *share) - target;
-    if (magnitude(left) <= negligible) *share = 0.0@f@;
+    if (of->share == 0.0@f@) return;
+    of->start += TICK * of->rate * of->lag;
+    of->share = FADE * (of->share + FADE_STEP * of->lag);
+    of->lag *= FADE;
+    const real left = between(target, of->start, of->share) - target, moves = FADE_TIME * of->rate * of->lag;
+    if (magnitude(left) <= negligible && magnitude(moves) <= negligible) of->share = 0.0@f@;
 }

@@ -1,10 +1,12 @@
-/* What the actuators got, as the tables have it; 0 if it is no number. */
+/* What the actuators got, as the tables have it and within their limits; 0 if it is no number or far beyond them. */
 static int read(const @prefix@_commands *applied, real *got)
 {
     if (!(@applied_finite@)) return 0;
 @read@
-    for (int j = 0; j < COMMANDS; j++)
-        if (!is_finite(got[j])) return 0;
+    for (int j = 0; j < COMMANDS; j++) {
+        if (!(magnitude(got[j]) <= LARGEST_APPLIED[j])) return 0;
+        got[j] = clamp(got[j], MINIMUM[j], MAXIMUM[j]);
+    }
     return 1;
 }
 

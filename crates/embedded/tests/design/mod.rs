@@ -6,7 +6,7 @@ pub mod example;
 use example::input;
 use scheduled::{
     Actuator, ControllerDesign, ControllerInput, Failsafe, Kind, LftMatrices, OverSpeed, Port,
-    ReferenceLimits, Rows, Sensor, TrimTable,
+    ReferenceLimits, Rows, Sensor, Source, TrimTable,
 };
 use signals::Curve;
 use std::collections::BTreeMap;
@@ -125,9 +125,20 @@ fn trim(random: &mut Random, actuators: usize) -> TrimTable {
 /// What the sensors of a design may say.
 fn failsafe(random: &mut Random, design: &ControllerDesign) -> Failsafe {
     let sensor = |(place, port): (usize, &Port)| {
-        let from = (port.name == "depth" && !random.one_of(4)).then(|| "pitch".to_owned());
+        let time = random.between(0.5, 5.0);
+        let gains = design.actuators.iter().map(|_| random.between(-0.1, 0.1)).collect();
+        let from = match port.name.as_str() {
+            _ if random.one_of(4) => None,
+            "depth" => Some(Source::Path("pitch".to_owned())),
+            "pitch" => Some(Source::Rate("pitch_rate".to_owned())),
+            "speed" => Some(Source::Commands { gains, time }),
+            _ => None,
+        };
+        let period = [0.0, 0.25][random.below(2)];
+        let resolution = if random.one_of(2) { 0.0 } else { random.between(0.0, 0.02) };
         let mut number = |most: f64| random.between(0.0, most) * port.nominal;
-        let sensor = Sensor { error: 2.0 + number(3.0), rate: number(5.0), drift: number(0.5), from };
+        let [error, rate, drift] = [2.0 + number(3.0), number(5.0), number(0.5)];
+        let sensor = Sensor { error, rate, drift, resolution, period, from };
         design.measures(place).then(|| (port.name.clone(), sensor))
     };
     let sensors = design.signals.iter().enumerate().filter_map(sensor).collect();

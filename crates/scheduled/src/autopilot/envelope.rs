@@ -27,6 +27,8 @@ pub(crate) struct Used {
     pub(crate) by_asked: f64,
     /// Its slope over the speed V_r.
     pub(crate) by_speed: f64,
+    /// Its slope over the last one: 1 at its rate.
+    pub(crate) by_last: f64,
 }
 
 impl Envelope {
@@ -40,6 +42,14 @@ impl Envelope {
     /// Whether the rate of a reference is limited.
     pub(crate) fn has_rate(&self, signal: usize) -> bool {
         self.limits[signal].rate.is_some()
+    }
+
+    /// A rate within that of a reference at a speed V_r.
+    pub(crate) fn rate(&self, signal: usize, rate: f64, trim: AtSpeed<'_>) -> f64 {
+        match &self.limits[signal].rate {
+            Some([slowest, fastest]) => within(rate, trim.of(slowest), trim.of(fastest)),
+            None => rate,
+        }
     }
 
     /// What is asked of a reference, within its range at a speed V_r.
@@ -93,13 +103,14 @@ impl Envelope {
         };
         let at_rate = last.and_then(|last| end_at(rate.as_ref(), last, self.sample_time, on_the_way, value));
         let at_range = || end_at(range.as_ref(), 0.0, 1.0, on_the_way, value);
+        let by_last = if at_rate.is_some() { 1.0 } else { 0.0 };
         if let Some(slope) = at_rate.or_else(at_range) {
-            return Used { value, by_asked: 0.0, by_speed: slope };
+            return Used { value, by_asked: 0.0, by_speed: slope, by_last };
         }
         let free = 1.0 - transition.share;
         match end_at(range.as_ref(), 0.0, 1.0, asked, target) {
-            Some(slope) => Used { value, by_asked: 0.0, by_speed: free * slope },
-            None => Used { value, by_asked: free, by_speed: 0.0 },
+            Some(slope) => Used { value, by_asked: 0.0, by_speed: free * slope, by_last },
+            None => Used { value, by_asked: free, by_speed: 0.0, by_last },
         }
     }
 }

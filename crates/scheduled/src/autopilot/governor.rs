@@ -1,12 +1,14 @@
 //! The reference governor: how a reference moves that is not used as it is asked.
 //!
 //! ```text
-//! used = (1 - share) target + share start,   target: what is asked, within its range; then within its rate
-//! share <- exp(-Ts/2 s) share                after a tick
+//! used   = (1 - share) target + share start,   target: what is asked, within its range; then within its rate
+//! share  = (1 + t/1 s) exp(-t/1 s),   t after the transition began
+//! start' = rate exp(-t/1 s)
 //! ```
 //!
-//! A reference that [`Autopilot::follow`](crate::Autopilot::follow) sets begins at the measured value, with a share of
-//! 1. So does one that yields: while an actuator that steers its signal has been at its limit for [`HELD`],
+//! A reference that [`Autopilot::follow`](crate::Autopilot::follow) sets begins at the measured value, and with the
+//! rate of that, where a sensor knows it, within its own. One that yields begins where it is, at rest: while an
+//! actuator that steers its signal has been at its limit for [`HELD`],
 //!
 //! ```text
 //! start <- start + (1 - exp(-Ts/0.3 s)) (measured - start), within its range;   used = start, at any rate
@@ -26,8 +28,8 @@ pub const HELD: f64 = 1.0;
 /// Time constant with which a reference yields to the measured value, s.
 const YIELDING: f64 = 0.3;
 
-/// Time constant with which a reference returns to what is asked, s.
-const RETURNING: f64 = 2.0;
+/// Each of the two time constants with which a reference returns to what is asked, s.
+pub const RETURNING: f64 = 1.0;
 
 /// Differences below this part of a signal's nominal size count as zero.
 const NO_DIFFERENCE: f64 = 1e-4;
@@ -39,8 +41,9 @@ pub(crate) struct Governor {
     held: u32,
     /// Part of the way to the measured value that a reference yields in a tick.
     yielding: f64,
-    /// Factor of the share in a tick.
+    /// Factor of the lag of a transition in a tick.
     decay: f64,
+    sample_time: f64,
     /// The difference of each reference from its target that is taken for none.
     negligible: Vec<f64>,
     /// The actuators that steer each signal with a reference; none of one that is not measured.
@@ -54,13 +57,22 @@ pub(crate) struct Governor {
 /// The transition of a reference from a start to its target.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Transition {
-    /// Where it began, SI.
+    /// Where it began, moved on by its rate, SI.
     pub start: f64,
+    /// The rate at which it began, SI per second.
+    pub rate: f64,
     /// The share of the start in the reference, from 0 to 1; 0 without a transition.
     pub share: f64,
+    /// exp(-t/1 s), t after it began.
+    pub lag: f64,
 }
 
 impl Transition {
+    /// A transition that begins at rest.
+    pub(crate) fn from(start: f64) -> Self {
+        Self { start, rate: 0.0, share: 1.0, lag: 1.0 }
+    }
+
     /// The reference on the way to a target.
     pub(crate) fn to(self, target: f64) -> f64 {
         if self.share == 0.0 { target } else { (1.0 - self.share) * target + self.share * self.start }
@@ -96,6 +108,7 @@ impl Governor {
             held: ticks(HELD, design.sample_time),
             yielding: -(-per_tick(YIELDING)).exp_m1(),
             decay: (-per_tick(RETURNING)).exp(),
+            sample_time: design.sample_time,
             negligible: design.references().map(|(signal, _)| NO_DIFFERENCE * signal.nominal).collect(),
             steers: (0..design.actuators.len())
                 .map(|one| steered_by.iter().flatten().any(|by| *by == one))
@@ -125,7 +138,7 @@ impl Governor {
         self.yielding
     }
 
-    /// Factor of the share in a tick, and the difference of a reference from its target that is taken for none.
+    /// Factor of the lag in a tick, and the difference of a reference from its target that is taken for none.
     pub(crate) fn returning(&self, reference: usize) -> (f64, f64) {
         (self.decay, self.negligible[reference])
     }
@@ -149,10 +162,15 @@ impl Governor {
             if now { (saturation.ticks + 1).min(self.held) } else { saturation.ticks.saturating_sub(1) };
     }
 
-    /// Moves a transition on by a tick, of a reference that was `used` on its way to a `target`.
+    /// Moves the transition of a reference to a `target` on by a tick. It ends where what is left of it and of its rate
+    /// is negligible.
     pub(crate) fn advance(&self, reference: usize, transition: &mut Transition, target: f64) {
-        transition.share *= self.decay;
-        if (transition.to(target) - target).abs() <= self.negligible[reference] {
+        let Transition { start, rate, share, lag } = transition;
+        *start += self.sample_time * *rate * *lag;
+        *share = self.decay * (*share + self.sample_time / RETURNING * *lag);
+        *lag *= self.decay;
+        let left = [transition.to(target) - target, RETURNING * transition.rate * transition.lag];
+        if left.iter().all(|one| one.abs() <= self.negligible[reference]) {
             transition.share = 0.0;
         }
     }

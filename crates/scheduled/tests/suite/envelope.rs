@@ -38,7 +38,7 @@ fn started(design: &ControllerDesign, at: &Inputs) -> Autopilot {
 
 #[test]
 fn references_are_limited_over_speed() {
-    let mut autopilot = started(&design(Some(1.0)), &inputs(9.0, 1.749, 20.0));
+    let mut autopilot = started(&design(Some(1.0)), &inputs(6.0, 1.749, 20.0));
     assert_eq!(autopilot.references(), [0.3, 1.749, 20.0]);
     assert!(autopilot.outputs().reference_limited);
     autopilot.tick(&inputs(-9.0, 1.749, 20.0)).unwrap();
@@ -47,7 +47,7 @@ fn references_are_limited_over_speed() {
     assert_eq!((autopilot.references()[PITCH], autopilot.outputs().reference_limited), (0.2, false));
     // Half way between two rows.
     let speed = 0.5 * (1.749 + 3.0);
-    let autopilot = started(&design(Some(1.0)), &inputs(9.0, speed, 20.0));
+    let autopilot = started(&design(Some(1.0)), &inputs(6.0, speed, 20.0));
     assert!((autopilot.references()[PITCH] - 0.35).abs() < 1e-12);
 }
 
@@ -145,8 +145,10 @@ proptest! {
         depth in 19.0..21.0f64,
         direction in prop::collection::vec(-1.0..1.0f64, 8),
         filter: bool,
-        initial: bool,
+        when in 0..3,
     ) {
+        // The initialisation; the first tick, with an initialisation at the same inputs before it; a later tick.
+        let (initial, first) = (when == 0, when == 1);
         prop_assume!([0.49, 1.749, 3.0].iter().all(|corner| (speed - corner).abs() > 1e-3));
         let mut design = design(filter.then_some(0.7));
         design.actuators.iter_mut().for_each(|one| (one.minimum, one.maximum) = (-1e9, 1e9));
@@ -154,7 +156,7 @@ proptest! {
         autopilot.tick(&inputs(0.1, 2.5, 21.0)).unwrap();
         let mut at = inputs(pitch, speed, depth);
         at.measured[SPEED] = 1.9;
-        if initial {
+        if initial || first {
             autopilot.initialise(0.0, &at).unwrap();
         }
         let direction = Inputs { measured: direction[..5].to_vec(), references: direction[5..].to_vec() };
@@ -163,12 +165,21 @@ proptest! {
             moved.measured.iter_mut().zip(&direction.measured).for_each(|(to, d)| *to += by * d);
             moved.references.iter_mut().zip(&direction.references).for_each(|(to, d)| *to += by * d);
             let mut autopilot = autopilot.clone();
-            if initial { autopilot.initialise(0.0, &moved).unwrap() } else { _ = autopilot.tick(&moved).unwrap() }
+            if initial || first {
+                autopilot.initialise(0.0, &moved).unwrap();
+            }
+            if !initial {
+                autopilot.tick(&moved).unwrap();
+            }
             let all: Vec<f64> = autopilot.references().iter().chain(&autopilot.outputs().commands).copied().collect();
             all
         };
         let (high, here, low) = (moved(1e-5), moved(0.0), moved(-1e-5));
-        let found = autopilot.tangents(initial, &at, &direction).unwrap();
+        let found = if first {
+            autopilot.first_tangents(&at, &direction).unwrap()
+        } else {
+            autopilot.tangents(initial, &at, &direction).unwrap()
+        };
         let found: Vec<f64> = found.references.into_iter().chain(found.commands).collect();
         let each = || high.iter().zip(&here).zip(&low);
         // Not at the edge of a limit, where the derivatives of the two sides differ.

@@ -68,7 +68,7 @@ proptest! {
     }
 }
 
-/// While it follows, references are where the vehicle is; then they go to what is asked with a time constant of 2 s.
+/// While it follows, references are where the vehicle is; then they go to what is asked through two lags of 1 s.
 #[test]
 fn references_begin_where_the_vehicle_is() {
     let design = design();
@@ -80,10 +80,11 @@ fn references_begin_where_the_vehicle_is() {
     assert!(autopilot.outputs().reference_limited);
     let depth_is_measured = design.measures(DEPTH);
     assert_eq!(autopilot.references()[DEPTH], if depth_is_measured { 20.0 } else { 22.0 });
-    let ticks = (2.0 / design.sample_time).round() as usize;
+    let ticks = (1.0 / design.sample_time).round() as usize;
     for tick in 0..ticks {
         autopilot.tick(&now).unwrap();
-        let left = 0.15 * (-(tick as f64) * design.sample_time / 2.0).exp();
+        let time = tick as f64 * design.sample_time;
+        let left = 0.15 * (1.0 + time) * (-time).exp();
         assert!((autopilot.references()[PITCH] - (0.1 - left)).abs() < 1e-9);
     }
     for _ in 0..10 * ticks {
@@ -150,9 +151,12 @@ fn gains_are_linear_in_between() {
 fn what_is_no_command_or_gain_is_refused() {
     let mut autopilot = started(&design());
     let now = inputs(-0.01, 1.749);
-    let words = autopilot.follow(&now, &[0.0, f64::NAN, 0.0]).unwrap_err().to_string();
-    assert_eq!(words, "the applied command 1 is NaN, which is not finite");
-    assert!(autopilot.feed_back(&[f64::INFINITY, 0.0, 0.0]).is_err());
+    for value in [f64::NAN, f64::INFINITY, -500.1] {
+        let words = autopilot.follow(&now, &[0.0, value, 0.0]).unwrap_err().to_string();
+        assert!(words.starts_with(&format!("the applied command of thruster_2 is {value} N")), "{words}");
+        assert!(words.contains("500 N"), "{words}");
+        assert_eq!(autopilot.feed_back(&[value, 0.0, 0.0]).unwrap_err().to_string().len(), words.len());
+    }
     let mut short = design();
     short.follow[0].pop();
     assert_eq!(Autopilot::new(&short).unwrap_err().to_string(), "follow has 1 entries, but must have 2");

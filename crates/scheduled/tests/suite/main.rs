@@ -12,3 +12,5 @@ mod follow;
 mod governor;
 mod law;
 mod limits;
+mod sensors;
+mod supervised;

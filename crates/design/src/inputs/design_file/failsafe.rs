@@ -1,19 +1,52 @@
 //! The section `[failsafe]`: what is flown when sensors fail.
 
 use crate::inputs::design_file::values::within;
-use crate::inputs::design_file::{Failsafe, Range, Safe};
+use crate::inputs::design_file::{Failsafe, Range, Safe, SensorKeys};
 use auv::toml_file::Table;
+use signals::Signal;
 
 /// The time of a sensor that does not change.
 const STALE: Range = Range { least: 0.0, most: 60.0, words: "from 0, for never, to 60 (s)" };
 
+/// The time between two values of a sensor.
+const PERIOD: Range = Range { least: 0.0, most: 60.0, words: "from 0, for each tick, to 60 (s)" };
+
 impl Failsafe {
-    pub(super) fn of(table: &Table<'_>) -> Option<Self> {
-        table.allow_only(&["stale_after", "safe"]);
-        let Self { stale_after, safe } = Self::default();
+    /// Reads the section; a sensor of each signal may have a table if it is `measured`.
+    pub(super) fn of(
+        table: &Table<'_>,
+        signals: &'static [Signal],
+        is_measured: impl Fn(&Signal) -> bool,
+    ) -> Option<Self> {
+        let names = signals.iter().map(|signal| signal.name);
+        table.allow_only(&["stale_after", "safe"].into_iter().chain(names).collect::<Vec<_>>());
+        for signal in signals.iter().filter(|signal| table.has(signal.name) && !is_measured(signal)) {
+            table.not_allowed(signal.name, "given", "left out: the controller does not measure it");
+        }
+        let Self { stale_after, safe, .. } = Self::default();
         let stale_after = table.or("stale_after", stale_after, |table, key| within(table, key, STALE));
         let words: Vec<&str> = Safe::ALL.iter().map(|safe| safe.word()).collect();
         let safe = table.or("safe", safe, |table, key| Some(Safe::ALL[table.one_of(key, &words)?]));
-        Some(Self { stale_after: stale_after?, safe: safe? })
+        let tables = signals.iter().filter_map(|signal| Some((signal, table.table(signal.name)?)));
+        let sensors: Vec<Option<SensorKeys>> = tables.map(|(signal, table)| sensor(signal, &table)).collect();
+        Some(Self {
+            stale_after: stale_after?,
+            safe: safe?,
+            sensors: sensors.into_iter().collect::<Option<_>>()?,
+        })
     }
+}
+
+/// The table of a sensor.
+fn sensor(signal: &'static Signal, table: &Table<'_>) -> Option<SensorKeys> {
+    table.allow_only(&["resolution", "unit", "period"]);
+    let resolution = if table.has("resolution") {
+        let units: Vec<&str> = signal.units.iter().map(|unit| unit.name).collect();
+        let unit = table.one_of("unit", &units);
+        let resolution = table.number("resolution", |v| v >= 0.0 && v.is_finite(), "0, for none, or above");
+        Some(resolution? * signal.units[unit?].factor)
+    } else {
+        None
+    };
+    Some(SensorKeys { signal, resolution, period: table.or("period", 0.0, |t, key| within(t, key, PERIOD))? })
 }

@@ -13,7 +13,7 @@ use auv::toml_file::{Document, FileError, Table};
 use auv::{lateral, longitudinal};
 use lpv::weights::RisingWeight;
 use scheduled::MAX_DELAY_TICKS;
-use signals::Interface;
+use signals::{Interface, Level, Signal};
 use squid_flight::sea::WaveParameters;
 
 /// The largest number of ticks of a flight: its record is kept in memory, some 200 bytes each.
@@ -122,7 +122,19 @@ fn design(
     }
     let read = |table| if of_heading { Envelope::of_heading(&table) } else { Envelope::of(&table) };
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
-    let failsafe = root.table("failsafe").map_or_else(|| Some(Failsafe::default()), |t| Failsafe::of(&t));
+    let is_measured = |signal: &Signal| match (&tracked, &measured) {
+        (Some(tracked), Some(measured)) => {
+            let is = |place: usize| interface.signals[place].name == signal.name;
+            let by_itself = measured.iter().any(|one| is(one.place));
+            let by_error = measured.is_empty() && tracked.iter().any(|one| is(one.place));
+            signal.level == Level::Scheduled || by_itself || by_error
+        }
+        _ => true,
+    };
+    let failsafe = root.table("failsafe").map_or_else(
+        || Some(Failsafe::default()),
+        |table| Failsafe::of(&table, interface.signals, is_measured),
+    );
     let limits = Limits {
         speeds,
         interface,

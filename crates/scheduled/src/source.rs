@@ -1,0 +1,71 @@
+//! The rates of measured signals that follow from other signals or from the commands.
+
+use crate::ControllerDesign;
+use crate::autopilot::Plan;
+use crate::design::Source;
+
+/// A [`Source`], its signal by its index.
+#[derive(Debug)]
+enum From {
+    Rate(usize),
+    Path(usize),
+    Commands { gains: Vec<f64>, time: f64 },
+}
+
+/// What the rate of each signal follows from.
+#[derive(Debug)]
+pub(crate) struct Sources(Vec<Option<From>>);
+
+impl Sources {
+    #[inline]
+    pub(crate) fn new(design: &ControllerDesign) -> Self {
+        let of = |signal: usize| {
+            Some(match design.source(signal)? {
+                Source::Rate(name) => From::Rate(design.place(name)?),
+                Source::Path(name) => From::Path(design.place(name)?),
+                Source::Commands { gains, time } => From::Commands { gains: gains.clone(), time: *time },
+            })
+        };
+        Self((0..design.signals.len()).map(of).collect())
+    }
+
+    /// The rate of a signal, SI per second, from the `measured` values of others; `None` of one whose rate they do not
+    /// give.
+    pub(crate) fn rate(&self, plan: &Plan, signal: usize, measured: impl Fn(usize) -> f64) -> Option<f64> {
+        match self.0[signal].as_ref()? {
+            From::Rate(other) => Some(measured(*other)),
+            From::Path(pitch) => {
+                let along = measured(plan.speed);
+                Some(-(along * (measured(*pitch) - plan.trim.signal(along, *pitch, 0.0))))
+            }
+            From::Commands { .. } => None,
+        }
+    }
+
+    /// The signal that is the rate of another.
+    pub(crate) fn rate_signal(&self, signal: usize) -> Option<usize> {
+        match self.0[signal] {
+            Some(From::Rate(other)) => Some(other),
+            _ => None,
+        }
+    }
+
+    /// The sum of gain and command over the actuators; 0 of a signal whose rate does not follow from the commands.
+    pub(crate) fn force(&self, signal: usize, commands: &[f64]) -> f64 {
+        let Some(From::Commands { gains, .. }) = &self.0[signal] else { return 0.0 };
+        gains.iter().zip(commands).fold(0.0, |sum, (gain, command)| sum + gain * command)
+    }
+
+    /// The rate of a signal, SI per second, that has `moved` since the sum of gain and command was `anchor`; `None` of
+    /// one whose rate does not follow from the commands.
+    pub(crate) fn accelerated(
+        &self,
+        signal: usize,
+        commands: &[f64],
+        anchor: f64,
+        moved: f64,
+    ) -> Option<f64> {
+        let Some(From::Commands { time, .. }) = &self.0[signal] else { return None };
+        Some(self.force(signal, commands) - anchor - moved / time)
+    }
+}
