@@ -148,15 +148,15 @@ impl Port {
         if (least..=most).contains(&value) {
             return Ok(());
         }
-        let unit = self.unit.clone();
+        let unit = &self.unit;
         let hint = match unit.strip_prefix("rad") {
             Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
             None => String::new(),
         };
         let (name, meaning) =
             reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
-        let (name, meaning) = (name.clone(), meaning.clone());
-        Err(TickError::OtherUnit { name, value, unit, least, most, meaning, hint })
+        let allowed = format!("from {least} to {most} {unit}: {meaning}{hint}");
+        Err(TickError::OtherUnit { name: name.clone(), found: format!("{value} {unit}"), allowed })
     }
 }
 

@@ -58,10 +58,8 @@ pub enum TickError {
     #[error("the input {name} is {value}, which is not finite")]
     InputNotFinite { name: String, value: f64 },
     /// An input at the start that only makes sense in another unit or with another sign.
-    #[error(
-        "{name} is {value} {unit} at the first tick, but must be from {least} to {most} {unit}: {meaning}{hint}"
-    )]
-    OtherUnit { name: String, value: f64, unit: String, least: f64, most: f64, meaning: String, hint: String },
+    #[error("{name} is {found} at the first tick, but must be {allowed}")]
+    OtherUnit { name: String, found: String, allowed: String },
     /// An applied command that no actuator can have got.
     #[error(
         "the applied command of {name} is {value} {unit}, but must be finite and no larger than {most} {unit}, ten \
