@@ -269,8 +269,8 @@ impl Autopilot {
             if self.plan.measured[place] {
                 port.check_first(inputs.measured[place], None)?;
             }
-            if let Some(value) = inputs.references.get(place).filter(|_| self.plan.followed[place]) {
-                port.check_first(*value, port.reference.as_ref())?;
+            if self.plan.followed.get(place) == Some(&true) {
+                port.check_first(inputs.references[place], port.reference.as_ref())?;
             }
         }
         self.controller.reset();

@@ -24,7 +24,7 @@ ASKED = """
 phase_margin = 88.0
 delay_margin = 0.15
 noise = 10.0
-held_recovery = 1e5
+beyond_recovery = 20.0
 """
 
 
