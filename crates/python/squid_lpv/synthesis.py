@@ -239,7 +239,7 @@ def musyn(
     blocks: Sequence[Sequence[int]],
     *,
     iterations: int = 6,
-    order: int = 3,
+    order: int = 4,
     progress: Progress | None = None,
 ) -> MuSynthesis:
     """Return a controller with a small structured singular value, by D-K iteration; the optimum is a local one.

@@ -37,7 +37,7 @@ pub struct MuOptions {
 
 impl Default for MuOptions {
     fn default() -> Self {
-        Self { iterations: 6, order: 3, back_off: 0.01 }
+        Self { iterations: 6, order: 4, back_off: 0.005 }
     }
 }
 
@@ -114,7 +114,7 @@ pub fn musyn(
 const STAGE: &str = "D-K iteration";
 
 /// The relative decrease of mu below which the iteration ends.
-const LEAST_IMPROVEMENT: f64 = 2e-3;
+const LEAST_IMPROVEMENT: f64 = 1e-3;
 
 /// Rows (of w) and columns (of z) of each scaling: one for each entry of a repeated scalar, one for a full block.
 fn scaled_signals(structure: &Structure) -> Vec<(usize, usize)> {
@@ -285,13 +285,23 @@ fn fit(points: &[Point], order: usize) -> (Scaling, f64) {
         (squares.sum::<f64>() / total).sqrt()
     };
     let mut parameters = DVector::zeros(1 + 2 * order);
-    if let (Some(first), Some(last)) = (points.first(), points.last()) {
-        let (from, to) = (first.omega.ln(), last.omega.ln());
-        for i in 0..order {
-            let middle = from + (to - from) * (i as f64 + 1.0) / (order as f64 + 1.0);
-            parameters[1 + i] = middle + 0.1;
-            parameters[1 + order + i] = middle - 0.1;
-        }
+    if points.len() < 2 {
+        return (Scaling::one(), 0.0);
+    }
+    // A zero and a pole about the middle of each part of the curve that rises and falls by as much as the others.
+    let steps: Vec<f64> = points.windows(2).map(|pair| pair[1].log - pair[0].log).collect();
+    let total_variation: f64 = steps.iter().map(|step| step.abs()).sum();
+    for i in 0..order {
+        let wanted = (i as f64 + 0.5) / order as f64 * total_variation;
+        let mut passed = 0.0;
+        let at = steps.iter().position(|step| {
+            passed += step.abs();
+            passed >= wanted
+        });
+        let at = at.unwrap_or_default();
+        let (omega, step) = (points[at].omega.ln(), steps[at]);
+        parameters[1 + i] = omega - 0.5 * step.signum();
+        parameters[1 + order + i] = omega + 0.5 * step.signum();
     }
     let mut damping = 1e-2;
     let mut least = error(&parameters);
