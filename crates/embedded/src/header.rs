@@ -172,9 +172,9 @@ fn about(design: &ControllerDesign, standing: &Standing, real: Real) -> String {
          they get, and then step, each tick; call follow once more before the first step whose outputs are used. \
          The state is then such that the command is what was applied, as nearly as the controller can, and \
          references go on with the rate of the vehicle, and to what is asked through two lags of 1 s. An applied \
-         command beyond its limits is taken to be at its limit, and one beyond ten times that is BAD_INPUT. To take over after \
-         a reset: reset, follow, step. Where something limits the commands further while they are used, call \
-         feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
+         command beyond its limits is taken to be at its limit, and one beyond ten times that is BAD_INPUT. To take \
+         over after a reset: reset, follow, step. Where something limits the commands further while they are used, \
+         call feed_back with what the actuators got before each step, and the anti-windup knows of it. What is proved \
          does not cover a loop that follows, nor limits that are not those of the outputs."
             .to_owned(),
         governor::about(design),

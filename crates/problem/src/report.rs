@@ -135,8 +135,8 @@ impl Report {
         self.certificate = Some(certificate);
     }
 
-    /// Removes gamma after a numerical failure or where the proved lower bound contradicts it, and adds a remark if it is
-    /// not shown to be the least.
+    /// Removes gamma after a numerical failure or where the proved lower bound contradicts it, and adds a remark if it
+    /// is not shown to be the least.
     pub fn doubt_gamma(&mut self) {
         self.respect_lower_bound();
         if self.status == Status::NumericalFailure {

@@ -164,8 +164,8 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     prove(problem, &found.controller, &fast, certificate, report);
 }
 
-const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at any rate, whose bound holds at this rate, \
-    too; the search at this rate failed";
+const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at any rate, whose bound holds at this \
+    rate, too; the search at this rate failed";
 
 const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
 

@@ -1,6 +1,5 @@
 //! The frozen controller design, as in its JSON file.
 
-use crate::TickError;
 use serde::{Deserialize, Serialize};
 use signals::{Curve, Force, Level, Signal, Status};
 use std::collections::BTreeMap;
@@ -140,23 +139,6 @@ impl Port {
             "m" if self.level == Level::Start => self.range.or(Some(DEPTHS)),
             _ => self.range,
         }
-    }
-
-    /// Refuses a value that it cannot have at the first tick.
-    pub(crate) fn check_first(&self, value: f64, reference: Option<&Reference>) -> Result<(), TickError> {
-        let Some([least, most]) = self.first(reference.is_some()) else { return Ok(()) };
-        if (least..=most).contains(&value) {
-            return Ok(());
-        }
-        let unit = &self.unit;
-        let hint = match unit.strip_prefix("rad") {
-            Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
-            None => String::new(),
-        };
-        let (name, meaning) =
-            reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
-        let allowed = format!("from {least} to {most} {unit}: {meaning}{hint}");
-        Err(TickError::OtherUnit { name: name.clone(), found: format!("{value} {unit}"), allowed })
     }
 }
 
@@ -376,16 +358,6 @@ impl Actuator {
     /// The largest command, in size, that it can be told to have got: beyond this the number is a mistake.
     pub fn largest_applied(&self) -> f64 {
         LARGEST_APPLIED * self.minimum.abs().max(self.maximum.abs())
-    }
-
-    /// Refuses a command that it cannot have got.
-    pub(crate) fn check_applied(&self, value: f64) -> Result<(), TickError> {
-        let most = self.largest_applied();
-        if value.abs() <= most {
-            return Ok(());
-        }
-        let Self { name, unit, .. } = self;
-        Err(TickError::AppliedTooLarge { name: name.clone(), value, unit: unit.clone(), most })
     }
 
     /// Unit of the actuator's input.

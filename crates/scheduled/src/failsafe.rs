@@ -275,7 +275,7 @@ impl Supervisor {
         for place in 0..self.watched.len() {
             let Watched { signal, without, returning, .. } = self.watched[place];
             let Reading { believed, moved, anchor, lost_for, .. } = self.state.readings[place];
-            let rate = match sources.rate(&autopilot.plan, signal, |other| self.believed(other)) {
+            let rate = match sources.rate(&autopilot.plan.trim, signal, |other| self.believed(other)) {
                 None => sources.accelerated(signal, &self.state.commands, anchor, moved),
                 rate => rate,
             };

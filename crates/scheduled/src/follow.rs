@@ -1,6 +1,6 @@
 //! Commands that are not the autopilot's: following them, and taking over from them without a jump.
 
-use crate::{Autopilot, Inputs, Saturation, TickError, Transition};
+use crate::{Actuator, Autopilot, Inputs, Saturation, TickError, Transition};
 
 /// How often the state is corrected in a tick: what F leaves, because it is interpolated, is corrected again.
 pub const CORRECTIONS: usize = 2;
@@ -17,8 +17,8 @@ impl Autopilot {
     ///
     /// F(rho) is the gain `follow` of the design: the next tick commands what is applied, as nearly as the controller
     /// can at all: two thrusters that it commands alike stay alike. From there each reference goes on with the rate of
-    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing is
-    /// proved of a loop while it follows.
+    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing
+    /// is proved of a loop while it follows.
     ///
     /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
     /// limits of its actuator is that limit.
@@ -87,7 +87,7 @@ impl Autopilot {
         let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
         references[reference] = plan.envelope.target(reference, from, trim);
-        let rate = plan.sources.rate(plan, reference, |signal| inputs.measured[signal]).unwrap_or(0.0);
+        let rate = plan.sources.rate(&plan.trim, reference, |signal| inputs.measured[signal]).unwrap_or(0.0);
         let rate = plan.envelope.rate(reference, rate, trim);
         transitions[reference] = Transition { rate, ..Transition::from(references[reference]) };
     }
@@ -99,11 +99,21 @@ impl Autopilot {
     pub(crate) fn take_applied(&mut self, applied: &[f64]) -> Result<(), TickError> {
         let Self { plan, applied: taken, .. } = self;
         for (value, actuator) in applied.iter().zip(&plan.actuators) {
-            actuator.check_applied(*value)?;
+            check_applied(actuator, *value)?;
         }
         for ((taken, value), actuator) in taken.iter_mut().zip(applied).zip(&plan.actuators) {
             *taken = value.clamp(actuator.minimum, actuator.maximum);
         }
         Ok(())
     }
+}
+
+/// Refuses an applied command that an actuator cannot have got.
+fn check_applied(actuator: &Actuator, value: f64) -> Result<(), TickError> {
+    let most = actuator.largest_applied();
+    if value.abs() <= most {
+        return Ok(());
+    }
+    let Actuator { name, unit, .. } = actuator;
+    Err(TickError::AppliedTooLarge { name: name.clone(), value, unit: unit.clone(), most })
 }

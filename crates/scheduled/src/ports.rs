@@ -1,7 +1,7 @@
 //! Inputs and outputs of an autopilot.
 
 use crate::TickError;
-use crate::design::Port;
+use crate::design::{Port, Reference};
 
 /// Measurements and references of the autopilot; SI units, radians.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +26,25 @@ pub struct Outputs {
     pub reference_limited: bool,
     /// The trim of each signal of [`ControllerDesign::trimmed`](crate::ControllerDesign::trimmed) at the speed V_r.
     pub trim: Vec<f64>,
+}
+
+impl Port {
+    /// Refuses a value that it cannot have at the first tick.
+    pub(crate) fn check_first(&self, value: f64, reference: Option<&Reference>) -> Result<(), TickError> {
+        let Some([least, most]) = self.first(reference.is_some()) else { return Ok(()) };
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        let unit = &self.unit;
+        let hint = match unit.strip_prefix("rad") {
+            Some(rest) => format!("; {value} deg{rest} are {} {unit}", value.to_radians()),
+            None => String::new(),
+        };
+        let (name, meaning) =
+            reference.map_or((&self.name, &self.measured), |reference| (&reference.name, &reference.wanted));
+        let allowed = format!("from {least} to {most} {unit}: {meaning}{hint}");
+        Err(TickError::OtherUnit { name: name.clone(), found: format!("{value} {unit}"), allowed })
+    }
 }
 
 impl Inputs {

@@ -1,8 +1,7 @@
 //! The rates of measured signals that follow from other signals or from the commands.
 
-use crate::ControllerDesign;
-use crate::autopilot::Plan;
 use crate::design::Source;
+use crate::{ControllerDesign, Trim};
 
 /// A [`Source`], its signal by its index.
 #[derive(Debug)]
@@ -14,11 +13,15 @@ enum From {
 
 /// What the rate of each signal follows from.
 #[derive(Debug)]
-pub(crate) struct Sources(Vec<Option<From>>);
+pub(crate) struct Sources {
+    of: Vec<Option<From>>,
+    /// The index of the speed.
+    speed: usize,
+}
 
 impl Sources {
     #[inline]
-    pub(crate) fn new(design: &ControllerDesign) -> Self {
+    pub(crate) fn new(design: &ControllerDesign, speed: usize) -> Self {
         let of = |signal: usize| {
             Some(match design.source(signal)? {
                 Source::Rate(name) => From::Rate(design.place(name)?),
@@ -26,17 +29,17 @@ impl Sources {
                 Source::Commands { gains, time } => From::Commands { gains: gains.clone(), time: *time },
             })
         };
-        Self((0..design.signals.len()).map(of).collect())
+        Self { of: (0..design.signals.len()).map(of).collect(), speed }
     }
 
     /// The rate of a signal, SI per second, from the `measured` values of others; `None` of one whose rate they do not
     /// give.
-    pub(crate) fn rate(&self, plan: &Plan, signal: usize, measured: impl Fn(usize) -> f64) -> Option<f64> {
-        match self.0[signal].as_ref()? {
+    pub(crate) fn rate(&self, trim: &Trim, signal: usize, measured: impl Fn(usize) -> f64) -> Option<f64> {
+        match self.of[signal].as_ref()? {
             From::Rate(other) => Some(measured(*other)),
             From::Path(pitch) => {
-                let along = measured(plan.speed);
-                Some(-(along * (measured(*pitch) - plan.trim.signal(along, *pitch, 0.0))))
+                let along = measured(self.speed);
+                Some(-(along * (measured(*pitch) - trim.signal(along, *pitch, 0.0))))
             }
             From::Commands { .. } => None,
         }
@@ -44,7 +47,7 @@ impl Sources {
 
     /// The signal that is the rate of another.
     pub(crate) fn rate_signal(&self, signal: usize) -> Option<usize> {
-        match self.0[signal] {
+        match self.of[signal] {
             Some(From::Rate(other)) => Some(other),
             _ => None,
         }
@@ -52,7 +55,7 @@ impl Sources {
 
     /// The sum of gain and command over the actuators; 0 of a signal whose rate does not follow from the commands.
     pub(crate) fn force(&self, signal: usize, commands: &[f64]) -> f64 {
-        let Some(From::Commands { gains, .. }) = &self.0[signal] else { return 0.0 };
+        let Some(From::Commands { gains, .. }) = &self.of[signal] else { return 0.0 };
         gains.iter().zip(commands).fold(0.0, |sum, (gain, command)| sum + gain * command)
     }
 
@@ -65,7 +68,7 @@ impl Sources {
         anchor: f64,
         moved: f64,
     ) -> Option<f64> {
-        let Some(From::Commands { time, .. }) = &self.0[signal] else { return None };
+        let Some(From::Commands { time, .. }) = &self.of[signal] else { return None };
         Some(self.force(signal, commands) - anchor - moved / time)
     }
 }

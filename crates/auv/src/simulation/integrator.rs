@@ -68,7 +68,10 @@ pub enum IntegrationError {
     #[error("more than {steps} steps are needed: the motion is too fast for a vehicle")]
     TooManySteps { steps: usize },
     /// A speed or a rate is not a number, or one that no vehicle has.
-    #[error("{state} is {} {unit}, and must be at most {most} {unit} in size, which no vehicle exceeds", Rounded(*found))]
+    #[error(
+        "{state} is {} {unit}, and must be at most {most} {unit} in size, which no vehicle exceeds",
+        Rounded(*found)
+    )]
     Impossible { state: &'static str, found: f64, most: f64, unit: &'static str },
 }
 

@@ -1,9 +1,11 @@
 //! The equations of motion in six degrees of freedom.
 
+mod attitude;
+
+use attitude::{Angles, LEAST_COSINE, turned, usual};
 use differential_equations::ode::ODE;
 
 use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
-use crate::simulation::attitude::{Angles, LEAST_COSINE, turned, usual};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};

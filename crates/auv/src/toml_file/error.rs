@@ -97,7 +97,11 @@ pub enum FileProblem {
     #[error("the actuator name \"{name}\" is already taken at line {first_line}; names must differ")]
     DuplicateActuator { name: String, first_line: usize },
     /// Limits in the wrong order.
-    #[error("'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max", rounded(*min), rounded(*max))]
+    #[error(
+        "'{key}.min' is {} {unit} and '{key}.max' is {} {unit}; min must be below max",
+        rounded(*min),
+        rounded(*max)
+    )]
     LimitsReversed { key: String, min: f64, max: f64, unit: &'static str },
     /// A list that is too long.
     #[error("'{key}' is a list of {found}; it must be at most {most} long")]
@@ -106,7 +110,10 @@ pub enum FileProblem {
     #[error("{found} is not a number: the decimal point is '.', not ','")]
     DecimalComma { found: String },
     /// A name with a dot that is not in quotes.
-    #[error("the name {name} is a table {} here; write \"{name}\" in quotes", name.split('.').next().unwrap_or_default())]
+    #[error(
+        "the name {name} is a table {} here; write \"{name}\" in quotes",
+        name.split('.').next().unwrap_or_default()
+    )]
     NoQuotes { name: String },
     /// No actuator at all.
     #[error("no actuator: give at least one [[thruster]], [[thruster_group]] or [[control_surface]]")]

@@ -678,7 +678,8 @@ fn usual_slips_are_named() {
     let reversed = REMUS.replacen("min = { value = -13.6", "min = { value = 13.7", 1);
     let reversed = of(&reversed);
     assert!(
-        matches!(&reversed[0].problem, FileProblem::LimitsReversed { unit: "deg", min, .. } if (min - 13.7).abs() < 1e-9),
+        matches!(&reversed[0].problem, FileProblem::LimitsReversed { unit: "deg", min, .. }
+            if (min - 13.7).abs() < 1e-9),
         "{reversed:?}"
     );
 }

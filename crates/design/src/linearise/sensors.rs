@@ -8,8 +8,8 @@
 //! ```
 //!
 //! the largest over the speeds. While a sensor is lost, what it measures leaves what is expected of it by less: the
-//! vehicle flies level, or near its trim, or the sensor of its rate is off by its bias. What the rate of a signal follows
-//! from: of an angle another sensor, of depth pitch and speed, of the speed the thrust at the fastest speed,
+//! vehicle flies level, or near its trim, or the sensor of its rate is off by its bias. What the rate of a signal
+//! follows from: of an angle another sensor, of depth pitch and speed, of the speed the thrust at the fastest speed,
 //!
 //! ```text
 //! u' = sum over j of B_uj (u_j - u0_j) + A_uu (u - u0)

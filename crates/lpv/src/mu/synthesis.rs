@@ -8,8 +8,8 @@
 //!
 //! Neither step raises the bound of mu but for the fit; the result is a local optimum. Real blocks are taken as complex
 //! ones in the iteration, and as real ones in the returned bound. Source: J. C. Doyle, "Structured uncertainty in
-//! control system design", IEEE Conference on Decision and Control, 1985; G. J. Balas et al., "mu-Analysis and Synthesis
-//! Toolbox", 1993.
+//! control system design", IEEE Conference on Decision and Control, 1985; G. J. Balas et al., "mu-Analysis and
+//! Synthesis Toolbox", 1993.
 
 use super::over_frequency::mu_over_frequency;
 use super::structure::{Block, Structure};

@@ -142,7 +142,8 @@ proptest! {
     #[test]
     fn the_least_gamma_is_that_of_the_inequalities(n in 4_usize..8, seed in 0_u32..10_000) {
         let entry = |i: usize, j: usize| {
-            let v = ((i * 31 + j * 17) as f64 + f64::from(seed)).mul_add(12.9898, 0.618 * (i * j) as f64).sin() * 43758.5453;
+            let phase = (i * 31 + j * 17) as f64 + f64::from(seed);
+            let v = phase.mul_add(12.9898, 0.618 * (i * j) as f64).sin() * 43758.5453;
             2.0 * (v - v.floor()) - 1.0
         };
         let mat = |rows: usize, columns: usize, from: usize| Mat::from_fn(rows, columns, |i, j| entry(i + from, j));

@@ -67,7 +67,8 @@ fn h2() {
 
 /// The distillation column of Skogestad and Postlethwaite, "Multivariable Feedback Control", 2005, section 8.12.4: 20 %
 /// of input uncertainty, rising to 200 %. The book's first controller has a gain of 1.18, its iteration ends at a mu of
-/// 1.019, and the lowest known mu is 0.974; this one, with real zeros and poles in its scalings, stays above the book's.
+/// 1.019, and the lowest known mu is 0.974; this one, with real zeros and poles in its scalings, stays above the
+/// book's.
 #[test]
 fn mu_synthesis() {
     let g0 = dmatrix![87.8, -86.4; 108.2, -109.6] / 75.0;

@@ -82,7 +82,7 @@ impl Plan {
                 .transpose()?,
             following: Following::new(design)?,
             governor: Governor::new(design),
-            sources: Sources::new(design),
+            sources: Sources::new(design, design.scheduled().ok_or_else(missing)?),
         })
     }
 

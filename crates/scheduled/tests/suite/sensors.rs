@@ -17,8 +17,8 @@ fn pitching(tick: u32) -> Inputs {
     at
 }
 
-/// Flies with what `read` makes of the values of a tick, the speed as the commands drive it; says how the autopilot was,
-/// and its error of pitch.
+/// Flies with what `read` makes of the values of a tick, the speed as the commands drive it; says how the autopilot
+/// was, and its error of pitch.
 fn fly(ticks: u32, read: impl Fn(u32, &mut Inputs)) -> Vec<(Health, f64)> {
     let mut flown = Flown::new(&design(), &pitching(0));
     let thrust = |flown: &Flown| flown.supervisor.commands().iter().sum::<f64>();

@@ -81,8 +81,8 @@ impl Vehicle {
         let apart = (c.Z_q_dot - c.M_w_dot).abs();
         let unequal = (apart > UNEQUAL * c.Z_q_dot.abs().max(c.M_w_dot.abs())).then(|| {
             format!(
-                "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m, which are equal in theory, for the matrix of added mass is \
-                 symmetric: check their signs and units",
+                "'Z_q_dot' is {} kg.m and 'M_w_dot' {} kg.m, which are equal in theory, for the matrix of added mass \
+                 is symmetric: check their signs and units",
                 rounded(c.Z_q_dot),
                 rounded(c.M_w_dot)
             )

@@ -24,8 +24,8 @@ impl Vehicle {
         let drag = -(c.axial_drag(FAST) + c.X_u * FAST);
         if drag <= 0.0 {
             return Some(
-                "no drag along the hull: give 'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or 'X_u' \
-                 in [damping], without which any thrust speeds the vehicle up for ever"
+                "no drag along the hull: give 'X_uu', or 'wetted_area' and 'length', or 'drag_area' in [drag], or \
+                 'X_u' in [damping], without which any thrust speeds the vehicle up for ever"
                     .to_owned(),
             );
         }
@@ -58,8 +58,8 @@ impl Vehicle {
         let odd = |(key, length): (&str, Option<f64>)| {
             let length = length.filter(|length| !SLENDER.contains(&(length / side)))?;
             Some(format!(
-                "'{key}' is {} m long, {} times the side of the cube of water that the vehicle displaces, {} m; {} to {} \
-                 times is usual: check its unit",
+                "'{key}' is {} m long, {} times the side of the cube of water that the vehicle displaces, {} m; {} to \
+                 {} times is usual: check its unit",
                 rounded(length),
                 rounded(length / side),
                 rounded(side),
