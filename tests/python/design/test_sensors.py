@@ -225,7 +225,8 @@ def test_without_pitch(each: Packages, fault: Fault, comes_back: bool) -> None:
     for speed in each_speed(each):
         flown, whole = fly(each, speed, fault, 60.0), fly(each, speed, lambda *_: {}, 60.0)
         assert (flown.status[flown.during(13.0, 25.0)] == RECKONED).all()
-        assert (flown.status[flown.during(26.0, 60.0)] == RECKONED).all() != comes_back
+        if comes_back:
+            assert flown.status[-1] <= LIMITED
         off = np.abs(flown.values["pitch"] - whole.values["pitch"]).max()
         print(f"{speed:.2f} m/s: {off / DEGREE:.2f} deg")
         assert off < 2.0 * DEGREE
@@ -290,6 +291,6 @@ def test_a_state_restored_knows_its_sensors(squid: Packages) -> None:
         controller.fmu.setFMUState(state)
         controller.time = 0.5
         assert run(range(25, 120)) == first
-        assert {row[-1] for row in first} >= {SPEED_LOST, FAILED}
+        assert {row[-1] for row in first} >= {SPEED_LOST, RECKONED}
         changes = [abs(b[0] - a[0]) for a, b in itertools.pairwise(first)]
         assert max(changes) > 0.0

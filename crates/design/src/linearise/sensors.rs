@@ -98,7 +98,9 @@ pub fn sensors(
             (_, None) => rate,
         };
         // Without anything to say that a value should have moved, its noise is taken to change it.
-        let resolution = if from.is_some() || signal.state == "u" { RESOLUTION * signal.error } else { 0.0 };
+        // Thrust alone does not show a log that is stuck: on Squid at 0.75 m/s a step of pitch cost 65 % of the speed.
+        let is_reckoned = from.is_some() && signal.state != "u";
+        let resolution = if is_reckoned { RESOLUTION * signal.error } else { 0.0 };
         let sensor = Sensor { error: signal.error, rate, drift, resolution, period: 0.0, from };
         (signal.name.to_owned(), sensor)
     };
