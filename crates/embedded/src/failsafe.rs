@@ -350,7 +350,7 @@ pub(crate) fn about(design: &ControllerDesign) -> &'static str {
      believed again after half a second in which it was plausible; one that was stuck or elsewhere, and whose rate is \
      measured, has to agree while the vehicle moves by more than its error. Without the speed its loop is open; \
      without the depth it is reckoned from pitch and speed, and its reference held; pitch and heading are reckoned \
-     from their measured rates; without anything else the commands go to the safe ones in half a second, FAILED, whatever \
-     the references are. When a sensor comes back the first command is the last one. Nothing is proved of a loop without a \
-     sensor."
+     from their measured rates; without anything else the commands go to the safe ones in half a second, FAILED, \
+     whatever the references are. When a sensor comes back the first command is the last one. Nothing is proved of a \
+     loop without a sensor."
 }
