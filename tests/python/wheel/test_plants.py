@@ -330,7 +330,7 @@ def test_mixed_sensitivity(sq: ModuleType) -> None:
 def test_h2(sq: ModuleType) -> None:
     """The plant 1/(s - 1) with unit weights and noises: X = Y = 1 + sqrt(2) solve 2 x - x^2 + 1 = 0, F = L = -X."""
     P = sq.StateSpace(*map(np.array, ([[1.0]], [[1.0, 0.0, 1.0]], [[1.0], [0.0], [1.0]],
-                                      [[0, 0, 0], [0, 0, 1], [0, 1, 0]])))  # fmt: skip
+                                      [[0.0, 0, 0], [0, 0, 1], [0, 1, 0]])))  # fmt: skip
     K, CL, gam = sq.h2syn(P, 1, 1)
     root = 1.0 + np.sqrt(2.0)
     assert np.squeeze(K(0.3j)) == pytest.approx(-(root**2) / (0.3j - 1.0 + 2.0 * root), rel=1e-9)
