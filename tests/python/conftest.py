@@ -239,14 +239,14 @@ def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def quick_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return Squid with the tuning of the paper and nothing uncertain, for tests of any design: it takes a second.
 
-    The tuning is too slow for a moment beyond the actuators, which turns the vehicle over: that is not asked.
+    The tuning is too slow for a reference beyond the envelope, after which 15.4 % of the step are left: 20 % are allowed.
     """
     folder = tmp_path_factory.mktemp("quick")
     shutil.copytree(SQUID, folder / "whole")
     shutil.copy(SQUID / "paper.toml", folder / "whole" / "design.toml")
     vehicle = without_uncertainty(folder / "whole", folder / "squid")
     with (vehicle / "design.toml").open("a", encoding="utf-8") as file:
-        file.write("\n[require]\nheld_recovery = 1e5  # %\n")
+        file.write("\n[require]\nbeyond_recovery = 20.0  # %\n")
     return vehicle
 
 

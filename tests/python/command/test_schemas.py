@@ -271,8 +271,8 @@ def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, q
     defaults = {key: float(found[1]) for key, found in said.items() if found}
     assert {"beyond_recovery", "delay_margin"} <= limits.keys()
     # The quick vehicle sets one limit itself.
-    assert limits.pop("held_recovery") != defaults["held_recovery"]
-    not_here = ("mu", "beyond_speed", "held_speed", "held_recovery")
+    assert limits.pop("beyond_recovery") != defaults["beyond_recovery"]
+    not_here = ("mu", "beyond_speed", "held_speed", "beyond_recovery")
     assert limits == {key: limit for key, limit in defaults.items() if key not in not_here}
 
 
