@@ -220,11 +220,11 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
     Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
 }
 
-const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero whatever is done, and the least gamma is 0 \
-    for every controller that stabilises; give z the signals that should be small";
+const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero with every controller, and there is \
+    nothing to minimise; give z the signals that should be small";
 
-const NOTHING_FROM_W: &str = "and all other matrices of w are zero: the disturbance w reaches nothing, and the least \
-    gamma is 0 for every controller that stabilises; give w what disturbs the plant or its measurements";
+const NOTHING_FROM_W: &str = "and all other matrices of w are zero: the disturbance w reaches nothing, and there is \
+    nothing to minimise; give w what disturbs the plant or its measurements";
 
 /// The repetitions of the parameters.
 fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {

@@ -78,7 +78,7 @@ pub fn solve(problem: &Problem, options: Options, reduce: bool) -> Report {
             let slow = SlowOptions { back_off: options.back_off, ..SlowOptions::at(rate) };
             at_bounded_rate(problem, slow, options, &mut report);
         }
-        None => at_any_rate(problem, options, reduce, &mut report),
+        None => at_any_rate(problem, design(problem, options, reduce), options, &mut report),
     }
     report.compare_back_off(options.back_off);
     report.seconds = started.elapsed().as_secs_f64();
@@ -99,8 +99,14 @@ fn check_options_with_rate(source: &Source, options: Options, reduce: bool) -> R
     })
 }
 
-fn at_any_rate(problem: &Problem, options: Options, reduce: bool, report: &mut Report) {
-    match design(problem, options, reduce) {
+/// Reports a design, or why there is none.
+fn at_any_rate(
+    problem: &Problem,
+    found: Result<Design, SynthesisError>,
+    options: Options,
+    report: &mut Report,
+) {
+    match found {
         Ok(design) => feasible(problem, &design, report),
         Err(error) => without_controller(problem, options, &error, report),
     }
@@ -124,13 +130,12 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     let found = match lpv::bounded_rate::synthesise(&problem.plant, slow) {
         Ok(found) => found,
         Err(error) => {
-            if let (SynthesisError::Numerical { .. }, Ok(design)) = (&error, design(problem, options, false))
+            if let (SynthesisError::Numerical { .. }, found @ Ok(_)) =
+                (&error, design(problem, options, false))
             {
-                feasible(problem, &design, report);
-                report.gamma_lower = None;
-                report.least = false;
+                report.rate = None;
                 report.remarks.push(format!("{FOR_ANY_RATE}: {error}"));
-                return;
+                return at_any_rate(problem, found, options, report);
             }
             // Otherwise Lyapunov matrices of a higher order may exist.
             let none = matches!(
@@ -295,4 +300,62 @@ fn without_controller(problem: &Problem, options: Options, error: &SynthesisErro
         _ => "there is no common quadratic Lyapunov function with these scalings",
     };
     report.reason = Some(error.to_string());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// One of the cases with known answers, its data changed.
+    fn solved(name: &str, change: impl FnOnce(&mut Value)) -> Result<Report, Error> {
+        let path = format!("{}/../../tests/cases/{name}.json", env!("CARGO_MANIFEST_DIR"));
+        let mut case: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        change(&mut case["data"]);
+        let text = json!({ "data": case["data"] }).to_string();
+        run(&Source { name: "case".into(), text }, Options::default(), false)
+    }
+
+    fn zero(matrix: &mut Value) {
+        for row in matrix.as_array_mut().unwrap() {
+            row.as_array_mut().unwrap().fill(json!(0.0));
+        }
+    }
+
+    /// Without noise the search at a rate finds no controller; the bound of the one for any rate holds.
+    #[test]
+    fn a_controller_for_any_rate_stands_in() {
+        let found = |rate: Option<f64>| {
+            solved("lpv05_one_param_lossless", |data| {
+                zero(&mut data["P"]["D21"]);
+                rate.into_iter().for_each(|rate| data["rate"] = json!(rate));
+            })
+            .unwrap()
+        };
+        let (at_rate, at_any) = (found(Some(1.0)), found(None));
+        assert_eq!((at_rate.status, at_rate.rate), (Status::Feasible, None));
+        assert!(at_rate.certified_gamma.is_some() && at_rate.certified_gamma == at_any.certified_gamma);
+        assert_eq!(at_rate.remarks.len(), at_any.remarks.len() + 1);
+    }
+
+    /// z that is zero with every controller, and w that reaches nothing.
+    #[test]
+    fn nothing_to_minimise_is_refused() {
+        for (keys, blamed) in [(["C1", "D11", "D12"], "'C1'"), (["B1", "D11", "D21"], "'B1'")] {
+            let found =
+                solved("compleib/compleib_NN2", |data| keys.iter().for_each(|key| zero(&mut data[*key])));
+            let error = found.unwrap_err().to_string();
+            assert!(error.contains(blamed), "{error}");
+        }
+    }
+
+    /// COMPleib's EB1: the gamma of the search is not below the lower bound that is proved of it.
+    #[test]
+    fn gamma_is_at_least_its_lower_bound() {
+        let found = solved("compleib/compleib_EB1", |_| {}).unwrap();
+        assert!(found.gamma.unwrap() >= found.gamma_lower.unwrap() && found.least, "{found:?}");
+        let mut wrong = Report { gamma: Some(2.3835), ..found };
+        wrong.doubt_gamma();
+        assert_eq!((wrong.gamma, wrong.least), (None, false));
+    }
 }
