@@ -239,7 +239,8 @@ def squid_by_errors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def quick_vehicle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return Squid with the tuning of the paper and nothing uncertain, for tests of any design: it takes a second.
 
-    The tuning is too slow for a reference beyond the envelope, after which 15.4 % of the step are left: 20 % are allowed.
+    The tuning is too slow for a reference beyond the envelope, after which 15.4 % of the step are left: 20 % are
+    allowed.
     """
     folder = tmp_path_factory.mktemp("quick")
     shutil.copytree(SQUID, folder / "whole")

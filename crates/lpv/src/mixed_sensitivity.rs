@@ -9,11 +9,10 @@
 //! Source: S. Skogestad, I. Postlethwaite, "Multivariable Feedback Control", 2005, section 2.8.3.
 
 use crate::error::{ShapeError, SynthesisError};
-use crate::matrix::{Mat, block, diagonal_blocks};
+use crate::matrix::{Mat, block};
 use crate::synthesis::{Design, Options, direct_path};
-use crate::system::partition::{PLANT, Partitioned};
 use crate::system::state_space::StateSpace;
-use crate::system::{GeneralisedPlant, Group::U, Group::Y, Sizes};
+use crate::system::{GeneralisedPlant, Sizes};
 
 /// Weights of the error e, the control u and the output y. One with a single input and output stands for as many as
 /// there are signals; `None` leaves a signal out.
@@ -36,45 +35,33 @@ pub struct Weights {
 pub fn augw(g: &StateSpace, weights: &Weights) -> Result<StateSpace, ShapeError> {
     let (y, u) = g.d.shape();
     let n = g.a.nrows();
-    let (no_w, unit) = (Mat::zeros(y, y), Mat::identity(y, y));
-    // Rows of each signal over x, w and u.
-    let output = block(&[&[&g.c, &no_w, &g.d]]);
-    let error = block(&[&[&-&g.c, &unit, &-&g.d]]);
-    let control = block(&[&[&Mat::zeros(u, n), &Mat::zeros(u, y), &Mat::identity(u, u)]]);
+    // Each signal from x, w and u.
+    let output = block(&[&[&g.c, &Mat::zeros(y, y), &g.d]]);
+    let error = block(&[&[&-&g.c, &Mat::identity(y, y), &-&g.d]]);
+    let control = block(&[&[&Mat::zeros(u, n + y), &Mat::identity(u, u)]]);
     let given = [
         ("W1", &weights.error, &error),
         ("W2", &weights.control, &control),
         ("W3", &weights.output, &output),
     ];
-    let mut a = g.a.clone();
-    let mut b = block(&[&[&Mat::zeros(n, y), &g.b]]);
-    let mut rows: Vec<(Mat, Mat, Mat)> = vec![];
+    let (mut signals, mut filters) = (vec![], vec![]);
     for (name, weight, signal) in given {
-        let Some(weight) = weight else { continue };
-        let weight = for_signal(weight, signal.nrows(), name)?;
-        let (of_x, of_input) = (signal.columns(0, n).into_owned(), signal.columns(n, y + u).into_owned());
-        let mut into = Mat::zeros(weight.a.nrows(), a.nrows());
-        into.columns_mut(0, n).copy_from(&(&weight.b * &of_x));
-        let states = a.nrows();
-        a = block(&[&[&a, &Mat::zeros(states, weight.a.nrows())], &[&into, &weight.a]]);
-        b = block(&[&[&b], &[&(&weight.b * &of_input)]]);
-        let mut c = Mat::zeros(weight.c.nrows(), states);
-        c.columns_mut(0, n).copy_from(&(&weight.d * of_x));
-        rows.push((c, weight.c, weight.d * of_input));
+        if let Some(weight) = weight {
+            filters.push(for_signal(weight, signal.nrows(), name)?);
+            signals.push(signal);
+        }
     }
-    let outputs: usize = rows.iter().map(|(c, _, _)| c.nrows()).sum();
-    let (mut c, mut d) = (Mat::zeros(outputs + y, a.nrows()), Mat::zeros(outputs + y, y + u));
-    let mut at = 0;
-    for (of_others, own, direct) in rows {
-        let from = of_others.ncols();
-        c.view_mut((at, 0), of_others.shape()).copy_from(&of_others);
-        c.view_mut((at, from), own.shape()).copy_from(&own);
-        d.view_mut((at, 0), direct.shape()).copy_from(&direct);
-        at += own.nrows();
-    }
-    c.view_mut((at, 0), (y, n)).copy_from(&error.columns(0, n));
-    d.rows_mut(at, y).copy_from(&error.columns(n, y + u));
-    Ok(StateSpace { a, b, c, d })
+    filters.push(StateSpace::constant(Mat::identity(y, y)));
+    signals.push(&error);
+    let rows: Vec<[&Mat; 1]> = signals.into_iter().map(|signal| [signal]).collect();
+    let rows = block(&rows.iter().map(|row| &row[..]).collect::<Vec<_>>());
+    let unweighted = StateSpace {
+        a: g.a.clone(),
+        b: block(&[&[&Mat::zeros(n, y), &g.b]]),
+        c: rows.columns(0, n).into_owned(),
+        d: rows.columns(n, y + u).into_owned(),
+    };
+    Ok(StateSpace::side_by_side(&filters).after(&unweighted))
 }
 
 /// Designs the controller that minimises the H-infinity norm of [`augw`] in the loop, with a bound of that norm.
@@ -85,11 +72,8 @@ pub fn mixsyn(g: &StateSpace, weights: &Weights, options: Options) -> Result<Des
     let augmented = augw(g, weights)?;
     let (y, u) = g.d.shape();
     let sizes = Sizes { x: augmented.a.nrows(), t: 0, w: y, u, z: augmented.c.nrows() - y, y };
-    let matrix = block(&[&[&augmented.a, &augmented.b], &[&augmented.c, &augmented.d]]);
-    let mut parts = Partitioned::of(matrix, PLANT, sizes);
-    let d22 = parts.block(Y, U);
-    parts.block_mut(Y, U).fill(0.0);
-    direct_path::synthesise(&GeneralisedPlant { parts, blocks: vec![] }, &d22, options)
+    let (plant, d22) = GeneralisedPlant::of_system(&augmented, sizes, vec![]);
+    direct_path::synthesise(&plant, &d22, options)
 }
 
 /// A weight for a number of signals.
@@ -101,7 +85,5 @@ fn for_signal(weight: &StateSpace, signals: usize, name: &'static str) -> Result
     if (outputs, inputs) != (1, 1) {
         return Err(ShapeError { name, found: (outputs, inputs), expected: (outputs, signals) });
     }
-    let repeated = |m: &Mat| diagonal_blocks(&vec![m; signals]);
-    let StateSpace { a, b, c, d } = weight;
-    Ok(StateSpace { a: repeated(a), b: repeated(b), c: repeated(c), d: repeated(d) })
+    Ok(StateSpace::side_by_side(&vec![weight.clone(); signals]))
 }

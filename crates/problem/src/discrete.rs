@@ -8,7 +8,6 @@ use lpv::bilinear::Bilinear;
 use lpv::controller::Controller;
 use lpv::matrix::{Mat, block};
 use lpv::partition::Group::{T, U, W, Y, Z};
-use lpv::partition::{PLANT, Partitioned};
 use lpv::plant::GeneralisedPlant;
 use lpv::state_space::StateSpace;
 
@@ -34,10 +33,7 @@ impl Discrete {
         let mut with_direct_path = plant.parts.clone();
         with_direct_path.block_mut(Y, U).copy_from(&d22);
         let system = transform.continuous(&with_direct_path.state_space(&[T, Z, Y], &[T, W, U]))?;
-        let mut parts = Partitioned::of(matrix(&system), PLANT, plant.sizes());
-        let direct = parts.block(Y, U);
-        parts.block_mut(Y, U).fill(0.0);
-        let continuous = GeneralisedPlant { parts, blocks: plant.blocks.clone() };
+        let (continuous, direct) = GeneralisedPlant::of_system(&system, plant.sizes(), plant.blocks.clone());
         Some((Self { plant, d22, transform }, continuous, direct))
     }
 

@@ -16,10 +16,9 @@ use super::structure::{Block, Structure};
 use super::sweep::SweepError;
 use super::upper::upper_bound;
 use crate::error::SynthesisError;
-use crate::matrix::{Mat, block, diagonal_blocks, solve};
+use crate::matrix::{Mat, solve};
 use crate::synthesis::{Options, direct_path};
-use crate::system::Group::{T, U, W, X, Y, Z};
-use crate::system::partition::{PLANT, Partitioned};
+use crate::system::Group::{T, U, W, Y, Z};
 use crate::system::{Controller, GeneralisedPlant, Sizes, StateSpace};
 use nalgebra::{Complex, DVector};
 use thiserror::Error;
@@ -179,43 +178,18 @@ fn scaled(plant: &GeneralisedPlant, structure: &Structure, scalings: &[Scaling])
             let scaling = if inverse { scaling.inverse() } else { scaling.clone() };
             vec![scaling.realised(); of(signal)]
         });
-        diagonal(&each.collect::<Vec<_>>())
+        StateSpace::side_by_side(&each.collect::<Vec<_>>())
     };
     let (out, into) = (copies(|signal| signal.1, false), copies(|signal| signal.0, true));
     let s = plant.sizes();
     let system = plant.parts.state_space(&[T, Z, Y], &[T, W, U]);
-    let out = diagonal(&[out, unit(s.y)]);
-    let into = diagonal(&[into, unit(s.u)]);
-    let scaled = series(&out, &series(&system, &into));
+    let unit = |n: usize| StateSpace::constant(Mat::identity(n, n));
+    let out = StateSpace::side_by_side(&[out, unit(s.y)]);
+    let into = StateSpace::side_by_side(&[into, unit(s.u)]);
+    let scaled = out.after(&system.after(&into));
     let sizes = Sizes { x: scaled.a.nrows(), ..s };
-    let matrix = block(&[&[&scaled.a, &scaled.b], &[&scaled.c, &scaled.d]]);
-    let mut parts = Partitioned::of(matrix, PLANT, sizes);
     // The plant has no direct path from u to y.
-    parts.block_mut(Y, U).fill(0.0);
-    debug_assert_eq!(parts.block(X, X).nrows(), sizes.x);
-    GeneralisedPlant { parts, blocks: vec![] }
-}
-
-/// Systems side by side.
-fn diagonal(systems: &[StateSpace]) -> StateSpace {
-    let of = |part: fn(&StateSpace) -> &Mat| diagonal_blocks(&systems.iter().map(part).collect::<Vec<_>>());
-    StateSpace { a: of(|s| &s.a), b: of(|s| &s.b), c: of(|s| &s.c), d: of(|s| &s.d) }
-}
-
-/// The constant system I.
-fn unit(n: usize) -> StateSpace {
-    StateSpace { a: Mat::zeros(0, 0), b: Mat::zeros(0, n), c: Mat::zeros(n, 0), d: Mat::identity(n, n) }
-}
-
-/// `second first`.
-fn series(second: &StateSpace, first: &StateSpace) -> StateSpace {
-    let zero = Mat::zeros(first.a.nrows(), second.a.nrows());
-    StateSpace {
-        a: block(&[&[&first.a, &zero], &[&(&second.b * &first.c), &second.a]]),
-        b: block(&[&[&first.b], &[&(&second.b * &first.d)]]),
-        c: block(&[&[&(&second.d * &first.c), &second.c]]),
-        d: &second.d * &first.d,
-    }
+    GeneralisedPlant::of_system(&scaled, sizes, vec![]).0
 }
 
 /// Scalings fitted to those of the loop on a grid of frequencies, relative to the last one.

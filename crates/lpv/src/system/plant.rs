@@ -1,7 +1,7 @@
 //! The generalised plant with its parameter channels, frozen or closed by a controller.
 
 use crate::error::{LftError, ShapeError};
-use crate::matrix::Mat;
+use crate::matrix::{Mat, block};
 use crate::system::{
     Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes, StateSpace, evenly_spread, named_blocks,
 };
@@ -44,6 +44,18 @@ impl GeneralisedPlant {
     /// The first block whose shape does not fit, or a wrong sum of the repetitions.
     pub fn new(blocks: Vec<usize>, parts: &[NamedBlock]) -> Result<Self, ShapeError> {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
+    }
+
+    /// The plant of a system from `[wt; w; u]` to `[zt; z; y]`, without the direct path D22 from u to y, and D22 (y x u).
+    ///
+    /// # Panics
+    /// If the sizes are not those of the system.
+    pub fn of_system(system: &StateSpace, sizes: Sizes, blocks: Vec<usize>) -> (Self, Mat) {
+        let matrix = block(&[&[&system.a, &system.b], &[&system.c, &system.d]]);
+        let mut parts = Partitioned::of(matrix, PLANT, sizes);
+        let d22 = parts.block(Group::Y, Group::U);
+        parts.block_mut(Group::Y, Group::U).fill(0.0);
+        (Self { parts, blocks }, d22)
     }
 
     /// The sizes of the groups.

@@ -5,7 +5,8 @@
 //! Letters 15, 1990; N. A. Bruinsma, M. Steinbuch, Systems & Control Letters 14, 1990.
 
 use crate::matrix::{
-    Mat, block, eigenvalues, largest_complex_singular_value, largest_singular_value, solve, spectral_abscissa,
+    Mat, block, diagonal_blocks, eigenvalues, largest_complex_singular_value, largest_singular_value, solve,
+    spectral_abscissa,
 };
 use crate::stop;
 use nalgebra::{Complex, DMatrix};
@@ -35,6 +36,30 @@ pub struct HinfNorm {
 }
 
 impl StateSpace {
+    /// The system `y = D u`, without states.
+    pub fn constant(d: Mat) -> Self {
+        let (p, m) = d.shape();
+        Self { a: Mat::zeros(0, 0), b: Mat::zeros(0, m), c: Mat::zeros(p, 0), d }
+    }
+
+    /// Systems side by side, with inputs and outputs of their own.
+    pub fn side_by_side(systems: &[Self]) -> Self {
+        let of = |part: fn(&Self) -> &Mat| diagonal_blocks(&systems.iter().map(part).collect::<Vec<_>>());
+        Self { a: of(|s| &s.a), b: of(|s| &s.b), c: of(|s| &s.c), d: of(|s| &s.d) }
+    }
+
+    /// This system with the outputs of another one as its inputs; the states of that one come first.
+    #[must_use]
+    pub fn after(&self, first: &Self) -> Self {
+        let zero = Mat::zeros(first.a.nrows(), self.a.nrows());
+        Self {
+            a: block(&[&[&first.a, &zero], &[&(&self.b * &first.c), &self.a]]),
+            b: block(&[&[&first.b], &[&(&self.b * &first.d)]]),
+            c: block(&[&[&(&self.d * &first.c), &self.c]]),
+            d: &self.d * &first.d,
+        }
+    }
+
     /// The eigenvalues of A. rad/s.
     pub fn poles(&self) -> Vec<Complex<f64>> {
         eigenvalues(&self.a)

@@ -16,7 +16,7 @@ const SPEEDS: usize = 6;
 ///
 /// # Errors
 /// [`ModelError::Trim`](squid_design::error::ModelError::Trim),
-/// [`ModelError::Fit`](squid_design::error::ModelError::Fit), [`Error::Uncertain`].
+/// [`ModelError::Fit`](squid_design::error::ModelError::Fit), and those of [`over_range`].
 pub fn uncertainty(inputs: &Inputs) -> Result<String, Error> {
     let frozen = inputs
         .design
