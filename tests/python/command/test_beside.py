@@ -33,7 +33,10 @@ def beside(run_squid: Run, quick_vehicle: Path, tmp_path_factory: pytest.TempPat
     vehicle = shutil.copytree(quick_vehicle, tmp_path_factory.mktemp("beside") / "vehicle")
     text = (vehicle / "design.toml").read_text(encoding="utf-8")
     assert "bandwidth = 0.46" in text and "[require]\n" in text
-    softer = text.replace("bandwidth = 0.46", "bandwidth = 0.3") + "phase_margin = 80.0  # deg\n"
+    softer = text.replace("bandwidth = 0.46", "bandwidth = 0.3").replace(
+        "beyond_recovery = 20.0", "beyond_recovery = 60.0"
+    )
+    softer += "phase_margin = 80.0  # deg\n"
     (vehicle / "soft.toml").write_text(softer, encoding="utf-8")
     folder = vehicle.parent / "out"
     design(run_squid, vehicle, folder / "beside" / "soft", "--design", "soft")
