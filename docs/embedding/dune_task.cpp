@@ -205,7 +205,9 @@ namespace Control
           else if (code != SQUID_OK)
             words = "nothing could be computed: it starts anew";
           else if ((m_out.status & SQUID_FAILED) != 0u)
-            words = "pitch or pitch rate is lost: the commands go to safe";
+            words = "the pitch rate is lost: the commands go to safe";
+          else if ((m_out.status & SQUID_LOST_PITCH) != 0u)
+            words = "the pitch is lost: it is reckoned from its rate";
           else if ((m_out.status & SQUID_LOST_SPEED) != 0u)
             words = "the speed is lost";
           else if ((m_out.status & SQUID_OUT_OF_RANGE) != 0u)

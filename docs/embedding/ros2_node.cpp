@@ -118,7 +118,8 @@ private:
     if (!has_started_) words = "an input has not come yet: nothing is commanded";
     else if (code == SQUID_BAD_INPUT) words = "an input is no number: the last commands hold";
     else if (code != SQUID_OK) words = "nothing could be computed: it starts anew";
-    else if ((status & SQUID_FAILED) != 0u) words = "pitch or pitch rate is lost: the commands go to safe";
+    else if ((status & SQUID_FAILED) != 0u) words = "the pitch rate is lost: the commands go to safe";
+    else if ((status & SQUID_LOST_PITCH) != 0u) words = "the pitch is lost: it is reckoned from its rate";
     else if ((status & SQUID_LOST_SPEED) != 0u) words = "the speed is lost";
     else if ((status & SQUID_OUT_OF_RANGE) != 0u) words = "the speed is out of range";
     else if ((status & SQUID_REFERENCE_LIMITED) != 0u) words = "a reference is not used as it is asked";
