@@ -18,7 +18,7 @@ use crate::axes::Designs;
 use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
-use crate::ssp::types::{connected, connectors, enumerations, of_connectors, units};
+use crate::ssp::types::{connected, connectors, of_connectors, units};
 use auv::TrimPoint;
 use auv::{lateral, longitudinal};
 use model_description::element::{NONE, Xml, document, leaf, parent};
@@ -176,7 +176,6 @@ impl System<'_> {
                     format!("vehicle and autopilot in one loop, {} m/s", &self.variant["speed_".len()..]);
                 let system = [("name", self.name), ("description", about.as_str())];
                 parent(xml, "ssd:System", &system, |xml| self.system(xml))?;
-                enumerations(xml, self.components.iter().map(|(_, one)| &one.description))?;
                 let of_all = self.components.iter().flat_map(|(_, one)| of_connectors(&one.description));
                 units(xml, "ssd:Units", of_all.collect())?;
                 let stop = format!("{:?}", self.duration);

@@ -1,14 +1,16 @@
-//! Connectors, and the units and enumerations in the files of an SSP: every file defines those that it refers to
-//! (elements `Units` and `Enumerations`, SSP 1.0).
+//! Connectors, and the units in the files of an SSP: every file defines those that it refers to (element `Units`, SSP
+//! 1.0).
 
 use model_description::element::{NONE, Xml, leaf, parent};
-use model_description::{Causality, Enumeration, Kind, ModelDescription, ScalarVariable, Unit};
-use std::collections::{BTreeMap, BTreeSet};
+use model_description::{Causality, Kind, ModelDescription, ScalarVariable, Unit};
+use std::collections::BTreeSet;
 use std::io;
 
-/// The kind of the connector of a variable (section 5.3.1); `None` if it has none.
+/// The kind of the connector of a variable (section 5.3.1); `None` if it has none. An enumeration has none: libcosim
+/// (libcosimpy 0.0.6) ends the process where it reads one.
 fn kind(of: &ScalarVariable) -> Option<&'static str> {
     match of.causality {
+        _ if matches!(of.kind, Kind::Enumeration { .. }) => None,
         Causality::Input => Some("input"),
         Causality::Output => Some("output"),
         Causality::Parameter => Some("parameter"),
@@ -16,7 +18,7 @@ fn kind(of: &ScalarVariable) -> Option<&'static str> {
     }
 }
 
-/// The variables of a component that have a connector: inputs, outputs and parameters, in their order.
+/// The variables of a component that have a connector: inputs, outputs and parameters that are no enumerations, in their order.
 pub(crate) fn connected(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
     description.variables.iter().filter(|one| kind(one).is_some())
 }
@@ -30,9 +32,7 @@ pub(crate) fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::R
             Kind::Integer { .. } => leaf(xml, "ssc:Integer", NONE),
             Kind::Boolean { .. } => leaf(xml, "ssc:Boolean", NONE),
             Kind::String { .. } => leaf(xml, "ssc:String", NONE),
-            Kind::Enumeration { declared_type, .. } => {
-                leaf(xml, "ssc:Enumeration", &[("name", declared_type.as_str())])
-            }
+            Kind::Enumeration { .. } => Ok(()),
         })
     })
 }
@@ -40,28 +40,6 @@ pub(crate) fn connectors(xml: &mut Xml, description: &ModelDescription) -> io::R
 /// The units of the connectors of a component.
 pub(crate) fn of_connectors(description: &ModelDescription) -> impl Iterator<Item = &str> {
     connected(description).filter_map(ScalarVariable::unit)
-}
-
-/// Defines the enumerations of the components, whose items count from 1.
-pub(crate) fn enumerations<'a>(
-    xml: &mut Xml,
-    descriptions: impl Iterator<Item = &'a ModelDescription>,
-) -> io::Result<()> {
-    let all: BTreeMap<&str, &Enumeration> =
-        descriptions.flat_map(|one| &one.enumerations).map(|one| (one.name.as_str(), one)).collect();
-    if all.is_empty() {
-        return Ok(());
-    }
-    parent(xml, "ssd:Enumerations", NONE, |xml| {
-        all.into_iter().try_for_each(|(name, enumeration)| {
-            parent(xml, "ssc:Enumeration", &[("name", name)], |xml| {
-                enumeration.items.iter().zip(1..).try_for_each(|(item, value): (_, i32)| {
-                    let value = value.to_string();
-                    leaf(xml, "ssc:Item", &[("name", item.name.as_str()), ("value", value.as_str())])
-                })
-            })
-        })
-    })
 }
 
 /// Defines units by powers of base units, those that are not coherent with a factor.
