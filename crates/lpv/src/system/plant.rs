@@ -46,7 +46,8 @@ impl GeneralisedPlant {
         Ok(Self { parts: Partitioned::new(PLANT, parts)?.with_channels(&blocks)?, blocks })
     }
 
-    /// The plant of a system from `[wt; w; u]` to `[zt; z; y]`, without the direct path D22 from u to y, and D22 (y x u).
+    /// The plant of a system from `[wt; w; u]` to `[zt; z; y]`, without the direct path from u to y, and that, D22
+    /// (y x u).
     ///
     /// # Panics
     /// If the sizes are not those of the system.

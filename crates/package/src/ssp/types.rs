@@ -18,7 +18,8 @@ fn kind(of: &ScalarVariable) -> Option<&'static str> {
     }
 }
 
-/// The variables of a component that have a connector: inputs, outputs and parameters that are no enumerations, in their order.
+/// The variables of a component that have a connector: inputs, outputs and parameters that are no enumerations, in
+/// their order.
 pub(crate) fn connected(description: &ModelDescription) -> impl Iterator<Item = &ScalarVariable> {
     description.variables.iter().filter(|one| kind(one).is_some())
 }
