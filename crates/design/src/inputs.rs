@@ -44,7 +44,8 @@ impl Inputs {
 
     /// The vehicle as the design has it.
     pub fn axis(&self) -> LevelFlight<'_> {
-        LevelFlight { vehicle: &self.vehicle, plane: &self.plane, file: &self.design }
+        let Self { vehicle, plane, design: file, uncertain, .. } = self;
+        LevelFlight { vehicle, plane, file, uncertain }
     }
 
     /// Whether the design declares anything uncertain.
@@ -114,7 +115,8 @@ impl Inputs {
             return Err(InputError::ControllerOfHeading { file: files[1].to_owned() });
         }
         let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
-        design.states = LevelFlight { vehicle: &vehicle, plane: &plane, file: &design }.states();
+        design.states =
+            LevelFlight { vehicle: &vehicle, plane: &plane, file: &design, uncertain: &[] }.states();
         check_states(&design, files[1])?;
         relative_weight::check(&design.relative_weights, &vehicle, files[1])?;
         if design.sea.is_some() && vehicle.geometry.is_none() {

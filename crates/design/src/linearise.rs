@@ -6,7 +6,7 @@ pub mod turning;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, UncertainParameter};
 use auv::longitudinal::measured;
 use auv::{
     Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, lateral, linearise, linearise_with, trim_with,
@@ -30,6 +30,8 @@ pub struct LevelFlight<'a> {
     pub plane: &'a Vehicle,
     /// The design file: its depth, its pitch in trim, its waves, and what it measures.
     pub file: &'a DesignFile,
+    /// The uncertain coefficients of the design.
+    pub uncertain: &'a [UncertainParameter],
 }
 
 impl VehicleModel for LevelFlight<'_> {
@@ -75,8 +77,12 @@ impl VehicleModel for LevelFlight<'_> {
     }
 
     fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
-        let find = if self.file.is_lateral() { turning::envelope } else { envelope::envelope };
-        find(self.vehicle, self.file, &self.level(speeds)?)
+        let trims = self.level(speeds)?;
+        if self.file.is_lateral() {
+            turning::envelope(self.vehicle, self.file, self.uncertain, &trims)
+        } else {
+            envelope::envelope(self.vehicle, self.file, &trims)
+        }
     }
 
     fn sensors(&self, speeds: &[f64]) -> Result<BTreeMap<String, Sensor>, ModelError> {

@@ -5,12 +5,16 @@
 //!        slower ones with it, in steps of 0.02 rad/s, to port and to starboard; 70 % of that, at most turn_rate
 //! ```
 //!
+//! It is the smaller of that of the vehicle and of that of a corner of the declared uncertainty, with gains of the
+//! actuators at their least: each coefficient is at the end of its range at which the turn that the vehicle just holds
+//! takes more of the actuators. Other corners are not looked at.
+//!
 //! The rudder of a turn is not found from the gain of the linear model: on a hull that is directionally unstable the
 //! rudder of a slow turn has the other sign than that of a fast one.
 
 use crate::error::ModelError;
-use crate::inputs::design_file::DesignFile;
-use auv::{Trim, TrimError, Vehicle, lateral, turn};
+use crate::inputs::design_file::{DesignFile, UncertainParameter};
+use auv::{Actuator, Trim, TrimError, Vehicle, lateral, turn};
 use rayon::prelude::*;
 use scheduled::{OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
@@ -29,6 +33,7 @@ const HALVINGS: usize = 6;
 pub fn envelope(
     vehicle: &Vehicle,
     file: &DesignFile,
+    uncertain: &[UncertainParameter],
     trims: &[Trim],
 ) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
     // Every actuator takes part in a turn.
@@ -36,8 +41,14 @@ pub fn envelope(
     let others = std::mem::take(&mut whole.others);
     whole.actuators.extend(others);
     let fastest = file.envelope.turn_rate / SHARE;
+    let gain = 1.0 - file.uncertainty.as_ref().map_or(0.0, |all| all.actuator_gain);
     let ends = |trim: &Trim| -> Result<[f64; 2], TrimError> {
-        Ok([sustained(&whole, trim, -1.0, fastest)?, sustained(&whole, trim, 1.0, fastest)?])
+        let end = |side: f64| -> Result<f64, TrimError> {
+            let nominal = sustained(&whole, trim, side, fastest, 1.0)?;
+            let corner = weakest(&whole, trim, nominal, uncertain);
+            Ok(sustained(&corner, trim, side, nominal.abs(), gain).unwrap_or(0.0))
+        };
+        Ok([end(-1.0)?, end(1.0)?])
     };
     let rows: Vec<[f64; 2]> =
         trims.par_iter().map(ends).collect::<Result<_, _>>().map_err(ModelError::Trim)?;
@@ -47,14 +58,10 @@ pub fn envelope(
     Ok(BTreeMap::from([(name, ReferenceLimits { range: None, rate: Some(rate) })]))
 }
 
-/// The fastest turn to a side, at most `fastest` \[rad/s\]: no slower one that was tried is beyond the limits.
-fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64) -> Result<f64, TrimError> {
-    let is_held = |rate: f64| {
-        turn(vehicle, trim.speed, side * rate, trim.depth, &trim.rule).map(|turn| {
-            let mut outputs = vehicle.actuators.iter().zip(&turn.actuators);
-            outputs.all(|(one, output)| (one.min..=one.max).contains(output))
-        })
-    };
+/// The fastest turn to a side, at most `fastest` \[rad/s\], with this gain of the actuators: no slower one that was
+/// tried is beyond their limits.
+fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64, gain: f64) -> Result<f64, TrimError> {
+    let is_held = |rate: f64| use_of_actuators(vehicle, trim, side * rate).map(|most| most <= gain);
     if !is_held(0.0)? {
         return Ok(0.0);
     }
@@ -66,4 +73,24 @@ fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64) -> Result<
         step *= 0.5;
     }
     Ok(side * held)
+}
+
+/// The largest share of its limit that an actuator takes in a turn.
+fn use_of_actuators(vehicle: &Vehicle, trim: &Trim, rate: f64) -> Result<f64, TrimError> {
+    let turn = turn(vehicle, trim.speed, rate, trim.depth, &trim.rule)?;
+    let share = |(one, output): (&Actuator, &f64)| output / if *output < 0.0 { one.min } else { one.max };
+    Ok(vehicle.actuators.iter().zip(&turn.actuators).map(share).fold(0.0, f64::max))
+}
+
+/// The vehicle with each uncertain coefficient at the end of its range at which a turn takes more of the actuators.
+fn weakest(vehicle: &Vehicle, trim: &Trim, rate: f64, uncertain: &[UncertainParameter]) -> Vehicle {
+    let at_end = |of: &Vehicle, one: &UncertainParameter, sign: f64| {
+        one.parameter.with_value(of, one.value + sign * one.half_range)
+    };
+    let takes = |one: &UncertainParameter, sign: f64| {
+        use_of_actuators(&at_end(vehicle, one, sign), trim, rate).unwrap_or(f64::INFINITY)
+    };
+    uncertain.iter().fold(vehicle.clone(), |corner, one| {
+        at_end(&corner, one, if takes(one, 1.0) >= takes(one, -1.0) { 1.0 } else { -1.0 })
+    })
 }

@@ -60,6 +60,8 @@ fn heading_of_an_unstable_hull_is_proved() {
 fn turns_are_no_faster_than_the_rudder_holds() {
     let mut inputs = read("remus100", "heading");
     inputs.design.envelope.turn_rate = 1.0;
+    inputs.design.uncertainty = None;
+    inputs.uncertain.clear();
     let speed = inputs.design.speed_min;
     let limits =
         squid_design::axis::VehicleModel::envelope(&inputs.axis(), &[speed, inputs.design.speed_max])
@@ -76,6 +78,30 @@ fn turns_are_no_faster_than_the_rudder_holds() {
     let sustained = rates[0] / 0.7;
     assert!(held(0.999 * sustained) && !held(1.01 * sustained), "{sustained}");
     assert!(sustained.to_degrees() > 13.0, "{}", sustained.to_degrees());
+}
+
+/// What is uncertain makes the reference slower: every corner that is tried holds the rate that is allowed.
+#[test]
+fn turns_are_no_faster_than_corners_hold() {
+    for name in ["remus100", "squid"] {
+        let inputs = read(name, "heading");
+        let speeds = inputs.design.spread(3);
+        let limits = squid_design::axis::VehicleModel::envelope(&inputs.axis(), &speeds).unwrap();
+        let [_, OverSpeed::Table(rates)] = limits["heading"].rate.clone().unwrap() else { panic!() };
+        let gain = 1.0 - inputs.actuator_gain();
+        for corner in random_corners(inputs.uncertain.len(), 20, 3) {
+            let ends = inputs.uncertain.iter().zip(&corner);
+            let vehicle = ends.fold(inputs.whole.clone(), |changed, (one, end)| {
+                one.parameter.with_value(&changed, one.value + end * one.half_range)
+            });
+            for (speed, rate) in speeds.iter().zip(&rates) {
+                let found = turn(&vehicle, *speed, *rate, inputs.design.depth, &inputs.design.pitch).unwrap();
+                let mut outputs = vehicle.actuators.iter().zip(&found.actuators);
+                let is_held = outputs.all(|(one, output)| (gain * one.min..=gain * one.max).contains(output));
+                assert!(is_held, "{name} at {speed} m/s, {rate} rad/s: {:?}", found.actuators);
+            }
+        }
+    }
 }
 
 fn at(heading: f64, reference: f64) -> Ports {
