@@ -27,7 +27,7 @@ use squid_design::fit::frequency::errors;
 use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::DesignFile;
 
-pub use heading::start_heading;
+pub use heading::{Beside, start_heading};
 
 /// The largest frequency of the speed model, rad/s.
 const FASTEST_SPEED: f64 = 1.5;

@@ -16,7 +16,7 @@ use squid_tune::attempt::ControllerKind;
 use squid_tune::error::Error;
 use squid_tune::knob::Knob;
 use squid_tune::search::{CandidateStatus, search};
-use squid_tune::start::{start, start_heading};
+use squid_tune::start::{Beside, start, start_heading};
 use std::path::{Path, PathBuf};
 
 fn vehicles() -> PathBuf {
@@ -106,9 +106,15 @@ fn a_first_design_of_heading_needs_only_the_vehicle() {
             let tuned = search(&inputs, &text, 8, &Progress::default()).unwrap();
             assert!(tuned.finished.proof.is_ok(), "{}", tuned.finished.verdict);
         }
-        let given = start_heading(&vehicle, FILES, Some([1.4, 1.6])).unwrap();
+        let given = start_heading(
+            &vehicle,
+            FILES,
+            Some(Beside { speeds: [1.4, 1.6], depth: 20.0, sample_time: 0.05 }),
+        )
+        .unwrap();
         let design = DesignFile::parse(&given, "heading.toml", "heading").unwrap();
         assert_eq!((design.speed_min, design.speed_max), (1.4, 1.6));
+        assert_eq!((design.depth, design.sample_time), (20.0, 0.05));
     }
 }
 

@@ -20,7 +20,7 @@ use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
 use squid_tune::search::{CandidateStatus, Tuned, search};
-use squid_tune::start::{start, start_heading};
+use squid_tune::start::{Beside, start, start_heading};
 use std::path::Path;
 
 /// Rows of the table of the front.
@@ -199,7 +199,7 @@ fn read(directory: &Path, design: &str, track: Track) -> Result<(Inputs, String,
         Track::Pitch => start(&vehicle)?,
         Track::Heading => {
             let files = [&file, &path].map(|file| file.display().to_string());
-            start_heading(&vehicle, files.each_ref().map(String::as_str), level_speeds(directory)?)?
+            start_heading(&vehicle, files.each_ref().map(String::as_str), beside(directory)?)?
         }
     };
     let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
@@ -213,13 +213,17 @@ fn read(directory: &Path, design: &str, track: Track) -> Result<(Inputs, String,
     Ok((Inputs::new(vehicle, parsed)?, text, true))
 }
 
-/// The range of speed of the design of level flight, if there is one.
-fn level_speeds(directory: &Path) -> Result<Option<[f64; 2]>, Error> {
+/// What heading shares with the design of level flight, if there is one.
+fn beside(directory: &Path) -> Result<Option<Beside>, Error> {
     if !directory.join(format!("{DEFAULT_DESIGN}.toml")).exists() {
         return Ok(None);
     }
     let design = Inputs::read(directory, DEFAULT_DESIGN)?.design;
-    Ok(Some([design.speed_min, design.speed_max]))
+    Ok(Some(Beside {
+        speeds: [design.speed_min, design.speed_max],
+        depth: design.depth,
+        sample_time: design.sample_time,
+    }))
 }
 
 /// The front as a table: what margin costs in speed.

@@ -3,9 +3,11 @@
 //! As for pitch, with the acceleration of yaw that the actuators give in straight flight, `turn`:
 //!
 //! ```text
-//! frequency   sqrt(f turn/scale) with f = ACCELERATION_FRACTION, at most FREQUENCY_TIMES_LAG/lag, and FASTEST
+//! frequency   sqrt(f turn/scale) with f = ACCELERATION_FRACTION, at most FREQUENCY_TIMES_LAG/lag, FASTEST, and
+//!             e rate/scale: the model then turns through the scale no faster than the rate that the envelope allows
 //! a           turn/(scale frequency^2)
 //! weight      WEIGHT a^0.65,   disturbance  DISTURBANCE/a^0.5,   rate of turn  RATE frequency
+//! settling    SETTLING/frequency,   gust  GUST_SHARE atan(gust/speed), at the least speed
 //! ```
 
 use crate::error::Error;
@@ -13,7 +15,12 @@ use crate::knob::three_digits;
 use crate::range::{ACCELERATION_FRACTION, DEPTH, FREQUENCY_TIMES_LAG, range};
 use crate::start::{DELAY_MARGIN_IF_UNSTABLE, ROLL_OFF, SHORT_LAG, UNSTABLE};
 use auv::{Lateral, Pitch, Vehicle};
-use squid_design::inputs::yawing;
+use scheduled::OverSpeed;
+use squid_design::axis::VehicleModel;
+use squid_design::check::flown::GUST;
+use squid_design::inputs::design_file::DesignFile;
+use squid_design::inputs::{Inputs, yawing};
+use std::f64::consts::E;
 
 /// The step and the scale of heading, deg.
 const SCALE: f64 = 10.0;
@@ -27,23 +34,40 @@ const RATE: f64 = 9.0;
 /// The least speed of the range over the largest: the force of a rudder grows with the square.
 const LEAST_SPEED: f64 = 0.45;
 
-/// The text of a first design file of heading, at the speeds \[m/s\] of the design of level flight, if there is one;
-/// `files` are the names of vehicle and design in messages.
+/// The time until a turn settles within 2 %, times the frequency: 1.5 times that of the model.
+const SETTLING: f64 = 9.0;
+/// The change of heading in a gust, relative to the angle of the flow.
+const GUST_SHARE: f64 = 0.3;
+
+/// What the heading autopilot has in common with the design of level flight that flies beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beside {
+    /// The least and the largest speed, m/s.
+    pub speeds: [f64; 2],
+    /// The depth of the trims, m.
+    pub depth: f64,
+    /// The sample time, s.
+    pub sample_time: f64,
+}
+
+/// The text of a first design file of heading, beside a design of level flight if there is one; `files` are the names
+/// of vehicle and design in messages.
 ///
 /// # Errors
 /// A vehicle without sway, roll and yaw, or on which nothing yaws; [`Error::NoRange`], [`Error::NoAuthority`],
 /// [`Error::NoStraightFlight`].
-pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], speeds: Option<[f64; 2]>) -> Result<String, Error> {
+pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], beside: Option<Beside>) -> Result<String, Error> {
     let yawing = yawing(vehicle, files)?;
-    let [low, high] = match speeds {
-        Some(speeds) => speeds,
+    let [low, high] = match beside {
+        Some(beside) => beside.speeds,
         None => {
             let all = range(&vehicle.in_plane())?;
             let (first, last) = (all[0].speed, all[all.len() - 1].speed);
             [first.max(three_digits(LEAST_SPEED * last)), last]
         }
     };
-    let [slow, fast] = [low, high].map(|speed| Yaw::of(vehicle, &yawing, speed));
+    let depth = beside.map_or(DEPTH, |beside| beside.depth);
+    let [slow, fast] = [low, high].map(|speed| Yaw::of(vehicle, &yawing, speed, depth));
     let (slow, fast) = (slow?, fast?);
     let turn = slow.turn.min(fast.turn);
     if turn <= 0.0 {
@@ -51,44 +75,64 @@ pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], speeds: Option<[f64; 2
     }
     let scale = SCALE.to_radians();
     let lag = slow.lag.max(SHORT_LAG);
+    let fill = |frequency: f64| {
+        let strength = turn / (scale * frequency * frequency);
+        let inside = 0.04 * (high - low);
+        let numbers = [
+            ("BANDWIDTH", 0.16 * frequency),
+            ("FREQUENCY", frequency),
+            ("FOLLOW_CORNER", 0.4 * frequency),
+            ("RATE_SCALE", SCALE * frequency),
+            ("RATE_NOISE", 0.6 * frequency),
+            ("WEIGHT_CORNER", ROLL_OFF / lag),
+            ("WEIGHT", WEIGHT * strength.powf(0.65)),
+            ("DISTURBANCE", DISTURBANCE / strength.sqrt()),
+            ("TURN_RATE", RATE * frequency),
+            ("SCALE", SCALE),
+            ("SPEED_MIN", low),
+            ("SPEED_MAX", high),
+            ("SPEED_FROM", low + inside),
+            ("SPEED_TO", high - inside),
+            ("DEPTH", depth),
+            ("SAMPLE_TIME", beside.map_or(SAMPLE_TIME, |beside| beside.sample_time)),
+            ("DURATION", 5.0 + RAMP + (20.0 / frequency).ceil()),
+            ("RAMP", RAMP),
+            ("SETTLING", SETTLING / frequency),
+            ("GUST", GUST_SHARE * (GUST / low).atan().to_degrees()),
+        ];
+        let text = include_str!("heading.toml").replace("NAME", &vehicle.name);
+        numbers
+            .iter()
+            .fold(text, |text, (name, value)| text.replace(name, &format!("{:?}", three_digits(*value))))
+    };
     let frequency =
         (ACCELERATION_FRACTION * turn / scale).sqrt().min(FREQUENCY_TIMES_LAG / slow.lag).min(FASTEST);
-    let strength = turn / (scale * frequency * frequency);
-    let inside = 0.04 * (high - low);
-    let settled = (20.0 / frequency).ceil();
-    let numbers = [
-        ("BANDWIDTH", 0.16 * frequency),
-        ("FREQUENCY", frequency),
-        ("FOLLOW_CORNER", 0.4 * frequency),
-        ("RATE_SCALE", SCALE * frequency),
-        ("RATE_NOISE", 0.6 * frequency),
-        ("WEIGHT_CORNER", ROLL_OFF / lag),
-        ("WEIGHT", WEIGHT * strength.powf(0.65)),
-        ("DISTURBANCE", DISTURBANCE / strength.sqrt()),
-        ("TURN_RATE", RATE * frequency),
-        ("SCALE", SCALE),
-        ("SPEED_MIN", low),
-        ("SPEED_MAX", high),
-        ("SPEED_FROM", low + inside),
-        ("SPEED_TO", high - inside),
-        ("DEPTH", DEPTH),
-        ("DURATION", 5.0 + RAMP + settled),
-        ("RAMP", RAMP),
-    ];
-    let mut text = include_str!("heading.toml").replace("NAME", &vehicle.name);
-    for (name, value) in numbers {
-        text = text.replace(name, &format!("{:?}", three_digits(value)));
-    }
+    let rate = allowed_rate(vehicle, &fill(frequency), files[1], [low, high])?;
+    let mut text = fill(frequency.min(E * rate / scale));
     let growth = slow.growth.max(fast.growth);
     if growth > UNSTABLE {
         text += &format!(
             "\n# Without a controller the heading departs as exp({growth:.2} t): more delay margin costs speed.\n\
-             [require]\ndelay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
+             delay_margin = {DELAY_MARGIN_IF_UNSTABLE}    # s\n"
         );
     }
     Ok(text)
 }
 
+/// The rate of the reference that the envelope of a design allows at these speeds, rad/s.
+fn allowed_rate(vehicle: &Vehicle, text: &str, file: &str, speeds: [f64; 2]) -> Result<f64, Error> {
+    let inputs = Inputs::new(vehicle.clone(), DesignFile::parse(text, file, "heading")?)?;
+    let limits = inputs.axis().envelope(&speeds)?;
+    let ends = limits.values().filter_map(|one| one.rate.as_ref()).flatten();
+    let least = ends.flat_map(|end| match end {
+        OverSpeed::Constant(rate) => vec![rate.abs()],
+        OverSpeed::Table(rates) => rates.iter().map(|rate| rate.abs()).collect(),
+    });
+    Ok(least.fold(f64::INFINITY, f64::min))
+}
+
+/// The sample time without a design beside, s.
+const SAMPLE_TIME: f64 = 0.02;
 /// The duration of the ramp of speed, s.
 const RAMP: f64 = 60.0;
 
@@ -103,9 +147,9 @@ struct Yaw {
 }
 
 impl Yaw {
-    fn of(vehicle: &Vehicle, yawing: &Vehicle, speed: f64) -> Result<Self, Error> {
-        let rule = Pitch::over(&vehicle.in_plane(), DEPTH, &[speed], None);
-        let found = Lateral::at(vehicle, speed, DEPTH, &rule).map_err(|reason| Error::NoStraightFlight {
+    fn of(vehicle: &Vehicle, yawing: &Vehicle, speed: f64, depth: f64) -> Result<Self, Error> {
+        let rule = Pitch::over(&vehicle.in_plane(), depth, &[speed], None);
+        let found = Lateral::at(vehicle, speed, depth, &rule).map_err(|reason| Error::NoStraightFlight {
             vehicle: vehicle.name.clone(),
             speed,
             reason: reason.to_string(),
