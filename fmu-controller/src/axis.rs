@@ -224,6 +224,8 @@ impl Axis {
             state.boolean(&mut saturation.now)?;
             count(state, &mut saturation.ticks)?;
         }
+        state.reals(&mut snapshot.anchor)?;
+        count(state, &mut snapshot.followed_for)?;
         state.reals(&mut snapshot.origins)?;
         let outputs = &mut snapshot.outputs;
         state.reals(&mut outputs.commands)?;

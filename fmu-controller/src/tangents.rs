@@ -56,7 +56,7 @@ impl Axis {
         takes_bearings: bool,
         direction: &Inputs,
     ) -> Result<OutputTangents, ControllerError> {
-        if self.follows() || self.applied.given {
+        if self.follows() || self.applied.given || self.autopilot.opens() {
             return Err(ControllerError::UsesApplied);
         }
         if !initial && !self.is_complete() {

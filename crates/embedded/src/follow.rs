@@ -5,7 +5,7 @@ use crate::references::{ends, is_kept, is_speed, keep_references, limit, limit_n
 use crate::tables::Tables;
 use crate::template::fill;
 use crate::{failsafe, governor};
-use scheduled::{CORRECTIONS, ControllerDesign, OverSpeed, Port};
+use scheduled::{ControllerDesign, OverSpeed, Port};
 use signals::{Curve, Law};
 
 /// The functions that follow applied commands, and feed them back.
@@ -30,7 +30,7 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
         ("applied_finite", each(&|_, name| format!("is_finite(applied->{name})"), " &&\n          ")),
         ("all_finite", all_finite.to_owned()),
         ("read", each(&read, "\n")),
-        ("begin", begin(design)),
+        ("begin", begin(design, tables)),
         (
             "free",
             if governor::is_needed(design) {
@@ -39,9 +39,8 @@ pub(crate) fn functions(design: &ControllerDesign, tables: &Tables, all_finite: 
                 String::new()
             },
         ),
-        ("note", governor::note(design, "next.")),
-        ("corrections", CORRECTIONS.to_string()),
         ("keep", keep_references(design, "next.")),
+        ("all_saturated", format!("{:#x}u", governor::all_saturated(design))),
         ("correct", correct(tables)),
         ("wait", if design.delay_ticks == 0 { String::new() } else { WAIT.to_owned() }),
         ("feed_back", feed_back(tables)),
@@ -58,21 +57,25 @@ pub(crate) fn gains(tables: &Tables) -> String {
     if all.is_empty() { String::new() } else { tables.table("FOLLOW", &all) }
 }
 
-/// The references at the measured values, and V_r.
-fn begin(design: &ControllerDesign) -> String {
+/// The references where the measured values lag behind them, and V_r.
+fn begin(design: &ControllerDesign, tables: &Tables) -> String {
     let line = |signal: &Port| {
         let name = reference(signal);
         let measured = design.place(&signal.name).is_some_and(|place| design.measures(place));
         let from = if measured { format!("in->{}", signal.name) } else { format!("in->{name}") };
         let from = near(signal, from, &format!("next.last_{name}"));
+        let rate = rate_within(design, signal);
+        let lag = signal.reference.as_ref().map_or(0.0, |one| one.lag);
+        let from = format!("{from} + {} * rate_{name}", tables.real.literal(lag));
         let range = design.envelope.get(&signal.name).and_then(|limits| limits.range.as_ref());
         let used = range.map_or(from.clone(), |[least, most]| {
             format!("clamp({from}, {}, {})", limit("LEAST", signal, least), limit("MOST", signal, most))
         });
-        let mut text = format!("    const real from_{name} = {used};\n");
-        let rate = rate_within(design, signal);
-        text +=
-            &format!("    next.way_{name} = (@prefix@_transition){{from_{name}, {rate}, 1.0@f@, 1.0@f@}};\n");
+        let mut text =
+            format!("    const real rate_{name} = {rate};\n    const real from_{name} = {used};\n");
+        text += &format!(
+            "    next.way_{name} = (@prefix@_transition){{from_{name}, rate_{name}, 1.0@f@, 1.0@f@}};\n"
+        );
         if is_kept(design, signal) {
             text += &format!("    next.last_{name} = from_{name};\n");
         }
@@ -123,10 +126,10 @@ fn correct(tables: &Tables) -> String {
         1 => (String::new(), "FOLLOW[i][j]"),
         values => (
             format!(
-                "        const real place = 0.5@f@ * (t.scheduling_parameter + 1.0@f@) * {last}.0@f@;
-        const int index = place < {before} ? (int)place : {before};
-        const real share = place - (real)index;
-        const real(*const low)[COMMANDS] = FOLLOW + index * STATES, (*const high)[COMMANDS] = low + STATES;",
+                "    const real place = 0.5@f@ * (t->scheduling_parameter + 1.0@f@) * {last}.0@f@;
+    const int index = place < {before} ? (int)place : {before};
+    const real share = place - (real)index;
+    const real(*const low)[COMMANDS] = FOLLOW + index * STATES, (*const high)[COMMANDS] = low + STATES;",
                 last = values - 1,
                 before = values - 2
             ),

@@ -20,6 +20,11 @@ pub(crate) fn bits(design: &ControllerDesign) -> String {
     lines(design.actuators.iter().enumerate().map(bit))
 }
 
+/// The bits of the status of all commands at their limits.
+pub(crate) fn all_saturated(design: &ControllerDesign) -> u32 {
+    ((1 << design.actuators.len()) - 1) * SATURATED_FIRST
+}
+
 /// Whether any reference yields at a limit of an actuator.
 pub(crate) fn is_needed(design: &ControllerDesign) -> bool {
     references(design).any(|(place, signal)| steers(design, place, signal).next().is_some())
@@ -71,12 +76,13 @@ pub(crate) fn reset(design: &ControllerDesign) -> String {
     }))
 }
 
-/// Notes which commands are beyond their limits, without counting a tick.
-pub(crate) fn note(design: &ControllerDesign, state: &str) -> String {
-    if !is_needed(design) {
-        return String::new();
+/// Notes which commands are beyond their limits after a reset, without counting a tick.
+pub(crate) fn note(design: &ControllerDesign) -> &'static str {
+    if is_needed(design) {
+        "    for (int j = 0; j < COMMANDS; j++) fresh.held[j] = t.excess[j] != 0.0@f@;\n"
+    } else {
+        ""
     }
-    format!("    for (int j = 0; j < COMMANDS; j++) {state}held[j] = t.excess[j] != 0.0@f@;\n")
 }
 
 /// Numbers of the source.

@@ -102,6 +102,9 @@ fn used(signal: &Port) -> String {
 fn state(design: &ControllerDesign, tables: &Tables) -> String {
     let mut members =
         format!("    @prefix@_real x[{}]; /* state of the controller */\n", tables.sizes().states);
+    let m = design.actuators.len();
+    members += &format!("    @prefix@_real anchor[{m}]; /* what was applied when it followed last */\n");
+    members += "    int followed_for; /* ticks since then */\n";
     if design.reference_filter.is_some() {
         members += "    @prefix@_real filtered_speed; /* m/s: V_r, the filtered reference of the speed */\n";
     }
@@ -117,12 +120,11 @@ fn state(design: &ControllerDesign, tables: &Tables) -> String {
     }
     members += &governor::members(design);
     if keeps_commands(design) {
-        let m = design.actuators.len();
         members +=
             &format!("    @prefix@_real put_out[{m}]; /* commands that came out last, before curves */\n");
     }
     if design.delay_ticks > 0 {
-        let (late, m) = (design.delay_ticks, design.actuators.len());
+        let late = design.delay_ticks;
         members +=
             &format!("    @prefix@_real waiting[{late}][{m}]; /* commands that are still to come out */\n");
         members += "    int next; /* which of them comes out at the next tick */\n";

@@ -217,6 +217,9 @@ fn numbers(design: &ControllerDesign, tables: &Tables) -> String {
     text += &tables.column("SCALE", &of(|actuator| actuator.scale));
     text += &tables.column("MINIMUM", &of(|actuator| actuator.minimum));
     text += &tables.column("MAXIMUM", &of(|actuator| actuator.maximum));
+    let (steps, open) = tables.autopilot.opening();
+    text += &tables.column("OPENING", steps);
+    text += &format!("enum {{ OPEN = {open} }};\n");
     text += &tables.column("LARGEST_APPLIED", &of(Actuator::largest_applied));
     for (index, actuator) in design.actuators.iter().enumerate() {
         if let Some(Law::Points(points)) = actuator.curve.as_ref().map(signals::Curve::law) {
@@ -376,7 +379,7 @@ fn reset(design: &ControllerDesign) -> String {
         text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
     }
     text += &(keep_references(design, "fresh.") + "\n");
-    text += &governor::note(design, "fresh.");
+    text += &governor::note(design);
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\
                  \x20   for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)\n\

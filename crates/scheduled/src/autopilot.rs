@@ -36,7 +36,8 @@ pub(crate) use plan::Plan;
 /// y_i       = (reference_i - measured_i)/scale_i          an input of kind error
 /// rho       = clamp((V(u) - centre)/half_range, -1, 1)    V(u): speed along the path in trim at forward speed u
 /// command_j = clamp(trim_j(V_r) + scale_j u_j, minimum_j, maximum_j)   where one steers at its limit, a thruster that
-///                                                                      does not steer pushes V_r's way only
+///                                                                      does not steer pushes V_r's way only; within
+///                                                                      1 s after [`Self::follow`] see there
 /// phi_j     = (trim_j(V_r) + scale_j u_j - command_j)/scale_j
 /// ```
 ///
@@ -68,6 +69,10 @@ pub struct Autopilot {
     pub(crate) saturation: Vec<Saturation>,
     /// The value of each signal at initialisation, see [`Plan::origin`].
     origins: Vec<f64>,
+    /// What was applied when the autopilot followed last, SI.
+    pub(crate) anchor: Vec<f64>,
+    /// The ticks since then, up to those of the opening.
+    pub(crate) followed_for: u32,
     /// Excess phi of u over the limits.
     pub(crate) excess: Vec<f64>,
     /// What the actuators got, as [`Self::follow`] or [`Self::feed_back`] was told last, within their limits.
@@ -106,6 +111,8 @@ impl Autopilot {
             transitions: vec![Transition::default(); design.references().count()],
             saturation: vec![Saturation::default(); plan.actuators.len()],
             origins: vec![0.0; plan.signals.len()],
+            anchor: vec![0.0; plan.actuators.len()],
+            followed_for: plan.opening.ticks,
             excess: vec![0.0; plan.actuators.len()],
             applied: vec![0.0; plan.actuators.len()],
             outputs: Outputs {
@@ -218,6 +225,8 @@ impl Autopilot {
             references: self.references.clone(),
             transitions: self.transitions.clone(),
             saturation: self.saturation.clone(),
+            anchor: self.anchor.clone(),
+            followed_for: self.followed_for,
             origins: self.origins.clone(),
             outputs: self.outputs.clone(),
             delayed: self.delayed.clone(),
@@ -232,7 +241,7 @@ impl Autopilot {
     /// # Errors
     /// [`SnapshotError`]; the autopilot is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let Self { controller, outputs, delayed, origins, references, transitions, saturation, .. } = &*self;
+        let Self { controller, outputs, delayed, origins, references, transitions, .. } = &*self;
         let Outputs { commands, trim, .. } = outputs;
         snapshot.check([
             controller.state().len(),
@@ -242,13 +251,16 @@ impl Autopilot {
             origins.len(),
             references.len(),
             transitions.len(),
-            saturation.len(),
+            commands.len(),
+            commands.len(),
         ])?;
         self.controller.set_state(&snapshot.state);
         self.filtered_speed = snapshot.filtered_speed;
         self.references.copy_from_slice(&snapshot.references);
         self.transitions.copy_from_slice(&snapshot.transitions);
         self.saturation.copy_from_slice(&snapshot.saturation);
+        self.anchor.copy_from_slice(&snapshot.anchor);
+        self.followed_for = snapshot.followed_for.min(self.plan.opening.ticks);
         self.origins.copy_from_slice(&snapshot.origins);
         self.outputs.clone_from(&snapshot.outputs);
         self.delayed.copy_from_slice(&snapshot.delayed);
@@ -279,6 +291,7 @@ impl Autopilot {
         self.outside = false;
         self.transitions.fill(Transition::default());
         self.saturation.fill(Saturation::default());
+        self.followed_for = self.plan.opening.ticks;
         for (signal, origin) in self.origins.iter_mut().enumerate() {
             *origin = self.plan.origin(signal, inputs);
         }
@@ -309,7 +322,11 @@ impl Autopilot {
     /// # Errors
     /// [`TickError`].
     pub fn tick(&mut self, inputs: &Inputs) -> Result<bool, TickError> {
-        self.compute_outputs(inputs, false)?;
+        if self.opens() {
+            self.compute_opening(inputs)?;
+        } else {
+            self.compute_outputs(inputs, false)?;
+        }
         self.controller.update();
         if let Some(gain) = &self.plan.anti_windup {
             self.controller.add_to_state(gain, &self.excess);
@@ -437,7 +454,15 @@ impl Autopilot {
         for (value, &signal) in outputs.trim.iter_mut().zip(&plan.trimmed) {
             *value = trim.signal(signal, origins[signal]);
         }
-        self.controller.output(&self.y, &[clamped][..plan.parameters], &mut outputs.commands)?;
+        self.compute_commands()
+    }
+
+    /// The commands for the controller input y.
+    pub(crate) fn compute_commands(&mut self) -> Result<(), TickError> {
+        let Self { plan, outputs, controller, .. } = self;
+        let rho = [outputs.scheduling_parameter];
+        controller.output(&self.y, &rho[..plan.parameters], &mut outputs.commands)?;
+        let trim = plan.trim.at(self.filtered_speed);
         let commands = &mut outputs.commands;
         for (index, command) in commands.iter_mut().enumerate() {
             *command = trim.command(index) + plan.actuators[index].scale * *command;

@@ -149,13 +149,16 @@ const DEPTHS: [f64; 2] = [-5.0, 12_000.0];
 const MOST_TURNS: f64 = 1e9;
 
 /// The reference of a signal.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
     /// Its name, also that of the FMU's input.
     pub name: String,
     /// What it prescribes.
     pub wanted: String,
+    /// The time by which the signal is to lag behind a reference that moves steadily, s.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lag: f64,
 }
 
 impl From<&Signal> for Port {
@@ -164,9 +167,11 @@ impl From<&Signal> for Port {
             name: signal.name.into(),
             unit: signal.unit.into(),
             measured: signal.measured.into(),
-            reference: signal
-                .reference
-                .map(|one| Reference { name: one.name.into(), wanted: one.wanted.into() }),
+            reference: signal.reference.map(|one| Reference {
+                name: one.name.into(),
+                wanted: one.wanted.into(),
+                lag: 0.0,
+            }),
             level: signal.level,
             start: 0.0,
             range: signal.range,

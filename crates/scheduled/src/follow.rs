@@ -1,24 +1,49 @@
 //! Commands that are not the autopilot's: following them, and taking over from them without a jump.
 
-use crate::{Actuator, Autopilot, Inputs, Saturation, TickError, Transition};
+use crate::{Actuator, Autopilot, ControllerDesign, Inputs, Saturation, TickError, Transition, ticks};
 
-/// How often the state is corrected in a tick: what F leaves, because it is interpolated, is corrected again.
-pub const CORRECTIONS: usize = 2;
+/// Time in which the commands become free after [`Autopilot::follow`], s.
+const OPENING: f64 = 1.0;
+
+/// The range of the commands after [`Autopilot::follow`], which opens from what is applied to the limits of the
+/// actuators:
+///
+/// ```text
+/// |command - applied| <= (maximum - minimum) t/1 s,   t after that
+/// ```
+#[derive(Debug)]
+pub(crate) struct Opening {
+    /// [`OPENING`] in ticks.
+    pub(crate) ticks: u32,
+    /// By how much the range of each command opens in a tick, SI.
+    pub(crate) steps: Vec<f64>,
+}
+
+impl Opening {
+    #[inline]
+    pub(crate) fn new(design: &ControllerDesign) -> Self {
+        let ticks = ticks(OPENING, design.sample_time);
+        let step = |one: &Actuator| (one.maximum - one.minimum) / f64::from(ticks);
+        Self { ticks, steps: design.actuators.iter().map(step).collect() }
+    }
+}
 
 impl Autopilot {
     /// Follows commands that are not its own: of a pilot, of another design. To be called before each tick while those
     /// are applied, and once before the first tick after.
     ///
     /// ```text
-    /// reference_i = measured_i within its range, if it is measured
+    /// reference_i = measured_i + lag_i rate_i within its range, if it is measured; rate_i where a sensor knows it, within
+    ///               its limits
     /// V_r         = the reference of the speed
-    /// x          <- x - F(rho) (trim + scale u - applied)/scale, and the same with the new u
+    /// x          <- x - F(rho) (trim + scale u - applied)/scale
     /// ```
     ///
-    /// F(rho) is the gain `follow` of the design: the next tick commands what is applied, as nearly as the controller
-    /// can at all: two thrusters that it commands alike stay alike. From there each reference goes on with the rate of
-    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing
-    /// is proved of a loop while it follows.
+    /// F(rho) is the gain `follow` of the design: the controller would command what is applied, as nearly as it can at
+    /// all. The next tick commands what is applied; from there the range of each command opens within 1 s to the limits
+    /// of its actuator, and the state follows, by F, a command that is cut off. Each reference goes on with the rate of
+    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing is
+    /// proved of a loop while it follows, or while a command is cut off so.
     ///
     /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
     /// limits of its actuator is that limit.
@@ -40,21 +65,61 @@ impl Autopilot {
                 self.begin_reference(reference, inputs);
             }
         }
-        for _ in 0..CORRECTIONS {
-            self.compute_outputs(inputs, false)?;
-            let Self { plan, controller, outputs, excess, applied, .. } = self;
-            for (((error, command), applied), actuator) in
-                excess.iter_mut().zip(&outputs.commands).zip(&*applied).zip(&plan.actuators)
-            {
-                *error += (command - applied) / actuator.scale;
-            }
-            plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
-        }
-        let Self { delayed, applied, .. } = self;
-        delayed.chunks_exact_mut(applied.len()).for_each(|row| row.copy_from_slice(applied));
         self.compute_outputs(inputs, false)?;
-        self.note_saturation();
+        let Self { plan, controller, outputs, excess, applied, anchor, delayed, .. } = self;
+        for (((error, command), applied), actuator) in
+            excess.iter_mut().zip(&outputs.commands).zip(&*applied).zip(&plan.actuators)
+        {
+            *error += (command - applied) / actuator.scale;
+        }
+        plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
+        excess.fill(0.0);
+        for commands in [&mut outputs.commands, anchor] {
+            commands.copy_from_slice(applied);
+        }
+        delayed.chunks_exact_mut(applied.len()).for_each(|row| row.copy_from_slice(applied));
+        self.followed_for = 0;
         Ok(())
+    }
+
+    /// Whether the range of the commands still opens after [`follow`](Self::follow).
+    pub fn opens(&self) -> bool {
+        self.followed_for < self.plan.opening.ticks
+    }
+
+    /// By how much the range of each command opens in a tick, SI, and the ticks until it is open.
+    pub fn opening(&self) -> (&[f64], u32) {
+        (&self.plan.opening.steps, self.plan.opening.ticks)
+    }
+
+    /// The outputs of a tick with the range of the commands as far as it is open.
+    pub(crate) fn compute_opening(&mut self, inputs: &Inputs) -> Result<(), TickError> {
+        self.compute_outputs(inputs, false)?;
+        if self.cut_off() {
+            let Self { plan, controller, outputs, excess, .. } = self;
+            plan.following.correct(outputs.scheduling_parameter, excess, controller.state_mut());
+            self.compute_commands()?;
+            self.cut_off();
+            self.excess.fill(0.0);
+        }
+        self.followed_for += 1;
+        Ok(())
+    }
+
+    /// Cuts off commands beyond the range that is open, and adds to their excess. Returns whether any is.
+    fn cut_off(&mut self) -> bool {
+        let Self { plan, outputs, excess, anchor, followed_for, .. } = self;
+        let mut any = false;
+        for (index, command) in outputs.commands.iter_mut().enumerate() {
+            let open = plan.opening.steps[index] * f64::from(*followed_for);
+            let value = *command;
+            *command = value.clamp(anchor[index] - open, anchor[index] + open);
+            if *command != value {
+                excess[index] += (value - *command) / plan.actuators[index].scale;
+                any = true;
+            }
+        }
+        any
     }
 
     /// What the actuators really got since the last tick, where something else limits them further: the anti-windup
@@ -78,7 +143,8 @@ impl Autopilot {
         Ok(())
     }
 
-    /// Sets a reference to the measured value, from where it goes on with the rate of that and then to what is asked.
+    /// Sets a reference to where it is when the measured value lags behind it, from where it goes on with the rate of
+    /// that and then to what is asked.
     fn begin_reference(&mut self, reference: usize, inputs: &Inputs) {
         let Self { plan, references, transitions, filtered_speed, .. } = self;
         let port = &plan.signals[reference];
@@ -86,9 +152,10 @@ impl Autopilot {
         let from = if plan.measured[reference] { inputs.measured[reference] } else { asked };
         let from = port.nearest(from, references[reference]);
         let trim = plan.trim.at(*filtered_speed);
-        references[reference] = plan.envelope.target(reference, from, trim);
         let rate = plan.sources.rate(&plan.trim, reference, |signal| inputs.measured[signal]).unwrap_or(0.0);
         let rate = plan.envelope.rate(reference, rate, trim);
+        let lag = port.reference.as_ref().map_or(0.0, |one| one.lag);
+        references[reference] = plan.envelope.target(reference, from + lag * rate, trim);
         transitions[reference] = Transition { rate, ..Transition::from(references[reference]) };
     }
 

@@ -56,7 +56,6 @@ pub use failsafe::{
     Health, LONGEST, NEVER, RAMP, REGAINED_AFTER, RETURN, Reading, SLOWEST, STEPS, Supervised, Supervisor,
     returning,
 };
-pub use follow::CORRECTIONS;
 pub use lft::controller::LftController;
 pub use lft::matrix::Matrix;
 pub use lft::{Lft, Sizes};

@@ -15,6 +15,10 @@ pub struct Snapshot {
     pub transitions: Vec<Transition>,
     /// The saturation of each actuator.
     pub saturation: Vec<Saturation>,
+    /// What was applied when the autopilot followed last.
+    pub anchor: Vec<f64>,
+    /// The ticks since then.
+    pub followed_for: u32,
     /// The value at initialisation of each signal, for those whose level it is.
     pub origins: Vec<f64>,
     /// Outputs of the last tick.
@@ -42,12 +46,19 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals, references, transitions and actuators,
+    /// Checks the numbers of states, commands, trims, delayed commands, signals, references, applied commands, transitions and actuators,
     /// and that all values are finite.
-    pub(crate) fn check(&self, lengths: [usize; 8]) -> Result<(), SnapshotError> {
+    pub(crate) fn check(&self, lengths: [usize; 9]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
-        let lists =
-            [&self.state, &outputs.commands, &outputs.trim, &self.delayed, &self.origins, &self.references];
+        let lists = [
+            &self.state,
+            &outputs.commands,
+            &outputs.trim,
+            &self.delayed,
+            &self.origins,
+            &self.references,
+            &self.anchor,
+        ];
         let found = lists.map(Vec::len).into_iter().chain([self.transitions.len(), self.saturation.len()]);
         let names = [
             "states",
@@ -56,6 +67,7 @@ impl Snapshot {
             "delayed commands",
             "signals",
             "references",
+            "applied commands",
             "transitions",
             "saturations",
         ];

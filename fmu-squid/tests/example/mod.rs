@@ -92,9 +92,11 @@ fn of_heading() -> ControllerDesign {
         name: signal.name.to_owned(),
         unit: signal.unit.to_owned(),
         measured: signal.measured.to_owned(),
-        reference: signal
-            .reference
-            .map(|one| Reference { name: one.name.to_owned(), wanted: one.wanted.to_owned() }),
+        reference: signal.reference.map(|one| Reference {
+            name: one.name.to_owned(),
+            wanted: one.wanted.to_owned(),
+            lag: 0.0,
+        }),
         level: signal.level,
         start: 0.0,
         range: signal.range,

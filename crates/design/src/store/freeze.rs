@@ -92,7 +92,12 @@ pub fn controller(
     let start = |place: usize| trims.first().map_or(0.0, |trim| trim.signals[place]);
     let ports = signals.iter().enumerate().map(|(place, signal)| {
         let starts = signal.level == Level::Start && file.uses(place);
-        Port { start: if starts { start(place) } else { 0.0 }, ..Port::from(signal) }
+        let mut port = Port { start: if starts { start(place) } else { 0.0 }, ..Port::from(signal) };
+        let model = file.tracks(signal.name).and_then(|index| file.tracked[index].model);
+        if let (Some(reference), Some(model)) = (&mut port.reference, model) {
+            reference.lag = model.lag();
+        }
+        port
     });
     let trimmed = signals.iter().enumerate().filter(|(_, signal)| signal.level == Level::Trim);
     let mut controller = ControllerDesign {

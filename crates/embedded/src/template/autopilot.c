@@ -170,6 +170,8 @@ int @prefix@_reset(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
     tick t;
 @first@
     for (int i = 0; i < STATES; i++) fresh.x[i] = 0.0@f@;
+    for (int j = 0; j < COMMANDS; j++) fresh.anchor[j] = 0.0@f@;
+    fresh.followed_for = OPEN;
 @origins@
     const int code = compute(&fresh, in, 1, &t);
     if (code != @PREFIX@_OK) return code;
@@ -184,8 +186,10 @@ int @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_out
     tick t;
     real next[HEIGHT * STATE_PANELS];
 @look@
-    const int code = compute(state, in, 0, &t);
+    const int opens = state->followed_for < OPEN;
+    const int code = opens ? compute_opening(state, in, &t) : compute(state, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
+    if (opens) state->followed_for++;
     multiply(UPDATE, STATE_PANELS, SIGNALS, t.signals, next);
     for (int i = 0; i < STATES; i++) state->x[i] = next[i];
 @anti_windup@

@@ -10,6 +10,44 @@ static int read(const @prefix@_commands *applied, real *got)
     return 1;
 }
 
+/* Brings the state, by F, to where the controller commands less of its excess. */
+static void correct(@prefix@_state *state, const tick *t)
+{
+    (void)state, (void)t; /* not every controller can follow */
+@correct@
+}
+
+/* Cuts off commands beyond the range that is open, and adds to their excess; returns whether any is. */
+static int cut_off(const @prefix@_state *state, tick *t)
+{
+    int any = 0;
+    for (int j = 0; j < COMMANDS; j++) {
+        const real open = OPENING[j] * (real)state->followed_for, value = t->commands[j];
+        t->commands[j] = clamp(value, state->anchor[j] - open, state->anchor[j] + open);
+        if (t->commands[j] != value) {
+            t->excess[j] += (value - t->commands[j]) / SCALE[j];
+            any = 1;
+        }
+    }
+    return any;
+}
+
+/* The outputs of a tick soon after following. */
+static int compute_opening(@prefix@_state *state, const @prefix@_inputs *in, tick *t)
+{
+    int code = compute(state, in, 0, t);
+    if (code != @PREFIX@_OK || !cut_off(state, t)) return code;
+    @prefix@_state next = *state;
+    correct(&next, t);
+    code = compute(&next, in, 0, t);
+    if (code != @PREFIX@_OK) return code;
+    cut_off(&next, t);
+    for (int j = 0; j < COMMANDS; j++) t->excess[j] = 0.0@f@;
+    t->status &= ~(@PREFIX@_SATURATED | @all_saturated@);
+    *state = next;
+    return code;
+}
+
 /* Brings the state to where the next tick commands what the actuators got. */
 static int follow(@prefix@_state *state, const @prefix@_inputs *in, const real *got)
 {
@@ -19,18 +57,14 @@ static int follow(@prefix@_state *state, const @prefix@_inputs *in, const real *
 
 @begin@
 @free@
-    int code;
-    for (int k = 0; k < @corrections@; k++) {
-        code = compute(&next, in, 0, &t);
-        if (code != @PREFIX@_OK) return code;
-@keep@
-@correct@
-    }
-@wait@
-    code = compute(&next, in, 0, &t);
+    const int code = compute(&next, in, 0, &t);
     if (code != @PREFIX@_OK) return code;
 @keep@
-@note@
+    for (int j = 0; j < COMMANDS; j++) t.excess[j] += (t.commands[j] - got[j]) / SCALE[j];
+    correct(&next, &t);
+    for (int j = 0; j < COMMANDS; j++) next.anchor[j] = got[j];
+    next.followed_for = 0;
+@wait@
     *state = next;
     return code;
 }

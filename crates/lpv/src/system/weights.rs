@@ -106,6 +106,13 @@ pub struct ReferenceModel {
 }
 
 impl ReferenceModel {
+    /// The time by which the output of the model lags behind a ramp, s.
+    pub fn lag(&self) -> f64 {
+        self.damping.map_or(1.0, |damping| 2.0 * damping) / self.frequency
+    }
+}
+
+impl ReferenceModel {
     /// `T_ref(j omega)`; omega in rad/s.
     pub fn response(&self, omega: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega / self.frequency);

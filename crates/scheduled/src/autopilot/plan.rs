@@ -4,6 +4,7 @@ use super::envelope::Envelope;
 use super::following::Following;
 use super::governor::{Governor, Saturation};
 use crate::design::Port;
+use crate::follow::Opening;
 use crate::ports::Inputs;
 use crate::source::Sources;
 use crate::{Actuator, ControllerDesign, DesignError, Kind, Lft, Matrix, Trim};
@@ -34,6 +35,7 @@ pub(crate) struct Plan {
     /// Sampled anti-windup gain from phi to the controller's states, n x m.
     pub(crate) anti_windup: Option<Matrix>,
     pub(crate) following: Following,
+    pub(crate) opening: Opening,
     pub(crate) governor: Governor,
     pub(crate) sources: Sources,
     /// The indices of the signals whose trim is put out.
@@ -81,6 +83,7 @@ impl Plan {
                 .map(|gain| lft.held_input(&gain, design.sample_time))
                 .transpose()?,
             following: Following::new(design)?,
+            opening: Opening::new(design),
             governor: Governor::new(design),
             sources: Sources::new(design, design.scheduled().ok_or_else(missing)?),
         })

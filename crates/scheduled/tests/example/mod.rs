@@ -30,8 +30,11 @@ pub fn ports() -> Vec<Port> {
         name: name.to_owned(),
         unit: unit.to_owned(),
         measured: format!("the {name}"),
-        reference: (place < TRACKED)
-            .then(|| Reference { name: format!("{name}_reference"), wanted: format!("wanted {name}") }),
+        reference: (place < TRACKED).then(|| Reference {
+            name: format!("{name}_reference"),
+            wanted: format!("wanted {name}"),
+            lag: 0.0,
+        }),
         level,
         start: 0.0,
         range: (place == PITCH).then_some([-FRAC_PI_2, FRAC_PI_2]),
