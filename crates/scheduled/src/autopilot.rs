@@ -250,8 +250,8 @@ impl Autopilot {
             delayed.len(),
             origins.len(),
             references.len(),
-            transitions.len(),
             commands.len(),
+            transitions.len(),
             commands.len(),
         ])?;
         self.controller.set_state(&snapshot.state);

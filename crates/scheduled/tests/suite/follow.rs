@@ -66,6 +66,27 @@ proptest! {
             prop_assert!((command - applied).abs() < 1e-6, "{command} is not {applied}");
         }
     }
+
+    /// From whatever was applied the commands open in a second to the limits, whatever the controller wants.
+    #[test]
+    fn the_commands_open_within_a_second(
+        applied in prop::array::uniform3(-50.0..50.0f64),
+        turned in prop::array::uniform3(-1.0..1.0f64),
+    ) {
+        let mut autopilot = started(&design());
+        autopilot.follow(&inputs(-0.01, 1.749), &applied).unwrap();
+        let mut now = inputs(turned[0], 1.75 + turned[1]);
+        now.references[0] = turned[2];
+        for tick in 0..50 {
+            prop_assert!(autopilot.opens());
+            autopilot.tick(&now).unwrap();
+            for (command, applied) in autopilot.outputs().commands.iter().zip(&applied) {
+                let (found, open) = ((command - applied).abs(), 100.0 * f64::from(tick) / 50.0);
+                prop_assert!(found <= open * (1.0 + 1e-12) && command.abs() <= 50.0, "{found} {open}");
+            }
+        }
+        prop_assert!(!autopilot.opens());
+    }
 }
 
 /// While it follows, references are where the vehicle is; then they go to what is asked through two lags of 1 s.
