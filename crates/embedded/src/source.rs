@@ -379,7 +379,7 @@ fn reset(design: &ControllerDesign) -> String {
         text += &format!("    fresh.filtered_speed = {};\n", wanted_speed(design).replacen("t->", "t.", 1));
     }
     text += &(keep_references(design, "fresh.") + "\n");
-    text += &governor::note(design);
+    text += governor::note(design);
     if design.delay_ticks > 0 {
         text += "    fresh.next = 0;\n\
                  \x20   for (int k = 0; k < @PREFIX@_DELAY_TICKS; k++)\n\

