@@ -3,6 +3,7 @@
 mod envelope;
 mod following;
 mod governor;
+mod opening;
 mod plan;
 
 use std::sync::Arc;

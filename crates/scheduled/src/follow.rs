@@ -1,40 +1,14 @@
 //! Commands that are not the autopilot's: following them, and taking over from them without a jump.
 
-use crate::{Actuator, Autopilot, ControllerDesign, Inputs, Saturation, TickError, Transition, ticks};
-
-/// Time in which the commands become free after [`Autopilot::follow`], s.
-const OPENING: f64 = 1.0;
-
-/// The range of the commands after [`Autopilot::follow`], which opens from what is applied to the limits of the
-/// actuators:
-///
-/// ```text
-/// |command - applied| <= (maximum - minimum) t/1 s,   t after that
-/// ```
-#[derive(Debug)]
-pub(crate) struct Opening {
-    /// [`OPENING`] in ticks.
-    pub(crate) ticks: u32,
-    /// By how much the range of each command opens in a tick, SI.
-    pub(crate) steps: Vec<f64>,
-}
-
-impl Opening {
-    #[inline]
-    pub(crate) fn new(design: &ControllerDesign) -> Self {
-        let ticks = ticks(OPENING, design.sample_time);
-        let step = |one: &Actuator| (one.maximum - one.minimum) / f64::from(ticks);
-        Self { ticks, steps: design.actuators.iter().map(step).collect() }
-    }
-}
+use crate::{Actuator, Autopilot, Inputs, Saturation, TickError, Transition};
 
 impl Autopilot {
     /// Follows commands that are not its own: of a pilot, of another design. To be called before each tick while those
     /// are applied, and once before the first tick after.
     ///
     /// ```text
-    /// reference_i = measured_i + lag_i rate_i within its range, if it is measured; rate_i where a sensor knows it, within
-    ///               its limits
+    /// reference_i = measured_i + lag_i rate_i within its range, if it is measured; rate_i where a sensor knows it,
+    ///               within its limits
     /// V_r         = the reference of the speed
     /// x          <- x - F(rho) (trim + scale u - applied)/scale
     /// ```

@@ -46,8 +46,8 @@ pub enum SnapshotError {
 }
 
 impl Snapshot {
-    /// Checks the numbers of states, commands, trims, delayed commands, signals, references, applied commands, transitions and actuators,
-    /// and that all values are finite.
+    /// Checks the numbers of states, commands, trims, delayed commands, signals, references, applied commands,
+    /// transitions and actuators, and that all values are finite.
     pub(crate) fn check(&self, lengths: [usize; 9]) -> Result<(), SnapshotError> {
         let Self { filtered_speed, start, ref outputs, .. } = *self;
         let lists = [

@@ -78,7 +78,9 @@ def test_both_are_packed_beside_the_first_design(run_squid: Run, made: Made, tmp
         page = fmu.read("documentation/index.html").decode()
     assert "an LPV controller of depth and one of heading" in page
     assert "depth: Bound of the L2 gain" in page and "heading: Bound of the L2 gain" in page
-    together = "in turns of up to 10.22 to 12 deg/s, by speed (1.5 times the limit of the reference) the linear loop of both"
+    together = (
+        "in turns of up to 10.22 to 12 deg/s, by speed (1.5 times the limit of the reference) the linear loop"
+    )
     assert f"Proved: {together}" in page and "Beyond that each axis is proved alone" in page
     assert made.answer["coupling"].startswith(f"certified: {together}")
     done = run_squid("package", REMUS100, *BOTH, "--descriptions", tmp_path, cwd=made.build.parent)

@@ -3,8 +3,8 @@
 use super::envelope::Envelope;
 use super::following::Following;
 use super::governor::{Governor, Saturation};
+use super::opening::Opening;
 use crate::design::Port;
-use crate::follow::Opening;
 use crate::ports::Inputs;
 use crate::source::Sources;
 use crate::{Actuator, ControllerDesign, DesignError, Kind, Lft, Matrix, Trim};
