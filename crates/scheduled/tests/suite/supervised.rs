@@ -169,12 +169,13 @@ proptest! {
                 at.measured[SPEED] = towards(at.measured[SPEED], speed + 1e-9 * ((time / TICK).round() % 2.0));
                 at.measured[DEPTH] += TICK * sinks;
                 let follows = what == 0 || what == 1 && tick == 0;
+                // Before the tick: in its course the actuator may leave its limit.
+                let yields = flown.autopilot.saturation()[0].ticks >= flown.autopilot.yielding().1;
                 let health = flown.tick(&at, &[true; 5], follows.then_some(&[1.0, 2.0, 3.0])).unwrap();
                 time += TICK;
                 let used = flown.autopilot.references();
                 prop_assert!((PITCHES[0]..=PITCHES[1]).contains(&used[PITCH]));
                 prop_assert!((SPEEDS[0]..=SPEEDS[1]).contains(&used[SPEED]));
-                let yields = flown.autopilot.saturation()[0].ticks >= flown.autopilot.yielding().1;
                 for (signal, rates) in [(SPEED, SPEED_RATES), (DEPTH, DEPTH_RATES)] {
                     let rate = (used[signal] - last[signal]) / TICK;
                     let is_free = follows || yields && signal == DEPTH || health == Health::Failed;
