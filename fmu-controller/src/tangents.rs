@@ -46,7 +46,7 @@ impl Quantity {
 impl Axis {
     /// The tangents of the outputs along a direction of the inputs, as [`scheduled::Autopilot::tangents`] gives them,
     /// the commands through the inverse of their curves. `takes_bearings` says whether the tick is the first of
-    /// [`step`](Self::step).
+    /// `step`.
     ///
     /// # Errors
     /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::SensorLost`].

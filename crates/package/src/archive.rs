@@ -30,7 +30,7 @@ impl FmuArchive {
     /// Reads an FMU.
     ///
     /// # Errors
-    /// [`files::Error::Unreadable`]; [`Error::Archive`] when the zip is damaged or ambiguous.
+    /// [`Unreadable`](base::files::Error::Unreadable); [`Error::Archive`] when the zip is damaged or ambiguous.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::from_bytes(&read_bytes(path)?)
             .map_err(|reason| Error::Archive { path: path.display().to_string(), reason })
