@@ -16,8 +16,8 @@ impl Autopilot {
     /// F(rho) is the gain `follow` of the design: the controller would command what is applied, as nearly as it can at
     /// all. The next tick commands what is applied; from there the range of each command opens within 1 s to the limits
     /// of its actuator, and the state follows, by F, a command that is cut off. Each reference goes on with the rate of
-    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing is
-    /// proved of a loop while it follows, or while a command is cut off so.
+    /// the vehicle, where a sensor knows it, and to what is asked through two lags of 1 s, within its limits. Nothing
+    /// is proved of a loop while it follows, or while a command is cut off so.
     ///
     /// `applied` are commands in the order of the actuators, as those of [`Outputs`](crate::Outputs); one beyond the
     /// limits of its actuator is that limit.
