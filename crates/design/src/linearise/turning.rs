@@ -46,7 +46,7 @@ pub fn envelope(
         let end = |side: f64| -> Result<f64, TrimError> {
             let nominal = sustained(&whole, trim, side, fastest, 1.0)?;
             let corner = weakest(&whole, trim, nominal, uncertain);
-            Ok(sustained(&corner, trim, side, nominal.abs(), gain).unwrap_or(0.0))
+            sustained(&corner, trim, side, nominal.abs(), gain)
         };
         Ok([end(-1.0)?, end(1.0)?])
     };
