@@ -107,15 +107,19 @@ def test_each_design_has_a_column(beside: Beside, run_squid: Run, tmp_path: Path
 
 
 def test_what_a_design_misses_is_marked(beside: Beside) -> None:
-    """By the requirement of its own file, not by that of the report's design."""
+    """By the requirement of its own file, not by that of the report's design; so is a hull that a moment turns over."""
     marked = [
         (words(row[0]), place, words(cell))
         for row in table(beside.folder)
         for place, cell in enumerate(row)
         if cell.attrib.get("class") == "missed" or "MISSED" in words(cell)
     ]
-    assert [(what, place) for what, place, _ in marked] == [("phase margin", 3)]
-    assert re.fullmatch(r"\d+\.\d deg \(> 80 deg\) MISSED", marked[0][2])
+    assert {(what, place) for what, place, _ in marked} == {
+        ("phase margin", 3),
+        ("held beyond the actuators: error of pitch 40 s after", 3),
+    }
+    margin = next(cell for what, _, cell in marked if what == "phase margin")
+    assert re.fullmatch(r"\d+\.\d deg \(> 80 deg\) MISSED", margin)
     missed = next(row for row in table(beside.folder) if words(row[0]) == "phase margin")
     assert words(missed[1]) == "> 45 deg" and missed[3].attrib["class"] == "missed"
 
