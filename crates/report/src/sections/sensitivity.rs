@@ -35,17 +35,17 @@ pub fn sensitivity(subject: &Subject) -> Result<Vec<Part>, Error> {
     }
     let (actuators, design) = (&subject.inputs.vehicle.actuators, &subject.inputs.design);
     let relative: Vec<f64> = actuators.iter().map(|one| design.relative_weight(&one.name)).collect();
-    let weighted = if design.relative_weights.is_empty() { "" } else { ", each times its relative weight" };
-    let title = format!("references to controls{weighted}");
+    let weighted =
+        if design.relative_weights.is_empty() { "" } else { ", and each control times its relative weight" };
+    let title = "references to controls".to_owned();
     let control = |l: &FrozenLoop, omega| l.control(&relative, omega);
     charts.push(chart(title, &loops, gamma, &control, &|omega| 1.0 / design.control_weight.gain(omega)));
     let figure = Figure {
         name: "weights-and-sensitivity".into(),
         caption: format!(
             "What the weights require and what the loop of {} achieves as it flies (true linearisations at six \
-                frozen speeds, sampled, with the lags of the \
-             actuators), in units of the references' scales and the actuators' limits. Dashed: what a gain \
-             below {} means for the fitted model in continuous \
+             frozen speeds, sampled, with the lags of the actuators), in units of the references' scales and the \
+             actuators' limits{weighted}. Dashed: what a gain below {} means for the fitted model in continuous \
              time{}.",
             subject.name(),
             above(gamma),
