@@ -30,7 +30,7 @@ def vehicles(tmp_path: Path) -> Path:
 )
 def test_the_gain_is_proved(run_squid: Run, vehicles: Path, name: str, degree: int, most: float) -> None:
     vehicle = vehicles / name
-    done = run_squid("tune", vehicle, "--controller", "pid", "--degree", degree, "--json")
+    done = run_squid("tune", vehicle, "--controller", "pid", "--degree", degree, "--json", timeout=900.0)
     found = json.loads(done.stdout)
     assert found["frozen_gain"] < found["least_gain"] < most
     # The gains that are written meet the requirements, which cost gain; these weights of REMUS 100 ask for more delay
