@@ -1,6 +1,7 @@
 //! Progress of a long computation, through a callback.
 
 use std::fmt::{self, Debug, Formatter};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// An event of a running computation.
@@ -65,6 +66,30 @@ impl<'p> Progress<'p> {
     /// A stage has a result.
     pub fn done(&self, stage: &str, figures: &str) {
         self.call_back(Event::Done { stage, figures });
+    }
+}
+
+/// What work told of its progress, to be told later: only its results, if the work is one of several attempts.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Results(Vec<(String, String)>);
+
+impl Results {
+    /// Runs work; what it returns, and its results.
+    pub fn of<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
+        let found = Mutex::new(vec![]);
+        let keep = |event: Event| {
+            if let Event::Done { stage, figures } = event {
+                let mut all = found.lock().unwrap_or_else(PoisonError::into_inner);
+                all.push((stage.to_owned(), figures.to_owned()));
+            }
+        };
+        let value = work(&Progress::new(&keep));
+        (value, Self(found.into_inner().unwrap_or_else(PoisonError::into_inner)))
+    }
+
+    /// Tells them.
+    pub fn tell(&self, progress: &Progress) {
+        self.0.iter().for_each(|(stage, figures)| progress.done(stage, figures));
     }
 }
 

@@ -9,6 +9,7 @@
 //! ```
 
 pub mod beyond;
+pub mod corners;
 pub mod flown;
 pub mod found;
 pub mod frozen;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::inputs::Inputs;
-use crate::inputs::design_file::DesignFile;
+use crate::inputs::design_file::{DesignFile, Tracked};
 use auv::Actuator;
 use auv::longitudinal::SPEED;
 use scheduled::{Autopilot, ControllerDesign, Manoeuvre};
@@ -36,6 +36,8 @@ pub struct StepAtSpeed {
     pub rise_time: f64,
     /// The time to within 2 %, s.
     pub settling_time: f64,
+    /// The mean error of the last six seconds, relative to the step.
+    pub steady_error: f64,
     /// The largest use of an actuator, including the trim, relative to its limits.
     pub actuator_use: f64,
 }
@@ -43,36 +45,15 @@ pub struct StepAtSpeed {
 impl StepAtSpeed {
     /// A step of each tracked output: for pitch and depth that of the default flight, for the speed at most its scale.
     pub(super) fn of(inputs: &Inputs, controller: &ControllerDesign, speed: f64) -> Result<Vec<Self>, Error> {
-        let level = Manoeuvre {
-            speed_from: speed,
-            speed_to: speed,
-            step_time: STEP_TIME,
-            step_end: f64::MAX,
-            ramp_start: STEP_TIME - 2.0 * AT_ONCE,
-            ramp_duration: AT_ONCE,
-            duration: STEP_TIME + DURATION,
-            ..inputs.design.manoeuvre.without_steps()
-        };
-        let (middle, half_range) = inputs.design.scheduling();
-        let step = |tracked: &crate::inputs::design_file::Tracked| {
-            let manoeuvre = match tracked.place {
-                SPEED => {
-                    let size = (SPEED_STEP * half_range).min(tracked.scale);
-                    let step = if speed <= middle { size } else { -size };
-                    Manoeuvre { speed_to: speed + step, ..level.clone() }
-                }
-                _ => {
-                    let name = tracked.signal.name;
-                    level.with_step(name, inputs.design.manoeuvre.step(name))
-                }
-            };
-            Ok(Self::flown(tracked.place, speed, flight(inputs, controller, &manoeuvre)?.as_ref(), inputs))
+        let step = |tracked: &Tracked| {
+            let flight = flight(inputs, controller, &step_at(inputs, tracked, speed))?;
+            Ok(Self::flown(tracked.place, speed, flight.as_ref(), inputs))
         };
         inputs.design.tracked.iter().map(step).collect()
     }
 
     /// The figures of a flight with one step of a signal; `flight` is `None` if it was lost.
-    fn flown(place: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
+    pub(super) fn flown(place: usize, speed: f64, flight: Option<&Flight>, inputs: &Inputs) -> Self {
         let rows = flight.map_or(&[][..], |f| &f.rows);
         let height = match rows {
             [first, .., last] => last.reference(place) - first.reference(place),
@@ -90,9 +71,31 @@ impl StepAtSpeed {
             overshoot: figures.overshoot,
             rise_time: figures.rise_time,
             settling_time: figures.settling_time,
+            steady_error: figures.steady_error,
             actuator_use: figures.actuator_use,
         }
     }
+}
+
+/// The manoeuvre with one step of a tracked output at a speed.
+pub(super) fn step_at(inputs: &Inputs, tracked: &Tracked, speed: f64) -> Manoeuvre {
+    let level = Manoeuvre {
+        speed_from: speed,
+        speed_to: speed,
+        step_time: STEP_TIME,
+        step_end: f64::MAX,
+        ramp_start: STEP_TIME - 2.0 * AT_ONCE,
+        ramp_duration: AT_ONCE,
+        duration: STEP_TIME + DURATION,
+        ..inputs.design.manoeuvre.without_steps()
+    };
+    if tracked.place == SPEED {
+        let (middle, half_range) = inputs.design.scheduling();
+        let size = (SPEED_STEP * half_range).min(tracked.scale);
+        return Manoeuvre { speed_to: if speed <= middle { speed + size } else { speed - size }, ..level };
+    }
+    let name = tracked.signal.name;
+    level.with_step(name, inputs.design.manoeuvre.step(name))
 }
 
 /// A simulated flight; `None` if it was lost.

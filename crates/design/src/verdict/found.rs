@@ -4,6 +4,7 @@ use crate::certify::controller_of;
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::verdict::beyond::Beyond;
+use crate::verdict::corners::Corners;
 use crate::verdict::flown::{DefaultFlight, StepAtSpeed};
 use crate::verdict::frozen::AtSpeed;
 use crate::verdict::held::Held;
@@ -43,6 +44,8 @@ pub struct Found {
     pub beyond: Vec<Beyond>,
     /// The flights under loads that the actuators cannot hold.
     pub held: Vec<Held>,
+    /// The steps at corners of the declared uncertainty.
+    pub corners: Vec<Corners>,
     /// The default flight.
     pub flight: DefaultFlight,
     /// The bounds on mu.
@@ -66,8 +69,35 @@ impl Found {
         let (frozen, steps): (Result<Vec<_>, Error>, Result<Vec<Vec<_>>, Error>) = (frozen, steps);
         let beyond = Beyond::of(inputs, controller, effort.flown)?;
         let held = Held::of(inputs, controller, effort.flown)?;
+        let corners = Corners::of(inputs, controller, effort.flown)?;
         let flight = DefaultFlight::of(inputs, controller)?;
-        Ok(Self { beyond, held, frozen: frozen?, steps: steps?.into_iter().flatten().collect(), flight, mu })
+        Ok(Self {
+            frozen: frozen?,
+            steps: steps?.into_iter().flatten().collect(),
+            beyond,
+            held,
+            corners,
+            flight,
+            mu,
+        })
+    }
+
+    /// The figures of the frozen loops alone, without their gains between the ticks; all others are empty.
+    ///
+    /// # Errors
+    /// The errors of trim and linearisation.
+    pub fn of_frozen(inputs: &Inputs, k: &Controller) -> Result<Self, Error> {
+        let speeds = speeds(inputs, Effort::FULL.frozen).into_par_iter();
+        let frozen = speeds.map(|speed| AtSpeed::of(inputs, k, speed, false)).collect::<Result<_, _>>()?;
+        Ok(Self {
+            frozen,
+            steps: vec![],
+            beyond: vec![],
+            held: vec![],
+            corners: vec![],
+            flight: DefaultFlight { uses: vec![], lost: None },
+            mu: vec![],
+        })
     }
 
     /// The figures with mu at `count` speeds.

@@ -6,6 +6,7 @@ use crate::inputs::Inputs;
 use crate::inputs::design_file::{REQUIREMENTS, Require, Requirement, Sense};
 use crate::numbers::readable;
 use crate::verdict::beyond::{Beyond, after};
+use crate::verdict::corners::Corners;
 use crate::verdict::flown::{StepAtSpeed, Use};
 use crate::verdict::found::Found;
 use crate::verdict::frozen::{AtSpeed, gain_margin};
@@ -86,6 +87,8 @@ fn figures_of(key: &str, inputs: &Inputs, gamma: f64, found: &Found) -> Vec<(Str
             let output = found.held.first().map_or("", |one| one.output);
             held(found, &format!("error of {output} {AFTER:.0} s after"), |one| one.left)
         }
+        "corner_overshoot" => corners(found, "overshoot", |one| one.overshoot),
+        "corner_error" => corners(found, "error a minute after", |one| one.left),
         "noise" => noise(inputs, found),
         "controller_mode" => {
             one("fastest mode of the controller, relative to the sampling rate", modes(inputs, found))
@@ -247,6 +250,20 @@ fn held(found: &Found, what: &str, of: impl Fn(&Held) -> f64) -> Vec<(String, Ve
         Figure::at(PER_CENT * of(flown), flown.speed).with_remark(remark)
     };
     vec![(format!("held beyond the actuators: {what}"), found.held.iter().map(figure).collect())]
+}
+
+/// A figure of the steps at corners of the declared uncertainty; without any there is no row.
+fn corners(found: &Found, what: &str, of: impl Fn(&Corners) -> f64) -> Vec<(String, Vec<Figure>)> {
+    let figure = |at: &Corners| {
+        let remark = match at.untrimmed {
+            0 => format!("{} corners", at.flown),
+            untrimmed => format!("{} corners; {untrimmed} more hold no level flight", at.flown),
+        };
+        Figure::at(PER_CENT * of(at), at.speed).with_remark(remark)
+    };
+    let output = found.corners.first().map_or("", |one| one.output);
+    let figures = found.corners.iter().map(figure).collect();
+    vec![(format!("declared uncertainty, {output} step: {what}"), figures)]
 }
 
 fn noise(inputs: &Inputs, found: &Found) -> Vec<(String, Vec<Figure>)> {

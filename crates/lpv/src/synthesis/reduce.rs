@@ -7,14 +7,16 @@
 //! Nicholson, IEEE Trans. Automatic Control 27(2), 1982; of the Gramians in the closed loop: P. Wortelboer,
 //! Frequency-weighted balanced reduction of closed-loop mechanical servo-systems, thesis, Delft, 1994.
 
+mod descent;
+
 use crate::analysis::bounded_gain::{balanced_start, bounded_gain};
 use crate::analysis::gain_bound::GainBound;
-use crate::matrix::{Mat, block, diagonal_blocks, solve, svd};
+use crate::matrix::{Mat, block, solve, svd};
 use crate::riccati::bound::WideLoop;
 use crate::riccati::equations::WideController;
-use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
 use crate::synthesis::fast_modes::projector;
+use crate::synthesis::reduce::descent::Descent;
 use crate::system::controller::Controller;
 use crate::system::lyapunov::lyapunov;
 use crate::system::model_error::LoopError;
@@ -34,91 +36,69 @@ const FROZEN: usize = 9;
 /// With a `fastest_mode` (rad/s) only controllers that satisfy it on the grid of [`parameter_grid()`] are taken:
 /// residualising states may make the others faster.
 pub fn reduce(plant: &GeneralisedPlant, design: &Design, fastest_mode: Option<f64>) -> Design {
-    reductions(plant, design, ALLOWED_RISE, fastest_mode).pop().unwrap_or_else(|| design.clone())
+    let smallest = Reductions::of(plant, design, ALLOWED_RISE, fastest_mode).next();
+    smallest.unwrap_or_else(|| design.clone())
 }
 
-/// Designs with fewer and fewer controller states and channels, the smallest last, all with certified bounds within
-/// `1 + rise` times the design's.
-pub fn reductions(
-    plant: &GeneralisedPlant,
-    design: &Design,
-    rise: f64,
-    fastest_mode: Option<f64>,
-) -> Vec<Design> {
-    let thetas = parameter_grid(plant.blocks.len());
-    let most = design.certified.gamma * (1.0 + rise);
-    let mut all: Vec<Design> = vec![];
-    // Fewer channels leave fewer unknowns to the proofs of what follows.
-    for part in [Part::Channels, Part::States, Part::Channels] {
-        let from = all.last().unwrap_or(design);
-        let smaller = descent(plant, from, part, most).unwrap_or_default();
-        let slow =
-            |found: &Design| fastest_mode.is_none_or(|limit| found.controller.fastest_mode(&thetas) <= limit);
-        all.extend(smaller.into_iter().filter(slow));
+/// Designs with fewer controller states and channels, the smallest first, all with certified bounds within `1 + rise`
+/// times the design's. Each is computed when it is asked for.
+///
+/// The smallest is sought by bisection over the sizes: if no bound is found for one, none is expected below it.
+#[derive(Debug)]
+pub struct Reductions<'a> {
+    /// The descent of each part, and the index of the size that is next of the last.
+    descents: Vec<(Descent<'a>, usize)>,
+}
+
+impl<'a> Reductions<'a> {
+    /// Seeks the smallest; with a `fastest_mode` (rad/s) as in [`reduce`].
+    pub fn of(plant: &'a GeneralisedPlant, design: &Design, rise: f64, fastest_mode: Option<f64>) -> Self {
+        let limits = Limits { gamma: design.certified.gamma * (1.0 + rise), fastest_mode };
+        let mut from = design.clone();
+        let mut descents = vec![];
+        // Fewer channels leave fewer unknowns to the proofs of what follows.
+        for part in [Part::Channels, Part::States, Part::Channels] {
+            let descent = Descent::of(plant, &from, part, limits);
+            if let Some((mut descent, smallest)) = descent.and_then(Descent::smallest) {
+                from = descent.at(smallest).unwrap_or(from);
+                descents.push((descent, smallest));
+            }
+        }
+        Self { descents }
     }
-    all
+}
+
+impl Iterator for Reductions<'_> {
+    type Item = Design;
+
+    fn next(&mut self) -> Option<Design> {
+        while let Some((descent, next)) = self.descents.last_mut() {
+            while *next < descent.sizes() {
+                *next += 1;
+                if let Some(found) = descent.at(*next - 1) {
+                    return Some(found);
+                }
+            }
+            self.descents.pop();
+        }
+        None
+    }
 }
 
 /// What is removed from a controller.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Part {
     States,
     Channels,
 }
 
-/// How many sizes in a row may have no proof before the search for smaller ones ends.
-const MOST_MISSES: usize = 6;
-
-/// The designs with fewer and fewer states or channels, in balanced coordinates, whose bounds are at most `most`. The
-/// proof of each begins with the matrices of the one before, restricted to what remains.
-fn descent(plant: &GeneralisedPlant, design: &Design, part: Part, most: f64) -> Option<Vec<Design>> {
-    let k = &design.controller;
-    if part == Part::Channels && k.blocks.len() != 1 {
-        return None;
-    }
-    let [reach, see] = gramians(plant, k, part)?;
-    let (transform, inverse) = equalise(&see, &reach)?;
-    let group = if part == Part::States { X } else { T };
-    let parts = k.parts.transformed(&[(group, &inverse)], &[(group, &transform)]);
-    let balanced = Controller { parts, blocks: k.blocks.clone() };
-    let of_plant = if part == Part::States { plant.a().nrows() } else { plant.dtt().nrows() };
-    let lift = diagonal_blocks(&[&Mat::identity(of_plant, of_plant), &transform]);
-    let mut bound = in_coordinates(&design.certified, part, &lift);
-    let (mut all, mut misses) = (vec![], 0);
-    for kept in (0..transform.ncols()).rev() {
-        let candidates = match part {
-            Part::States => vec![truncated(&balanced, kept), residualised(&balanced, kept)],
-            Part::Channels => vec![with_channels(&balanced, kept)],
-        };
-        let Some(controller) = best(plant, candidates.into_iter().flatten(), most) else { break };
-        let size = of_plant + kept;
-        bound = in_coordinates(&bound, part, &Mat::identity(size + 1, size));
-        match bounded(plant, &controller, &bound, most) {
-            Some(certified) => {
-                bound.clone_from(&certified);
-                all.push(Design { controller, certified, ..design.clone() });
-                misses = 0;
-            }
-            None if misses == MOST_MISSES => break,
-            None => misses += 1,
-        }
-    }
-    Some(all)
-}
-
-/// The matrices of a bound in coordinates `x = T x~`, or of the channels: a start for a search, not a bound.
-fn in_coordinates(bound: &GainBound, part: Part, transform: &Mat) -> GainBound {
-    let of = |m: &Mat| transform.transpose() * m * transform;
-    match part {
-        Part::States => GainBound { x: of(&bound.x), factor: None, ..bound.clone() },
-        Part::Channels => GainBound { s: of(&bound.s), t: of(&bound.t), ..bound.clone() },
-    }
-}
-
-/// The controller of the smallest frozen gain, if that is at most `most`.
-fn best(plant: &GeneralisedPlant, all: impl Iterator<Item = Controller>, most: f64) -> Option<Controller> {
-    let gains = all.filter_map(|k| Some((frozen_gain(plant, &k)?, k)));
-    gains.filter(|(gain, _)| *gain <= most).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k)
+/// What a smaller controller must keep to.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    /// The bound on the loop's gain.
+    gamma: f64,
+    /// The fastest mode on the grid of [`parameter_grid()`], rad/s.
+    fastest_mode: Option<f64>,
 }
 
 /// A bound of the loop, if it is at most `most`, sought from the matrices of a similar loop.

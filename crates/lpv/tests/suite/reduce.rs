@@ -7,7 +7,7 @@ use lpv::matrix::Mat;
 use lpv::parameter_grid::parameter_grid;
 use lpv::partition::Group::{T, X};
 use lpv::plant::GeneralisedPlant;
-use lpv::reduce::{reduce, reductions, without_fast_modes};
+use lpv::reduce::{Reductions, reduce, without_fast_modes};
 use lpv::synthesis::{Design, Options, synthesise};
 use nalgebra::Complex;
 
@@ -38,7 +38,7 @@ fn scheduled() -> (GeneralisedPlant, Design) {
 }
 
 fn smallest(plant: &GeneralisedPlant, design: &Design, rise: f64) -> Design {
-    reductions(plant, design, rise, None).pop().unwrap_or_else(|| design.clone())
+    Reductions::of(plant, design, rise, None).next().unwrap_or_else(|| design.clone())
 }
 
 fn sizes(design: &Design) -> (usize, usize) {

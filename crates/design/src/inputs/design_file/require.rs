@@ -36,7 +36,7 @@ const fn below(key: &'static str, unit: &'static str, default: Option<f64>) -> R
 }
 
 /// All keys, in the order of the verdict.
-pub const REQUIREMENTS: [Requirement; 25] = [
+pub const REQUIREMENTS: [Requirement; 27] = [
     below("gamma", "", None),
     below("sampled_gain", "", None),
     below("overshoot", "%", Some(10.0)),
@@ -60,6 +60,8 @@ pub const REQUIREMENTS: [Requirement; 25] = [
     below("beyond_recovery", "%", Some(15.0)),
     below("held_speed", "%", Some(10.0)),
     below("held_recovery", "%", Some(2.0)),
+    below("corner_overshoot", "%", None),
+    below("corner_error", "%", None),
     below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
 ];
