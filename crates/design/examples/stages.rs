@@ -9,10 +9,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let inputs = Inputs::read(a[0].as_ref(), &a[1])?;
     let t = Instant::now();
     let last = std::sync::Mutex::new(t);
-    let print = |e: base::progress::Event| if let base::progress::Event::Done { stage, figures } = e {
-        let mut l = last.lock().unwrap();
-        println!("{:7.2} {stage}: {}", l.elapsed().as_secs_f64(), figures.lines().next().unwrap_or(""));
-        *l = Instant::now();
+    let print = |e: base::progress::Event| {
+        if let base::progress::Event::Done { stage, figures } = e {
+            let mut l = last.lock().unwrap();
+            println!("{:7.2} {stage}: {}", l.elapsed().as_secs_f64(), figures.lines().next().unwrap_or(""));
+            *l = Instant::now();
+        }
     };
     let f = run(&inputs, &Progress::new(&print))?;
     let s = f.design.controller.parts.sizes();
