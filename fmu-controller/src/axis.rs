@@ -70,6 +70,12 @@ pub enum ControllerError {
         "there are no derivatives while applied commands are used: set engaged to true and applied_given to false"
     )]
     UsesApplied,
+    /// Derivatives of a tick in which the ranges of the commands open.
+    #[error(
+        "there are no derivatives in the second after the autopilot is engaged or believes a sensor again, while the \
+         range of each command opens"
+    )]
+    Opens,
     /// Derivatives of a tick without a sensor.
     #[error("there are no derivatives while a sensor is lost")]
     SensorLost,

@@ -49,15 +49,19 @@ impl Axis {
     /// `step`.
     ///
     /// # Errors
-    /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::SensorLost`].
+    /// [`ControllerError::Tick`], [`ControllerError::UsesApplied`], [`ControllerError::Opens`],
+    /// [`ControllerError::SensorLost`].
     pub fn tangents(
         &self,
         initial: bool,
         takes_bearings: bool,
         direction: &Inputs,
     ) -> Result<OutputTangents, ControllerError> {
-        if self.follows() || self.applied.given || self.autopilot.opens() {
+        if self.follows() || self.applied.given {
             return Err(ControllerError::UsesApplied);
+        }
+        if self.autopilot.opens() {
+            return Err(ControllerError::Opens);
         }
         if !initial && !self.is_complete() {
             return Err(ControllerError::SensorLost);

@@ -2,6 +2,17 @@
 
 use crate::{ResourceError, StateError, UriError};
 
+/// Displays a number with a power of ten in place of more than fifteen zeros.
+struct Number(f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let is_plain = value == 0.0 || !value.is_finite() || (1e-15..1e15).contains(&value.abs());
+        if is_plain { write!(f, "{value}") } else { write!(f, "{value:e}") }
+    }
+}
+
 /// The model could not be loaded.
 #[derive(Debug, thiserror::Error)]
 #[error("the model cannot be loaded from its resources: {0}")]
@@ -27,27 +38,33 @@ pub enum Refusal {
     WrongType { name: String, wanted: &'static str },
     #[error("variable '{name}' may not be set in state '{phase}'")]
     NotSettable { name: String, phase: &'static str },
-    #[error("variable '{name}' cannot be set to {value}, only to finite numbers")]
+    #[error("variable '{name}' cannot be set to {}, only to finite numbers", Number(*value))]
     NotFinite { name: String, value: f64 },
     #[error("variable '{name}' cannot be set to {value}, only to 1 .. {last}")]
     NoSuchItem { name: String, value: i32, last: i32 },
     #[error("the tunable parameters stay as they were: {reason}")]
     NotTuned { reason: String },
-    #[error("start time {start} s, stop time {stop} s and tolerance {tolerance} make no experiment")]
+    #[error(
+        "start time {} s, stop time {} s and tolerance {} make no experiment",
+        Number(*start), Number(*stop), Number(*tolerance)
+    )]
     BadExperiment { start: f64, stop: f64, tolerance: f64 },
-    #[error("the step size is {size} s, but must be above 0 and at most {longest}")]
+    #[error("the step size is {} s, but must be above 0 and at most {}", Number(*size), Number(*longest))]
     BadStepSize { size: f64, longest: f64 },
-    #[error("a step of {size} s does not move the time {time} s")]
+    #[error("a step of {} s does not move the time {} s", Number(*size), Number(*time))]
     StepTooShort { size: f64, time: f64 },
-    #[error("the step starts at {given} s, but the last one ended at {expected} s")]
+    #[error(
+        "the step starts at {} s, but the last one ended at {} s",
+        Number(*given), Number(*expected)
+    )]
     WrongCommunicationPoint { given: f64, expected: f64 },
-    #[error("the step ends at {end} s, after the stop time {stop} s")]
+    #[error("the step ends at {} s, after the stop time {} s", Number(*end), Number(*stop))]
     BeyondStopTime { end: f64, stop: f64 },
-    #[error("the time is {time} s, but must be finite")]
+    #[error("the time is {} s, but must be finite", Number(*time))]
     BadTime { time: f64 },
     #[error("{found} numbers are given, but there are {expected} {what}")]
     WrongCount { what: &'static str, found: usize, expected: usize },
-    #[error("{what} '{name}' is {value} here")]
+    #[error("{what} '{name}' is {} here", Number(*value))]
     Undefined { what: &'static str, name: String, value: f64 },
     #[error(
         "no derivative by variable '{name}' can be asked for in state '{phase}', only by {}",
@@ -113,4 +130,15 @@ pub enum Failure<E> {
     /// The model could not compute.
     #[error("{0}")]
     Model(E),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let shown = [0.0, -0.25, 1e14, 1e308, -5e-324, f64::NAN].map(|one| Number(one).to_string());
+        assert_eq!(shown, ["0", "-0.25", "100000000000000", "1e308", "-5e-324", "NaN"]);
+    }
 }

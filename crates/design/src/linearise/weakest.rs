@@ -22,6 +22,7 @@ pub(super) fn weakest(
 
 /// The largest share of its limit that an actuator gives of these outputs.
 pub(super) fn share(vehicle: &Vehicle, outputs: &[f64]) -> f64 {
-    let of = |(one, output): (&Actuator, &f64)| (output / if *output < 0.0 { one.min } else { one.max }).abs();
+    let of =
+        |(one, output): (&Actuator, &f64)| (output / if *output < 0.0 { one.min } else { one.max }).abs();
     vehicle.actuators.iter().zip(outputs).map(of).fold(0.0, f64::max)
 }
