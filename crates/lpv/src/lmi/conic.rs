@@ -65,7 +65,8 @@ impl ConicProgram {
             .max_iter(200)
             .direct_solve_method(way.factorisation.into())
             .equilibrate_enable(way.equilibrate)
-            .max_threads(if self.rhs.len() < ROWS_FOR_THREADS { 1 } else { 0 })
+            // Sums would be formed in another order on another number of threads.
+            .max_threads(1)
             // The coupling [X I; I Y] looks sparse but is not: decomposing it doubles the time.
             .chordal_decomposition_enable(false)
             .build()
@@ -148,9 +149,6 @@ pub(crate) const WAYS: [Way; 3] = [
     Way { factorisation: "faer", equilibrate: false },
     Way { factorisation: "qdldl", equilibrate: true },
 ];
-
-/// Below this number of rows, threads cost more than they save. (0 threads means all.)
-const ROWS_FOR_THREADS: usize = 1000;
 
 /// The upper triangle by columns with off-diagonal entries times sqrt(2), the format of clarabel's cone.
 fn triangle(m: &Mat) -> impl Iterator<Item = f64> + '_ {
