@@ -1,7 +1,5 @@
 //! The equations of motion between two instants.
 
-use differential_equations::ode::ODE;
-
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
@@ -64,10 +62,10 @@ impl Flow<'_> {
     }
 }
 
-impl ODE<f64, Body> for Flow<'_> {
+impl Equations<6> for Flow<'_> {
     /// A changing current leaves the velocity over ground unchanged: the velocity through the water loses what the
     /// current gains. So it does in other water that moves, which pushes the vehicle besides, as a load from outside.
-    fn diff(&self, time: f64, body: &Body, rate: &mut Body) {
+    fn rate(&self, time: f64, body: &Body) -> Body {
         let [u, w, q, theta, made, sunk] = *body;
         let outputs = self.outputs_after(time);
         let given = self.given + self.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
@@ -88,19 +86,16 @@ impl ODE<f64, Body> for Flow<'_> {
         let Some((water, start, [x, _])) = self.water else {
             let (x_rate, depth_rate) = earth_velocity(body, current);
             let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(load));
-            *rate = [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
-            return;
+            return [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
         };
         let motion = water.at(start + time, &Pose::in_plane(x + made, self.depth + sunk, theta));
         let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
         let (met_u, met_w) = motion.along([x_rate, 0.0, depth_rate], [0.0, dtheta, 0.0]).along_body(theta);
         let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(sum(load, motion.load)));
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);
-        *rate = [du, dw, dq + push_q, dtheta, x_rate, depth_rate];
+        [du, dw, dq + push_q, dtheta, x_rate, depth_rate]
     }
-}
 
-impl Equations<6> for Flow<'_> {
     /// |u|, |w| and |q| have a corner at zero, and friction has one at the least Reynolds number. The LPV model has no
     /// corners.
     fn switches(&self, body: &Body) -> [f64; SWITCHES] {

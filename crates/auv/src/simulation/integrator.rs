@@ -1,24 +1,27 @@
-//! Drives the eighth-order Dormand-Prince method of `differential-equations` from one instant to the next.
+//! Drives the Runge-Kutta method from one instant to the next, with steps as long as its error allows.
 //!
-//! Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), section II.5, DOP853.
+//! Source of the control of the step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
+//! section II.4.
 
-use differential_equations::error::Error;
-use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
-use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use thiserror::Error;
 
 use crate::motion::dynamics::Motion;
+use crate::simulation::runge_kutta::{Step, step};
 use crate::words::Rounded;
 
-/// Close to rounding, so that the result hardly depends on how an interval is divided.
-const RELATIVE_TOLERANCE: f64 = 1e-13;
-const ABSOLUTE_TOLERANCE: f64 = 1e-14;
+/// Of the estimated error of a step; that of the state is far less, and the motion is damped.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+const ABSOLUTE_TOLERANCE: f64 = 1e-10;
 /// Step sizes \[s\].
 const FIRST_STEP: f64 = 1e-3;
 /// The usual sample time of an autopilot: two corners of one switch are hardly closer together, and the tolerances are
 /// met by steps of this length in most of a flight.
 const LARGEST_STEP: f64 = 0.02;
 const SMALLEST_STEP: f64 = 1e-12;
+/// The next step is this part of the longest that would have met the tolerance ...
+const SAFETY: f64 = 0.9;
+/// ... and this many times as long as the last, at least and at most.
+const CHANGES: [f64; 2] = [0.2, 5.0];
 /// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
 /// corner late in a step.
 const CORNER_STEP: f64 = 1e-4;
@@ -38,7 +41,10 @@ const FASTEST_TURN: f64 = 100.0;
 pub(crate) type Body = [f64; 6];
 
 /// Equations of motion with corners: each is smooth where none of its switches changes sign.
-pub(crate) trait Equations<const N: usize>: ODE<f64, [f64; N]> {
+pub(crate) trait Equations<const N: usize> {
+    /// Returns the rate of the state at a time \[s\] after the start of the interval.
+    fn rate(&self, time: f64, body: &[f64; N]) -> [f64; N];
+
     /// Returns the quantities whose sign picks a branch of the equations.
     fn switches(&self, body: &[f64; N]) -> [f64; SWITCHES];
 
@@ -54,8 +60,6 @@ pub(crate) trait Equations<const N: usize>: ODE<f64, [f64; N]> {
 
 /// The number of switches.
 pub(crate) const SWITCHES: usize = 7;
-
-type Dop853<const N: usize> = ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 8, 12, 16>;
 
 /// Why the equations of motion could not be integrated.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -75,9 +79,7 @@ pub enum IntegrationError {
     Impossible { state: &'static str, found: f64, most: f64, unit: &'static str },
 }
 
-/// The step size that the method last proposed.
-///
-/// The method itself lives only while it integrates: its tables are 8 kB, which every copy of a plant would carry.
+/// The length of the next step.
 #[derive(Clone)]
 pub(crate) struct Integrator {
     step: f64,
@@ -118,104 +120,55 @@ impl Integrator {
         start: &[f64; N],
         duration: f64,
     ) -> Result<[f64; N], IntegrationError> {
-        let start = &equations.rechart(start).unwrap_or(*start);
-        if duration < SHORTEST_INTERVAL {
-            return possible(equations, euler(equations, 0.0, start, duration));
-        }
-        // The method counts steps and signs of stiffness across intervals; a new one makes the result depend on the
-        // state alone.
-        let mut method = method();
-        self.restart(&mut method, equations, 0.0, duration, start)?;
+        let mut state = equations.rechart(start).unwrap_or(*start);
+        let (mut time, mut rate) = (0.0, equations.rate(0.0, &state));
         let most_steps = FREE_STEPS + (duration / SMALLEST_MEAN_STEP) as usize;
-        let mut steps = 0;
-        loop {
-            let remaining = duration - method.t();
+        for _ in 0..most_steps {
+            let remaining = duration - time;
             if remaining < SHORTEST_INTERVAL {
-                return possible(equations, euler(equations, method.t(), method.y(), remaining));
+                return possible(equations, std::array::from_fn(|i| state[i] + remaining * rate[i]));
             }
-            if steps == most_steps {
-                return Err(IntegrationError::TooManySteps { steps });
-            }
-            steps += 1;
-            let proposed = method.h();
-            let clipped = proposed > remaining;
-            if clipped {
-                method.set_h(remaining);
-            }
-            let (before, body) = (method.t(), *method.y());
-            if let Err(error) = method.step(equations) {
-                self.recover(&mut method, equations, duration, &error)?;
+            let proposed = self.step.clamp(SMALLEST_STEP, LARGEST_STEP);
+            let h = proposed.min(remaining);
+            let taken = step(|since, state| equations.rate(time + since, state), &state, &rate, h);
+            let change = change(&state, &taken);
+            let Some(longer) = change.filter(|change| *change >= SAFETY) else {
+                if h <= SMALLEST_STEP {
+                    return Err(IntegrationError::StepTooSmall);
+                }
+                self.step = h * change.unwrap_or(CHANGES[0]);
+                continue;
+            };
+            if h > CORNER_STEP && crosses(&equations.switches(&state), &equations.switches(&taken.state)) {
+                self.step = 0.1 * h;
                 continue;
             }
-            let taken = method.t() - before;
-            let accepted = taken > 0.0;
-            if taken > CORNER_STEP && crosses(&equations.switches(&body), &equations.switches(method.y())) {
-                self.step = 0.1 * taken;
-                self.restart(&mut method, equations, before, duration, &body)?;
-                continue;
-            }
-            self.step = if clipped && accepted { proposed.max(method.h()) } else { method.h() };
-            if !accepted && self.step < SMALLEST_STEP {
-                return Err(IntegrationError::StepTooSmall);
-            }
-            method.set_h(self.step);
-            let reached = possible(equations, *method.y())?;
-            let now = method.t();
-            if duration - now >= SHORTEST_INTERVAL
-                && let Some(recharted) = equations.rechart(&reached)
+            self.step = if h < proposed { proposed.max(h * longer) } else { h * longer };
+            time += h;
+            (state, rate) = (possible(equations, taken.state)?, taken.rate);
+            if duration - time >= SHORTEST_INTERVAL
+                && let Some(recharted) = equations.rechart(&state)
             {
-                self.restart(&mut method, equations, now, duration, &recharted)?;
+                (state, rate) = (recharted, equations.rate(time, &recharted));
             }
         }
-    }
-
-    fn restart<const N: usize, F: Equations<N>>(
-        &self,
-        method: &mut Dop853<N>,
-        equations: &F,
-        time: f64,
-        end: f64,
-        state: &[f64; N],
-    ) -> Result<(), IntegrationError> {
-        method.h0 = self.step.clamp(SMALLEST_STEP, LARGEST_STEP).min(end - time);
-        match method.init(equations, time, end, state) {
-            Ok(_) => Ok(()),
-            Err(_) => Err(IntegrationError::StepTooSmall),
-        }
-    }
-
-    /// The method gives up after fifteen signs of stiffness, however slowly they come; that is no reason to stop.
-    fn recover<const N: usize, F: Equations<N>>(
-        &self,
-        method: &mut Dop853<N>,
-        equations: &F,
-        duration: f64,
-        error: &Error<f64, [f64; N]>,
-    ) -> Result<(), IntegrationError> {
-        match *error {
-            Error::Stiffness { t, y } => self.restart(method, equations, t, duration, &y),
-            _ => Err(IntegrationError::StepTooSmall),
-        }
+        Err(IntegrationError::TooManySteps { steps: most_steps })
     }
 }
 
-fn method<const N: usize>() -> Dop853<N> {
-    Dop853::<N>::dop853()
-        .rtol(RELATIVE_TOLERANCE)
-        .atol(ABSOLUTE_TOLERANCE)
-        .h_max(LARGEST_STEP)
-        .max_steps(usize::MAX)
+/// The factor of the length of a step to the next; below [`SAFETY`] it does not meet the tolerances. `None` if the step
+/// ends in what is no number.
+fn change<const N: usize>(from: &[f64; N], Step { state, error, .. }: &Step<N>) -> Option<f64> {
+    let part = |i: usize| {
+        error[i] / (ABSOLUTE_TOLERANCE + RELATIVE_TOLERANCE * from[i].abs().max(state[i].abs()))
+    };
+    let size = ((0..N).map(|i| part(i) * part(i)).sum::<f64>() / N as f64).sqrt();
+    size.is_finite().then(|| (SAFETY * size.powf(-0.2)).clamp(CHANGES[0], CHANGES[1]))
 }
 
 /// Returns whether a switch changes sign from one state to the next.
 fn crosses(from: &[f64; SWITCHES], to: &[f64; SWITCHES]) -> bool {
     from.iter().zip(to).any(|(from, to)| from * to < 0.0 && (to - from).abs() > LEAST_SWING)
-}
-
-fn euler<const N: usize, F: Equations<N>>(equations: &F, time: f64, body: &[f64; N], step: f64) -> [f64; N] {
-    let mut rate = [0.0; N];
-    equations.diff(time, body, &mut rate);
-    std::array::from_fn(|i| body[i] + step * rate[i])
 }
 
 /// Refuses a state with a speed or a rate that no vehicle has.

@@ -3,8 +3,6 @@
 mod attitude;
 
 use attitude::{Angles, LEAST_COSINE, turned, usual};
-use differential_equations::ode::ODE;
-
 use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
@@ -70,9 +68,9 @@ pub(crate) fn motion_of(whole: &Whole) -> (Motion, f64) {
     (Motion { u, v, w, p, q, r, phi, theta }, heading)
 }
 
-impl ODE<f64, Whole> for WholeFlow<'_> {
+impl Equations<12> for WholeFlow<'_> {
     /// A changing current leaves the velocity over ground unchanged, and so does other water that moves, which pushes.
-    fn diff(&self, time: f64, whole: &Whole, rate: &mut Whole) {
+    fn rate(&self, time: f64, whole: &Whole) -> Whole {
         let Flow { dynamics, actuators, .. } = self.flow;
         let [roll, pitch, yaw] = motion_of(whole).0.turning();
         let (motion, heading) = self.usual(whole);
@@ -105,11 +103,9 @@ impl ODE<f64, Whole> for WholeFlow<'_> {
             [du, dw, dq + push_q, pitch, north, down]
         };
         let (dv, dp, dr) = (dv + push_v - gained_v, dp + push_p, dr + push_r);
-        *rate = joined(ahead, [dv, dp, dr, roll, yaw, east]);
+        joined(ahead, [dv, dp, dr, roll, yaw, east])
     }
-}
 
-impl Equations<12> for WholeFlow<'_> {
     /// |u|, |v|, |w|, |p|, |q| and |r| have a corner at zero, and friction has one at the least Reynolds number.
     fn switches(&self, whole: &Whole) -> [f64; SWITCHES] {
         let (Motion { u, v, w, p, q, r, .. }, _) = motion_of(whole);
