@@ -33,7 +33,10 @@ fn main() {
         if k % 50 == 49 {
             let s = plant.state();
             let m = s.motion;
-            out += &format!("{:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e}\n", m.u, m.v, m.w, m.p, m.q, m.r, m.phi, m.theta, s.heading, s.depth, s.x);
+            out += &format!(
+                "{:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e} {:e}\n",
+                m.u, m.v, m.w, m.p, m.q, m.r, m.phi, m.theta, s.heading, s.depth, s.x
+            );
         }
     }
     let us = 1e6 * t.elapsed().as_secs_f64() / ticks as f64;

@@ -1,8 +1,8 @@
 //! Times flights.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
-use squid_flight::flight::fly;
 use auv::Pitch;
 use scheduled::{ControllerDesign, Manoeuvre};
+use squid_flight::flight::fly;
 use std::time::Instant;
 fn main() {
     let a: Vec<String> = std::env::args().skip(1).collect();

@@ -10,8 +10,8 @@ use crate::simulation::runge_kutta::{Step, step};
 use crate::words::Rounded;
 
 /// Of the estimated error of a step; that of the state is far less, and the motion is damped.
-const RELATIVE_TOLERANCE: f64 = 1e-9;
-const ABSOLUTE_TOLERANCE: f64 = 1e-10;
+const RELATIVE_TOLERANCE: f64 = 1e-10;
+const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 /// Step sizes \[s\].
 const FIRST_STEP: f64 = 1e-3;
 /// The usual sample time of an autopilot: two corners of one switch are hardly closer together, and the tolerances are
@@ -159,11 +159,10 @@ impl Integrator {
 /// The factor of the length of a step to the next; below [`SAFETY`] it does not meet the tolerances. `None` if the step
 /// ends in what is no number.
 fn change<const N: usize>(from: &[f64; N], Step { state, error, .. }: &Step<N>) -> Option<f64> {
-    let part = |i: usize| {
-        error[i] / (ABSOLUTE_TOLERANCE + RELATIVE_TOLERANCE * from[i].abs().max(state[i].abs()))
-    };
+    let part =
+        |i: usize| error[i] / (ABSOLUTE_TOLERANCE + RELATIVE_TOLERANCE * from[i].abs().max(state[i].abs()));
     let size = ((0..N).map(|i| part(i) * part(i)).sum::<f64>() / N as f64).sqrt();
-    size.is_finite().then(|| (SAFETY * size.powf(-0.2)).clamp(CHANGES[0], CHANGES[1]))
+    size.is_finite().then(|| (SAFETY * size.powf(-1.0 / 6.0)).clamp(CHANGES[0], CHANGES[1]))
 }
 
 /// Returns whether a switch changes sign from one state to the next.

@@ -2,13 +2,13 @@
 
 mod attitude;
 
-use attitude::{Angles, LEAST_COSINE, turned, usual};
 use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
 use crate::simulation::load::{in_plane, sideways, sum};
 use crate::simulation::water::Pose;
+use attitude::{Angles, LEAST_COSINE, turned, usual};
 
 /// v, p, r, phi, psi, and the way east.
 pub(crate) type Side = [f64; 6];
