@@ -151,14 +151,15 @@ impl<D: Scalar> Point<D> {
             let motion = Motion { p, phi, v, r, ..self.motion };
             let actuators = outputs
                 .fold([zero; 3], |sum, (effect, output)| add(sum, effect.lateral_force(motion.u, output)));
-            let [y, k, n] = self.coefficients.lateral_force(&motion, self.depth, actuators);
+            let [y, k, n] =
+                self.coefficients.lateral_force(&motion, &motion.attitude(), self.depth, actuators);
             let [roll, ..] = motion.turning();
             return [k, roll, y, n, heading_rate];
         }
         let motion = Motion::in_plane(added(0, u), added(1, w), added(2, q), added(3, theta));
         let actuators =
             outputs.fold([zero; 3], |sum, (effect, output)| add(sum, effect.force(motion.u, output)));
-        let [x, z, m] = self.coefficients.force(&motion, added(4, self.depth), actuators);
+        let [x, z, m] = self.coefficients.force(&motion, &motion.attitude(), added(4, self.depth), actuators);
         [x, z, m, motion.q, motion.sinking()]
     }
 

@@ -39,7 +39,21 @@ pub struct Motion<D = f64> {
     pub theta: D,
 }
 
+/// Sines and cosines of roll and pitch, worked out once for all that needs them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attitude<D> {
+    pub(crate) sin: D,
+    pub(crate) cos: D,
+    pub(crate) sin_phi: D,
+    pub(crate) cos_phi: D,
+}
+
 impl<D: Scalar> Motion<D> {
+    pub(crate) fn attitude(&self) -> Attitude<D> {
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        Attitude { sin, cos, sin_phi, cos_phi }
+    }
+
     /// Motion in the vertical plane: v = p = r = phi = 0.
     pub fn in_plane(u: D, w: D, q: D, theta: D) -> Self {
         let zero = D::from(0.0);
@@ -49,7 +63,10 @@ impl<D: Scalar> Motion<D> {
     /// Returns how fast the depth grows in still water \[m/s\]: `z' = (v sin(phi) + w cos(phi)) cos(theta) - u
     /// sin(theta)`.
     pub fn sinking(&self) -> D {
-        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        self.sinking_at(&self.attitude())
+    }
+
+    fn sinking_at(&self, &Attitude { sin, cos, sin_phi, cos_phi }: &Attitude<D>) -> D {
         (self.w * cos_phi + self.v * sin_phi) * cos - self.u * sin
     }
 
@@ -63,18 +80,25 @@ impl<D: Scalar> Motion<D> {
     ///
     /// Source: Fossen (2011), eq. 2.28. Not defined where the hull is upright.
     pub fn turning(&self) -> [D; 3] {
-        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        self.turning_at(&self.attitude())
+    }
+
+    pub(crate) fn turning_at(&self, &Attitude { sin, cos, sin_phi, cos_phi }: &Attitude<D>) -> [D; 3] {
         let heading = (self.q * sin_phi + self.r * cos_phi) / cos;
         [self.p + heading * sin, self.q * cos_phi - self.r * sin_phi, heading]
     }
 
     /// Returns the velocity north, east and down at a heading psi.
     pub fn velocity(&self, heading: D) -> [D; 3] {
-        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta.sin_cos(), self.phi.sin_cos());
+        self.velocity_at(&self.attitude(), heading)
+    }
+
+    pub(crate) fn velocity_at(&self, attitude: &Attitude<D>, heading: D) -> [D; 3] {
+        let &Attitude { sin, cos, sin_phi, cos_phi } = attitude;
         let across = self.v * cos_phi - self.w * sin_phi;
         let ahead = self.u * cos + (self.v * sin_phi + self.w * cos_phi) * sin;
         let (sin_psi, cos_psi) = heading.sin_cos();
-        [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, self.sinking()]
+        [ahead * cos_psi - across * sin_psi, ahead * sin_psi + across * cos_psi, self.sinking_at(attitude)]
     }
 
     /// Returns what a velocity north, east and down is along the body at a heading psi: the inverse of
@@ -158,14 +182,24 @@ impl<D: Scalar> Dynamics<D> {
     /// Returns \[u' w' q'\] under the force \[X Z M\] of the actuators: `M nu' = coriolis + restoring + lift +
     /// damping + drag + actuators`.
     pub fn acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
-        product(&self.inverse_mass, self.coefficients.force(motion, depth, actuators))
+        product(&self.inverse_mass, self.coefficients.force(motion, &motion.attitude(), depth, actuators))
     }
 
     /// Returns \[v' p' r'\] under the force \[Y K N\] of the actuators; zero of a vehicle that stays in the vertical
     /// plane.
     pub fn lateral_acceleration(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+        self.lateral_acceleration_at(&motion.attitude(), motion, depth, actuators)
+    }
+
+    pub(crate) fn lateral_acceleration_at(
+        &self,
+        attitude: &Attitude<D>,
+        motion: &Motion<D>,
+        depth: D,
+        actuators: [D; 3],
+    ) -> [D; 3] {
         let Some(inverse) = &self.inverse_lateral else { return [D::from(0.0); 3] };
-        product(inverse, self.coefficients.lateral_force(motion, depth, actuators))
+        product(inverse, self.coefficients.lateral_force(motion, attitude, depth, actuators))
     }
 
     /// Returns the part of \[v' p' r'\] that a load \[Y K N\] beside the other forces makes.
@@ -181,21 +215,21 @@ impl<D: Scalar> Dynamics<D> {
         product(&self.inverse_mass, [surge, heave, pitch])
     }
 
-    /// Returns \[u' w' q' theta'\] under the outputs of the actuators \[N or rad\], and a speed `given` \[m/s\] for a
+    /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators, and a speed `given` \[m/s\] for a
     /// vehicle that takes one; see [`Dynamics::acceleration`].
-    pub fn rate(
+    pub(crate) fn rate(
         &self,
-        actuators: &[Actuator],
+        attitude: &Attitude<D>,
         motion: &Motion<D>,
         depth: D,
         given: D,
-        outputs: impl Iterator<Item = D>,
+        mut force: [D; 3],
     ) -> [D; 4] {
-        let mut force = actuator_force(actuators, motion.u, outputs);
         if let Some(rate) = self.coefficients.surge.rate(motion.u, given) {
             force[0] = rate;
         }
-        let [u, w, q] = self.acceleration(motion, depth, force);
+        let force = self.coefficients.force(motion, attitude, depth, force);
+        let [u, w, q] = product(&self.inverse_mass, force);
         [u, w, q, motion.q]
     }
 

@@ -5,17 +5,23 @@
 //!
 //! Sources: Lamb, Hydrodynamics (1932), ch. VI (Kirchhoff's equations); Fossen (2011), ch. 6 to 8; ITTC (1957).
 
-use crate::motion::dynamics::{LEAST_REYNOLDS_NUMBER, Motion, add};
+use crate::motion::dynamics::{Attitude, LEAST_REYNOLDS_NUMBER, Motion, add};
 use crate::scalar::Scalar;
 use crate::vehicle::coefficients::Coefficients;
 
 impl<D: Scalar> Coefficients<D> {
     /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch
     /// moment. Where the speed is given, the first is u' itself, and `actuators[0]` gives it.
-    pub(crate) fn force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+    pub(crate) fn force(
+        &self,
+        motion: &Motion<D>,
+        attitude: &Attitude<D>,
+        depth: D,
+        actuators: [D; 3],
+    ) -> [D; 3] {
         let parts = [
             self.coriolis(motion),
-            self.restoring(motion, depth),
+            self.restoring(attitude, depth),
             self.lift(motion),
             self.damping(motion),
             self.cross_flow(motion),
@@ -26,10 +32,16 @@ impl<D: Scalar> Coefficients<D> {
     }
 
     /// The same of sway force, roll moment and yaw moment.
-    pub(crate) fn lateral_force(&self, motion: &Motion<D>, depth: D, actuators: [D; 3]) -> [D; 3] {
+    pub(crate) fn lateral_force(
+        &self,
+        motion: &Motion<D>,
+        attitude: &Attitude<D>,
+        depth: D,
+        actuators: [D; 3],
+    ) -> [D; 3] {
         let parts = [
             self.lateral_coriolis(motion),
-            self.lateral_restoring(motion, depth),
+            self.lateral_restoring(attitude, depth),
             self.lateral_lift(motion),
             self.lateral_damping(motion),
             self.lateral_cross_flow(motion),
@@ -99,17 +111,17 @@ impl<D: Scalar> Coefficients<D> {
 
     /// Weight and buoyancy, with c_phi for cos(phi): `-(W - B) sin`, `(W - B) cos c_phi`, `-(z_G W - z_B B) sin - (x_G
     /// W - x_B B) cos c_phi`.
-    fn restoring(&self, motion: &Motion<D>, depth: D) -> [D; 3] {
+    fn restoring(&self, attitude: &Attitude<D>, depth: D) -> [D; 3] {
         let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
-        let ((sin, cos), cos_phi) = (motion.theta.sin_cos(), motion.phi.cos());
+        let Attitude { sin, cos, cos_phi, .. } = *attitude;
         [-(excess * sin), excess * cos * cos_phi, -(righting * sin) - trimming * cos * cos_phi]
     }
 
     /// The same about the other axes, with s_phi for sin(phi): `(W - B) cos s_phi`, `-(z_G W - z_B B) cos s_phi`, `(x_G
     /// W - x_B B) cos s_phi`.
-    fn lateral_restoring(&self, motion: &Motion<D>, depth: D) -> [D; 3] {
+    fn lateral_restoring(&self, attitude: &Attitude<D>, depth: D) -> [D; 3] {
         let [excess, righting, trimming] = self.weight_and_buoyancy(depth);
-        let across = motion.theta.cos() * motion.phi.sin();
+        let across = attitude.cos * attitude.sin_phi;
         [excess * across, -(righting * across), trimming * across]
     }
 

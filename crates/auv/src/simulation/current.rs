@@ -1,7 +1,5 @@
 //! The current: water that moves steadily and uniformly.
 
-use crate::simulation::integrator::Body;
-
 /// A steady, uniform current, in the earth frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
@@ -51,8 +49,6 @@ impl std::ops::Add for Current {
 }
 
 /// `x' = u cos + w sin + U_c`, `z' = -u sin + w cos + W_c`.
-pub(crate) fn earth_velocity(body: &Body, current: Current) -> (f64, f64) {
-    let [u, w, _, theta, ..] = *body;
-    let (sin, cos) = theta.sin_cos();
+pub(crate) fn earth_velocity([u, w]: [f64; 2], [sin, cos]: [f64; 2], current: Current) -> (f64, f64) {
     (u * cos + w * sin + current.horizontal, w * cos - u * sin + current.vertical)
 }

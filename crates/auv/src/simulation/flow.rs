@@ -1,6 +1,6 @@
 //! The equations of motion between two instants.
 
-use crate::motion::dynamics::{Dynamics, Motion};
+use crate::motion::dynamics::{Attitude, Dynamics, Motion};
 use crate::simulation::current::{Current, earth_velocity};
 use crate::simulation::frozen::Frozen;
 use crate::simulation::integrator::{Body, Equations, SWITCHES};
@@ -8,7 +8,7 @@ use crate::simulation::load::{Load, in_plane, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::slopes::Slopes;
 use crate::simulation::water::{Pose, Water};
-use crate::vehicle::actuator::Actuator;
+use crate::vehicle::actuator::{Actuator, Push};
 
 /// Which equations apply over the interval.
 pub(crate) enum Model<'a> {
@@ -24,6 +24,8 @@ pub(crate) enum Model<'a> {
 pub(crate) struct Flow<'a> {
     pub(crate) dynamics: &'a Dynamics,
     pub(crate) actuators: &'a [Actuator],
+    /// Those of the actuators.
+    pub(crate) pushes: &'a [Push],
     pub(crate) outputs: &'a [f64],
     pub(crate) commands: &'a [f64],
     pub(crate) current: Current,
@@ -67,6 +69,7 @@ impl Equations<6> for Flow<'_> {
     /// current gains. So it does in other water that moves, which pushes the vehicle besides, as a load from outside.
     fn rate(&self, time: f64, body: &Body) -> Body {
         let [u, w, q, theta, made, sunk] = *body;
+        let (sin, cos) = theta.sin_cos();
         let outputs = self.outputs_after(time);
         let given = self.given + self.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let [du, dw, dq, dtheta] = match &self.model {
@@ -77,19 +80,22 @@ impl Equations<6> for Flow<'_> {
             }
             Model::Nonlinear => {
                 let motion = Motion::in_plane(u, w, q, theta);
-                self.dynamics.rate(self.actuators, &motion, self.depth + sunk, given, outputs)
+                let [surge, heave, pitch, ..] = Push::all(self.pushes, u, outputs);
+                let attitude = Attitude { sin, cos, sin_phi: 0.0, cos_phi: 1.0 };
+                let depth = self.depth + sunk;
+                self.dynamics.rate(&attitude, &motion, depth, given, [surge, heave, pitch])
             }
         };
         let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);
         let (current, gained, load) = self.outside(time);
         let (gained_u, gained_w) = if self.slopes.is_some() { gained.along_body(theta) } else { (0.0, 0.0) };
         let Some((water, start, [x, _])) = self.water else {
-            let (x_rate, depth_rate) = earth_velocity(body, current);
+            let (x_rate, depth_rate) = earth_velocity([u, w], [sin, cos], current);
             let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(load));
             return [du + push_u - gained_u, dw + push_w - gained_w, dq + push_q, dtheta, x_rate, depth_rate];
         };
         let motion = water.at(start + time, &Pose::in_plane(x + made, self.depth + sunk, theta));
-        let (x_rate, depth_rate) = earth_velocity(body, current + motion.velocity);
+        let (x_rate, depth_rate) = earth_velocity([u, w], [sin, cos], current + motion.velocity);
         let (met_u, met_w) = motion.along([x_rate, 0.0, depth_rate], [0.0, dtheta, 0.0]).along_body(theta);
         let [push_u, push_w, push_q] = self.dynamics.pushed(in_plane(sum(load, motion.load)));
         let (du, dw) = (du + push_u - gained_u - met_u, dw + push_w - gained_w - met_w);

@@ -17,7 +17,7 @@ use crate::simulation::slopes::Slopes;
 use crate::simulation::water::{Pose, Water};
 use crate::simulation::whole::{Side, WholeFlow, joined, motion_of, split};
 use crate::vehicle::Vehicle;
-use crate::vehicle::actuator::Actuator;
+use crate::vehicle::actuator::{Actuator, Push};
 use crate::vehicle::ballast::Ballast;
 use crate::vehicle::coefficients::CoefficientError;
 
@@ -70,6 +70,8 @@ impl State {
 pub struct Plant {
     pub(crate) dynamics: Dynamics,
     pub(crate) actuators: Arc<[Actuator]>,
+    /// Those of the actuators.
+    pub(crate) pushes: Arc<[Push]>,
     pub(crate) lpv: Option<Arc<LpvModel>>,
     pub(crate) fidelity: Fidelity,
     pub(crate) time: f64,
@@ -102,6 +104,7 @@ impl Plant {
         Ok(Self {
             dynamics: Dynamics::new(&vehicle.coefficients)?,
             actuators: vehicle.actuators.as_slice().into(),
+            pushes: vehicle.actuators.iter().map(Push::of).collect(),
             lpv: None,
             fidelity: Fidelity::Nonlinear,
             time: 0.0,
@@ -348,6 +351,7 @@ impl Plant {
         let mut flow = Flow {
             dynamics: &self.dynamics,
             actuators: &self.actuators,
+            pushes: &self.pushes,
             outputs: &self.outputs,
             commands: &self.commands,
             current: self.current,

@@ -3,14 +3,14 @@
 //! The states are the velocities over ground along the body, not those through the water: the vehicle has mass, so that
 //! they are continuous where the current jumps.
 
-use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
+use crate::motion::dynamics::{Motion, add};
 use crate::scalar::Scalar;
 use crate::simulation::current::Current;
 use crate::simulation::load::{Load, in_plane, sideways, sum};
 use crate::simulation::lpv_model::LpvModel;
 use crate::simulation::plant::{Fidelity, Plant, State};
 use crate::simulation::water::{Pose, WaterMotion};
-use crate::vehicle::actuator::Actuator;
+use crate::vehicle::actuator::{Actuator, Push};
 
 /// The places of the states in an [`Instant`], and of their rates in [`Rates`].
 #[allow(missing_docs, reason = "the words beside them say what they are")]
@@ -220,6 +220,7 @@ impl Plant {
         let motion = instant.motion();
         let (actuators, dynamics) = (self.actuators(), self.dynamics.lifted());
         let outputs = || (0..actuators.len()).map(&output);
+        let force = Push::all(&self.pushes, motion.u, outputs());
         let depth = instant.state[DEPTH];
         let [du, dw, dq, q, turning] = match (self.fidelity, &self.lpv) {
             (Fidelity::Lpv, Some(model)) => {
@@ -229,13 +230,13 @@ impl Plant {
             }
             _ => {
                 let given = instant.given_speed;
-                let [du, dw, dq, _] = dynamics.rate(actuators, &motion, depth, given, outputs());
+                let force = [force[0], force[1], force[2]];
+                let [du, dw, dq, _] = dynamics.rate(&motion.attitude(), &motion, depth, given, force);
                 [du, dw, dq, motion.q, motion.turning()[1]]
             }
         };
         let [dv, dp, dr] = if self.side.is_some() {
-            let lateral = lateral_actuator_force(actuators, motion.u, outputs());
-            dynamics.lateral_acceleration(&motion, depth, lateral)
+            dynamics.lateral_acceleration(&motion, depth, [force[3], force[4], force[5]])
         } else {
             [D::from(0.0); 3]
         };

@@ -2,12 +2,13 @@
 
 mod attitude;
 
-use crate::motion::dynamics::{Motion, add, lateral_actuator_force};
+use crate::motion::dynamics::{Motion, add};
 use crate::simulation::current::Current;
 use crate::simulation::flow::Flow;
 use crate::simulation::integrator::{Equations, SWITCHES};
 use crate::simulation::load::{in_plane, sideways, sum};
 use crate::simulation::water::Pose;
+use crate::vehicle::actuator::Push;
 use attitude::{Angles, LEAST_COSINE, turned, usual};
 
 /// v, p, r, phi, psi, and the way east.
@@ -71,18 +72,22 @@ pub(crate) fn motion_of(whole: &Whole) -> (Motion, f64) {
 impl Equations<12> for WholeFlow<'_> {
     /// A changing current leaves the velocity over ground unchanged, and so does other water that moves, which pushes.
     fn rate(&self, time: f64, whole: &Whole) -> Whole {
-        let Flow { dynamics, actuators, .. } = self.flow;
-        let [roll, pitch, yaw] = motion_of(whole).0.turning();
+        let Flow { dynamics, pushes, .. } = self.flow;
         let (motion, heading) = self.usual(whole);
-        let outputs = || self.flow.outputs_after(time);
+        let attitude = motion.attitude();
+        let [roll, pitch, yaw] = if self.last_usual.is_none() {
+            motion.turning_at(&attitude)
+        } else {
+            motion_of(whole).0.turning()
+        };
         let given = self.flow.given + self.flow.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let depth = self.flow.depth + whole[5];
-        let [du, dw, dq, _] = dynamics.rate(actuators, &motion, depth, given, outputs());
-        let lateral = lateral_actuator_force(actuators, motion.u, outputs());
-        let [dv, dp, dr] = dynamics.lateral_acceleration(&motion, depth, lateral);
+        let [x, z, m, y, k, n] = Push::all(pushes, motion.u, self.flow.outputs_after(time));
+        let [du, dw, dq, _] = dynamics.rate(&attitude, &motion, depth, given, [x, z, m]);
+        let [dv, dp, dr] = dynamics.lateral_acceleration_at(&attitude, &motion, depth, [y, k, n]);
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
         let (mut current, mut gained, mut load) = self.flow.outside(time);
-        let through = motion.velocity(heading);
+        let through = motion.velocity_at(&attitude, heading);
         let over_ground = |current: Current| add(through, current.in_earth());
         if let Some((water, start, [north, east])) = self.flow.water {
             let Motion { p, q, r, phi, theta, .. } = motion;
@@ -92,7 +97,9 @@ impl Equations<12> for WholeFlow<'_> {
             gained = gained + met.along(over_ground(current), [p, q, r]);
             load = sum(load, met.load);
         }
-        let [gained_u, gained_v, gained_w] = motion.along_body(heading, gained.in_earth());
+        let still = self.flow.slopes.is_none() && self.flow.water.is_none();
+        let [gained_u, gained_v, gained_w] =
+            if still { [0.0; 3] } else { motion.along_body(heading, gained.in_earth()) };
         let [push_u, push_w, push_q] = dynamics.pushed(in_plane(load));
         let [push_v, push_p, push_r] = dynamics.pushed_sideways(sideways(load));
         let [north, east, down] = over_ground(current);

@@ -211,6 +211,41 @@ impl<D: Scalar> Effect<D> {
     }
 }
 
+/// The forces of an actuator as numbers of their own, for simulation: directions of thrusters are worked out once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Push {
+    /// \[X Z M Y K N\] per output, of a control surface at a surge speed of 1 m/s, without the next.
+    per_output: [f64; 6],
+    /// X per output squared, of a control surface at 1 m/s.
+    drag: f64,
+    is_surface: bool,
+}
+
+impl Push {
+    pub(crate) fn of(actuator: &Actuator) -> Self {
+        let ([ahead, heave, pitch], [sway, roll, yaw]) =
+            (actuator.effect.force(1.0, 1.0), actuator.effect.lateral_force(1.0, 1.0));
+        let is_surface = matches!(actuator.effect, Effect::ControlSurface { .. });
+        let (surge, drag) = if is_surface { (0.0, ahead) } else { (ahead, 0.0) };
+        Self { per_output: [surge, heave, pitch, sway, roll, yaw], drag, is_surface }
+    }
+
+    /// Returns the force \[X Z M Y K N\] of outputs at a surge speed `u` through the water.
+    pub(crate) fn all<D: Scalar>(pushes: &[Self], u: D, outputs: impl Iterator<Item = D>) -> [D; 6] {
+        let pressure = u * u.abs();
+        pushes.iter().zip(outputs).fold([D::from(0.0); 6], |mut sum, (push, output)| {
+            let of = if push.is_surface { pressure * output } else { output };
+            for (sum, per_output) in sum.iter_mut().zip(push.per_output) {
+                *sum += of * per_output;
+            }
+            if push.is_surface {
+                sum[0] += of * output * push.drag;
+            }
+            sum
+        })
+    }
+}
+
 /// The direction of a thrust.
 fn axis<D: Scalar>(direction: D, azimuth: D) -> [D; 3] {
     let ((sin, cos), (to_starboard, ahead)) = (direction.sin_cos(), azimuth.sin_cos());
