@@ -217,7 +217,11 @@ impl<D: Scalar> Dynamics<D> {
 
     /// Returns \[u' w' q' theta'\] under the force \[X Z M\] of the actuators, and a speed `given` \[m/s\] for a
     /// vehicle that takes one; see [`Dynamics::acceleration`].
-    pub(crate) fn rate(
+    pub fn rate(&self, motion: &Motion<D>, depth: D, given: D, force: [D; 3]) -> [D; 4] {
+        self.rate_at(&motion.attitude(), motion, depth, given, force)
+    }
+
+    pub(crate) fn rate_at(
         &self,
         attitude: &Attitude<D>,
         motion: &Motion<D>,

@@ -83,7 +83,7 @@ impl Equations<6> for Flow<'_> {
                 let [surge, heave, pitch, ..] = Push::all(self.pushes, u, outputs);
                 let attitude = Attitude { sin, cos, sin_phi: 0.0, cos_phi: 1.0 };
                 let depth = self.depth + sunk;
-                self.dynamics.rate(&attitude, &motion, depth, given, [surge, heave, pitch])
+                self.dynamics.rate_at(&attitude, &motion, depth, given, [surge, heave, pitch])
             }
         };
         let du = self.dynamics.coefficients().surge.rate(u, given).unwrap_or(du);

@@ -231,7 +231,7 @@ impl Plant {
             _ => {
                 let given = instant.given_speed;
                 let force = [force[0], force[1], force[2]];
-                let [du, dw, dq, _] = dynamics.rate(&motion.attitude(), &motion, depth, given, force);
+                let [du, dw, dq, _] = dynamics.rate(&motion, depth, given, force);
                 [du, dw, dq, motion.q, motion.turning()[1]]
             }
         };

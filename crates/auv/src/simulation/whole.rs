@@ -83,7 +83,7 @@ impl Equations<12> for WholeFlow<'_> {
         let given = self.flow.given + self.flow.slopes.map_or(0.0, |slopes| slopes.given_speed * time);
         let depth = self.flow.depth + whole[5];
         let [x, z, m, y, k, n] = Push::all(pushes, motion.u, self.flow.outputs_after(time));
-        let [du, dw, dq, _] = dynamics.rate(&attitude, &motion, depth, given, [x, z, m]);
+        let [du, dw, dq, _] = dynamics.rate_at(&attitude, &motion, depth, given, [x, z, m]);
         let [dv, dp, dr] = dynamics.lateral_acceleration_at(&attitude, &motion, depth, [y, k, n]);
         let du = dynamics.coefficients().surge.rate(motion.u, given).unwrap_or(du);
         let (mut current, mut gained, mut load) = self.flow.outside(time);

@@ -6,7 +6,7 @@ use crate::common::remus100;
 use auv::longitudinal::turning;
 use auv::{
     Current, Descriptor, Dynamics, Effect, Motion, Parameter, Pitch, Plant, Slopes, Speed, Surge, Trim,
-    Vehicle, linearise, linearise_with, place, trim, trims,
+    Vehicle, actuator_force, linearise, linearise_with, place, trim, trims,
 };
 use nalgebra::{DVector, Matrix2, Matrix3, Vector2};
 
@@ -184,7 +184,8 @@ fn a_surge_pushes_heave_and_pitch_by_its_inertia() {
     let vehicle = remus();
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let motion = Motion::in_plane(1.6, 0.05, 0.1, 0.2);
-    let at = |given: f64| dynamics.rate(&vehicle.actuators, &motion, 20.0, given, [0.05].into_iter());
+    let force = actuator_force(&vehicle.actuators, motion.u, [0.05]);
+    let at = |given: f64| dynamics.rate(&motion, 20.0, given, force);
     let (held, pushed) = (at(1.6), at(1.6 + 0.7 * 0.5));
     assert_eq!((held[0], pushed[3]), (0.0, 0.1));
     close(pushed[0], 0.5, 1e-12);

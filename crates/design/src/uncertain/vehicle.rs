@@ -110,7 +110,7 @@ mod tests {
     use crate::inputs::tests::shipped;
     use crate::uncertain::frozen::at_speed;
     use auv::longitudinal::state_of;
-    use auv::{Dynamics, Motion};
+    use auv::{Dynamics, Motion, actuator_force};
 
     const SPEED: f64 = 1.3;
 
@@ -149,7 +149,8 @@ mod tests {
         let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
         let rate = |at: &[f64]| {
             let motion = Motion::in_plane(at[0], at[1], at[2], at[3]);
-            dynamics.rate(&vehicle.actuators, &motion, depth, 0.0, at[4..].iter().copied())
+            let force = actuator_force(&vehicle.actuators, at[0], at[4..].iter().copied());
+            dynamics.rate(&motion, depth, 0.0, force)
         };
         assert!(rate(&start).iter().all(|v| v.abs() < 1e-9), "no trim: {:?}", rate(&start));
         assert!((start[0].hypot(start[1]) - SPEED).abs() < 1e-9);
