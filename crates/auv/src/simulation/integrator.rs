@@ -10,8 +10,8 @@ use crate::simulation::runge_kutta::{Step, step};
 use crate::words::Rounded;
 
 /// Of the estimated error of a step; that of the state is far less, and the motion is damped.
-const RELATIVE_TOLERANCE: f64 = 1e-9;
-const ABSOLUTE_TOLERANCE: f64 = 1e-10;
+const RELATIVE_TOLERANCE: f64 = 1e-10;
+const ABSOLUTE_TOLERANCE: f64 = 1e-11;
 /// Step sizes \[s\].
 const FIRST_STEP: f64 = 1e-3;
 /// The usual sample time of an autopilot: two corners of one switch are hardly closer together, and the tolerances are
