@@ -64,7 +64,7 @@ impl State {
 /// others in the vertical plane.
 ///
 /// Commands, current and operating speed are held between calls of [`Plant::advance`]. The lag of an actuator is
-/// integrated in closed form, everything else by an adaptive eighth-order Runge-Kutta method, so that the motion
+/// integrated in closed form, everything else by an adaptive Runge-Kutta method of order 6, so that the motion
 /// hardly depends on how an interval is divided.
 #[derive(Clone)]
 pub struct Plant {

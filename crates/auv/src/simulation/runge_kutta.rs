@@ -74,12 +74,27 @@ pub(crate) fn step<const N: usize>(
 ) -> Step<N> {
     let mut k = [*rate; 9];
     let mut at = *state;
-    for (stage, (node, row)) in NODES.into_iter().zip(A).enumerate() {
-        at = std::array::from_fn(|i| state[i] + h * row.iter().zip(&k).map(|(a, k)| a * k[i]).sum::<f64>());
-        k[stage + 1] = f(node * h, &at);
+    for (stage, row) in A.iter().enumerate() {
+        at = *state;
+        add(&mut at, h, row, &k);
+        k[stage + 1] = f(NODES[stage] * h, &at);
     }
-    let error = std::array::from_fn(|i| h * ERROR.iter().zip(&k).map(|(e, k)| e * k[i]).sum::<f64>());
+    let mut error = [0.0; N];
+    add(&mut error, h, &ERROR, &k);
     Step { state: at, rate: k[8], error }
+}
+
+/// Adds a multiple of the weighted rates.
+fn add<const N: usize>(to: &mut [f64; N], h: f64, weights: &[f64], rates: &[[f64; N]]) {
+    let mut sum = [0.0; N];
+    for (weight, rate) in weights.iter().zip(rates) {
+        for (sum, rate) in sum.iter_mut().zip(rate) {
+            *sum += weight * rate;
+        }
+    }
+    for (to, sum) in to.iter_mut().zip(sum) {
+        *to += h * sum;
+    }
 }
 
 #[cfg(test)]
