@@ -3,7 +3,6 @@
 pub mod envelope;
 pub mod sensors;
 pub mod turning;
-mod weakest;
 
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
@@ -82,7 +81,7 @@ impl VehicleModel for LevelFlight<'_> {
         if self.file.is_lateral() {
             turning::envelope(self.vehicle, self.file, self.uncertain, &trims)
         } else {
-            envelope::envelope(self.vehicle, self.file, self.uncertain, &trims)
+            envelope::envelope(self.vehicle, self.file, &trims)
         }
     }
 
@@ -101,8 +100,7 @@ impl LevelFlight<'_> {
     /// # Errors
     /// [`ModelError::Trim`].
     pub fn ends(&self, speeds: &[f64], depth: bool) -> Result<Vec<[envelope::End; 2]>, ModelError> {
-        let declared = envelope::Declared::of(self.vehicle, self.file, self.uncertain);
-        let both = |trim: &Trim| envelope::End::both(&declared, trim, depth);
+        let both = |trim: &Trim| envelope::End::both(self.vehicle, &self.file.envelope, trim, depth);
         Ok(self.level(speeds)?.iter().map(both).collect())
     }
 

@@ -365,11 +365,6 @@ impl DesignFile {
         (self.depth, &self.pitch)
     }
 
-    /// The least gain of an actuator in the declared uncertainty, relative.
-    pub fn least_gain(&self) -> f64 {
-        1.0 - self.uncertainty.as_ref().map_or(0.0, |all| all.actuator_gain)
-    }
-
     /// Centre and half range of the scheduling parameter rho = (V - centre)/half_range, m/s.
     pub fn scheduling(&self) -> (f64, f64) {
         (0.5 * (self.speed_min + self.speed_max), 0.5 * (self.speed_max - self.speed_min))

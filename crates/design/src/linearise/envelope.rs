@@ -8,14 +8,10 @@
 //!         speeds
 //! ```
 //!
-//! The boundary of pitch is found by steps and bisection along the branch of climbs that begins in level flight. It is
-//! the nearer to level flight of that of the vehicle and of that of the weakest corner of the declared uncertainty,
-//! with gains of the actuators at their least: each coefficient is at the end of its range at which the vehicle's own
-//! boundary takes more of the actuators. The limits of the speed's rate are those of the vehicle alone.
+//! The boundary of pitch is found by steps and bisection along the branch of climbs that begins in level flight.
 
 use crate::error::ModelError;
-use crate::inputs::design_file::{DesignFile, Envelope, UncertainParameter};
-use crate::linearise::weakest::{share, weakest};
+use crate::inputs::design_file::{DesignFile, Envelope};
 use crate::numbers::decimals;
 use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turning};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
@@ -40,11 +36,10 @@ const RANK: f64 = 1e-9;
 pub fn envelope(
     vehicle: &Vehicle,
     file: &DesignFile,
-    uncertain: &[UncertainParameter],
     trims: &[Trim],
 ) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
-    let declared = Declared::of(vehicle, file, uncertain);
-    let each = |trim: &Trim| Limits::at(&declared, trim);
+    let asked = &file.envelope;
+    let each = |trim: &Trim| Limits::at(vehicle, asked, trim);
     let rows: Vec<Limits> = trims.par_iter().map(each).collect::<Result<_, _>>()?;
     let columns = |of: fn(&Limits) -> [f64; 2]| {
         let column = |end: usize| rows.iter().map(|row| of(row)[end]).collect::<Vec<f64>>();
@@ -135,11 +130,11 @@ struct Limits {
 }
 
 impl Limits {
-    fn at(declared: &Declared<'_>, trim: &Trim) -> Result<Self, ModelError> {
-        let pitch = declared.steepest(trim, false).map(|found| found.trim.pitch);
-        let [one, other] = declared.steepest(trim, true).map(|found| found.sinking);
+    fn at(vehicle: &Vehicle, asked: &Envelope, trim: &Trim) -> Result<Self, ModelError> {
+        let pitch = steepest(vehicle, asked, trim, false).map(|trim| trim.pitch);
+        let [one, other] = steepest(vehicle, asked, trim, true).map(|trim| sinking(&trim));
         let sinking = [one.min(other).min(0.0), one.max(other).max(0.0)];
-        Ok(Self { pitch, sinking, acceleration: acceleration(declared.vehicle, trim)? })
+        Ok(Self { pitch, sinking, acceleration: acceleration(vehicle, trim)? })
     }
 }
 
@@ -156,125 +151,53 @@ pub struct End {
 
 impl End {
     /// The ends at the speed of a level trim, of references of pitch or of depth.
-    pub(super) fn both(declared: &Declared<'_>, level: &Trim, depth: bool) -> [Self; 2] {
+    pub(super) fn both(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Self; 2] {
         let mut ups = [false, true].into_iter();
-        declared.steepest(level, depth).map(|Steepest { trim, corner, .. }| {
-            let up = ups.next() == Some(true);
-            let limited_by = match &corner {
-                None => declared.limited_by(declared.vehicle, 1.0, &trim, up),
-                Some((vehicle, end)) => {
-                    let what = declared.limited_by(vehicle, declared.gain, end, up);
-                    format!("{what} at a corner of the declared uncertainty")
-                }
-            };
+        steepest(vehicle, asked, level, depth).map(|trim| {
+            let limited_by = limited_by(vehicle, asked, &trim, ups.next() == Some(true));
             let path = (-sinking(&trim) / trim.forward_speed.hypot(trim.heave)).asin();
             Self { pitch: trim.pitch, path, limited_by }
         })
     }
 }
 
-/// A vehicle with what its design declares of it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Declared<'a> {
-    vehicle: &'a Vehicle,
-    asked: &'a Envelope,
-    uncertain: &'a [UncertainParameter],
-    /// The least gain of its actuators.
-    gain: f64,
+/// What a motion a little steeper than one at the end of the envelope would exceed.
+fn limited_by(vehicle: &Vehicle, asked: &Envelope, end: &Trim, up: bool) -> String {
+    let [least, most] = asked.pitch;
+    if (up && end.pitch >= most) || (!up && end.pitch <= least) {
+        return "`envelope.pitch`".into();
+    }
+    let steeper = 2.0 * if up { STEPS[1] } else { -STEPS[1] };
+    match climb(vehicle, end, end.pitch + steeper) {
+        Err(_) => "no steady motion beyond".into(),
+        Ok(trim) => match overloaded(vehicle, asked, &trim).as_slice() {
+            [] if sinking(&trim).abs() > steep(asked, &trim) => "`envelope.path_angle`".into(),
+            [] => "another branch of trims beyond".into(),
+            names => names.join(", "),
+        },
+    }
 }
 
-/// The steepest steady motion one way that a reference may ask for.
-struct Steepest {
-    /// The motion of the nominal vehicle.
-    trim: Trim,
-    /// z' of the nominal vehicle or of the weakest corner, whichever is slower, m/s.
-    sinking: f64,
-    /// The corner of the declared uncertainty that limits it, and the motion there; `None` if the nominal vehicle does.
-    corner: Option<(Vehicle, Trim)>,
+/// The actuators of which a motion takes more than their share.
+fn overloaded<'a>(vehicle: &'a Vehicle, asked: &Envelope, trim: &Trim) -> Vec<&'a str> {
+    let held = |a: &Actuator, output| (asked.authority * a.min..=asked.authority * a.max).contains(output);
+    let all = vehicle.actuators.iter().zip(&trim.actuators);
+    all.filter(|(a, output)| !held(a, output)).map(|(a, _)| a.name.as_str()).collect()
 }
 
-impl<'a> Declared<'a> {
-    pub(super) fn of(
-        vehicle: &'a Vehicle,
-        file: &'a DesignFile,
-        uncertain: &'a [UncertainParameter],
-    ) -> Self {
-        Self { vehicle, asked: &file.envelope, uncertain, gain: file.least_gain() }
-    }
+/// The largest z' of a reference of depth, m/s.
+fn steep(asked: &Envelope, trim: &Trim) -> f64 {
+    asked.path_angle.sin() * trim.forward_speed.abs()
+}
 
-    /// What a motion a little steeper than one at the end of the envelope would exceed.
-    fn limited_by(&self, vehicle: &Vehicle, gain: f64, end: &Trim, up: bool) -> String {
-        let [least, most] = self.asked.pitch;
-        if (up && end.pitch >= most) || (!up && end.pitch <= least) {
-            return "`envelope.pitch`".into();
-        }
-        let steeper = 2.0 * if up { STEPS[1] } else { -STEPS[1] };
-        match climb(vehicle, end, end.pitch + steeper) {
-            Err(_) => "no steady motion beyond".into(),
-            Ok(trim) => match self.overloaded(vehicle, gain, &trim).as_slice() {
-                [] if sinking(&trim).abs() > self.steep(&trim) => "`envelope.path_angle`".into(),
-                [] => "another branch of trims beyond".into(),
-                names => names.join(", "),
-            },
-        }
-    }
-
-    /// The actuators with these gains of which a motion takes more than their share.
-    fn overloaded<'v>(&self, vehicle: &'v Vehicle, gain: f64, trim: &Trim) -> Vec<&'v str> {
-        let part = self.asked.authority * gain;
-        let held = |a: &Actuator, output| (part * a.min..=part * a.max).contains(output);
-        let all = vehicle.actuators.iter().zip(&trim.actuators);
-        all.filter(|(a, output)| !held(a, output)).map(|(a, _)| a.name.as_str()).collect()
-    }
-
-    /// The largest z' of a reference of depth, m/s.
-    fn steep(&self, trim: &Trim) -> f64 {
-        self.asked.path_angle.sin() * trim.forward_speed.abs()
-    }
-
-    /// The steepest steady motions with the nose down and up that hold a reference of pitch or of depth.
-    fn steepest(&self, level: &Trim, depth: bool) -> [Steepest; 2] {
-        let [least, most] = self.asked.pitch;
-        [least.min(level.pitch), most.max(level.pitch)].map(|end| {
-            let trim = self.held(self.vehicle, 1.0, (level, level), end, depth);
-            let slower = |one: &Trim, other: &Trim| {
-                let [one, other] = [sinking(one), sinking(other)];
-                if one * other <= 0.0 { 0.0 } else { one.signum() * one.abs().min(other.abs()) }
-            };
-            if trim == *level || (self.uncertain.is_empty() && self.gain == 1.0) {
-                return Steepest { sinking: sinking(&trim), trim, corner: None };
-            }
-            let load = |of: &Vehicle| {
-                climb(of, &trim, trim.pitch).map_or(f64::INFINITY, |at| share(of, &at.actuators))
-            };
-            let corner = weakest(self.vehicle, self.uncertain, load);
-            let Ok(start) = climb(&corner, level, level.pitch) else {
-                return Steepest { trim: level.clone(), sinking: 0.0, corner: Some((corner, level.clone())) };
-            };
-            let at_corner = self.held(&corner, self.gain, (&start, level), trim.pitch, depth);
-            if at_corner.pitch == trim.pitch {
-                return Steepest { sinking: slower(&trim, &at_corner), trim, corner: None };
-            }
-            let trim = self.held(self.vehicle, 1.0, (level, level), at_corner.pitch, depth);
-            Steepest { sinking: slower(&trim, &at_corner), trim, corner: Some((corner, at_corner)) }
-        })
-    }
-
-    /// The climb or dive that is farthest from a start on the way to a pitch and that a vehicle with these gains holds.
-    fn held(
-        &self,
-        vehicle: &Vehicle,
-        gain: f64,
-        (start, level): (&Trim, &Trim),
-        end: f64,
-        depth: bool,
-    ) -> Trim {
-        let allowed = |trim: &Trim| {
-            let flat = !depth || sinking(trim).abs() <= self.steep(level);
-            flat && self.overloaded(vehicle, gain, trim).is_empty()
-        };
-        farthest(vehicle, start, end, &allowed)
-    }
+/// The steepest steady motions with the nose down and up that hold a reference of pitch or of depth.
+fn steepest(vehicle: &Vehicle, asked: &Envelope, level: &Trim, depth: bool) -> [Trim; 2] {
+    let allowed = |trim: &Trim| {
+        let flat = !depth || sinking(trim).abs() <= steep(asked, level);
+        flat && overloaded(vehicle, asked, trim).is_empty()
+    };
+    let [least, most] = asked.pitch;
+    [least.min(level.pitch), most.max(level.pitch)].map(|end| farthest(vehicle, level, end, &allowed))
 }
 
 /// z' of a steady motion, m/s.

@@ -14,8 +14,7 @@
 
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
-use crate::linearise::weakest::{share, weakest};
-use auv::{Trim, TrimError, Vehicle, lateral, turn};
+use auv::{Actuator, Trim, TrimError, Vehicle, lateral, turn};
 use rayon::prelude::*;
 use scheduled::{OverSpeed, ReferenceLimits};
 use std::collections::BTreeMap;
@@ -42,12 +41,11 @@ pub fn envelope(
     let others = std::mem::take(&mut whole.others);
     whole.actuators.extend(others);
     let fastest = file.envelope.turn_rate / SHARE;
-    let gain = file.least_gain();
+    let gain = 1.0 - file.uncertainty.as_ref().map_or(0.0, |all| all.actuator_gain);
     let ends = |trim: &Trim| -> Result<[f64; 2], TrimError> {
         let end = |side: f64| -> Result<f64, TrimError> {
             let nominal = sustained(&whole, trim, side, fastest, 1.0)?;
-            let load = |of: &Vehicle| use_of_actuators(of, trim, nominal).unwrap_or(f64::INFINITY);
-            let corner = weakest(&whole, uncertain, load);
+            let corner = weakest(&whole, trim, nominal, uncertain);
             sustained(&corner, trim, side, nominal.abs(), gain)
         };
         Ok([end(-1.0)?, end(1.0)?])
@@ -80,5 +78,19 @@ fn sustained(vehicle: &Vehicle, trim: &Trim, side: f64, fastest: f64, gain: f64)
 /// The largest share of its limit that an actuator takes in a turn.
 fn use_of_actuators(vehicle: &Vehicle, trim: &Trim, rate: f64) -> Result<f64, TrimError> {
     let turn = turn(vehicle, trim.speed, rate, trim.depth, &trim.rule)?;
-    Ok(share(vehicle, &turn.actuators))
+    let share = |(one, output): (&Actuator, &f64)| output / if *output < 0.0 { one.min } else { one.max };
+    Ok(vehicle.actuators.iter().zip(&turn.actuators).map(share).fold(0.0, f64::max))
+}
+
+/// The vehicle with each uncertain coefficient at the end of its range at which a turn takes more of the actuators.
+fn weakest(vehicle: &Vehicle, trim: &Trim, rate: f64, uncertain: &[UncertainParameter]) -> Vehicle {
+    let at_end = |of: &Vehicle, one: &UncertainParameter, sign: f64| {
+        one.parameter.with_value(of, one.value + sign * one.half_range)
+    };
+    let takes = |one: &UncertainParameter, sign: f64| {
+        use_of_actuators(&at_end(vehicle, one, sign), trim, rate).unwrap_or(f64::INFINITY)
+    };
+    uncertain.iter().fold(vehicle.clone(), |corner, one| {
+        at_end(&corner, one, if takes(one, 1.0) >= takes(one, -1.0) { 1.0 } else { -1.0 })
+    })
 }

@@ -60,7 +60,7 @@ pub const REQUIREMENTS: [Requirement; 27] = [
     below("beyond_recovery", "%", Some(15.0)),
     below("held_speed", "%", Some(10.0)),
     below("held_recovery", "%", Some(2.0)),
-    below("corner_overshoot", "%", None),
+    below("corner_overshoot", "%", Some(50.0)),
     below("corner_error", "%", None),
     below("noise", "%", Some(2.0)),
     below("controller_mode", "%", Some(20.0)),
