@@ -258,7 +258,7 @@ def test_a_design_of_heading_is_one_that_is_read(
 
 
 def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, quick_vehicle: Path) -> None:
-    """Those of a design without `[require]`, which has a row for each but mu and, without a speed loop, the speed."""
+    """Those of a design without `[require]` or `[uncertainty]`; without a speed loop, none of the speed."""
     done = run_squid(
         "design", quick_vehicle, "--no-advise", "--json", "--out", quick_vehicle.parent / "limits"
     )
@@ -272,7 +272,7 @@ def test_the_defaults_of_requirements_are_those_of_the_verdict(run_squid: Run, q
     assert {"beyond_recovery", "delay_margin"} <= limits.keys()
     # The quick vehicle sets one limit itself.
     assert limits.pop("beyond_recovery") != defaults["beyond_recovery"]
-    not_here = ("mu", "beyond_speed", "held_speed", "beyond_recovery")
+    not_here = ("mu", "corner_overshoot", "beyond_speed", "held_speed", "beyond_recovery")
     assert limits == {key: limit for key, limit in defaults.items() if key not in not_here}
 
 

@@ -35,6 +35,9 @@ pub const HELD: f64 = 60.0;
 /// How long after its end, and after the time that the limit of the rate takes for the way back, the rest is judged, s.
 pub const AFTER: f64 = 40.0;
 
+/// The longest way back that is flown, s.
+const LONGEST: f64 = 600.0;
+
 /// How long it is watched then, s.
 const WATCHED: f64 = 5.0;
 
@@ -166,11 +169,11 @@ impl Back {
     }
 
     /// The time for the largest error that is expected: half a turn, or as far as the reference moves while the load
-    /// acts.
+    /// acts; at most [`LONGEST`], where the reference hardly comes back.
     fn longest(&self) -> f64 {
         let Some([down, up]) = self.rate else { return 0.0 };
         let slower = down.min(up);
-        if self.circular { PI / slower } else { HELD * down.max(up) / slower }
+        (if self.circular { PI / slower } else { HELD * down.max(up) / slower }).min(LONGEST)
     }
 }
 

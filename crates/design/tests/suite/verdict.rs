@@ -13,6 +13,7 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{DesignFile, REQUIREMENTS, Sense};
 use squid_design::store::Stored;
 use squid_design::verdict::Verdict;
+use squid_design::verdict::corners::Corners;
 use squid_design::verdict::found::{Effort, Found};
 use squid_design::verdict::row::{Outcome, Row};
 use squid_flight::flight::{Row as Tick, fly};
@@ -89,10 +90,10 @@ fn the_default_design_meets_the_default_limits() {
     let (_, _, verdict) = &*SQUID;
     assert_eq!(verdict.missed().count(), 0, "{verdict}");
     let asked = verdict.rows.iter().filter(|row| row.outcome == Outcome::Met).count();
-    // Overshoot of two steps, three actuators, three margins, mu, two beyond the envelope, two held, three noises, the
-    // modes.
-    assert_eq!(asked, 17, "{verdict}");
-    assert!(verdict.to_string().starts_with("all 17 requirements are met\n"), "{verdict}");
+    // Overshoot of two steps, three actuators, three margins, mu, two beyond the envelope, two held, one of corners,
+    // three noises, the modes.
+    assert_eq!(asked, 18, "{verdict}");
+    assert!(verdict.to_string().starts_with("all 18 requirements are met\n"), "{verdict}");
 }
 
 /// With the largest limits on margins and the smallest on the rest every row is missed; the other way round every one
@@ -215,4 +216,26 @@ fn a_flight_that_is_cut_short_is_missed() {
     assert_eq!(missed.outcome, Outcome::Missed);
     assert!(missed.achieved.place().contains("the vehicle reaches the surface at 1"), "{verdict}");
     assert_eq!(missed.found(), "unknown");
+}
+
+/// Corners of ranges that are nearly none are the vehicle itself, whose step is that of the verdict.
+#[test]
+fn steps_at_corners_are_those_of_the_vehicle_without_ranges() {
+    let (inputs, stored, verdict) = &*SQUID;
+    let with = |factor: f64| {
+        let mut inputs = inputs.clone();
+        inputs.uncertain.iter_mut().for_each(|one| one.half_range *= factor);
+        inputs.design.uncertainty.as_mut().unwrap().actuator_gain *= factor;
+        Corners::of(&inputs, &stored.controller, EFFORT.flown).unwrap()
+    };
+    let declared = with(1.0);
+    assert_eq!(declared, verdict.found.corners);
+    for (at, declared) in with(1e-9).iter().zip(&declared) {
+        let mut steps = verdict.found.steps.iter().filter(|step| step.output == "pitch");
+        let step = steps.find(|step| step.speed == at.speed).unwrap();
+        assert_eq!((at.flown, at.untrimmed), (12, 0));
+        assert!((at.overshoot - step.overshoot).abs() < 1e-6, "{at:?} {step:?}");
+        assert!((at.left - step.steady_error).abs() < 1e-6, "{at:?} {step:?}");
+        assert!(at.overshoot < declared.overshoot, "{at:?} {declared:?}");
+    }
 }

@@ -1,0 +1,137 @@
+//! The choice among the controllers of a generalised plant: the smallest that lacks nothing.
+
+use crate::check::fastest_sampled;
+use crate::error::Error;
+use crate::fit::Model;
+use crate::inputs::Inputs;
+use crate::inputs::design_file::DesignFile;
+use crate::linearise::{envelope, sensors};
+use crate::numbers::above;
+use crate::run::prove::{FinishedAxis, Synthesised, proved};
+use crate::store::freeze::gamma;
+use crate::verdict::Verdict;
+use crate::verdict::found::{Effort, Found};
+use base::progress::{Progress, Results};
+use lpv::plant::GeneralisedPlant;
+use lpv::reduce::Reductions;
+use lpv::synthesis::Design;
+
+/// A proved axis with its verdict.
+pub(super) struct Judged {
+    pub(super) axis: FinishedAxis,
+    pub(super) verdict: Verdict,
+}
+
+impl Judged {
+    fn has_limits(&self) -> bool {
+        self.axis.proof.as_ref().is_ok_and(|proof| proof.certificate.limits().is_some())
+    }
+
+    /// Whether it claims all that the full design claims, and meets every requirement that the full one meets.
+    fn keeps_all_of(&self, full: &Self) -> bool {
+        (self.has_limits() || !full.has_limits()) && self.verdict.meets_all_of(&full.verdict)
+    }
+
+    /// Whether no other controller of the design file can claim more or meet more requirements.
+    fn lacks_nothing(&self, file: &DesignFile) -> bool {
+        (self.has_limits() || !file.anti_windup) && self.verdict.missed().next().is_none()
+    }
+}
+
+/// What judges the controllers of a generalised plant.
+#[derive(Clone, Copy)]
+pub(super) struct Judge<'a> {
+    pub(super) inputs: &'a Inputs,
+    pub(super) model: &'a Model,
+    pub(super) plant: &'a GeneralisedPlant,
+}
+
+impl Judge<'_> {
+    /// The design, proved and with its verdict.
+    pub(super) fn told(self, design: Design, progress: &Progress) -> Result<Judged, Error> {
+        let Self { inputs, model, plant } = self;
+        let (vehicle, file) = (&inputs.axis(), &inputs.design);
+        let synthesised = Synthesised { model: model.clone(), plant: plant.clone(), design };
+        let axis = proved(vehicle, file, &inputs.hashes, synthesised, progress)?;
+        progress.done("envelope", &envelope::words(&axis.controller));
+        sensors::words(&axis.controller).iter().for_each(|words| progress.done("failsafe", words));
+        envelope::doubt(&axis.controller, &file.manoeuvre).iter().for_each(|words| progress.done("", words));
+        let judge = || Verdict::of(inputs, &axis.controller, Effort::FULL);
+        let verdict = progress.timed("verdict", "the loop as it flies, and mu", judge).0?;
+        progress.done("verdict", &verdict.to_string());
+        Ok(Judged { axis, verdict })
+    }
+
+    /// The verdict on the frozen loops alone, without proof; `None` where it fails.
+    fn frozen(self, design: &Design) -> Option<Verdict> {
+        let found = Found::of_frozen(self.inputs, &design.controller).ok()?;
+        Some(Verdict::judge(self.inputs, gamma(design, true).bound, found))
+    }
+
+    /// The design with the fewest controller states and channels whose bound rises by at most the share that the design
+    /// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated
+    /// commands, and whose verdict meets every requirement that the full one meets; the full one if there is none. The
+    /// full one is judged only if a smaller one lacks something.
+    pub(super) fn smallest(self, full: Design, progress: &Progress) -> Result<Judged, Error> {
+        let Self { inputs, plant, .. } = self;
+        let file = &inputs.design;
+        let whole = full.slow.is_some() || file.controller.is_some();
+        let Some(share) = file.reduce.filter(|_| !whole) else { return self.told(full, progress) };
+        let mut judged_full = None;
+        let search = || {
+            let fastest = fastest_sampled(file.sample_time);
+            let mut frozen_full = None;
+            Reductions::of(plant, &full, share, Some(fastest)).find_map(|smaller| {
+                let frozen = self.frozen(&smaller)?;
+                if frozen.missed().next().is_some() {
+                    let full = frozen_full.get_or_insert_with(|| self.frozen(&full));
+                    if !full.as_ref().is_some_and(|full| frozen.meets_all_of(full)) {
+                        return None;
+                    }
+                }
+                let (judged, results) = Results::of(|quiet| self.told(smaller.clone(), quiet));
+                let judged = judged.ok().filter(|one| one.axis.proof.is_ok() && one.axis.sampled.is_ok())?;
+                if !judged.lacks_nothing(file) {
+                    let full = judged_full
+                        .get_or_insert_with(|| Results::of(|quiet| self.told(full.clone(), quiet)));
+                    if !full.0.as_ref().is_ok_and(|full| judged.keeps_all_of(full)) {
+                        return None;
+                    }
+                }
+                Some((smaller, judged, results))
+            })
+        };
+        let (found, seconds) = progress.timed("reduce", "states and channels without need", search);
+        let line = match &found {
+            Some((smaller, ..)) => format!(
+                "{} instead of {}: gain below {} instead of {}, the same requirements met ({seconds:.1} s)",
+                sizes(smaller),
+                sizes(&full),
+                above(smaller.certified.gamma),
+                above(full.certified.gamma)
+            ),
+            None => format!(
+                "{} are kept: no smaller controller was found that is proved and meets the same requirements \
+                 ({seconds:.1} s)",
+                sizes(&full)
+            ),
+        };
+        progress.done("reduce", &line);
+        match (found, judged_full) {
+            (Some((_, judged, results)), _) => {
+                results.tell(progress);
+                Ok(judged)
+            }
+            (None, Some((judged, results))) => {
+                results.tell(progress);
+                judged
+            }
+            (None, None) => self.told(full, progress),
+        }
+    }
+}
+
+fn sizes(design: &Design) -> String {
+    let sizes = design.controller.parts.sizes();
+    format!("{} states and {} {} of rho", sizes.x, sizes.t, if sizes.t == 1 { "channel" } else { "channels" })
+}

@@ -1,0 +1,206 @@
+//! The stages from a controller to its frozen, proved form.
+
+use crate::axis::VehicleModel;
+use crate::certify::certify;
+use crate::certify::claims;
+use crate::certify::lft_matrices;
+use crate::certify::limits::with_limits;
+use crate::certify::sampled::sampled;
+use crate::check::{CHECKED_SPEEDS, Checks, check};
+use crate::error::Error;
+use crate::fit::Model;
+use crate::inputs::design_file::DesignFile;
+use crate::numbers::above;
+use crate::store::freeze::{controller, gamma};
+use crate::synthesise::anti_windup::{SPEEDS, anti_windup};
+use crate::synthesise::follow::follow;
+use crate::synthesise::given;
+use base::progress::Progress;
+use lpv::controller::Controller;
+use lpv::matrix::to_rows;
+use lpv::plant::GeneralisedPlant;
+use lpv::synthesis::Design;
+use proof::claim::Proof;
+use scheduled::{ControllerDesign, InputHashes, Rows};
+
+/// An axis with the results of its stages.
+#[derive(Debug, Clone)]
+pub struct FinishedAxis {
+    /// Model, generalised plant and controller.
+    pub synthesised: Synthesised,
+    /// The results of the checks.
+    pub checks: Checks,
+    /// The certificate, or why there is none.
+    pub proof: Result<Proof, String>,
+    /// The certificate of the sampled loop, or why there is none.
+    pub sampled: Result<Proof, String>,
+    /// The frozen controller.
+    pub controller: ControllerDesign,
+}
+
+/// The results of the stages up to the synthesis.
+#[derive(Debug, Clone)]
+pub struct Synthesised {
+    /// The LPV model of the axis.
+    pub model: Model,
+    /// The generalised plant.
+    pub plant: GeneralisedPlant,
+    /// The controller and its gammas.
+    pub design: Design,
+}
+
+/// Checks and proves a controller, freezes it, and adds anti-windup.
+pub(super) fn proved(
+    vehicle: &dyn VehicleModel,
+    file: &DesignFile,
+    hashes: &InputHashes,
+    synthesised: Synthesised,
+    progress: &Progress,
+) -> Result<FinishedAxis, Error> {
+    let Synthesised { model, plant, design } = &synthesised;
+    let what = "the closed loop against the fit and the true linearisations";
+    let check = || check(vehicle, file, plant, &design.controller, design.certified.gamma);
+    let checks = progress.timed("check", what, check).0?;
+    progress.done("check", &check_line(&checks, design.certified.gamma));
+    if let Some(words) = checks.remark(file.sample_time, file.control_weight.low) {
+        progress.done("", &words);
+    }
+    let axis = Axis { vehicle, file, progress };
+    let proof = axis.certificate(model, plant, design);
+    let sampled = axis.sampled(model, design);
+    let lft = lft_matrices(&design.controller);
+    let mut controller = controller(vehicle, file, hashes, lft, gamma(design, proof.is_ok()))?;
+    let gains = match given::anti_windup(vehicle.actuators(), file)? {
+        Some(given) => vec![to_rows(&given)],
+        None => axis.anti_windup(&design.controller)?,
+    };
+    controller.anti_windup = gains.first().cloned();
+    controller.follow = follow(file, &design.controller)?;
+    let limits = |proof| axis.limits(proof, plant, &design.controller, (&controller, &gains));
+    let proof = proof.map(|proof| if gains.is_empty() { proof } else { limits(proof) });
+    if let Some(limits) = proof.as_ref().ok().and_then(|proof| proof.certificate.limits()) {
+        controller.anti_windup = Some(limits.e.clone());
+    }
+    Ok(FinishedAxis { synthesised, checks, proof, sampled, controller })
+}
+
+/// What the stages of a proof have in common.
+#[derive(Clone, Copy)]
+struct Axis<'a> {
+    vehicle: &'a dyn VehicleModel,
+    file: &'a DesignFile,
+    progress: &'a Progress<'a>,
+}
+
+impl Axis<'_> {
+    /// Computes the certificate. If the proof fails, the reason is reported and returned, so that the design can be
+    /// inspected.
+    fn certificate(&self, model: &Model, plant: &GeneralisedPlant, design: &Design) -> Result<Proof, String> {
+        let Self { vehicle, file, progress } = *self;
+        let what = "covering the fit's residual and proving in exact arithmetic";
+        let (proof, seconds) =
+            progress.timed("certify", what, || certify(vehicle, file, model, plant, design));
+        let proof = proof.map_err(|reason| reason.to_string());
+        match &proof {
+            Ok(proof) => {
+                let claim = claims::gain(&proof.theorem, file.scheduling().1);
+                progress.done("certify", &proved_in(&claim, seconds));
+            }
+            Err(reason) => progress.done("certify", &format!("NOT PROVED: {reason}")),
+        }
+        proof
+    }
+
+    /// Computes the certificate of the sampled loop. If the proof fails, the reason is reported and returned.
+    fn sampled(&self, model: &Model, design: &Design) -> Result<Proof, String> {
+        let Self { vehicle, file, progress } = *self;
+        let what = "the gain of the sampled loop, in exact arithmetic";
+        let (proof, seconds) = progress.timed("sampled", what, || sampled(vehicle, file, model, design));
+        let proof = proof.map_err(|reason| reason.to_string());
+        let words = match &proof {
+            Ok(proof) => format!(
+                "PROVED in exact arithmetic ({seconds:.1} s): gain below {} when sampled every {} s,\n\
+             for every trajectory of speed in the range that is constant between ticks, with the fit discretised by \
+             the trapezoidal rule",
+                claims::bound(&proof.theorem),
+                file.sample_time
+            ),
+            Err(reason) => format!("NOT PROVED: {reason}"),
+        };
+        progress.done("sampled", &words);
+        proof
+    }
+
+    /// Gains of anti-windup, if the design has it, the first to be used. If none is found, the controller is used
+    /// without it.
+    fn anti_windup(&self, controller: &Controller) -> Result<Vec<Rows>, Error> {
+        let Self { vehicle, file, progress } = *self;
+        if !file.anti_windup {
+            return Ok(vec![]);
+        }
+        let what = "a gain for commands beyond the limits";
+        let (found, seconds) = progress.timed("windup", what, || anti_windup(vehicle, file, controller));
+        match found {
+            Ok(found) => {
+                let words = format!(
+                    "anti-windup gain computed at {SPEEDS} frozen speeds ({seconds:.1} s);\n\
+                 it acts only while a command saturates"
+                );
+                progress.done("windup", &words);
+                Ok(found.iter().map(to_rows).collect())
+            }
+            Err(Error::Synthesis(reason)) => {
+                progress.done("windup", &format!("WARNING: no anti-windup: {reason}"));
+                Ok(vec![])
+            }
+            Err(other) => Err(other),
+        }
+    }
+
+    /// The claim for saturated commands, if one is found; without it the rest of the proof remains valid.
+    fn limits(
+        &self,
+        proof: Proof,
+        plant: &GeneralisedPlant,
+        controller: &Controller,
+        frozen: (&ControllerDesign, &[Rows]),
+    ) -> Proof {
+        let Self { vehicle, file, progress } = *self;
+        let what = "the largest step from which the saturated loop returns to trim";
+        let claim = || with_limits(&proof, plant, controller, frozen, vehicle, file);
+        let (found, seconds) = progress.timed("limits", what, claim);
+        let words = match &found {
+            Ok(None) => return proof,
+            Ok(Some(found)) => {
+                let flown = claims::unproved_step(frozen.0, &found.theorem, &file.manoeuvre);
+                let claim = claims::limits(frozen.0, &found.theorem).map(|claim| proved_in(&claim, seconds));
+                let lines: Vec<String> = claim.into_iter().chain(flown).collect();
+                Some(lines.join("\n")).filter(|words| !words.is_empty())
+            }
+            Err(reason) => {
+                Some(format!("no step with saturated commands is proved, and none is claimed: {reason}"))
+            }
+        };
+        words.iter().for_each(|words| progress.done("limits", words));
+        found.ok().flatten().unwrap_or(proof)
+    }
+}
+
+/// A proved claim, with the time of the proof.
+fn proved_in(claim: &str, seconds: f64) -> String {
+    format!("PROVED in exact arithmetic ({seconds:.1} s): {claim}")
+}
+
+fn check_line(c: &Checks, bound: f64) -> String {
+    let beyond = if c.gain_truth > bound { ", above the bound, which is for the fit" } else { "" };
+    format!(
+        "{} speeds: stable with the fit, with the true linearisations, and sampled with the actuators' lags;\n\
+         largest frozen gain {:.4}, bound {}; with the true linearisations and trims {:.4}{beyond};\n\
+         fastest mode of the controller {:.0} rad/s",
+        CHECKED_SPEEDS,
+        c.gain_fit,
+        above(bound),
+        c.gain_truth,
+        c.fastest_controller_mode
+    )
+}
