@@ -54,8 +54,15 @@ pub fn skew_part(a: &Mat) -> Mat {
     (a - a.transpose()) * 0.5
 }
 
+/// Has faer compute on one thread, so that sums are formed in the same order on every machine. It computes on all
+/// threads otherwise.
+pub(crate) fn on_one_thread() {
+    faer::set_global_parallelism(faer::Par::Seq);
+}
+
 /// The matrix in faer, whose decompositions are accurate; `None` if an entry is not finite.
 fn to_faer<T: ComplexField>(a: &DMatrix<T>) -> Option<faer::Mat<T>> {
+    on_one_thread();
     let finite = a.iter().all(ComplexField::is_finite);
     finite.then(|| faer::Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)].clone()))
 }
@@ -260,6 +267,7 @@ impl Definite {
                 }
             }
         }
+        on_one_thread();
         for raise in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8] {
             matrix.fill_diagonal(1.0 + raise);
             if let Ok(factor) =

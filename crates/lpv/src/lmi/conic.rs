@@ -5,7 +5,7 @@
 
 use crate::error::SynthesisError;
 use crate::lmi::Program;
-use crate::matrix::{Mat, least_eigenvalue};
+use crate::matrix::{Mat, least_eigenvalue, on_one_thread};
 use crate::stop;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -65,13 +65,13 @@ impl ConicProgram {
             .max_iter(200)
             .direct_solve_method(way.factorisation.into())
             .equilibrate_enable(way.equilibrate)
-            // Sums would be formed in another order on another number of threads.
             .max_threads(1)
             // The coupling [X I; I Y] looks sparse but is not: decomposing it doubles the time.
             .chordal_decomposition_enable(false)
             .build()
             .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
         let quadratic = CscMatrix::zeros((unknowns, unknowns));
+        on_one_thread();
         let mut solver =
             DefaultSolver::new(&quadratic, &self.objective, &self.a, &self.rhs, &self.cones, settings)
                 .map_err(|e| SynthesisError::numerical(stage, e.to_string()))?;
