@@ -273,3 +273,17 @@ def test_missing_binaries_are_told_before_the_work(
     assert (done.returncode, done.stdout) == (1, "")
     assert "fmu_plant" in done.stderr and str(tmp_path) in done.stderr
     assert not list(copied_design.glob("*.fmu"))
+
+
+def test_a_design_is_the_same_on_any_number_of_threads(
+    monkeypatch: pytest.MonkeyPatch, run_squid: Run, quick_vehicle: Path, tmp_path: Path
+) -> None:
+    """To the last bit of every file: no sum is formed in an order that depends on the machine."""
+    found = []
+    for threads in ("1", "2", "4"):
+        monkeypatch.setenv("RAYON_NUM_THREADS", threads)
+        out = tmp_path / threads
+        assert run_squid("design", quick_vehicle, "--no-advise", "--out", out).returncode == 0
+        found.append(contents(out))
+    assert len(found[0]) > 3
+    assert found[0] == found[1] == found[2]

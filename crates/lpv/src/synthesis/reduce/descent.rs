@@ -77,15 +77,17 @@ impl<'a> Descent<'a> {
     }
 
     /// The design with the controller at an index, the smallest first, if a bound of it is found. The search for one
-    /// begins with the matrices of the next larger one that has one, restricted to what remains.
+    /// begins with the matrices of the next larger one that has one, restricted to what remains; if nothing is found,
+    /// with those of the others, and of the design.
     pub(super) fn at(&mut self, index: usize) -> Option<Design> {
         let (kept, controller) = &self.controllers[index];
         if !self.found.contains_key(&index) {
-            let larger = self.found.range(index..).find_map(|(_, bound)| bound.as_ref());
-            let start = larger.unwrap_or(&self.bound);
+            let larger = self.found.range(index..).filter_map(|(_, bound)| bound.as_ref());
             let size = self.of_plant + kept;
-            let start = in_coordinates(start, self.part, &Mat::identity(self.size_of(start), size));
-            let bound = bounded(self.plant, controller, &start, self.limits.gamma);
+            let bound = larger.chain([&self.bound]).find_map(|start| {
+                let start = in_coordinates(start, self.part, &Mat::identity(self.size_of(start), size));
+                bounded(self.plant, controller, &start, self.limits.gamma)
+            });
             self.found.insert(index, bound);
         }
         let certified = self.found[&index].clone()?;
