@@ -10,7 +10,6 @@ pub(crate) mod lpv_model;
 pub(crate) mod plant;
 pub(crate) mod rates;
 pub(crate) mod regular_waves;
-mod runge_kutta;
 pub(crate) mod slopes;
 pub(crate) mod snapshot;
 pub(crate) mod surroundings;

@@ -3,10 +3,12 @@
 //! Source of the control of the step: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
 //! section II.4.
 
+mod runge_kutta;
+
 use thiserror::Error;
 
 use crate::motion::dynamics::Motion;
-use crate::simulation::runge_kutta::{Step, step};
+use crate::simulation::integrator::runge_kutta::{Step, step};
 use crate::words::Rounded;
 
 /// Of the estimated error of a step; that of the state is far less, and the motion is damped.

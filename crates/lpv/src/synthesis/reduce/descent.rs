@@ -4,7 +4,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, diagonal_blocks};
 use crate::synthesis::balance::equalise;
 use crate::synthesis::design::Design;
-use crate::synthesis::reduce::{
+use crate::synthesis::reduce::smaller::{
     Limits, Part, bounded, frozen_gain, gramians, residualised, truncated, with_channels,
 };
 use crate::system::controller::Controller;
