@@ -69,12 +69,12 @@ impl<'p> Progress<'p> {
     }
 }
 
-/// What work told of its progress, to be told later: only its results, if the work is one of several attempts.
+/// The results that stages reported, kept to be reported later: those of one of several attempts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Results(Vec<(String, String)>);
 
 impl Results {
-    /// Runs work; what it returns, and its results.
+    /// Runs the work and returns its value with the results that it reported.
     pub fn of<T>(work: impl FnOnce(&Progress) -> T) -> (T, Self) {
         let found = Mutex::new(vec![]);
         let keep = |event: Event| {
@@ -87,7 +87,7 @@ impl Results {
         (value, Self(found.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    /// Tells them.
+    /// Reports the results in their order.
     pub fn tell(&self, progress: &Progress) {
         self.0.iter().for_each(|(stage, figures)| progress.done(stage, figures));
     }

@@ -68,9 +68,9 @@ impl Judge<'_> {
         Some(Verdict::judge(self.inputs, gamma(design, true).bound, found))
     }
 
-    /// The design with the fewest controller states and channels whose bound rises by at most the share that the design
+    /// The smallest controller found, in states and channels, whose bound rises by at most the share that the design
     /// file allows, whose loop is proved in continuous time, sampled and, if the full one's is, with saturated
-    /// commands, and whose verdict meets every requirement that the full one meets; the full one if there is none. The
+    /// commands, and whose verdict meets every requirement that the full one meets; the full one if none is found. The
     /// full one is judged only if a smaller one lacks something.
     pub(super) fn smallest(self, full: Design, progress: &Progress) -> Result<Judged, Error> {
         let Self { inputs, plant, .. } = self;

@@ -28,9 +28,9 @@ pub struct Corners {
     pub flown: usize,
     /// The number of corners that were not flown, since their actuators cannot hold level flight.
     pub untrimmed: usize,
-    /// The largest excursion beyond the reference, relative to the step; infinite if a flight was lost.
+    /// The largest excursion beyond the reference, relative to the step; infinite if a flight was lost, or none flown.
     pub overshoot: f64,
-    /// The largest error at the end, relative to the step; infinite if a flight was lost.
+    /// The largest error at the end, relative to the step; infinite if a flight was lost, or none flown.
     pub left: f64,
 }
 
@@ -71,6 +71,9 @@ impl Corners {
             let lost = |one: f64| if one.is_nan() { f64::INFINITY } else { one };
             worst.overshoot = worst.overshoot.max(lost(step.overshoot));
             worst.left = worst.left.max(lost(step.steady_error));
+        }
+        if worst.flown == 0 {
+            (worst.overshoot, worst.left) = (f64::INFINITY, f64::INFINITY);
         }
         Ok(Some(worst))
     }
