@@ -56,19 +56,17 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
         let alone = by_riccati::gain_alone(plant, options);
         return alone.map_or_else(|| by_inequalities(plant, options), Ok);
     }
-    let quick = Options { quick: true, ..options };
     match by_riccati::synthesise(plant, options) {
         Some((_, Ok(found))) => Ok(better_of(plant, found, options)),
-        // Another controller may meet the limit on the modes; a singular problem has controllers that these equations
-        // do not give.
-        Some((_, Err(SynthesisError::Numerical { .. })))
-            if options.fastest_mode.is_some() || !findings(plant).is_empty() =>
-        {
-            by_inequalities(plant, options)
+        Some((least, Err(reason @ SynthesisError::Numerical { .. }))) => {
+            // Another controller may meet the limit on the modes; a singular problem has controllers that these
+            // equations do not give.
+            let may_gain = options.fastest_mode.is_some() || !findings(plant).is_empty();
+            match by_inequalities(plant, Options { quick: !may_gain, ..options }) {
+                Ok(found) => Ok(Design { lower: found.lower.max(least.lower), ..found }),
+                Err(other) => Err(if may_gain { other } else { reason }),
+            }
         }
-        Some((least, Err(reason @ SynthesisError::Numerical { .. }))) => by_inequalities(plant, quick)
-            .map(|found| Design { lower: least.lower, ..found })
-            .map_err(|_| reason),
         Some((_, Err(reason))) => Err(reason),
         None => by_inequalities(plant, options),
     }

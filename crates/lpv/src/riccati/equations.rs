@@ -79,7 +79,7 @@ impl WidePlant {
     }
 
     /// X and `F = [F1; F2]` of the first equation, if it has a positive semidefinite solution.
-    fn first(&self, gain: Quad) -> Option<(Wide, Wide)> {
+    pub(crate) fn first(&self, gain: Quad) -> Option<(Wide, Wide)> {
         let (n, w) = (self.a.nrows(), self.b1.ncols());
         let weights = pseudo_inverse(&self.d12)?;
         let rest = &self.d11 - &self.d12 * (&weights * &self.d11);

@@ -3,6 +3,7 @@
 use crate::matrix::{eigenvalues, kernel, largest_singular_value};
 use crate::riccati::equations::WidePlant;
 use crate::riccati::wide::{Quad, Wide, concatenated, inverse, scalar, stacked};
+use crate::synthesis::regularity::Regularisation;
 use crate::system::{GeneralisedPlant, coarse_grid};
 
 /// A bracket of the least gain.
@@ -28,16 +29,22 @@ const MOST_STRIDES: usize = 16;
 /// The upper bound is that of a plant with a slightly larger half plane, the lower bound that of one with a slightly
 /// smaller one, or what no controller changes at infinite frequency, `|P D11|` and `|D11 N|`. If the two leave a gap,
 /// smaller shifts are tried.
+///
+/// If there are more measurements than disturbances that reach them, or more controls than outputs that see them, the
+/// upper bound is that of the plant with a small noise or weight added, the lower bound that of one equation alone.
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
     let mut best = Bracket { upper: f64::INFINITY, lower: half_plane.direct };
     for shift in SHIFTS {
         let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
-        let Some(found) = half_plane.moved(shift).and_then(|p| p.bracket(guess)) else { continue };
+        let reached = half_plane.enlarged(shift).and_then(|p| p.bracket(guess, WidePlant::is_solved));
+        let Some(found) = reached else { continue };
         best.upper = best.upper.min(found.upper);
         let none = |gain: &f64| half_plane.is_none_within(*gain, shift);
         let near = [found.lower, (1.0 - NEAR) * found.lower].into_iter().find(none);
-        let lower = near.or_else(|| Some(half_plane.moved(-shift)?.bracket(found.lower)?.lower).filter(none));
+        let smaller = half_plane.moved(-shift);
+        let lower_by = |part: &Part| Some(smaller.as_ref()?.bracket(found.lower, *part)?.lower).filter(none);
+        let lower = near.or_else(|| half_plane.parts().iter().filter_map(lower_by).reduce(f64::max));
         best.lower = best.lower.max(lower.unwrap_or(0.0));
         if best.lower >= (1.0 - NARROW) * best.upper {
             break;
@@ -64,7 +71,7 @@ pub(crate) fn is_determined(plant: &GeneralisedPlant, gain: f64, part: f64) -> b
         let mut state = seed;
         let other = plant.changed(|parts| parts.map(|v| v * (1.0 + f64::EPSILON * random(&mut state))));
         let half_plane = HalfPlane::of(&other);
-        let reached = |shift: &f64| half_plane.moved(*shift).is_some_and(|p| p.solve(above).is_some());
+        let reached = |shift: &f64| half_plane.enlarged(*shift).is_some_and(|p| p.is_solved(above));
         SHIFTS.iter().any(reached) && half_plane.is_none_below(below)
     })
 }
@@ -85,7 +92,12 @@ struct HalfPlane {
     fastest: f64,
     /// The larger of `|P D11|` and `|D11 N|`, a lower bound of the gain.
     direct: f64,
+    /// The plant as given, if at no frequency all controls are weighed and all measurements disturbed.
+    deficient: Option<GeneralisedPlant>,
 }
+
+/// A condition on a plant and a gain that is necessary for a controller.
+type Part = fn(&WidePlant, f64) -> bool;
 
 impl HalfPlane {
     fn of(plant: &GeneralisedPlant) -> Self {
@@ -98,7 +110,27 @@ impl HalfPlane {
             largest_singular_value(&(kernel(&p.d12().transpose()).transpose() * p.d11()))
         };
         let direct = past(plant).max(past(&plant.dual()));
-        Self { plant: WidePlant::new(plant), slowest, fastest, direct }
+        let mut out = Self { plant: WidePlant::new(plant), slowest, fastest, direct, deficient: None };
+        if !out.moved(SHIFTS[0]).is_some_and(|p| p.is_regular()) {
+            out.deficient = Some(plant.clone());
+        }
+        out
+    }
+
+    /// The plant with a larger half plane, and with the weights and noises that it lacks at every frequency.
+    fn enlarged(&self, shift: f64) -> Option<WidePlant> {
+        let Some(given) = &self.deficient else { return self.moved(shift) };
+        let plant = WidePlant::new(&Regularisation::new(given, shift.sqrt()).apply(given));
+        Self { plant, deficient: None, ..*self }.moved(shift)
+    }
+
+    /// The necessary conditions that decide on a lower bound.
+    fn parts(&self) -> &[Part] {
+        if self.deficient.is_none() {
+            &[WidePlant::is_solved]
+        } else {
+            &[WidePlant::is_first_solved, WidePlant::is_second_solved]
+        }
     }
 
     fn moved(&self, shift: f64) -> Option<WidePlant> {
@@ -112,9 +144,11 @@ impl HalfPlane {
     /// Whether a shift and a smaller one both show that none exists; rounding would not let them agree. If the
     /// equations have no solution at a larger gain either, they do not apply.
     fn is_none_within(&self, gain: f64, shift: f64) -> bool {
-        let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| p.solve(gain * STRIDE.powi(k)).is_some());
-        let none = |shift: f64| self.moved(-shift).is_some_and(|p| p.solve(gain).is_none() && fits(&p));
-        none(shift) && none(SMALLER * shift)
+        self.parts().iter().any(|part| {
+            let fits = |p: &WidePlant| (1..=LARGER_GAINS).any(|k| part(p, gain * STRIDE.powi(k)));
+            let none = |shift: f64| self.moved(-shift).is_some_and(|p| !part(&p, gain) && fits(&p));
+            none(shift) && none(SMALLER * shift)
+        })
     }
 }
 
@@ -137,11 +171,24 @@ const LARGER_GAINS: i32 = 6;
 const NEAR: f64 = 2e-4;
 
 impl WidePlant {
-    /// The bracket of the least gain, searched from a guess; `None` if the answer is the same at all gains tried.
-    fn bracket(&self, guess: f64) -> Option<Bracket> {
+    fn is_solved(&self, gain: f64) -> bool {
+        self.solve(gain).is_some()
+    }
+
+    fn is_first_solved(&self, gain: f64) -> bool {
+        self.first(Quad::from_f64(gain)).is_some()
+    }
+
+    fn is_second_solved(&self, gain: f64) -> bool {
+        self.dual().is_first_solved(gain)
+    }
+
+    /// The bracket of the least gain at which a condition holds, searched from a guess; `None` if the answer is the
+    /// same at all gains tried.
+    fn bracket(&self, guess: f64, part: Part) -> Option<Bracket> {
         let reached = |gain: f64| {
             crate::stop::check();
-            self.solve(gain).is_some()
+            part(self, gain)
         };
         let up = reached(guess);
         let (mut upper, mut lower) = (guess, guess);

@@ -142,7 +142,7 @@ impl Changed {
     }
 }
 
-/// The given plant, then with decreasing noise and weight that cost only a fraction of the back-off.
+/// The given plant, then with decreasing noise, weight or both that cost only a fraction of the back-off.
 fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator<Item = Changed> {
     let affordable = (1.0 + NOISE_SHARE * back_off) * gamma;
     let given = WidePlant::new(plant);
@@ -151,9 +151,10 @@ fn changes(plant: &GeneralisedPlant, gamma: f64, back_off: f64) -> impl Iterator
     let with_noise = sizes.iter().flat_map(move |&size| {
         let added = Some(Regularisation::new(plant, size)).filter(|added| !regular && !added.is_empty());
         let alone = WidePlant::new(&added.as_ref().map_or_else(|| plant.clone(), |added| added.apply(plant)));
+        let weighted = |plant: &WidePlant| plant.dual().with_noise(size * gamma).dual();
         let noisy = alone.with_noise(size * gamma);
-        let both = noisy.dual().with_noise(size * gamma).dual();
-        let plants = [noisy, both].into_iter().chain(added.is_some().then_some(alone));
+        let plants = [weighted(&noisy), weighted(&alone)].into_iter().chain(added.is_some().then_some(alone));
+        let plants = std::iter::once(noisy).chain(plants);
         plants.map(move |plant| Changed { plant, added: added.clone() })
     });
     let affordable = with_noise.filter(move |changed| changed.plant.solve(affordable).is_some());
@@ -199,4 +200,4 @@ const SIZES: [f64; 17] = [
 const SIZES_OF_REGULAR: usize = 9;
 
 /// The largest number of modified plants: if rounding spoils the controllers of all these, more do not help.
-const MOST_CHANGES: usize = 6;
+const MOST_CHANGES: usize = 9;

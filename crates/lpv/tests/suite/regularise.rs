@@ -6,7 +6,8 @@ use lpv::matrix::Mat;
 use lpv::partition::Group::{U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
 use lpv::regularise::Regularisation;
-use lpv::synthesis::{Design, Options, synthesise};
+use lpv::synthesis::{Design, Options, is_least, synthesise};
+use nalgebra::dmatrix;
 
 /// The plant with the added outputs and disturbances, as a reader of the remark would add them.
 fn with(p: &GeneralisedPlant, added: &Regularisation) -> GeneralisedPlant {
@@ -83,4 +84,46 @@ fn what_is_added_is_given_in_the_users_units() {
 fn a_plant_with_weights_and_noise_gets_nothing_added() {
     let design = synthesise(&common::plant(&common::case("hs02_gamma_sqrt065")), Options::default()).unwrap();
     assert_eq!(design.regularisation, None);
+}
+
+/// A missile's pitch autopilot at one flight condition: measured are angle of attack, with the disturbance, and rate,
+/// without noise; the weight on the control has three zeros at the origin and three modes at 1000 rad/s.
+fn missile(damping: f64, stiffness: f64) -> GeneralisedPlant {
+    let a = dmatrix![
+        -damping, 1.0, 0.0, 0.0, 0.0, 0.0;
+        -stiffness, 0.0, 0.0, 0.0, 0.0, 0.0;
+        1.0, 0.0, -0.20101, 0.0, 0.0, 0.0;
+        0.0, 0.0, 0.0, -12064.0, -1136.0, 1066.1;
+        0.0, 0.0, 0.0, 10000.0, 0.0, 0.0;
+        0.0, 0.0, 0.0, 0.0, -1000.0, 0.0];
+    let blocks = [
+        (X, X, a),
+        (X, W, dmatrix![0.0; 0.0; 1.0; 0.0; 0.0; 0.0]),
+        (X, U, dmatrix![0.0; 1.0; 0.0; 10.0; 0.0; 0.0]),
+        (
+            Z,
+            X,
+            dmatrix![0.0, 0.0, 2.0101, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, -11676.1395, -1099.4776, 1031.824885],
+        ),
+        (Z, U, dmatrix![0.0; 9.6785]),
+        (Y, X, dmatrix![1.0, 0.0, 0.0, 0.0, 0.0, 0.0; 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        (Y, W, dmatrix![1.0; 0.0]),
+    ];
+    GeneralisedPlant::new(vec![], &blocks).unwrap()
+}
+
+/// With more measurements than disturbances one combination of them is free of noise at every frequency; with more
+/// controls than outputs, in the dual plant, one is free of weight. The least gamma is known from below by the first
+/// Riccati equation alone, and from above by a controller that nearly attains it.
+#[test]
+fn more_measurements_than_disturbances_or_controls_than_outputs() {
+    for (plant, least) in [(missile(0.5, 106.0), 0.135_857), (missile(0.5, 0.0), 0.136_557)] {
+        for plant in [plant.clone(), in_other_units(&plant), plant.dual()] {
+            let design = synthesise(&plant, Options { back_off: 0.01, ..Options::default() }).unwrap();
+            let (optimum, lower, gamma) = (design.gamma_optimum, design.lower, design.certified.gamma);
+            assert!((optimum / least - 1.0).abs() < 1e-5, "{optimum} {least}");
+            assert!(lower >= (1.0 - 1e-5) * optimum && is_least(&plant, optimum, lower), "{lower} {optimum}");
+            assert!(gamma >= lower && gamma <= 1.01 * optimum, "{gamma} {optimum}");
+        }
+    }
 }
