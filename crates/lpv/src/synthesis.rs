@@ -72,10 +72,10 @@ pub fn synthesise(plant: &GeneralisedPlant, options: Options) -> Result<Design, 
     }
 }
 
-/// A design by Riccati equations, or, if its gain exceeds the back-off, one by inequalities if that is better.
+/// A design by Riccati equations, or, if its gain far exceeds the back-off, one by inequalities if that is better.
 fn better_of(plant: &GeneralisedPlant, found: Design, options: Options) -> Design {
     let is_known = found.lower >= (1.0 - OPEN_GAP) * found.gamma_optimum;
-    if is_known && found.certified.gamma <= (1.0 + options.back_off) * found.gamma_optimum {
+    if is_known && found.certified.gamma <= (1.0 + FAR_ABOVE * options.back_off) * found.gamma_optimum {
         return found;
     }
     let Ok(other) = by_inequalities(plant, Options { quick: is_known, ..options }) else { return found };
@@ -178,7 +178,7 @@ pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Res
 
 /// A controller whose gamma exceeds the least by more than this many back-offs is also sought with weights and noises
 /// added: the resulting bound is often lower.
-const FAR_ABOVE: f64 = 1.5;
+pub(crate) const FAR_ABOVE: f64 = 1.5;
 
 /// The design for the plant as given.
 fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result<Design, SynthesisError> {

@@ -12,6 +12,7 @@ use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
 use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
 use crate::riccati::wide::{Quad, Wide, concatenated};
+use crate::synthesis::FAR_ABOVE;
 use crate::synthesis::design::{Design, Options};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::{Controller, GeneralisedPlant, parameter_grid};
@@ -50,9 +51,10 @@ pub(crate) fn synthesise(
     Some((least, outcome))
 }
 
-/// A design within the back-off of the least gain, or the best found; `None` if there is none.
+/// A design within the back-off of the least gain, or one not far above it, or the best found; `None` if there is none.
 fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<Design> {
     let most = (1.0 + options.back_off) * least.upper;
+    let near_enough = (1.0 + FAR_ABOVE * options.back_off) * least.upper;
     let mut best: Option<Design> = None;
     for changed in changes(plant, least.upper, options.back_off) {
         for share in SHARES {
@@ -77,6 +79,9 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
             if near {
                 return best;
             }
+        }
+        if best.as_ref().is_some_and(|best| best.certified.gamma <= near_enough) {
+            break;
         }
     }
     best
