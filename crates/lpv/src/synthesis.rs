@@ -152,7 +152,7 @@ fn in_loop_time(
     if !may_gain || options.accuracy > ROUGH {
         return outcome;
     }
-    let time_scales = loop_time_scales(plant).into_iter();
+    let time_scales = loop_time_scales(plant).into_iter().take(repetitions(plant));
     let designs = time_scales.filter_map(|time_scale| {
         directly(plant, &least_gamma_at(plant, options, Some(time_scale)), options).ok()
     });
@@ -166,6 +166,20 @@ fn in_loop_time(
         Err(_) => Ok(found),
     })
 }
+
+/// The number of times that a search may be repeated for a changed plant or in other coordinates, at least once.
+///
+/// A search takes about the third power of its number of unknowns; counted like this, every machine gives the same
+/// answer.
+pub(crate) fn repetitions(plant: &GeneralisedPlant) -> usize {
+    let n = plant.sizes().x;
+    let of_scalings: usize = plant.blocks.iter().map(|r| 2 * r * r).sum();
+    let unknowns = (n * (n + 1) + of_scalings) as f64;
+    (MOST_WORK / unknowns.powi(3)).max(1.0) as usize
+}
+
+/// The work of all repetitions of a search.
+const MOST_WORK: f64 = 1e8;
 
 /// A required accuracy larger than this marks one of many trial designs, for which nothing is repeated.
 const ROUGH: f64 = 1e-3;
@@ -188,7 +202,7 @@ fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result
         return outcome;
     }
     let mut best = outcome;
-    for slowed in slowed(plant) {
+    for slowed in slowed(plant).into_iter().take(repetitions(plant)) {
         let least = least_gamma_within(&slowed.plant, options);
         let found = directly(&slowed.plant, &least, options);
         let settled = is_settled(&found, options);

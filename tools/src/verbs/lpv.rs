@@ -32,7 +32,8 @@ pub enum LpvVerb {
     ///
     /// `gamma` of --json is the lowest gamma found, and `least` whether it is shown, in floating point, to be the least
     /// within 0.1 %: without parameters of any controller, by Riccati equations with 32 digits; with them of the
-    /// synthesis inequalities. Where it is not, a better controller may exist. `gamma_lower`, without parameters and
+    /// synthesis inequalities. Where it is not, a better controller may exist: the larger a plant is, the less often a
+    /// search is repeated in other coordinates, which depends on its size alone. `gamma_lower`, without parameters and
     /// "dt", is a lower bound of the gain of every controller, proved in exact arithmetic; null if none is proved.
     ///
     /// Exit codes, and the word `status` of --json: 0, feasible: a controller with a proved bound; 2, infeasible: it is

@@ -26,7 +26,7 @@ const SAFETY: f64 = 0.9;
 const CHANGES: [f64; 2] = [0.2, 5.0];
 /// A step across a corner is repeated ten times shorter, down to this length \[s\]: the error estimate can miss a
 /// corner late in a step.
-const CORNER_STEP: f64 = 1e-4;
+const CORNER_STEP: f64 = 1e-5;
 /// A switch that moves less than this makes no corner that matters.
 const LEAST_SWING: f64 = 1e-6;
 /// An interval shorter than this \[s\] is crossed by one step of Euler's method, whose error is its square.

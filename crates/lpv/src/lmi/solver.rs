@@ -87,9 +87,13 @@ pub fn solve(
         best if search.quick => best.ok_or_else(|| {
             SynthesisError::numerical(stage, "no point was found, and no other solver was tried")
         }),
+        Some(best) if costs.len() > MOST_UNKNOWNS => Ok(best),
         best => general(program, stage, best),
     }
 }
+
+/// The number of unknowns above which the general solver is not asked to improve a point: it takes minutes.
+const MOST_UNKNOWNS: usize = 400;
 
 /// The degrees of equalisation of the rows of the inequalities, from none to full. Most programs are solved unscaled;
 /// one with rows of very different sizes may need it, and which is the case is not known in advance.

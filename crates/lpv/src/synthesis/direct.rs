@@ -11,6 +11,7 @@ use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
 use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
+use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, LoopError};
 
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).
@@ -95,7 +96,7 @@ impl Pass<'_> {
         let options = self.options;
         let mut first_failure = None;
         let factors: &[f64] = if options.quick { &[1.0] } else { &[1.0, 2.0, 4.0] };
-        for factor in factors {
+        for factor in factors.iter().take(repetitions(self.plant)) {
             for basis in [Basis::Equalised, Basis::AsFound] {
                 let gamma = self.optimum.gamma * (1.0 + factor * options.back_off);
                 match self.build_at(gamma, basis) {

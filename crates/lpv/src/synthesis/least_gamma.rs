@@ -11,6 +11,7 @@ use crate::synthesis::dual::repaired;
 use crate::synthesis::inequalities::{
     DualMultipliers, LmiSolution, ScalingClass, add_inequalities, coupling, unmeasured,
 };
+use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, channels};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.
@@ -48,7 +49,7 @@ pub(crate) fn at_best_time_scale(
     if options.quick || options.accuracy > DOUBTFUL_GAP || best.as_ref().is_ok_and(is_sure) {
         return best;
     }
-    for time_scale in loop_time_scales(plant) {
+    for time_scale in loop_time_scales(plant).into_iter().take(repetitions(plant)) {
         let Ok(mut found) = least_gamma_at(plant, options, Some(time_scale)) else { continue };
         if let Ok(known) = &mut best {
             let lower = known.1.lower.max(found.1.lower);

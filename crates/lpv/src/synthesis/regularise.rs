@@ -21,12 +21,13 @@ use crate::synthesis::direct::directly;
 use crate::synthesis::inequalities::LmiSolution;
 use crate::synthesis::least_gamma::least_gamma;
 pub use crate::synthesis::regularity::Regularisation;
+use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, LoopError};
 
 /// A design for the plant with weights and noises added, if the least gamma of the given plant may be known but no
 /// controller.
 ///
-/// Several sizes are tried. The first bound near the least gamma is taken, or else the best; if the least gamma is zero
+/// Several sizes are tried, fewer for a large plant. The first bound near the least gamma is taken, or else the best; if the least gamma is zero
 /// to rounding, the first, since none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
@@ -34,7 +35,7 @@ pub(crate) fn design(
     options: Options,
 ) -> Option<Design> {
     let mut best: Option<Design> = None;
-    for (size, share) in SIZES_AND_SHARES {
+    for (size, share) in SIZES_AND_SHARES.into_iter().take(repetitions(plant)) {
         let sought = Options { back_off: share * options.back_off, gamma_limit: None, ..options };
         let Some(found) = attempt(plant, size, sought) else { continue };
         if best.as_ref().is_none_or(|best| found.certified.gamma < best.certified.gamma) {
