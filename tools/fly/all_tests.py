@@ -102,6 +102,12 @@ def published_cases() -> None:
     run([sys.executable, Path("tests") / "python" / "support" / "published_cases.py", build.squid()])
 
 
+def budget(every: bool) -> None:
+    """Compare the processor time of commands with benches/budget.toml; with all tests, one far beyond it fails."""
+    build.build_command()
+    run([sys.executable, Path("benches") / "budget.py", build.squid(), *(["--every"] if every else [])])
+
+
 def python_lints() -> None:
     """Run ruff: format, then lints."""
     python = environment.for_tests()
@@ -154,6 +160,8 @@ def run_tests(every: bool) -> int:
     room.ask_for(DISK + (DISK_OF_ALL if every else 0.0), TEMPORARY, "the tests")
     begin = time.monotonic()
     results = run_all(every)
+    # When nothing else runs.
+    results.append(run_check(Check("Processor time", lambda: budget(every))))
     print("\nSummary")
     for name, passed, seconds in results:
         print(f"  {'passed' if passed else 'FAILED'}  {name:<24} {seconds:7.1f} s")

@@ -16,7 +16,7 @@ use base::progress::{Event, Progress};
 use lpv::controller::Controller;
 use lpv::lft::Lft;
 use lpv::mu::over_frequency::mu_over_frequency;
-use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::sweep::{CLOSEST, bound_over_frequency};
 use lpv::synthesis::{ScalingClass, least_gamma};
 use squid_design::augment::{LinearModel, augment};
 use squid_design::certify::constant::constant;
@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn at(inputs: &Inputs, k: &Controller, speed: f64) -> Result<String, Box<dyn Error>> {
     let frozen = at_speed(inputs, speed)?;
     let whole = uncertain_loop(inputs, &frozen, k)?;
-    let stability = bound_over_frequency(&whole.stability(), &whole.structure, None)?.upper;
+    let stability = bound_over_frequency(&whole.stability(), &whole.structure, CLOSEST)?.upper;
     let system = whole.system.without_idle_states();
     let performance = mu_over_frequency(&system, &whole.with_performance()?)?;
     let reached = performance.lower.map_or(0.0, |lower| lower.value);

@@ -24,4 +24,4 @@ pub use bounded_gain::bounded_gain;
 pub use gain_bound::GainBound;
 pub use given_loop::given_loop;
 pub use lyapunov_polynomial::LyapunovPolynomial;
-pub use sampled_gain::{Exogenous, SampledGain, sampled_gain};
+pub use sampled_gain::{Exogenous, SampledGain, sampled_gain, sampled_gain_near};

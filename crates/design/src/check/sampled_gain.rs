@@ -16,7 +16,7 @@ use crate::check::sampled::{Sampling, trapezoidal};
 use crate::error::{Error, ModelError};
 use crate::inputs::design_file::DesignFile;
 use auv::Actuator;
-use lpv::analysis::{Exogenous, SampledGain, sampled_gain};
+use lpv::analysis::{Exogenous, SampledGain, sampled_gain_near};
 use lpv::matrix::{Mat, block};
 use lpv::partition::Group::{U, W, X, Y, Z};
 use lpv::plant::GeneralisedPlant;
@@ -26,13 +26,20 @@ use nalgebra::DVector;
 impl Sampling<'_> {
     /// Bounds on the gain from w to z, including between the ticks, of the true linearisation with the actuator lags
     /// and a frozen sampled controller with held, delayed commands; both infinite for an unstable loop. References and
-    /// noise, which enter the controller directly, are held between ticks; disturbances are as given by `w`.
+    /// noise, which enter the controller directly, are held between ticks; disturbances are as given by `w`. The search
+    /// starts at a `guess`.
     ///
     /// # Errors
     /// [`ModelError`]; a controller that cannot be sampled.
-    pub fn gain(&self, l: &Linearisation, frozen: &StateSpace, w: Exogenous) -> Result<SampledGain, Error> {
+    pub fn gain(
+        &self,
+        l: &Linearisation,
+        frozen: &StateSpace,
+        w: Exogenous,
+        guess: f64,
+    ) -> Result<SampledGain, Error> {
         let (plant, k) = self.lifted(l, frozen)?;
-        Ok(sampled_gain(&plant, &k, self.sample_time, w).map_err(ModelError::Sampled)?)
+        Ok(sampled_gain_near(&plant, &k, self.sample_time, w, guess).map_err(ModelError::Sampled)?)
     }
 
     /// The plant in continuous time and the controller in discrete time.

@@ -31,7 +31,7 @@ use lpv::analysis::GainBound;
 use lpv::analysis::bounded_gain::{GAMMA_SHARE, balanced_start};
 use lpv::controller::Controller;
 use lpv::matrix::Mat;
-use lpv::mu::sweep::bound_over_frequency;
+use lpv::mu::sweep::{CLOSEST, bound_over_frequency};
 use lpv::mu::worst_case::{Perturbable, worst_case_gain};
 use lpv::plant::GeneralisedPlant;
 use lpv::robust::{RobustDesign, RobustOptions, Round, UncertainPlant, more_robust};
@@ -271,7 +271,7 @@ fn frozen(inputs: &Inputs, controllers: [&Controller; 2]) -> Result<Vec<Frozen>,
         for (i, k) in controllers.into_iter().enumerate() {
             let uncertain_loop =
                 Perturbable { size: CONSTANT_SIZE, ..uncertain_loop(inputs, &uncertain, k)? };
-            let mu = bound_over_frequency(&uncertain_loop.stability(), &uncertain_loop.structure, None);
+            let mu = bound_over_frequency(&uncertain_loop.stability(), &uncertain_loop.structure, CLOSEST);
             found.mu[i] = mu.ok().map(|bound| bound.upper);
             let worst = worst_case_gain(&uncertain_loop).ok();
             found.worst[i] = worst.as_ref().map(|worst| (worst.upper, worst.worst.gain));

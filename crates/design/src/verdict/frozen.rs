@@ -41,13 +41,18 @@ impl AtSpeed {
         let plant = augment(actuators, design, LinearModel::at(&l, design))?;
         let sampling = Sampling::of(actuators, design);
         let system = frozen.frozen(&[])?;
-        let gain = |w: Exogenous| sampled.then(|| sampling.gain(&l, &system, w)).transpose();
+        let continuous = plant.close(&frozen).frozen(&[])?.hinf_norm();
+        let gain = |w: Exogenous, guess: f64| {
+            sampled.then(|| sampling.gain(&l, &system, w, guess)).transpose()
+        };
+        let held = gain(Exogenous::Held, continuous.value)?;
+        let any = gain(Exogenous::Any, held.map_or(f64::NAN, |held| held.upper))?;
         Ok(Self {
             speed,
             flown: Flown::of(&sampling, &l, &system),
-            sampled_gain: gain(Exogenous::Held)?,
-            aliased_gain: gain(Exogenous::Any)?,
-            gain: plant.close(&frozen).frozen(&[])?.hinf_norm(),
+            sampled_gain: held,
+            aliased_gain: any,
+            gain: continuous,
             fastest_mode: eigenvalues(&frozen.a()).iter().map(|p| p.norm()).fold(0.0, f64::max),
         })
     }

@@ -55,8 +55,11 @@ impl MuAtSpeed {
     }
 }
 
+/// The relative tolerance of the bounds: less than their printed digits show, for a third of the time.
+const TOLERANCE: f64 = 5e-4;
+
 fn bounded(inputs: &Inputs, k: &Controller, speed: f64) -> Result<FrequencyBound, Error> {
     let closed = uncertain_loop(inputs, &at_speed(inputs, speed)?, k)?;
-    bound_over_frequency(&closed.stability(), &closed.structure, None)
+    bound_over_frequency(&closed.stability(), &closed.structure, TOLERANCE)
         .map_err(|reason| Error::MuAtSpeed { speed, reason })
 }

@@ -239,3 +239,25 @@ fn steps_at_corners_are_those_of_the_vehicle_without_ranges() {
         assert!(at.overshoot < declared.overshoot, "{at:?} {declared:?}");
     }
 }
+
+/// Actuators that just hold level flight at the highest speed do not hold that of a vehicle with more drag.
+#[test]
+fn corners_that_hold_no_level_flight_are_counted() {
+    let (inputs, stored, _) = &*SQUID;
+    let mut weak = inputs.clone();
+    let trim = weak.axis().at(weak.design.speed_max).unwrap().trim;
+    for (actuator, output) in weak.vehicle.actuators.iter_mut().zip(&trim.actuators) {
+        actuator.max = actuator.max.min(1.02 * output.abs());
+    }
+    let found = Corners::of(&weak, &stored.controller, 2).unwrap();
+    let counts: Vec<_> = found.iter().map(|at| (at.speed, at.flown + at.untrimmed, at.untrimmed > 0)).collect();
+    assert_eq!(counts, [(weak.design.speed_min, 12, false), (weak.design.speed_max, 12, true)]);
+    // With none of them flown there is no figure to compare with a limit.
+    let none = Corners { flown: 0, untrimmed: 12, overshoot: f64::INFINITY, left: f64::INFINITY, ..found[1].clone() };
+    let judged = |corners: Vec<Corners>| {
+        let found = Found { corners, ..SQUID.2.found.clone() };
+        Verdict::judge(inputs, stored.controller.gamma.bound, found)
+    };
+    let missed = |verdict: &Verdict| verdict.missed().count();
+    assert_eq!(missed(&judged(vec![none])), missed(&judged(SQUID.2.found.corners.clone())) + 1);
+}

@@ -67,6 +67,21 @@ pub fn sampled_gain(
     sample_time: f64,
     w: Exogenous,
 ) -> Result<SampledGain, SampledError> {
+    sampled_gain_near(plant, controller, sample_time, w, f64::NAN)
+}
+
+/// As [`sampled_gain`], with the search started at a `guess` of the gain, such as that of the loop in continuous time;
+/// one that is not positive and finite is not used.
+///
+/// # Errors
+/// As [`sampled_gain`].
+pub fn sampled_gain_near(
+    plant: &GeneralisedPlant,
+    controller: &StateSpace,
+    sample_time: f64,
+    w: Exogenous,
+    guess: f64,
+) -> Result<SampledGain, SampledError> {
     let parts = SampledLoop::new(plant, controller, sample_time, w)?;
     if !parts.is_stable() {
         return Ok(SampledGain { lower: f64::INFINITY, upper: f64::INFINITY });
@@ -74,7 +89,7 @@ pub fn sampled_gain(
     let size = plant.d11().norm() + plant.c1().norm().max(1.0) * plant.b1().norm().max(1.0);
     // Fast inputs see D11 only.
     let (mut lower, mut upper) = (largest_singular_value(&parts.between.d), f64::INFINITY);
-    let (mut level, mut near) = (size, None);
+    let (mut level, mut near) = (if guess > 0.0 && guess.is_finite() { guess } else { size }, None);
     for tried in 0..MOST_LEVELS {
         stop::check();
         let peak = parts.norm(level, near)?;

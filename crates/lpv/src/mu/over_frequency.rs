@@ -6,7 +6,7 @@ use super::lower::LowerBound;
 use super::margin::real_lower_bound;
 use super::peaks::lower_at_peaks;
 use super::structure::Structure;
-use super::sweep::{FrequencyBound, SweepError, check_stable, swept};
+use super::sweep::{CLOSEST, FrequencyBound, SweepError, check_stable, swept};
 use crate::system::StateSpace;
 
 /// Both bounds over all frequencies.
@@ -33,7 +33,7 @@ pub fn mu_over_frequency(system: &StateSpace, structure: &Structure) -> Result<F
         let balanced = balanced(&part.system(system), &part.structure);
         let first = real_lower_bound(&balanced, &part.structure);
         let known = larger(lower.clone(), first.clone());
-        let found = swept(&balanced, &part.structure, known.as_ref())?;
+        let found = swept(&balanced, &part.structure, known.as_ref(), CLOSEST)?;
         let peaks = found.peaks();
         let shown = lower_at_peaks(&balanced, &part.structure, &peaks, found.upper, first)?;
         let full = shown.map(|shown| LowerBound { delta: part.embedded(&shown.delta, structure), ..shown });

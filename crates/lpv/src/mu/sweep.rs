@@ -65,8 +65,9 @@ fn range(from: f64, to: f64) -> String {
     if first == last { format!("near {first}") } else { format!("between {first} and {last}") }
 }
 
-/// The relative raise of the level over the largest bound at a single frequency.
-const LEVEL_RAISE: f64 = 5e-5;
+/// The least relative raise of the level over the largest bound at a single frequency, and the tolerance that leads to
+/// it.
+pub const CLOSEST: f64 = 5e-5;
 
 /// The number of unknowns of scalings up to which full accuracy is used. Above it, that raise and the tolerance of the
 /// bounds at single frequencies grow with the power 1.5.
@@ -93,32 +94,34 @@ const RAISE_COUNT: usize = 100;
 pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FAILURES: usize = 20;
 
-/// Bounds mu of `M(j omega)` over all frequencies. The bound need not be below the `known` lower bound, whose frequency
-/// is also tried.
+/// Bounds mu of `M(j omega)` over all frequencies, within a relative `tolerance` of the least bound by these scalings at
+/// a single frequency, or a little more where intervals are short; [`CLOSEST`] is the least tolerance.
 ///
 /// # Errors
 /// [`SweepError`].
 pub fn bound_over_frequency(
     system: &StateSpace,
     structure: &Structure,
-    known: Option<&lower::LowerBound>,
+    tolerance: f64,
 ) -> Result<FrequencyBound, SweepError> {
     check_stable(system, structure)?;
     let mut all = FrequencyBound::default();
     for part in of_system(system, structure) {
         let balanced = balanced(&part.system(system), &part.structure);
-        all.add(swept(&balanced, &part.structure, known)?);
+        all.add(swept(&balanced, &part.structure, None, tolerance)?);
     }
     Ok(all)
 }
 
-/// The bound of one component in balanced coordinates.
+/// The bound of one component in balanced coordinates. It need not be below the `known` lower bound, whose frequency is
+/// also tried.
 pub(super) fn swept(
     system: &StateSpace,
     structure: &Structure,
     known: Option<&lower::LowerBound>,
+    tolerance: f64,
 ) -> Result<FrequencyBound, SweepError> {
-    let mut sweep = Sweep::new(system, structure, known);
+    let mut sweep = Sweep::new(system, structure, known, tolerance);
     sweep.start(known.and_then(|lower| lower.frequency))?;
     for _ in 0..MOST_STEPS {
         stop::check();
@@ -172,14 +175,19 @@ struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    fn new(system: &'a StateSpace, structure: &'a Structure, known: Option<&lower::LowerBound>) -> Self {
+    fn new(
+        system: &'a StateSpace,
+        structure: &'a Structure,
+        known: Option<&lower::LowerBound>,
+        tolerance: f64,
+    ) -> Self {
         let floor = known.map_or(0.0, |lower| lower.value);
-        let coarse = (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(1.0);
+        let coarse = (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(tolerance / CLOSEST).max(1.0);
         Self {
             system,
             structure,
             coarse,
-            level: floor * (1.0 + coarse * LEVEL_RAISE),
+            level: floor * (1.0 + coarse * CLOSEST),
             peak: (known.and_then(|lower| lower.frequency).unwrap_or(0.0), floor),
             pieces: vec![],
             starts: vec![],
@@ -214,7 +222,7 @@ impl<'a> Sweep<'a> {
         if value > self.peak.1 {
             self.peak = (omega, value);
         }
-        self.level = self.level.max(value * (1.0 + self.coarse * LEVEL_RAISE));
+        self.level = self.level.max(value * (1.0 + self.coarse * CLOSEST));
     }
 
     fn add(&mut self, omega: f64) -> Result<(), SweepError> {
@@ -236,7 +244,7 @@ impl<'a> Sweep<'a> {
         }
         let Some(interval) = good_interval(self.system, &bound.scalings, self.level, omega) else {
             // The scalings hold without a margin: a slightly higher level has one.
-            self.level *= 1.0 + self.coarse * LEVEL_RAISE;
+            self.level *= 1.0 + self.coarse * CLOSEST;
             return Ok(());
         };
         if self.wide.is_next(omega, interval) && self.widened(omega, Some(&bound.start))? {
@@ -309,6 +317,24 @@ mod tests {
     use crate::mu::structure::Block;
     use nalgebra::dmatrix;
 
+    /// A mass on a spring with both uncertain: a bound within a larger tolerance is a bound, at most that much larger.
+    #[test]
+    fn a_bound_is_within_the_tolerance() {
+        let system = StateSpace {
+            a: dmatrix![0.0, 1.0; -1.0, -0.4],
+            b: dmatrix![0.0, 0.0; 0.3, 0.2],
+            c: dmatrix![-1.0, 0.0; -1.0, -0.4],
+            d: dmatrix![0.0, 0.0; 0.3, 0.2],
+        };
+        let structure = Structure::new(vec![Block::Real(1), Block::Real(1)]).unwrap();
+        let bound = |tolerance| bound_over_frequency(&system, &structure, tolerance).unwrap();
+        let close = bound(CLOSEST);
+        for tolerance in [1e-3, 1e-2, 1e-1] {
+            let ratio = bound(tolerance).upper / close.upper;
+            assert!(ratio >= 1.0 - 2.0 * CLOSEST && ratio <= 1.0 + 2.0 * tolerance, "{tolerance} {ratio}");
+        }
+    }
+
     /// A barely damped mode without effect on the response: near its frequency no scalings are known to hold, and the
     /// sweep reports that, instead of continuing forever.
     #[test]
@@ -321,7 +347,7 @@ mod tests {
             d: dmatrix![0.0],
         };
         let structure = Structure::new(vec![Block::Real(1)]).unwrap();
-        match bound_over_frequency(&system, &structure, None) {
+        match bound_over_frequency(&system, &structure, CLOSEST) {
             Ok(bound) => assert!(bound.upper >= 0.5, "{}", bound.upper),
             Err(SweepError::Stuck { from, to }) => assert!(from <= im && im <= to, "{from} {to}"),
             Err(other) => panic!("{other}"),
