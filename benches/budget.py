@@ -13,8 +13,9 @@ import resource
 import subprocess
 import sys
 import tempfile
-import tomllib
 from pathlib import Path
+
+import tomllib
 
 ROOT = Path(__file__).resolve().parents[1]
 BUDGET = Path(__file__).with_suffix(".toml")

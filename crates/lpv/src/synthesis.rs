@@ -26,6 +26,7 @@ use crate::analysis::bounded_gain::bounded_gain;
 use crate::error::SynthesisError;
 use crate::riccati::least::{is_determined, is_none_below};
 use crate::synthesis::balance::median_time_scale;
+use crate::synthesis::design::{FAR_ABOVE, repetitions};
 use crate::synthesis::direct::{Least, directly};
 use crate::synthesis::fast_modes::{Slowed, slowed};
 use crate::synthesis::least_gamma::{
@@ -167,20 +168,6 @@ fn in_loop_time(
     })
 }
 
-/// The number of times that a search may be repeated for a changed plant or in other coordinates, at least once.
-///
-/// A search takes about the third power of its number of unknowns; counted like this, every machine gives the same
-/// answer.
-pub(crate) fn repetitions(plant: &GeneralisedPlant) -> usize {
-    let n = plant.sizes().x;
-    let of_scalings: usize = plant.blocks.iter().map(|r| 2 * r * r).sum();
-    let unknowns = (n * (n + 1) + of_scalings) as f64;
-    (MOST_WORK / unknowns.powi(3)).max(1.0) as usize
-}
-
-/// The work of all repetitions of a search.
-const MOST_WORK: f64 = 1e8;
-
 /// A required accuracy larger than this marks one of many trial designs, for which nothing is repeated.
 const ROUGH: f64 = 1e-3;
 
@@ -189,10 +176,6 @@ pub(crate) fn synthesise_once(plant: &GeneralisedPlant, options: Options) -> Res
     let least = least_gamma_within(plant, options);
     directly(plant, &least, options)
 }
-
-/// A controller whose gamma exceeds the least by more than this many back-offs is also sought with weights and noises
-/// added: the resulting bound is often lower.
-pub(crate) const FAR_ABOVE: f64 = 1.5;
 
 /// The design for the plant as given.
 fn as_given(plant: &GeneralisedPlant, least: &Least, options: Options) -> Result<Design, SynthesisError> {

@@ -42,9 +42,8 @@ impl AtSpeed {
         let sampling = Sampling::of(actuators, design);
         let system = frozen.frozen(&[])?;
         let continuous = plant.close(&frozen).frozen(&[])?.hinf_norm();
-        let gain = |w: Exogenous, guess: f64| {
-            sampled.then(|| sampling.gain(&l, &system, w, guess)).transpose()
-        };
+        let gain =
+            |w: Exogenous, guess: f64| sampled.then(|| sampling.gain(&l, &system, w, guess)).transpose();
         let held = gain(Exogenous::Held, continuous.value)?;
         let any = gain(Exogenous::Any, held.map_or(f64::NAN, |held| held.upper))?;
         Ok(Self {

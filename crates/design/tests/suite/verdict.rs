@@ -250,10 +250,17 @@ fn corners_that_hold_no_level_flight_are_counted() {
         actuator.max = actuator.max.min(1.02 * output.abs());
     }
     let found = Corners::of(&weak, &stored.controller, 2).unwrap();
-    let counts: Vec<_> = found.iter().map(|at| (at.speed, at.flown + at.untrimmed, at.untrimmed > 0)).collect();
+    let counts: Vec<_> =
+        found.iter().map(|at| (at.speed, at.flown + at.untrimmed, at.untrimmed > 0)).collect();
     assert_eq!(counts, [(weak.design.speed_min, 12, false), (weak.design.speed_max, 12, true)]);
     // With none of them flown there is no figure to compare with a limit.
-    let none = Corners { flown: 0, untrimmed: 12, overshoot: f64::INFINITY, left: f64::INFINITY, ..found[1].clone() };
+    let none = Corners {
+        flown: 0,
+        untrimmed: 12,
+        overshoot: f64::INFINITY,
+        left: f64::INFINITY,
+        ..found[1].clone()
+    };
     let judged = |corners: Vec<Corners>| {
         let found = Found { corners, ..SQUID.2.found.clone() };
         Verdict::judge(inputs, stored.controller.gamma.bound, found)

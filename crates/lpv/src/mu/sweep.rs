@@ -94,8 +94,8 @@ const RAISE_COUNT: usize = 100;
 pub(super) const MOST_STEPS: usize = 4000;
 pub(super) const MOST_FAILURES: usize = 20;
 
-/// Bounds mu of `M(j omega)` over all frequencies, within a relative `tolerance` of the least bound by these scalings at
-/// a single frequency, or a little more where intervals are short; [`CLOSEST`] is the least tolerance.
+/// Bounds mu of `M(j omega)` over all frequencies, within a relative `tolerance` of the largest bound at a single
+/// frequency, or a little more where intervals are short; [`CLOSEST`] is the least tolerance.
 ///
 /// # Errors
 /// [`SweepError`].
@@ -182,7 +182,8 @@ impl<'a> Sweep<'a> {
         tolerance: f64,
     ) -> Self {
         let floor = known.map_or(0.0, |lower| lower.value);
-        let coarse = (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(tolerance / CLOSEST).max(1.0);
+        let coarse =
+            (structure.unknowns() as f64 / EASY_UNKNOWNS).powf(1.5).max(tolerance / CLOSEST).max(1.0);
         Self {
             system,
             structure,

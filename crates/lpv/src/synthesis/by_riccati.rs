@@ -12,8 +12,7 @@ use crate::riccati::bound::{NORM_RESOLUTION, WideLoop};
 use crate::riccati::equations::{WideController, WidePlant};
 use crate::riccati::least::{Bracket, least_gain};
 use crate::riccati::wide::{Quad, Wide, concatenated};
-use crate::synthesis::FAR_ABOVE;
-use crate::synthesis::design::{Design, Options};
+use crate::synthesis::design::{Design, FAR_ABOVE, Options};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::{Controller, GeneralisedPlant, parameter_grid};
 

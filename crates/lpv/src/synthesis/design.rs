@@ -4,7 +4,7 @@ use crate::analysis::gain_bound::GainBound;
 use crate::bounded_rate::intervals::SlowBound;
 use crate::synthesis::inequalities::{DualMultipliers, ScalingClass};
 use crate::synthesis::regularity::Regularisation;
-use crate::system::Controller;
+use crate::system::{Controller, GeneralisedPlant};
 
 /// Options of a synthesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,3 +60,21 @@ pub struct Design {
     /// The gain of the closed loop for a bounded parameter rate, if the controller was designed for one.
     pub slow: Option<SlowBound>,
 }
+
+/// A controller whose gamma exceeds the least by more than this many back-offs is also sought with weights and noises
+/// added: the resulting bound is often lower.
+pub(crate) const FAR_ABOVE: f64 = 1.5;
+
+/// The number of times that a search may be repeated for a changed plant or in other coordinates, at least once.
+///
+/// A search takes about the third power of its number of unknowns; counted like this, every machine gives the same
+/// answer.
+pub(crate) fn repetitions(plant: &GeneralisedPlant) -> usize {
+    let n = plant.sizes().x;
+    let of_scalings: usize = plant.blocks.iter().map(|r| 2 * r * r).sum();
+    let unknowns = (n * (n + 1) + of_scalings) as f64;
+    (MOST_WORK / unknowns.powi(3)).max(1.0) as usize
+}
+
+/// The work of all repetitions of a search.
+const MOST_WORK: f64 = 1e8;

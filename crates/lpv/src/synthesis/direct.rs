@@ -6,12 +6,11 @@ use crate::error::SynthesisError;
 use crate::riccati::least::is_none_below;
 use crate::synthesis::back_off::centre;
 use crate::synthesis::balance::Coordinates;
-use crate::synthesis::design::{Design, Options};
+use crate::synthesis::design::{Design, Options, repetitions};
 use crate::synthesis::inequalities::{LmiSolution, ScalingClass};
 use crate::synthesis::least_gamma::{equalised, smallest};
 use crate::synthesis::quadratic::{Stabilisation, stabilisation};
 use crate::synthesis::reconstruct::reconstruct;
-use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, LoopError};
 
 /// The outcome of [`least_gamma`](crate::synthesis::least_gamma()).

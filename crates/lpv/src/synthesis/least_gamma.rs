@@ -6,12 +6,11 @@ use crate::matrix::{Mat, eigenvalues, least_eigenvalue, symmetric_function, symm
 use crate::synthesis::back_off::contradiction;
 use crate::synthesis::balance::{Coordinates, median_time_scale};
 use crate::synthesis::by_riccati;
-use crate::synthesis::design::Options;
+use crate::synthesis::design::{Options, repetitions};
 use crate::synthesis::dual::repaired;
 use crate::synthesis::inequalities::{
     DualMultipliers, LmiSolution, ScalingClass, add_inequalities, coupling, unmeasured,
 };
-use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, channels};
 
 /// The least gamma that the synthesis inequalities allow, and the coordinates in which it was found.

@@ -16,19 +16,18 @@
 
 use crate::analysis::bounded_gain::{Base, bounded_gain, largest_margin};
 use crate::analysis::gain_bound::GainBound;
-use crate::synthesis::design::{Design, Options};
+use crate::synthesis::design::{Design, Options, repetitions};
 use crate::synthesis::direct::directly;
 use crate::synthesis::inequalities::LmiSolution;
 use crate::synthesis::least_gamma::least_gamma;
 pub use crate::synthesis::regularity::Regularisation;
-use crate::synthesis::repetitions;
 use crate::system::{GeneralisedPlant, LoopError};
 
 /// A design for the plant with weights and noises added, if the least gamma of the given plant may be known but no
 /// controller.
 ///
-/// Several sizes are tried, fewer for a large plant. The first bound near the least gamma is taken, or else the best; if the least gamma is zero
-/// to rounding, the first, since none is near it.
+/// Several sizes are tried, fewer for a large plant. The first bound near the least gamma is taken, or else the best;
+/// if the least gamma is zero to rounding, the first, since none is near it.
 pub(crate) fn design(
     plant: &GeneralisedPlant,
     least: Option<&LmiSolution>,
