@@ -3,11 +3,14 @@
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
-use auv::{Current, Load, Motion, Pitch, Plant, Speed, State, Trim as Level, Vehicle, lateral, trim_with};
+use auv::{
+    Current, Load, Motion, Pitch, Plant, Speed, State, Trim as Level, TrimError, Vehicle, lateral, trim_with,
+};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use signals::Signal;
 use std::array::from_fn;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Measured values and references, SI, by their places among the signals of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -335,18 +338,62 @@ struct Kept {
     rule: Pitch,
     speed: f64,
     trim: Level,
+    /// Trims at multiples of [`GRID`], or `None` where there is none.
+    known: BTreeMap<i64, Option<Level>>,
 }
 
+/// The distance of speeds along the path between which trims are interpolated, m/s; their error is its fourth power.
+const GRID: f64 = 0.01;
+
 impl Kept {
-    /// The trim at a speed along the path.
+    /// The trim at a speed along the path: of a speed that changes, by a cubic through trims at four speeds nearby.
     fn at(&mut self, speed: f64) -> Result<&Level, Error> {
         if speed != self.speed {
-            let (depth, actuators) = (self.trim.depth, self.trim.actuators.len());
-            let trim = trim_with(&self.plane, Speed::Path(speed), depth, &self.rule)
-                .map_err(|reason| Error::Trim { speed, reason })?;
-            (self.speed, self.trim) = (speed, Level { actuators: vec![0.0; actuators], ..trim });
+            let trim = match self.between(speed) {
+                Some(trim) => trim,
+                None => self.solved(speed).map_err(|reason| Error::Trim { speed, reason })?,
+            };
+            (self.speed, self.trim) = (speed, trim);
         }
         Ok(&self.trim)
+    }
+
+    fn solved(&self, speed: f64) -> Result<Level, TrimError> {
+        let (depth, actuators) = (self.trim.depth, self.trim.actuators.len());
+        let trim = trim_with(&self.plane, Speed::Path(speed), depth, &self.rule)?;
+        Ok(Level { actuators: vec![0.0; actuators], ..trim })
+    }
+
+    /// The interpolated trim; `None` near the end of the speeds at which there is one.
+    fn between(&mut self, speed: f64) -> Option<Level> {
+        if !speed.is_finite() {
+            return None;
+        }
+        let below = (speed / GRID).floor();
+        let part = speed / GRID - below;
+        for place in below as i64 - 1..=below as i64 + 2 {
+            if !self.known.contains_key(&place) {
+                let trim = self.solved(place as f64 * GRID).ok();
+                self.known.insert(place, trim);
+            }
+        }
+        let near: Vec<&Level> =
+            (-1..=2).map(|step| self.known[&(below as i64 + step)].as_ref()).collect::<Option<_>>()?;
+        let weights = [
+            -part * (part - 1.0) * (part - 2.0) / 6.0,
+            (part + 1.0) * (part - 1.0) * (part - 2.0) / 2.0,
+            -(part + 1.0) * part * (part - 2.0) / 2.0,
+            (part + 1.0) * part * (part - 1.0) / 6.0,
+        ];
+        let mean = |of: fn(&Level) -> f64| near.iter().zip(weights).map(|(one, by)| by * of(one)).sum();
+        Some(Level {
+            speed,
+            forward_speed: mean(|one| one.forward_speed),
+            heave: mean(|one| one.heave),
+            incidence: mean(|one| one.incidence),
+            pitch: mean(|one| one.pitch),
+            ..near[1].clone()
+        })
     }
 }
 
@@ -373,7 +420,9 @@ impl Start {
         }
         plant.start(0.0, &trim)?;
         plant.set_state(&displaced(plant.state(), off_trim, is_lateral));
-        let kept = is_lateral.then(|| Kept { plane: plane.into_owned(), rule: pitch.clone(), speed, trim });
+        let plane = plane.into_owned();
+        let rule = pitch.clone();
+        let kept = is_lateral.then(|| Kept { plane, rule, speed, trim, known: BTreeMap::new() });
         Ok(Self { plant, depth, conditions, kept })
     }
 
@@ -513,6 +562,22 @@ mod tests {
     use super::*;
     use squid_design::inputs::Inputs;
     use std::path::Path;
+
+    /// Trims that are interpolated while the speed changes are those at each speed.
+    #[test]
+    fn level_flight_is_kept_at_any_speed() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
+        let inputs = Inputs::read(&folder, "heading").unwrap();
+        let start = Start::new(&inputs.vehicle, inputs.design.level(), 1.5, None, Each::default()).unwrap();
+        let mut kept = start.kept.unwrap();
+        for speed in [1.5, 1.5001, 1.7777, 1.78, 2.0949, inputs.design.speed_min, inputs.design.speed_max] {
+            let exact = kept.solved(speed).unwrap();
+            let found = kept.at(speed).unwrap();
+            for of in [|one: &Level| one.forward_speed, |one: &Level| one.heave, |one: &Level| one.pitch] {
+                assert!((of(found) - of(&exact)).abs() < 1e-9, "{speed}: {found:?} {exact:?}");
+            }
+        }
+    }
 
     /// The committed design of Squid, pitching up 10 degrees from a metre below the surface: it leaves the water, and
     /// all rows are below the surface.
