@@ -1,7 +1,7 @@
 """Measure the processor time of commands against benches/budget.toml: `budget.py SQUID [--every] [--write]`.
 
-Processor time is compared with that of a loop in Python, run on every processor at once just before, so that the ratio
-says little of the machine and what else it does. Prints a line for each command. With `--every` the long commands are
+Processor time is compared with that of a loop in Python, run on every processor at once just after it, so that the
+ratio depends little on the machine and its load. Prints a line for each command. With `--every` the long commands are
 measured too, and a ratio beyond 1.5 fails. With `--write` the file gets what was measured.
 """
 
@@ -54,6 +54,8 @@ def measured(squid: str, command: dict, out: str) -> float:
 
 def main() -> int:
     """Measure, print, and return the exit code."""
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     squid, *options = sys.argv[1:]
     every = "--every" in options
     text = BUDGET.read_text(encoding="utf-8")
