@@ -8,6 +8,7 @@
 use crate::motion::dynamics::{Attitude, LEAST_REYNOLDS_NUMBER, Motion, add};
 use crate::scalar::Scalar;
 use crate::vehicle::coefficients::Coefficients;
+use std::f64::consts::LN_10;
 
 impl<D: Scalar> Coefficients<D> {
     /// Returns `M nu' = actuators + coriolis + restoring + lift + damping + drag`: surge force, heave force, pitch
@@ -191,8 +192,9 @@ impl<D: Scalar> Coefficients<D> {
         let reynolds = u.abs() * (c.length / c.kinematic_viscosity);
         let reynolds =
             if reynolds > LEAST_REYNOLDS_NUMBER { reynolds } else { D::from(LEAST_REYNOLDS_NUMBER) };
-        let line = reynolds.log10() - 2.0;
-        let friction = (line * line).recip() * (c.form_factor * 0.075 * c.wetted_area);
+        // The natural logarithm takes a third of the time of the other.
+        let line = (reynolds * 0.01).ln();
+        let friction = (line * line).recip() * (c.form_factor * 0.075 * LN_10 * LN_10 * c.wetted_area);
         u * u.abs() * ((friction + c.drag_area) * (c.density * -0.5) + c.X_uu)
     }
 }

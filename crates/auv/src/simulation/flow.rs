@@ -42,11 +42,18 @@ pub(crate) struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// The outputs of the actuators a time later.
+    /// The outputs of the actuators a time later; one exponential serves neighbours with the same lag.
     pub(crate) fn outputs_after(&self, time: f64) -> impl Iterator<Item = f64> {
+        let mut last = (0.0, 1.0);
+        let mut exp = move |exponent: f64| {
+            if exponent != last.0 {
+                last = (exponent, exponent.exp());
+            }
+            last.1
+        };
         let actuators = self.actuators.iter().zip(self.outputs).zip(self.commands).enumerate();
         actuators.map(move |(i, ((actuator, start), command))| match self.slopes {
-            None => actuator.output_after(time, *start, *command),
+            None => actuator.output_with(&mut exp, time, *start, *command),
             Some(slopes) => actuator.output_along(time, *start, *command, slopes.commands[i]),
         })
     }
@@ -80,7 +87,7 @@ impl Equations<6> for Flow<'_> {
             }
             Model::Nonlinear => {
                 let motion = Motion::in_plane(u, w, q, theta);
-                let [surge, heave, pitch, ..] = Push::all(self.pushes, u, outputs);
+                let [surge, heave, pitch] = Push::all(self.pushes, u, outputs);
                 let attitude = Attitude { sin, cos, sin_phi: 0.0, cos_phi: 1.0 };
                 let depth = self.depth + sunk;
                 self.dynamics.rate_at(&attitude, &motion, depth, given, [surge, heave, pitch])

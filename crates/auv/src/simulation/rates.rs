@@ -220,7 +220,7 @@ impl Plant {
         let motion = instant.motion();
         let (actuators, dynamics) = (self.actuators(), self.dynamics.lifted());
         let outputs = || (0..actuators.len()).map(&output);
-        let force = Push::all(&self.pushes, motion.u, outputs());
+        let force: [D; 6] = Push::all(&self.pushes, motion.u, outputs());
         let depth = instant.state[DEPTH];
         let [du, dw, dq, q, turning] = match (self.fidelity, &self.lpv) {
             (Fidelity::Lpv, Some(model)) => {

@@ -151,12 +151,23 @@ impl Actuator {
     /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`. With a limit r on
     /// the rate T is a straight line before, until `|sat - T|` is `r tau`.
     pub fn output_after(&self, elapsed: f64, start: f64, command: f64) -> f64 {
+        self.output_with(f64::exp, elapsed, start, command)
+    }
+
+    /// The same with an exponential function.
+    pub(crate) fn output_with(
+        &self,
+        exp: impl FnOnce(f64) -> f64,
+        elapsed: f64,
+        start: f64,
+        command: f64,
+    ) -> f64 {
         let target = command.clamp(self.min, self.max);
         if self.lag <= 0.0 {
             return target;
         }
         let (time, start) = self.at_full_rate(elapsed, start, target, 0.0);
-        target + (start - target) * (-(elapsed - time) / self.lag).exp()
+        target + (start - target) * exp(-(elapsed - time) / self.lag)
     }
 
     /// Returns how long \[s\], of a time `elapsed`, it runs at the limit of its rate after a command `command + slope
@@ -230,10 +241,14 @@ impl Push {
         Self { per_output: [surge, heave, pitch, sway, roll, yaw], drag, is_surface }
     }
 
-    /// Returns the force \[X Z M Y K N\] of outputs at a surge speed `u` through the water.
-    pub(crate) fn all<D: Scalar>(pushes: &[Self], u: D, outputs: impl Iterator<Item = D>) -> [D; 6] {
+    /// Returns the first N of the forces \[X Z M Y K N\] of outputs at a surge speed `u` through the water.
+    pub(crate) fn all<D: Scalar, const N: usize>(
+        pushes: &[Self],
+        u: D,
+        outputs: impl Iterator<Item = D>,
+    ) -> [D; N] {
         let pressure = u * u.abs();
-        pushes.iter().zip(outputs).fold([D::from(0.0); 6], |mut sum, (push, output)| {
+        pushes.iter().zip(outputs).fold([D::from(0.0); N], |mut sum, (push, output)| {
             let of = if push.is_surface { pressure * output } else { output };
             for (sum, per_output) in sum.iter_mut().zip(push.per_output) {
                 *sum += of * per_output;

@@ -6,40 +6,40 @@
 /// Nodes c of the stages after the first.
 const NODES: [f64; 8] = [0.06, 0.095_933_333_333_333_33, 0.143_9, 0.497_3, 0.972_5, 0.999_5, 1.0, 1.0];
 
-/// Rows of A after the first. The last row has the weights b of order 6: the last stage is the first of the next step.
-const A: [&[f64]; 8] = [
-    &[0.06],
-    &[0.019_239_962_962_962_962, 0.076_693_370_370_370_37],
-    &[0.035_975, 0.0, 0.107_925],
-    &[1.318_683_415_233_148_4, 0.0, -5.042_058_063_628_562, 4.220_674_648_395_414],
-    &[-41.872_591_664_327_516, 0.0, 159.432_562_163_137_5, -122.119_213_565_010_03, 5.531_743_066_200_054],
-    &[
-        -54.430_156_935_316_504,
-        0.0,
-        207.067_251_365_018_48,
-        -158.610_813_784_59,
-        6.991_816_585_950_242,
-        -0.018_597_231_062_203_234,
-    ],
-    &[
-        -54.663_741_787_281_98,
-        0.0,
-        207.952_806_255_389_36,
-        -159.288_957_474_499_5,
-        7.018_743_740_796_944,
-        -0.018_338_785_905_045_722,
-        -0.000_511_948_499_788_209_9,
-    ],
-    &[
-        0.034_389_578_683_570_36,
-        0.0,
-        0.0,
-        0.258_262_455_563_350_3,
-        0.420_937_118_967_353_7,
-        4.405_396_469_669_31,
-        -176.483_119_024_298_65,
-        172.364_133_401_415_07,
-    ],
+/// Rows of A after the first.
+const A1: [f64; 1] = [0.06];
+const A2: [f64; 2] = [0.019_239_962_962_962_962, 0.076_693_370_370_370_37];
+const A3: [f64; 3] = [0.035_975, 0.0, 0.107_925];
+const A4: [f64; 4] = [1.318_683_415_233_148_4, 0.0, -5.042_058_063_628_562, 4.220_674_648_395_414];
+const A5: [f64; 5] =
+    [-41.872_591_664_327_516, 0.0, 159.432_562_163_137_5, -122.119_213_565_010_03, 5.531_743_066_200_054];
+const A6: [f64; 6] = [
+    -54.430_156_935_316_504,
+    0.0,
+    207.067_251_365_018_48,
+    -158.610_813_784_59,
+    6.991_816_585_950_242,
+    -0.018_597_231_062_203_234,
+];
+const A7: [f64; 7] = [
+    -54.663_741_787_281_98,
+    0.0,
+    207.952_806_255_389_36,
+    -159.288_957_474_499_5,
+    7.018_743_740_796_944,
+    -0.018_338_785_905_045_722,
+    -0.000_511_948_499_788_209_9,
+];
+/// The last row, the weights b of order 6: the last stage is the first of the next step.
+const B: [f64; 8] = [
+    0.034_389_578_683_570_36,
+    0.0,
+    0.0,
+    0.258_262_455_563_350_3,
+    0.420_937_118_967_353_7,
+    4.405_396_469_669_31,
+    -176.483_119_024_298_65,
+    172.364_133_401_415_07,
 ];
 
 /// The weights of order 6 less those of order 5.
@@ -74,27 +74,32 @@ pub(crate) fn step<const N: usize>(
 ) -> Step<N> {
     let mut k = [*rate; 9];
     let mut at = *state;
-    for (stage, row) in A.iter().enumerate() {
-        at = *state;
-        add(&mut at, h, row, &k);
-        k[stage + 1] = f(NODES[stage] * h, &at);
-    }
-    let mut error = [0.0; N];
-    add(&mut error, h, &ERROR, &k);
-    Step { state: at, rate: k[8], error }
+    let mut stage = |place: usize, moved: [f64; N]| {
+        at = std::array::from_fn(|i| state[i] + h * moved[i]);
+        f(NODES[place] * h, &at)
+    };
+    k[1] = stage(0, sum(&A1, &k));
+    k[2] = stage(1, sum(&A2, &k));
+    k[3] = stage(2, sum(&A3, &k));
+    k[4] = stage(3, sum(&A4, &k));
+    k[5] = stage(4, sum(&A5, &k));
+    k[6] = stage(5, sum(&A6, &k));
+    k[7] = stage(6, sum(&A7, &k));
+    k[8] = stage(7, sum(&B, &k));
+    Step { state: at, rate: k[8], error: sum(&ERROR, &k).map(|error| h * error) }
 }
 
-/// Adds a multiple of the weighted rates.
-fn add<const N: usize>(to: &mut [f64; N], h: f64, weights: &[f64], rates: &[[f64; N]]) {
+/// The weighted sum of the first rates; the number of the weights is known when it is compiled, and the loops are
+/// unrolled.
+#[inline(always)]
+fn sum<const N: usize, const S: usize>(weights: &[f64; S], rates: &[[f64; N]; 9]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (weight, rate) in weights.iter().zip(rates) {
         for (sum, rate) in sum.iter_mut().zip(rate) {
             *sum += weight * rate;
         }
     }
-    for (to, sum) in to.iter_mut().zip(sum) {
-        *to += h * sum;
-    }
+    sum
 }
 
 #[cfg(test)]
@@ -124,7 +129,7 @@ mod tests {
     /// The weights of each stage add up to its node, and those of the error to nothing.
     #[test]
     fn the_tableau_is_consistent() {
-        for (node, row) in NODES.into_iter().zip(A) {
+        for (node, row) in NODES.into_iter().zip([&A1[..], &A2, &A3, &A4, &A5, &A6, &A7, &B]) {
             assert!((row.iter().sum::<f64>() - node).abs() < 1e-13, "{row:?}");
         }
         assert!(ERROR.iter().sum::<f64>().abs() < 1e-13);
