@@ -1,7 +1,7 @@
 //! Dense matrices: block matrices, subspaces, eigenvalues.
 
 use faer::Side;
-use nalgebra::{Complex, ComplexField, DMatrix, DVector, SymmetricTridiagonal};
+use nalgebra::{Complex, ComplexField, DMatrix, DVector, Schur, SymmetricTridiagonal};
 
 /// A real matrix of any size.
 pub type Mat = DMatrix<f64>;
@@ -117,8 +117,20 @@ pub fn pseudo_inverse(a: &Mat, tolerance: f64) -> Mat {
 
 /// Eigenvalues of a symmetric matrix, ascending; NaN if it has one.
 pub fn symmetric_eigenvalues(a: &Mat) -> Vec<f64> {
-    let eigenvalues = to_faer(&symmetric_part(a)).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
-    eigenvalues.unwrap_or_else(|| vec![f64::NAN; a.nrows()])
+    ascending_eigenvalues(&symmetric_part(a))
+}
+
+/// By nalgebra, in a third of faer's time at up to some 80 rows.
+fn ascending_eigenvalues<T: ComplexField<RealField = f64>>(a: &DMatrix<T>) -> Vec<f64> {
+    if a.is_empty() {
+        return vec![];
+    }
+    if !a.iter().all(ComplexField::is_finite) {
+        return vec![f64::NAN; a.nrows()];
+    }
+    let mut values: Vec<f64> = a.symmetric_eigenvalues().iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    values
 }
 
 /// The largest eigenvalue of a symmetric matrix (minus infinity for an empty one).
@@ -195,11 +207,25 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
     if a.is_empty() {
         return vec![];
     }
-    let eigenvalues = to_faer(a).and_then(|a| a.eigenvalues_from_real().ok());
-    let mut values = eigenvalues.unwrap_or_else(|| vec![UNKNOWN; a.nrows()]);
+    let mut values = quick_eigenvalues(a)
+        .or_else(|| to_faer(a)?.eigenvalues_from_real().ok())
+        .unwrap_or_else(|| vec![UNKNOWN; a.nrows()]);
     values.sort_by(|p, q| p.re.total_cmp(&q.re).then(p.im.total_cmp(&q.im)));
     values
 }
+
+/// Eigenvalues by nalgebra, in half of faer's time or less at up to some 80 rows; `None` if an entry is not finite or
+/// the iteration fails, as that of a cyclic permutation does: it has no exceptional shifts.
+fn quick_eigenvalues(a: &Mat) -> Option<Vec<Complex<f64>>> {
+    if !a.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let schur = Schur::try_new(a.clone(), f64::EPSILON, MOST_SWEEPS * a.nrows())?;
+    Some(schur.complex_eigenvalues().iter().copied().collect())
+}
+
+/// The largest number of QR sweeps per row; two or three are usual.
+const MOST_SWEEPS: usize = 20;
 
 /// A basis of the invariant subspace of the eigenvalues with positive real parts, as columns; `None` unless these are
 /// half of all.
@@ -450,12 +476,7 @@ fn singular_vectors(a: &DMatrix<Complex<f64>>, number: usize) -> Option<(Complex
 
 /// Eigenvalues of a Hermitian matrix, ascending; NaN if it has one.
 pub fn hermitian_eigenvalues(a: &DMatrix<Complex<f64>>) -> Vec<f64> {
-    let n = a.nrows();
-    if n == 1 {
-        return vec![a[(0, 0)].re];
-    }
-    let eigenvalues = to_faer(a).and_then(|a| a.self_adjoint_eigenvalues(Side::Lower).ok());
-    eigenvalues.unwrap_or_else(|| vec![f64::NAN; n])
+    if a.nrows() == 1 { vec![a[(0, 0)].re] } else { ascending_eigenvalues(a) }
 }
 
 /// The eigenvectors of a Hermitian matrix as columns, in ascending order of the eigenvalues; `None` if an entry is not

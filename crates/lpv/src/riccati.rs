@@ -1,6 +1,7 @@
 //! H-infinity control of a plant without parameters, by Riccati equations with 32 digits.
 //!
 //! ```text
+//! inverse    the inverse of a matrix with 32 digits
 //! wide       matrices with 32 digits, the matrix sign function
 //! equations  the two Riccati equations at a gain, and the central controller
 //! least      the bracket of the least gain
@@ -14,5 +15,6 @@
 pub(crate) mod bound;
 pub(crate) mod equations;
 pub mod h2;
+mod inverse;
 pub(crate) mod least;
 pub(crate) mod wide;

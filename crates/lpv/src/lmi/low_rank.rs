@@ -8,7 +8,7 @@
 //! Programming 77, 1997, section 5 (this structure); K. Fujisawa, M. Kojima, K. Nakata, Math. Programming 79, 1997 (the
 //! Schur complement).
 
-use crate::lmi::traces::{Factor, Traces};
+use crate::lmi::traces::{Factor, Scratch, Traces};
 use crate::lmi::{Affine, Program};
 use crate::matrix::{Mat, symmetric_part};
 use rayon::prelude::*;
@@ -244,17 +244,17 @@ impl LowRank {
     pub(crate) fn add_schur_complement(&self, m: &Projected, n: &Projected, out: &mut Mat) {
         let rows = out.nrows().max(1);
         let columns = out.as_mut_slice().par_chunks_mut(rows).enumerate().with_min_len(LEAST_COLUMNS);
-        columns.for_each_init(Vec::new, |traces, (j, target)| {
+        columns.for_each_init(Scratch::default, |scratch, (j, target)| {
             let Ok(place) = self.unknowns.binary_search(&(j as u32)) else { return };
-            self.traces.clear(traces);
-            for p in self.pairs_of(place) {
-                let factor = self.times() * p.coefficient;
-                let mut add = |m, n| self.traces.add(place, &Factor::new(factor, m, n, (p.a, p.b)), traces);
-                add(&m.plain, &n.plain);
-                if let Some((m, n)) = m.turned.as_ref().zip(n.turned.as_ref()) {
-                    add(m, n);
-                }
-            }
+            let turned = m.turned.as_ref().zip(n.turned.as_ref());
+            let products: Vec<_> = std::iter::once((&m.plain, &n.plain)).chain(turned).collect();
+            let of = |p: &Pair| {
+                let (factor, columns) = (self.times() * p.coefficient, (p.a, p.b));
+                products.iter().map(move |(m, n)| Factor::new(factor, m, n, columns)).collect::<Vec<_>>()
+            };
+            let factors: Vec<Factor<'_>> = self.pairs_of(place).iter().flat_map(of).collect();
+            self.traces.fill(place, &factors, scratch);
+            let traces = &scratch.traces;
             for (inner, unknown) in self.unknowns.iter().enumerate().skip(place) {
                 let range = self.starts[inner] as usize..self.starts[inner + 1] as usize;
                 let each = self.pairs[range.clone()].iter().zip(self.traces.places(range));

@@ -8,9 +8,10 @@
 //! ```
 //!
 //! A matrix unknown V of a term `L V R` needs the rectangle of T of the columns of L and R, which is
-//! computed as a whole, column by column. For a V with few entries, single traces are computed.
+//! computed as a whole, a product of matrices over all pairs of an unknown. For a V with few entries, single traces are computed.
 
 use crate::matrix::Mat;
+use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 use std::ops::Range;
 
 /// A rectangle of which at least one in so many traces is needed, and that is not too small, is computed as a whole.
@@ -63,6 +64,18 @@ impl<'a> Factor<'a> {
         Self { by, m: [column(m, a), column(m, b)], n: [column(n, a), column(n, b)] }
     }
 
+    /// Appends the rows c of the four columns, column by column.
+    fn push_left(&self, rows: &Range<usize>, to: &mut Vec<f64>) {
+        for column in [self.m[0], self.m[1], self.n[0], self.n[1]] {
+            to.extend_from_slice(&column[rows.clone()]);
+        }
+    }
+
+    /// The other factor of T at row d: column k of the one meets row k of the other.
+    fn right(&self, d: usize) -> [f64; 4] {
+        [self.n[1], self.n[0], self.m[1], self.m[0]].map(|column| self.by * column[d])
+    }
+
     /// The entries of the four columns, row by row.
     fn by_row(&self) -> Vec<[f64; 4]> {
         let ([ma, mb], [na, nb]) = (self.m, self.n);
@@ -75,22 +88,19 @@ impl<'a> Factor<'a> {
         let of = |at: u32| [self.m[0], self.m[1], self.n[0], self.n[1]].map(|column| column[at as usize]);
         self.by * trace(&of(c), &of(d))
     }
-
-    /// Adds the traces of c in `rows` and d.
-    fn add_column(&self, rows: Range<usize>, d: usize, to: &mut [f64]) {
-        let ([ma, mb], [na, nb]) = (self.m, self.n);
-        let (x, y, z, w) = (self.by * nb[d], self.by * na[d], self.by * mb[d], self.by * ma[d]);
-        let of_m = ma[rows.clone()].iter().zip(&mb[rows.clone()]);
-        let of_n = na[rows.clone()].iter().zip(&nb[rows]);
-        for (to, ((ma, mb), (na, nb))) in to.iter_mut().zip(of_m.zip(of_n)) {
-            *to += ma * x + mb * y + na * z + nb * w;
-        }
-    }
 }
 
 /// An entry of T, from the rows of the four columns.
 fn trace(c: &[f64; 4], d: &[f64; 4]) -> f64 {
     c[0] * d[3] + c[1] * d[2] + c[2] * d[1] + c[3] * d[0]
+}
+
+/// The traces of one column of a Schur complement, and the memory to form them in.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    pub(crate) traces: Vec<f64>,
+    left: Vec<f64>,
+    right: Vec<f64>,
 }
 
 impl Traces {
@@ -145,28 +155,49 @@ impl Traces {
         out
     }
 
-    /// Sets all traces to zero.
-    pub(crate) fn clear(&self, traces: &mut Vec<f64>) {
+    /// The traces of the pairs of the unknown at a place that it and the later ones need; others have any value.
+    pub(crate) fn fill(&self, place: usize, factors: &[Factor<'_>], scratch: &mut Scratch) {
+        let Scratch { traces, left, right } = scratch;
         traces.clear();
         traces.resize(self.size, 0.0);
-    }
-
-    /// Adds the traces of one pair that the unknown at a place, to which it belongs, and the later ones need.
-    pub(crate) fn add(&self, place: usize, factor: &Factor<'_>, traces: &mut [f64]) {
         for r in &self.rectangles {
             let (row, column) = r.first[place];
-            let height = r.rows.len();
-            for d in column..r.columns.end {
-                let to = r.start + (d - r.columns.start) as usize * height;
-                let to = &mut traces[to..to + height][(row - r.rows.start) as usize..];
-                factor.add_column(row as usize..r.rows.end as usize, d as usize, to);
+            let (rows, columns) =
+                (row as usize..r.rows.end as usize, column as usize..r.columns.end as usize);
+            if rows.is_empty() || columns.is_empty() {
+                continue;
             }
+            left.clear();
+            right.clear();
+            factors.iter().for_each(|factor| factor.push_left(&rows, left));
+            for d in columns.clone() {
+                factors.iter().for_each(|factor| right.extend_from_slice(&factor.right(d)));
+            }
+            let (rank, height) = (4 * factors.len(), r.rows.len());
+            let left = DMatrixView::from_slice(left, rows.len(), rank);
+            let right = DMatrixView::from_slice(right, rank, columns.len());
+            let from = r.start + (columns.start - r.columns.start as usize) * height + rows.start
+                - r.rows.start as usize;
+            let shape = (Dyn(rows.len()), Dyn(columns.len()));
+            DMatrixViewMut::from_slice_with_strides_generic(
+                &mut traces[from..],
+                shape.0,
+                shape.1,
+                Dyn(1),
+                Dyn(height),
+            )
+            .gemm(1.0, &left, &right, 0.0);
         }
         let begin = self.singles.partition_point(|single| (single.last as usize) < place);
-        let rows = if begin < self.singles.len() { factor.by_row() } else { vec![] };
-        for single in &self.singles[begin..] {
-            let (c, d) = single.of;
-            traces[single.place] += factor.by * trace(&rows[c as usize], &rows[d as usize]);
+        if begin == self.singles.len() {
+            return;
+        }
+        for factor in factors {
+            let rows = factor.by_row();
+            for single in &self.singles[begin..] {
+                let (c, d) = single.of;
+                traces[single.place] += factor.by * trace(&rows[c as usize], &rows[d as usize]);
+            }
         }
     }
 

@@ -8,8 +8,9 @@
 use crate::analysis::gain_bound::GainBound;
 use crate::matrix::{Mat, eigenvalues};
 use crate::riccati::equations::{WideController, stabilising};
+use crate::riccati::inverse::inverse;
 use crate::riccati::wide::{
-    Quad, Wide, cholesky, four, gramian, inverse, is_stable, narrow, scalar, stacked, symmetric, wide,
+    Quad, Wide, cholesky, four, gramian, is_stable, narrow, scalar, stacked, symmetric, wide,
 };
 use crate::system::{GeneralisedPlant, StateSpace};
 

@@ -16,9 +16,10 @@
 //! `A + B2 (F2 + D12^+ D11 F1)` is stable, and `X Y < g^2 I` if `X Y/g^2 - I` is. None depends on units or coordinates.
 
 use crate::matrix::Mat;
+use crate::riccati::inverse::inverse;
 use crate::riccati::wide::{
-    Quad, Wide, cholesky, concatenated, four, inverse, is_stable, least_squares, narrow, scalar,
-    sign_of_hamiltonian, solve, stacked, symmetric, wide,
+    Quad, Wide, cholesky, concatenated, four, is_stable, least_squares, narrow, scalar, sign_of_hamiltonian,
+    solve, stacked, symmetric, wide,
 };
 use crate::system::{Controller, GeneralisedPlant};
 

@@ -2,7 +2,8 @@
 
 use crate::matrix::{eigenvalues, kernel, largest_singular_value};
 use crate::riccati::equations::WidePlant;
-use crate::riccati::wide::{Quad, Wide, concatenated, inverse, scalar, stacked};
+use crate::riccati::inverse::inverse;
+use crate::riccati::wide::{Quad, Wide, concatenated, scalar, stacked};
 use crate::synthesis::regularity::Regularisation;
 use crate::system::{GeneralisedPlant, coarse_grid};
 
@@ -37,7 +38,10 @@ pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let mut best = Bracket { upper: f64::INFINITY, lower: half_plane.direct };
     for shift in SHIFTS {
         let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
-        let reached = half_plane.enlarged(shift).and_then(|p| p.bracket(guess, WidePlant::is_solved));
+        // A smaller half plane has no larger gain, but for rounding.
+        let enlarged =
+            half_plane.enlarged(shift).filter(|p| best.upper.is_infinite() || p.is_solved(best.upper));
+        let reached = enlarged.and_then(|p| p.bracket(guess, WidePlant::is_solved));
         let Some(found) = reached else { continue };
         best.upper = best.upper.min(found.upper);
         let none = |gain: &f64| half_plane.is_none_within(*gain, shift);

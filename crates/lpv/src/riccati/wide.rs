@@ -4,6 +4,7 @@
 //! of an f64, but only half of 32.
 
 use crate::matrix::Mat;
+use crate::riccati::inverse::inverse;
 use nalgebra::DMatrix;
 pub(crate) use qd::Quad;
 
@@ -49,41 +50,6 @@ pub(crate) fn stacked(a: &Wide, b: &Wide) -> Wide {
 /// `(A + A')/2`.
 pub(crate) fn symmetric(a: &Wide) -> Wide {
     (a + a.transpose()) * Quad::from_f64(0.5)
-}
-
-/// The inverse, and the logarithm of the magnitude of the determinant, by in-place elimination with partial pivoting;
-/// `None` for a singular matrix.
-pub(crate) fn inverse(a: &Wide) -> Option<(Wide, f64)> {
-    let n = a.nrows();
-    let mut rows: Vec<Vec<Quad>> = a.row_iter().map(|row| row.iter().copied().collect()).collect();
-    let mut swapped = vec![0; n];
-    let mut log_det = 0.0;
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&p, &q| rows[p][k].0.abs().total_cmp(&rows[q][k].0.abs()))?;
-        rows.swap(k, pivot);
-        swapped[k] = pivot;
-        let value = rows[k][k];
-        if value.0 == 0.0 || !value.0.is_finite() {
-            return None;
-        }
-        log_det += value.0.abs().ln();
-        let reciprocal = value.recip();
-        let mut row = std::mem::take(&mut rows[k]);
-        row[k] = Quad::ONE;
-        row.iter_mut().for_each(|v| *v *= reciprocal);
-        for other in rows.iter_mut().filter(|other| !other.is_empty()) {
-            let factor = std::mem::replace(&mut other[k], Quad::ZERO);
-            if factor.0 != 0.0 {
-                other.iter_mut().zip(&row).for_each(|(v, r)| *v -= factor * *r);
-            }
-        }
-        rows[k] = row;
-    }
-    for k in (0..n).rev() {
-        rows.iter_mut().for_each(|row| row.swap(k, swapped[k]));
-    }
-    let inverse = Wide::from_fn(n, n, |i, j| rows[i][j]);
-    inverse.iter().all(|v| v.0.is_finite()).then_some((inverse, log_det))
 }
 
 /// The solution of `A X = B`; `None` for a singular A.
@@ -269,6 +235,17 @@ mod tests {
         // The determinant is 24 - 1 - 3e8 - 1e-8.
         assert!((log_det - (3e8f64 - 23.0).ln()).abs() < 1e-12, "{log_det}");
         assert!(inverse(&wide(&dmatrix![1.0, 2.0; 2.0, 4.0])).is_none());
+    }
+
+    /// Of every size up to two vectors and more: nothing of the padding enters.
+    #[test]
+    fn padding_changes_nothing() {
+        for n in 0..20 {
+            let entry = |i: usize, j: usize| ((3 * i + 7 * j + i * j) as f64).sin() + f64::from(i == j);
+            let a = wide(&Mat::from_fn(n, n, entry));
+            let (i, _) = inverse(&a).unwrap();
+            assert!((&a * &i - scalar(n, Quad::ONE)).iter().all(|v| v.0.abs() < 1e-26), "{n}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::system::model_error::LoopError;
 use crate::system::parameter_grid::{evenly_spread, parameter_grid};
 use crate::system::partition::Group::{T, X};
 use crate::system::plant::GeneralisedPlant;
+use rayon::prelude::*;
 
 /// The frozen parameters over which Gramians are summed and gains are compared.
 const FROZEN: usize = 9;
@@ -65,7 +66,7 @@ pub(super) fn frozen_gain(plant: &GeneralisedPlant, k: &Controller) -> Option<f6
         let frozen = closed.frozen(&theta).ok().filter(|frozen| frozen.is_stable())?;
         Some(frozen.hinf_norm().value).filter(|gain| gain.is_finite())
     };
-    frozen_parameters(plant).into_iter().map(gain).try_fold(0.0, |most, gain| Some(f64::max(most, gain?)))
+    frozen_parameters(plant).into_par_iter().map(gain).try_reduce(|| 0.0, |most, gain| Some(most.max(gain)))
 }
 
 /// Reachability and observability of the controller's states, or of its channels, in the loop, summed over frozen
