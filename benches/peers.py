@@ -32,7 +32,7 @@ PLAIN = (
 )
 METHODS = ("hinfsyn", "HinfSynSlicot", "HinfSynLmi")
 SIZES = ((4, 4), (8, 5), (12, 6), (16, 7), (20, 8), (24, 10))
-PARTS = ("squid", "rate", "constant", "limits", "plain", "growth", "mu")
+PARTS = ("squid", "rate", "constant", "plain", "growth", "mu")
 ROUNDS = 3
 PAIRS = 15
 ACCURACY = 1e-3  # Relative: by so much a peer's gamma may be below the norm of its loop and still count as right.
@@ -157,46 +157,6 @@ def constant_rows() -> list[str]:
     ]
 
 
-def limits_rows() -> list[str]:
-    """Return the table of loops whose commands are cut off, in CPU time: what limits add to a synthesis."""
-    import numpy as np
-    from claims import claim
-    from limited_plants import TANKS, f8
-    from limits_cvxpy import Limited, energies, least_or_none
-
-    rows = [
-        "| plant | lpv, s | cvxpy + Clarabel, s | cvxpy / lpv | energies, lpv | cvxpy | gain for any w, lpv | cvxpy |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for name, data in {"F8": f8(), "tanks of IQClab": TANKS}.items():
-        pairs = []
-        with tempfile.TemporaryDirectory() as folder:
-            limited, plain = Path(folder, "limited.json"), Path(folder, "plain.json")
-            limited.write_text(json.dumps({"data": data}), encoding="utf-8")
-            without = {key: value for key, value in data.items() if key != "limits"}
-            plain.write_text(json.dumps({"data": without}), encoding="utf-8")
-            for _ in range(ROUNDS):
-                times = [child_time()]
-                for problem in (plain, limited):
-                    words = [COMMAND, "lpv", "synth", problem, "--out", folder, "--json"]
-                    done = subprocess.run(words, capture_output=True, text=True, check=True)
-                    times.append(child_time())
-                certificate = json.loads(Path(folder, "certificate.json").read_text(encoding="utf-8"))
-                claims, gain = json.loads(done.stdout)["with_limits"], np.array(claim(certificate, "energy")["E"])
-                begin, loop = time.process_time(), Limited.of(certificate)
-                theirs = energies(loop, claims[1]["gamma"] / 2.0, gain)
-                pairs.append((times[2] - 2.0 * times[1] + times[0], time.process_time() - begin))
-        a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
-        any_w, other = (claims[3]["gamma"] if len(claims) > 3 else None), least_or_none(loop, gain)
-        gains = ["none" if found is None else f"{found:.4g}" for found in (any_w, other)]
-        lists = [
-            ", ".join(f"{v:.3f}" for v in found) for found in ([one["energy"] for one in claims[:3]], theirs)
-        ]
-        ratio = statistics.median(b / a for a, b in pairs)
-        rows.append(
-            f"| {name} | {a:.2f} | {b:.2f} | {ratio:.1f} | {lists[0]} | {lists[1]} | {gains[0]} | {gains[1]} |"
-        )
-    return rows
 
 
 def plain_row(name: str) -> str:
@@ -309,8 +269,6 @@ def main() -> int:
     sys.path.append(str(ROOT / "tests" / "python" / "support"))
     if "constant" in wanted:
         put("constant", constant_rows())
-    if "limits" in wanted:
-        put("limits", limits_rows())
     return 0
 
 

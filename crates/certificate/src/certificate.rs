@@ -1,6 +1,6 @@
 //! The certificate as in its file: a closed loop, and what is claimed of it.
 
-use crate::claim::{Claim, Constant, Energy, Gain, Limits, Rate};
+use crate::claim::{Claim, Constant, Gain, Limits, Rate};
 use crate::error::Failure;
 use crate::plant::{Controller, ModelError, Plant};
 use crate::shape::at_least_one;
@@ -75,8 +75,6 @@ impl Certificate {
         robust_rate: Rate if is_some;
         /// The claim about a step with saturated commands.
         limits: Limits;
-        /// The claim about w of bounded energy with saturated commands.
-        energy: Energy;
         /// The claim for parameters some of which are constant.
         constant: Constant;
     }
@@ -150,7 +148,6 @@ impl Certificate {
             Claim::Gain(gain) => (gain.lambda.is_some(), gain.lambda.is_some()),
             Claim::Rate(rate) => (rate.lambda.is_some(), false),
             Claim::Limits(_) => (true, false),
-            Claim::Energy(_) => (false, true),
             Claim::Constant(_) => (false, false),
         };
         if rests_on_gain && self.gain().is_none() {

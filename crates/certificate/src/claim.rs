@@ -1,7 +1,6 @@
 //! The claims of a certificate: each has its matrices, the check of their sizes, the proof, and what it states.
 
 pub(crate) mod constant;
-pub(crate) mod energy;
 mod filtered;
 pub(crate) mod gain;
 pub(crate) mod limits;
@@ -10,7 +9,6 @@ pub(crate) mod rate;
 mod saturated;
 
 pub use constant::{Constant, ConstantTheorem};
-pub use energy::{Energy, EnergyBound, EnergyTheorem};
 pub use filtered::Filter;
 pub use gain::Gain;
 pub use limits::{LimitTheorem, Limits};
@@ -29,8 +27,6 @@ pub enum Claim {
     Rate(Rate),
     /// A step with saturated commands.
     Limits(Limits),
-    /// The gain with saturated commands, for w of bounded energy.
-    Energy(Energy),
     /// The gain for parameters some of which are constant.
     Constant(Constant),
 }
@@ -42,7 +38,6 @@ impl Claim {
             Self::Gain(claim) => ("gain", claim),
             Self::Rate(claim) => ("rate", claim),
             Self::Limits(claim) => ("limits", claim),
-            Self::Energy(claim) => ("energy", claim),
             Self::Constant(claim) => ("constant", claim),
         }
     }

@@ -19,8 +19,8 @@
 //! *The claim `gain`.* For every measurable trajectory with `|theta_i(t)| <= 1` the parameter loop is well posed, the
 //! closed loop is exponentially stable, and its L2 gain from w to z is below gamma.
 //!
-//! A certificate with the claim `rate` may do without this one, and then has none of the claims with model error,
-//! `limits` and `energy`: nothing is claimed of a parameter that moves faster than its rate.
+//! A certificate with the claim `rate` may do without this one, and then has none of the claims with model error and
+//! `limits`: nothing is claimed of a parameter that moves faster than its rate.
 //!
 //! *Conditions, checked without rounding.* `gamma > 0`; `X = X' > 0`; `S = S' > 0` and `T = -T'` commute with
 //! `Theta_e`; and
@@ -123,25 +123,6 @@
 //!   on where the u of a phi comes from, or on what a phi moves. (The lag with a limited rate as a second saturation:
 //!   F. Tyan, D. S. Bernstein, Int. J. Control 67(4), 1997.)
 //!
-//! *With w of bounded energy* (the claim `energy`): commands are saturated, with anti-windup, as with limits, but for
-//! the whole plant, with its weights and all of w and z, and without model error. Each of its bounds has an X, S, T, a
-//! diagonal U > 0, H, gamma and beta, for which the form
-//!
-//! ```text
-//! dV/dt + z'z/gamma - gamma w'w + zt'S zt - wt'S wt + 2 wt'T zt + 4 phi'U (u - phi - H x)
-//! ```
-//!
-//! must be negative definite in (x, wt, phi, w); `X > 0`, `S > 0`; and for each command `[X h_j'; h_j limit_j^2/(gamma
-//! beta)] > 0`. *Claim:* from rest, for every w whose energy, the integral of w'w, is at most beta, `V <= gamma beta`
-//! at all times, the L2 gain from w to z is below gamma, and once w is 0 the state decays exponentially. With `H = 0`
-//! that holds for every w, and from every state.
-//!
-//! - *The region.* Where `V <= gamma beta`, `|h_j x| < limit_j` with room to spare, so that the term of U is not
-//!   negative, as above, in a neighbourhood. As long as x is there, V is at most gamma times the energy of w so far, by
-//!   integrating the form from rest, and so at most gamma beta: x never leaves the region, and the integral to the end
-//!   of time is the gain. With H = 0 the term of U is nowhere negative.
-//! - *Well-posedness* is as with limits: the form is that of a loop with a further parameter for each command.
-//!
 //! *In discrete time* (`discrete`) `x+`, the state at the next tick, stands in place of `x'`, and the sums of squares
 //! over the ticks in place of the energies. There is the claim `gain` alone, without model error; its inequality is
 //!
@@ -161,7 +142,7 @@
 //!
 //! # What it does not cover
 //!
-//! - Saturation of the actuators but in the claims `limits` and `energy`: for all else the loop is linear at every
+//! - Saturation of the actuators but in the claim `limits`: for all else the loop is linear at every
 //!   instant.
 //! - Sampling: in continuous time the controller is the continuous one of the file, with Theta(t) measured without
 //!   delay or error; in discrete time nothing is said of what lies between the ticks.
@@ -218,10 +199,7 @@ mod system;
 mod theorem;
 
 pub use certificate::{Certificate, Format};
-pub use claim::{
-    Claim, Constant, ConstantTheorem, Energy, EnergyBound, EnergyTheorem, Filter, Gain, LimitTheorem, Limits,
-    Rate, RateTheorem,
-};
+pub use claim::{Claim, Constant, ConstantTheorem, Filter, Gain, LimitTheorem, Limits, Rate, RateTheorem};
 pub use error::Failure;
 pub use lower_bound::{Multipliers, lower_bound};
 pub use plant::{Controller, ModelError, Plant, Rows};

@@ -1,7 +1,7 @@
 //! What was proved, in words.
 
 use crate::certificate::Certificate;
-use crate::claim::{ConstantTheorem, EnergyTheorem, LimitTheorem, RateTheorem};
+use crate::claim::{ConstantTheorem, LimitTheorem, RateTheorem};
 use std::fmt;
 
 /// A proved claim; it is displayed as a sentence.
@@ -35,8 +35,6 @@ pub struct Theorem {
     pub bounded_rate: Option<RateTheorem>,
     /// What holds with saturated commands, if the file claims it.
     pub limits: Option<LimitTheorem>,
-    /// What holds with saturated commands for w of bounded energy, if the file claims it.
-    pub energy: Vec<EnergyTheorem>,
     /// What holds for parameters some of which are constant, if the file claims it.
     pub constant: Option<ConstantTheorem>,
 }
@@ -58,7 +56,6 @@ impl Theorem {
             gamma_with_model_error: certificate.robust_gain().map(|claim| claim.gamma),
             bounded_rate: certificate.rate().map(|claim| RateTheorem::of(claim, certificate.robust_rate())),
             limits: certificate.limits().map(LimitTheorem::of),
-            energy: certificate.energy().map_or_else(Vec::new, EnergyTheorem::of),
             constant: certificate.constant().map(|claim| ConstantTheorem::of(claim, of)),
         }
     }
@@ -70,8 +67,7 @@ impl Theorem {
         Some(self.gamma.map_or(slow, |any_rate| any_rate.min(slow)))
     }
 
-    /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, bounded energy,
-    /// constant parameters.
+    /// The claim, a sentence each: gain and stability, model error, bounded rate, limits, constant parameters.
     pub fn sentences(&self) -> Vec<String> {
         let mut all = match (self.gamma, self.bounded_rate) {
             (Some(gamma), _) => vec![self.gain(gamma, None), self.model_error()],
@@ -84,7 +80,6 @@ impl Theorem {
         };
         all.extend(self.bounded_rate.filter(|_| self.gamma.is_some()).map(|slow| slow.to_string()));
         all.extend(self.limits.map(|limits| limits.to_string()));
-        all.extend(EnergyTheorem::sentence(&self.energy));
         all.extend(self.constant.as_ref().map(ToString::to_string));
         all
     }

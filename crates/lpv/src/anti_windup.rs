@@ -27,7 +27,6 @@
 //! gains have nearly that gamma; [`smallest_gains`] takes those with the least sum of all `|L_ij|`. Larger ones couple
 //! axes: a rudder at its limit would move the integral of the speed error.
 
-pub mod energy;
 pub mod follow;
 pub mod region;
 mod saturated;

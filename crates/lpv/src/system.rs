@@ -32,7 +32,6 @@ pub use parameter_grid::parameter_grid;
 pub(crate) use parameter_grid::{coarse_grid, evenly_spread};
 pub(crate) use partition::named_blocks;
 pub use partition::{CONTROLLER, Group, LOOP, NamedBlock, PLANT, Partitioned, Sizes};
-pub(crate) use plant::commuting_part;
 pub use plant::{ClosedLoop, GeneralisedPlant, channels};
 pub use polynomial::MatrixPolynomial;
 pub use rational::MatrixRational;

@@ -17,23 +17,17 @@ pub fn check(problem: &Source, certificate: &Source) -> Result<Theorem, Error> {
     // The file of a closed loop has no matrices of controls and measurements.
     let is_finished = of.c2.is_empty() && of.d12.iter().all(Vec::is_empty);
     let read = if is_finished { finished } else { read_problem };
-    let Problem { plant, d22, rate, discrete, limits } = read(problem)?;
+    let Problem { plant, d22, rate, discrete } = read(problem)?;
     let is_discrete = discrete.is_some();
     let (plant, d22) = discrete.map_or((plant, d22), |given| (given.plant, given.d22));
     // Without the claim `rate`, that for any rate holds.
     let any_rate = certificate.gain().map_or(f64::NEG_INFINITY, |_| f64::INFINITY);
     let proved_at = certificate.rate().map_or(any_rate, |claim| claim.rate);
-    let beyond = |limits: &Vec<f64>| {
-        // A certificate without claims about saturation is for the plant with any limits.
-        let Some(energy) = certificate.energy() else { return false };
-        energy.limits.len() != limits.len() || energy.limits.iter().zip(limits).any(|(at, limit)| at > limit)
-    };
     let others = [
         ("matrix D22", direct_path_rows(&d22) != of.direct_path().cloned().unwrap_or_default()),
         ("dt", is_discrete != certificate.discrete),
         ("blocks", plant.blocks != certificate.blocks),
         ("rate", rate.map_or(certificate.gain().is_none(), |rate| proved_at < rate)),
-        ("limits", limits.as_ref().is_some_and(beyond)),
     ];
     let matrix =
         first_difference(&plant_rows(&plant).named(), &of.named()).map(|name| format!("matrix {name}"));

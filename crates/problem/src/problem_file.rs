@@ -3,7 +3,7 @@
 //! ```json
 //! {"kind": "lpvsyn-lft", "data": {"P": {"A": [[..]], "Bt": .., "B1": .., "B2": .., "Ct": .., "C1": .., "C2": ..,
 //!  "Dtt": .., "Dt1": .., "Dt2": .., "D1t": .., "D11": .., "D12": .., "D2t": .., "D21": .., "D22": ..},
-//!  "blocks": [r_1, ..], "rate": .., "limits": [..]}}
+//!  "blocks": [r_1, ..], "rate": ..}}
 //! {"kind": "hinfsyn", "data": {"A": .., "B1": .., "B2": .., "C1": .., "C2": .., "D11": .., "D12": .., "D21": ..}}
 //! ```
 //!
@@ -16,9 +16,6 @@
 //! `rate`, next to `blocks`, is the bound on `|theta'|` of a plant with one parameter, in units of theta per unit of
 //! time; without it the rates are arbitrary. `dt`, in either kind, is the sample time (s) of a plant in discrete time,
 //! with `x+` for `x'`; for the plant of a discrete-time certificate it is 1 by default.
-//!
-//! `limits`, in either kind, has the symmetric limit of each control. The controller then gets an anti-windup gain, and
-//! the gain of the loop with saturation is also proved.
 //!
 //! Weights are part of the plant, so they must be proper: an improper weight has no state-space form with finite
 //! matrices. Attempts to write one are rejected with a reason: `E` of a descriptor system `E x' = A x + ..` unless it
@@ -48,8 +45,6 @@ pub struct Problem {
     pub rate: Option<f64>,
     /// The plant of the file if it is in discrete time.
     pub discrete: Option<Discrete>,
-    /// The limit of each control in both directions; `None` without limits.
-    pub limits: Option<Vec<f64>>,
 }
 
 /// The keys of a file, or of its `data`.
@@ -64,7 +59,7 @@ macro_rules! plant {
             /// The content of `data`, or of the file: a plant with what belongs to it.
             Data {
                 "data" data: Box<Data>, "P" p: PlantFile, "plant" plant: PlantFile, "blocks" blocks: Vec<f64>,
-                "rate" rate: f64, "limits" limits: Vec<f64>, "dt" dt: f64, "K" k: System,
+                "rate" rate: f64, "dt" dt: f64, "K" k: System,
                 "sample_time" sample_time: f64, "delay" delay: f64, "held" held: bool, $($key $field: Matrix),*
             } with notes
         }
@@ -90,7 +85,7 @@ plant!("A" a, "Bt" bt, "B1" b1, "B2" b2, "Ct" ct, "C1" c1, "C2" c2, "Dtt" dtt, "
 const OF_SAMPLED_LOOP: [&str; 4] = ["K", "sample_time", "delay", "held"];
 
 /// The keys of the other problems alone.
-const OF_PLANT: [&str; 3] = ["rate", "limits", "dt"];
+const OF_PLANT: [&str; 2] = ["rate", "dt"];
 
 /// Reads a problem file.
 ///
@@ -206,18 +201,16 @@ fn built(source: &Source, given: Given, data: &Data, with_control: bool) -> Resu
     }
     let d22 = matrices.or_zero("D22", plant.sizes().y, plant.sizes().u)?;
     let rate = rate(source, data, &plant, &d22)?;
-    let limits = data.limits.as_ref().map(|given| limits(source, given, &plant, &d22)).transpose()?;
     let Some(sample_time) = sample_time(source, data.dt)? else {
-        return Ok(Problem { plant, d22, rate, discrete: None, limits });
+        return Ok(Problem { plant, d22, rate, discrete: None });
     };
-    let beside = [(limits.is_some(), "'limits', which are"), (rate.is_some(), "'rate', which is")];
-    if let Some((_, other)) = beside.into_iter().find(|(given, _)| *given) {
-        let words = format!("is given beside {other} of continuous time; leave one of them out");
+    if rate.is_some() {
+        let words = "is given beside 'rate', which is of continuous time; leave one of them out";
         return Err(source.wrong("dt", words));
     }
     let (discrete, plant, d22) =
         Discrete::new(plant, d22, sample_time).ok_or_else(|| source.wrong("A", POLES_AT_BOTH_ENDS))?;
-    Ok(Problem { plant, d22, rate, discrete: Some(discrete), limits })
+    Ok(Problem { plant, d22, rate, discrete: Some(discrete) })
 }
 
 const NOTHING_IN_Z: &str = "and all other matrices of z are zero: z is zero with every controller, and there is \
@@ -238,29 +231,6 @@ fn blocks(source: &Source, data: &Data) -> Result<Vec<usize>, Error> {
     };
     list.iter().enumerate().map(repetitions).collect()
 }
-
-/// The limit of each control in both directions.
-fn limits(source: &Source, list: &[f64], plant: &GeneralisedPlant, d22: &Mat) -> Result<Vec<f64>, Error> {
-    let (controls, (least, most)) = (plant.sizes().u, LIMITS);
-    let allowed =
-        format!("it must be a list of {controls} numbers from {least:e} to {most:e}, one for each control");
-    let wrong = |found: String| source.wrong("limits", format!("{found}; {allowed}"));
-    if list.len() != controls || controls == 0 {
-        return Err(wrong(format!("has {} entries", list.len())));
-    }
-    if d22.iter().any(|entry| *entry != 0.0) {
-        let words =
-            "is given beside a direct path 'D22'; design for y - D22 u, without 'D22', or leave it out";
-        return Err(source.wrong("limits", words));
-    }
-    match list.iter().enumerate().find(|(_, limit)| !(least..=most).contains(*limit)) {
-        Some((j, limit)) => Err(wrong(format!("has the number {limit} in place {}", j + 1))),
-        None => Ok(list.to_vec()),
-    }
-}
-
-/// The range of limits: their squares must stay in the range in which inequalities are solved.
-const LIMITS: (f64, f64) = (1e-9, 1e9);
 
 /// The sample time of a plant in discrete time.
 ///
@@ -378,7 +348,6 @@ mod tests {
         assert_eq!(plant_of(&nested("", "", "")), plant_of(PLAIN));
         plant_of(&nested(r#", "notes": 1, "convention": 2"#, "", r#", "source": 3"#)).unwrap();
         for (beside, inside, above, words) in [
-            (r#", "limit": [1]"#, "", "", "'data.limit' is not known; did you mean 'limits'?"),
             (r#", "Rate": 0.5"#, "", "", "'data.Rate' is not known; did you mean 'rate'?"),
             (r#", "sample_time": 0.1"#, "", "", "'sample_time' is for sampled loops; the sample time of"),
             ("", r#", "d22": [[5]]"#, "", "'data.P.d22' is not known; did you mean 'D22'?"),
@@ -386,12 +355,11 @@ mod tests {
                 r#", "speed": 1"#,
                 "",
                 "",
-                "'data.speed' is not known (allowed: data, P, plant, blocks, rate, limits, dt,",
+                "'data.speed' is not known (allowed: data, P, plant, blocks, rate, dt,",
             ),
             ("", r#", "unit": "m""#, "", "'data.P.unit' is not known (allowed: A, Bt, "),
             ("", "", r#", "speed": 1"#, "'speed' is not known (allowed: data, P, plant, "),
             ("", r#", "dt": 0.1"#, "", "'data.P.dt' is not known; it stands beside the plant, in 'data'"),
-            ("", "", r#", "limits": [1]"#, "'limits' is out of place; it stands in 'data'"),
         ] {
             let found = refusal(&nested(beside, inside, above));
             assert!(found.contains(words), "{found}");

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use base::files::Files;
 use base::numbers::{at_least, at_most};
-use certificate::{Certificate, Controller, EnergyTheorem, Rows, Theorem};
+use certificate::{Certificate, Controller, Theorem};
 use lpv::regularise::is_zero;
 use proof::claim::text;
 use serde::Serialize;
@@ -24,15 +24,6 @@ pub enum Status {
     NumericalFailure,
 }
 
-/// A bound of the gain from rest with saturated commands, proved in exact arithmetic.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WithLimits {
-    /// The bound.
-    pub gamma: f64,
-    /// The largest energy of w for which it holds; `null` for any.
-    pub energy: Option<f64>,
-}
-
 /// The content of `controller.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct ControllerFile {
@@ -41,13 +32,6 @@ pub struct ControllerFile {
     /// The matrices of the controller.
     #[serde(flatten)]
     pub matrices: Controller,
-    /// Anti-windup gain, states x controls: its product with the excess of u over the limits is added to the state
-    /// derivatives.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub anti_windup: Option<Rows>,
-    /// The limit of each control in both directions.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Vec<f64>>,
 }
 
 /// The result, as `--json` prints it.
@@ -80,9 +64,6 @@ pub struct Report {
     /// holds there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified_gamma_at_rate: Option<f64>,
-    /// The proved bounds with the limits of the problem.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub with_limits: Vec<WithLimits>,
     /// Number of states of the controller.
     pub controller_states: Option<usize>,
     /// Why there is no controller.
@@ -123,9 +104,6 @@ impl Report {
                 self.status = Status::Feasible;
                 self.certified_gamma = theorem.gamma;
                 self.certified_gamma_at_rate = self.rate.and(theorem.gamma_at_rate().or(theorem.gamma));
-                let with_limits =
-                    |claim: &EnergyTheorem| WithLimits { gamma: claim.gamma, energy: claim.beta };
-                self.with_limits = theorem.energy.iter().map(with_limits).collect();
                 self.theorem = Some(theorem);
             }
             Err(failure) => {
@@ -207,8 +185,6 @@ impl Report {
         self.proved().map(|proved| ControllerFile {
             blocks: proved.controller_blocks.clone(),
             matrices: proved.controller.clone(),
-            anti_windup: proved.energy().map(|energy| energy.e.clone()),
-            limits: proved.energy().map(|energy| energy.limits.clone()),
         })
     }
 
@@ -271,12 +247,6 @@ impl Report {
                 out += &format!("  certified at rate   {}\n", at_most(self.certified_gamma_at_rate));
             }
             out += &format!("  certified gamma     {}\n", at_most(self.certified_gamma));
-            for WithLimits { gamma, energy } in &self.with_limits {
-                // Rounded down.
-                let up_to = |most| format!("w of an energy up to {:.4e}", (1.0 - 5e-5) * most);
-                let w = energy.map_or_else(|| "any w".into(), up_to);
-                out += &format!("  with limits         {} for {w}\n", at_most(Some(*gamma)));
-            }
             out += &format!("  PROVED: {theorem}\n");
         }
         out + &format!("  {:.2} s\n", self.seconds)

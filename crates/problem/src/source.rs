@@ -83,7 +83,7 @@ pub const NOTES: [&str; 12] = [
 /// Keys, and where they belong.
 const PLACES: [(&[&str], &str); 3] = [
     (&["blocks", "rate"], "beside a plant 'P' with parameters, in 'data'"),
-    (&["limits", "dt"], "beside the plant, in 'data'"),
+    (&["dt"], "beside the plant, in 'data'"),
     (&["K", "sample_time", "delay", "held"], "in the file of a sampled loop"),
 ];
 

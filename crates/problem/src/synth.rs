@@ -5,10 +5,8 @@ use crate::problem_file;
 use crate::problem_file::Problem;
 use crate::report::{Report, Status};
 use crate::source::Source;
-use certificate::{Certificate, Claim};
-use lpv::analysis::GainBound;
+use certificate::Certificate;
 use lpv::bounded_rate::SlowOptions;
-use lpv::controller::Controller;
 use lpv::direct_path::{self, synthesise};
 use lpv::error::SynthesisError;
 use lpv::parameter_grid::parameter_grid;
@@ -17,7 +15,6 @@ use lpv::regularity::findings;
 use lpv::structured::{STARTS, Structure, tune};
 use lpv::synthesis::{Design, DualMultipliers, Options, ScalingClass, is_least, least_gamma, multipliers};
 use proof::claim::{direct_path_rows, nominal, without_claims};
-use proof::energy::energy;
 use proof::rate::rate;
 use std::time::Instant;
 
@@ -154,9 +151,6 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     let at_rate = rate(&found.bound, None);
     let Some(fast) = found.fast else {
         report.remarks.push(NOT_FAST.into());
-        if problem.limits.is_some() {
-            report.remarks.push(NO_LIMITS.into());
-        }
         let certificate = without_claims(&problem.plant, &found.controller);
         report.prove(Certificate { claims: vec![at_rate], ..certificate });
         return;
@@ -166,16 +160,13 @@ fn at_bounded_rate(problem: &Problem, slow: SlowOptions, options: Options, repor
     if found.bound.gamma < fast.gamma {
         certificate.claims.push(at_rate);
     }
-    prove(problem, &found.controller, &fast, certificate, report);
+    report.prove(certificate);
 }
 
 const FOR_ANY_RATE: &str = "the controller is that for a parameter that moves at any rate, whose bound holds at this \
     rate, too; the search at this rate failed";
 
 const NOT_FAST: &str = "the bound is for this rate only: none was found for a parameter that moves faster";
-
-const NO_LIMITS: &str = "nothing is proved with commands at their limits, and there is no anti-windup: that needs a \
-    bound for an arbitrary rate";
 
 /// Synthesises, and removes states and channels if `reduce`. A controller that is too fast with all states may meet the
 /// limit with fewer.
@@ -224,28 +215,9 @@ fn feasible(problem: &Problem, design: &Design, report: &mut Report) {
         report.remarks.push(added.to_string());
     }
     match certificate(problem, design) {
-        Some(certificate) => prove(problem, &design.controller, &design.certified, certificate, report),
+        Some(certificate) => report.prove(certificate),
         None => report.reason = Some(NOT_BACK.into()),
     }
-}
-
-/// Proves a certificate, with claims for the limits of the problem if they are found, else with a remark.
-fn prove(
-    problem: &Problem,
-    controller: &Controller,
-    bound: &GainBound,
-    mut certificate: Certificate,
-    report: &mut Report,
-) {
-    let found =
-        problem.limits.as_ref().map(|limits| energy(&problem.plant, controller, bound, &certificate, limits));
-    match found.transpose() {
-        Ok(energy) => certificate.claims.extend(energy.map(Claim::Energy)),
-        Err(reason) => report.remarks.push(format!(
-            "nothing is proved with commands at their limits, and there is no anti-windup: {reason}"
-        )),
-    }
-    report.prove(certificate);
 }
 
 /// The certificate of a design for the given plant.

@@ -5,7 +5,6 @@
 //! claim         plant, controller and bounds as a certificate, read and written
 //! rate          the bound for a parameter with a bounded rate
 //! ball          the ball of models around a fit
-//! energy        the gain with saturated commands, for w of bounded energy
 //! limits        the step from which a loop with saturated commands returns to trim
 //! sampled       the bound of a sampled loop
 //! constant      the bound for constant parameters
@@ -15,7 +14,6 @@
 pub mod ball;
 pub mod claim;
 pub mod constant;
-pub mod energy;
 pub mod error;
 pub mod limits;
 pub mod rate;

@@ -356,8 +356,6 @@ class LpvController:
     matrices: dict[str, Matrix]
     dt: float = 0.0
     """The sample time, s; 0 in continuous time. In discrete time `xk+` stands for `xk'`."""
-    anti_windup: Matrix | None = None
-    """E, states x controls: `E (u - sat(u))` is added to xk' where the plant has limits."""
 
     def frozen(self, *theta: float) -> Any:
         """Return the controller at constant parameters, each within [-1, 1]."""
@@ -394,8 +392,6 @@ class LpvSynthesis:
     gam_at_rate: float | None
     remarks: list[str]
     certificate: Certificate
-    gam_with_limits: list[tuple[float, float]]
-    """Gains that are proved with saturated commands, each with the largest energy of w; inf for any."""
 
 
 def lpvsyn(
@@ -404,7 +400,6 @@ def lpvsyn(
     *,
     rate: float | None = None,
     dt: float | None = None,
-    limits: list[float] | None = None,
     back_off: float = 0.1,
     gamma_limit: float | None = None,
     fastest_mode: float | None = None,
@@ -418,8 +413,6 @@ def lpvsyn(
         blocks: the repetitions r_1, r_2, ... of the parameters, each within [-1, 1].
         rate: a bound on |theta'| of the only parameter.
         dt: the sample time, s, of a plant in discrete time: its controller is in discrete time, and so is the proof.
-        limits: how far each control can go either way: the controller gets an anti-windup gain, and the gain of the
-            loop with limits is proved for w of bounded energy, or of any.
         back_off: as in `hinfsyn_proved`.
         gamma_limit: as in `hinfsyn_proved`.
         fastest_mode: as in `hinfsyn_proved`.
@@ -435,8 +428,6 @@ def lpvsyn(
     """
     data: dict[str, Any] = {"P": as_lists(P), "blocks": np.asarray(blocks).tolist()}
     data |= without_none(rate=rate, dt=dt)
-    if limits is not None:
-        data["limits"] = np.asarray(limits, dtype=float).tolist()
     report, rows, certificate = solve(data, back_off, gamma_limit, fastest_mode, reduce, progress)
     return LpvSynthesis(
         lpv_controller(rows, dt or 0.0),
@@ -446,10 +437,6 @@ def lpvsyn(
         report.get("certified_gamma_at_rate"),
         report["remarks"],
         certificate,
-        [
-            (one["gamma"], np.inf if one["energy"] is None else one["energy"])
-            for one in report.get("with_limits", [])
-        ],
     )
 
 
@@ -469,7 +456,6 @@ def lpv_controller(rows: Mapping[str, Any], dt: float = 0.0) -> LpvController:
         list(rows["blocks"]),
         {key: np.array(rows[key], dtype=float).reshape(shape) for key, shape in size.items()},
         dt,
-        np.array(rows["anti_windup"], dtype=float).reshape(n, outputs) if "anti_windup" in rows else None,
     )
 
 

@@ -182,24 +182,6 @@ def test_a_scheduled_controller_in_discrete_time(sq: ModuleType) -> None:
         assert np.sqrt(energy[0] / energy[1]) < found.gam
 
 
-def test_a_scheduled_controller_with_limits(sq: ModuleType) -> None:
-    """The spring of docs/plants.md: an anti-windup gain, and proved gains that grow with the energy of w."""
-    P = {
-        "A": [[0, 1], [-2, -0.5]], "Bt": [[0], [-1]], "B1": [[0, 0], [1, 0]], "B2": [[0], [1]], "Ct": [[1, 0]],
-        "C1": [[1, 0], [0, 0]], "D11": np.zeros((2, 2)), "D12": [[0], [0.3]], "C2": [[1, 0]], "D21": [[0, 0.1]],
-        "Dtt": [[0]], "Dt1": [[0, 0]], "Dt2": [[0]], "D1t": [[0], [0]], "D2t": [[0]],
-    }  # fmt: skip
-    found = sq.lpvsyn(P, [1], limits=[1.0])
-    assert found.K.anti_windup.shape == (len(found.K.matrices["A"]), 1) and found.K.anti_windup.any()
-    gains, energies = zip(*found.gam_with_limits, strict=True)
-    assert found.gam < gains[0] and sorted(gains) == list(gains) and sorted(energies) == list(energies)
-    assert "With commands saturated at the limits" in found.certificate.verify().claim
-    plain = sq.lpvsyn(P, [1])
-    assert plain.K.anti_windup is None and plain.gam_with_limits == []
-    with pytest.raises(sq.InputError, match="'limits' has the number -1 in place 1"):
-        sq.lpvsyn(P, [1], limits=[-1.0])
-
-
 def test_the_gain_of_a_loop(sq: ModuleType) -> None:
     """IQClab's first demonstration at 0.3: published 2.683535 for any trajectory, 2.00650064 if constant."""
     P = {

@@ -26,9 +26,7 @@ pub enum LpvVerb {
     /// Weights are part of the plant, so all are proper: E is refused, unless the identity. D22 may be left out where
     /// it is 0. "rate" beside "blocks" bounds |theta'| of a plant with one parameter: the controller is made for that,
     /// by Lyapunov matrices that depend on theta, and its gain is proved at that rate and, larger, at any. "dt", the
-    /// sample time in s, makes it a plant in discrete time: so is the controller, and what is proved. "limits", a
-    /// positive number for each control, saturates the commands: the controller gets an anti-windup gain, and its gain
-    /// with limits is proved for w of bounded energy, or of any.
+    /// sample time in s, makes it a plant in discrete time: so is the controller, and what is proved.
     ///
     /// `gamma` of --json is the lowest gamma found, and `least` whether it is shown, in floating point, to be the least
     /// within 0.1 %: without parameters of any controller, by Riccati equations with 32 digits; with them of the

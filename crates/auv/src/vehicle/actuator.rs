@@ -151,13 +151,13 @@ impl Actuator {
     /// `tau T' = sat(command) - T` has the solution `T = sat + (start - sat) exp(-elapsed / tau)`. With a limit r on
     /// the rate T is a straight line before, until `|sat - T|` is `r tau`.
     pub fn output_after(&self, elapsed: f64, start: f64, command: f64) -> f64 {
-        self.output_with(f64::exp, elapsed, start, command)
+        self.output_with(&mut f64::exp, elapsed, start, command)
     }
 
     /// The same with an exponential function.
     pub(crate) fn output_with(
         &self,
-        exp: impl FnOnce(f64) -> f64,
+        exp: &mut impl FnMut(f64) -> f64,
         elapsed: f64,
         start: f64,
         command: f64,

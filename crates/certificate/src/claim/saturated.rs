@@ -130,17 +130,6 @@ impl ClosedLoop {
         Ok(saturated)
     }
 
-    /// The loop of a checked certificate with all its states, w and z.
-    ///
-    /// # Errors
-    /// As [`ClosedLoop::new`].
-    pub(super) fn with_energy(c: Loop<'_>, e: &Rows, h: &Rows) -> Result<Self, Failure> {
-        let all = |count: usize| (0..count).collect::<Vec<_>>();
-        let sizes = c.sizes();
-        let (plant, controller) = &opened(c, e, &all(sizes.x), &all(sizes.w), &[]);
-        Ok(Self::new(Loop { plant, controller, ..c }, &[])?.saturated(h))
-    }
-
     /// The loop of [`opened`] with a channel for each u in place of phi.
     ///
     /// `u = k (x, wt, w) + through phi`: at given wt the rates alone have phi in them, that of commands, for D22 is 0,

@@ -6,7 +6,6 @@ mod by_hand;
 mod common;
 mod constant;
 mod discrete;
-mod energy;
 mod factor;
 mod golden;
 mod independent;

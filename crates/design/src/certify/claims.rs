@@ -63,17 +63,11 @@ pub fn lines(theorem: &Theorem, terms: Option<&Terms>) -> Vec<String> {
             .map(|gamma| format!("{gain} below {} {ball}, where {rate}", above(gamma)));
         [Some(format!("{gain} below {}, where {rate}", above(slow.gamma))), with_error].into_iter().flatten()
     });
-    let energy = theorem.energy.iter().map(|claim| {
-        let of = claim
-            .beta
-            .map_or_else(|| "every w".into(), |beta| format!("every w of an energy of at most {beta}"));
-        format!("{gain} below {} with saturated commands, for {of}", above(claim.gamma))
-    });
     let claims = [
         theorem.gamma.map(|gamma| format!("{gain} below {}{motion}", above(gamma))),
         theorem.gamma_with_model_error.map(|gamma| format!("{gain} below {} {ball}", above(gamma))),
     ];
-    claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).chain(energy).collect()
+    claims.into_iter().flatten().chain(slow).chain(saturated(theorem, terms)).collect()
 }
 
 /// What is not proved for saturated commands, if anything.

@@ -9,60 +9,9 @@
 //! HQ`, `U^-1`, `(G U^-1)'` and the inverse of \[S -T; T -S\] (C. Scherer, S. Weiland, "Linear matrix inequalities in
 //! control", 2015, lemma 4.9).
 
-use crate::error::ShapeError;
 use crate::lmi::{Affine, Program, symmetric};
 use crate::matrix::{Mat, block, diagonal, diagonal_blocks, roots, skew_part, symmetric_part, unit};
-use crate::system::Group::{T, U, W, X, Y, Z};
-use crate::system::{ClosedLoop, Controller, GeneralisedPlant};
 use nalgebra::DVector;
-
-/// The loop of a plant and a controller with phi appended to w, fed back into the controller's states by the gain, and
-/// u appended to z.
-///
-/// Shapes: the gain is nk x m.
-///
-/// # Errors
-/// [`ShapeError`] if matrices do not fit.
-pub(super) fn with_phi(p: &GeneralisedPlant, k: &Controller, gain: &Mat) -> Result<ClosedLoop, ShapeError> {
-    let (y, w) = (p.c2().nrows(), p.b1().ncols());
-    let m = gain.ncols();
-    let zero = Mat::zeros;
-    let one = Mat::identity(m, m);
-    let saturated = |b1: Mat, b2: Mat| block(&[&[&b1, &-b2]]);
-    let below = |top: Mat, bottom: Mat| block(&[&[&top], &[&bottom]]);
-    let (n, r) = (p.a().nrows(), p.dtt().nrows());
-    let parts = [
-        (X, X, p.a()),
-        (X, T, p.bt()),
-        (X, W, saturated(p.b1(), p.b2())),
-        (X, U, p.b2()),
-        (T, X, p.ct()),
-        (T, T, p.dtt()),
-        (T, W, saturated(p.dt1(), p.dt2())),
-        (T, U, p.dt2()),
-        (Z, X, below(p.c1(), zero(m, n))),
-        (Z, T, below(p.d1t(), zero(m, r))),
-        (Z, W, below(saturated(p.d11(), p.d12()), zero(m, w + m))),
-        (Z, U, below(p.d12(), one.clone())),
-        (Y, X, below(p.c2(), zero(m, n))),
-        (Y, T, below(p.d2t(), zero(m, r))),
-        (Y, W, below(saturated(p.d21(), zero(y, m)), block(&[&[&zero(m, w), &one]]))),
-    ];
-    let plant = GeneralisedPlant::new(p.blocks.clone(), &parts)?;
-    let concatenated = |left: Mat, right: Mat| block(&[&[&left, &right]]);
-    let parts = [
-        (X, X, k.a()),
-        (X, Y, concatenated(k.by(), gain.clone())),
-        (X, T, k.bt()),
-        (U, X, k.cu()),
-        (U, Y, concatenated(k.duy(), zero(m, m))),
-        (U, T, k.dut()),
-        (T, X, k.ct()),
-        (T, Y, concatenated(k.dty(), zero(k.dtt().nrows(), m))),
-        (T, T, k.dtt()),
-    ];
-    Ok(plant.close(&Controller::new(k.blocks.clone(), &parts)?))
-}
 
 /// A scaled loop, well conditioned for the search, transposed.
 pub(super) struct Transposed {

@@ -11,11 +11,6 @@ pub fn channels(blocks: &[usize]) -> Vec<usize> {
     blocks.iter().enumerate().flat_map(|(i, &r)| std::iter::repeat_n(i, r)).collect()
 }
 
-/// The part of a matrix over channels that commutes with Theta: its entries between channels of one parameter.
-pub(crate) fn commuting_part(m: &Mat, channels: &[usize]) -> Mat {
-    m.map_with_location(|i, j, v| if channels[i] == channels[j] { v } else { 0.0 })
-}
-
 /// The generalised plant.
 ///
 /// ```text

@@ -9,7 +9,6 @@ mod direct_path;
 mod fast_modes;
 mod ladder;
 mod lft;
-mod limited_energy;
 mod published;
 mod rate;
 mod reduce;
