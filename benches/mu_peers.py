@@ -114,7 +114,7 @@ def sweep_rows(program: Path, problems: list[Path]) -> list[str]:
         seconds = (os.times().children_user - before.children_user) / (SWEEPS + 1)  # One does not count inside.
         found = json.loads(done.stdout)
         blocks = [-r for r, _ in file["data"]["blocks"]]
-        cells = [f"{file['speed']:.2f}", f"{len(blocks)}, in all {sum(blocks)}", str(len(file["data"]["P"]["A"]))]
+        cells = [path.stem, f"{len(blocks)}, in all {sum(blocks)}", str(len(file["data"]["P"]["A"]))]
         cells += [f"{seconds:.2f}", f"{found['upper']:.3f}", f"{found['lower']:.3f}", str(found["intervals"])]
         table.append("| " + " | ".join(cells) + " |")
     return table

@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             frozen.model.blocks.iter().map(|b| (-(b.repetitions as i64), 0)).collect();
         let [a, b, c, d] = [&system.a, &system.b, &system.c, &system.d].map(to_rows);
         let plant = json!({ "A": a, "B": b, "C": c, "D": d });
-        let problem = json!({ "kind": "mu", "speed": speed, "data": { "P": plant, "blocks": blocks } });
+        let problem = json!({ "kind": "mu", "data": { "P": plant, "blocks": blocks } });
         let path = Path::new(output).join(format!("{speed:.2}.json"));
         std::fs::write(&path, format!("{problem}\n"))?;
         println!("{}", path.display());

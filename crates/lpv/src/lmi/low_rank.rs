@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The least number of columns of a Schur complement per processor, so that small programs use one.
-const LEAST_COLUMNS: usize = 16;
+const LEAST_COLUMNS: usize = 100;
 
 /// `coefficient (w_a w_b' + w_b w_a')`, by the indices of two columns of W.
 #[derive(Debug, Clone, Copy)]

@@ -4,6 +4,9 @@ use super::{Cone, State};
 use crate::matrix::{Definite, Mat, quick_least_eigenvalue, symmetric_part};
 use rayon::prelude::*;
 
+/// The number of rows from which an inequality is large.
+const LARGE: usize = 32;
+
 /// The matrices of a cone that are constant within a step.
 struct Factors {
     x_root: Mat,
@@ -22,7 +25,7 @@ struct Direction {
 impl State<'_> {
     /// One predictor-corrector step; returns the shorter of the two step lengths, `None` if a factorisation fails.
     pub(super) fn advance(&mut self) -> Option<f64> {
-        let factors: Vec<Factors> = self.cones.par_iter().map(|c| self.factors(c)).collect::<Option<_>>()?;
+        let factors: Vec<Factors> = self.each().map(|c| self.factors(c)).collect::<Option<_>>()?;
         let m = self.objective.len();
         let mut schur = Mat::zeros(m, m);
         for (cone, f) in self.cones.iter().zip(&factors) {
@@ -56,6 +59,12 @@ impl State<'_> {
         }
         self.go(&dx, &direction, step_x, step_z);
         Some(step_x.min(step_z))
+    }
+
+    /// The inequalities, in parallel if one is large: waking a thread takes longer than the step of a small one.
+    fn each(&self) -> impl IndexedParallelIterator<Item = &Cone<'_>> {
+        let is_large = self.cones.iter().any(|cone| cone.data.size() >= LARGE);
+        self.cones.par_iter().with_min_len(if is_large { 1 } else { self.cones.len() })
     }
 
     fn factors(&self, cone: &Cone<'_>) -> Option<Factors> {
@@ -92,7 +101,7 @@ impl State<'_> {
             }
             &f.z_inverse * mu - symmetric_part(&(pushed * &f.z_inverse))
         };
-        let centres: Vec<Mat> = self.cones.par_iter().zip(factors).enumerate().map(centre).collect();
+        let centres: Vec<Mat> = self.each().zip(factors).enumerate().map(centre).collect();
         for (cone, centre) in self.cones.iter().zip(&centres) {
             cone.data.add_inner_products(centre, 1.0, &mut rhs);
         }
@@ -102,7 +111,7 @@ impl State<'_> {
             let x = centre - &cone.x - symmetric_part(&(&cone.x * &moved * &f.z_inverse));
             Direction { x, z: moved + &f.residual }
         };
-        let directions = self.cones.par_iter().zip(factors).zip(centres).map(direction).collect();
+        let directions = self.each().zip(factors).zip(centres).map(direction).collect();
         (dx, directions)
     }
 
@@ -120,8 +129,11 @@ impl State<'_> {
                 f64::INFINITY
             }
         };
-        let both =
-            factors.par_iter().zip(direction).map(|(f, d)| (along(&f.x_root, &d.x), along(&f.z_root, &d.z)));
+        let both = self
+            .each()
+            .zip(factors)
+            .zip(direction)
+            .map(|((_, f), d)| (along(&f.x_root, &d.x), along(&f.z_root, &d.z)));
         both.reduce(|| (f64::INFINITY, f64::INFINITY), |one, other| (one.0.min(other.0), one.1.min(other.1)))
     }
 
@@ -135,8 +147,7 @@ impl State<'_> {
         }
         // Once the inequalities hold at x, with a margin over the residual of the slacks, their values replace the
         // slacks: this removes accumulated rounding.
-        let values: Vec<Mat> =
-            self.cones.par_iter().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
+        let values: Vec<Mat> = self.each().map(|c| c.data.constant() + c.data.linear(&self.x)).collect();
         let share = if self.feasible || step_z == 1.0 { 0.0 } else { 0.5 };
         let clear = |(c, v): (&Cone<'_>, &Mat)| (v - &c.z * share).cholesky().is_some();
         if self.cones.iter().zip(&values).all(clear) {
