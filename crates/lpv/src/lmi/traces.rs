@@ -7,8 +7,8 @@
 //! T = M_a N_b' + M_b N_a' + N_a M_b' + N_b M_a',   with the columns of W'MW and W'NW
 //! ```
 //!
-//! A matrix unknown V of a term `L V R` needs the rectangle of T of the columns of L and R, which is
-//! computed as a whole, a product of matrices over all pairs of an unknown. For a V with few entries, single traces are computed.
+//! A matrix unknown V of a term `L V R` needs the rectangle of T of the columns of L and R, which is computed as a
+//! whole, a product of matrices over all pairs of an unknown. For a V with few entries, single traces are computed.
 
 use crate::matrix::Mat;
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
