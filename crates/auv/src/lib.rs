@@ -78,7 +78,7 @@ pub use vehicle::actuator::{Actuator, Effect};
 pub use vehicle::allowed::Allowed;
 pub use vehicle::ballast::Ballast;
 pub use vehicle::coefficients::{
-    COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients, DefaultValue,
+    COEFFICIENTS, CoefficientError, CoefficientSpec, Coefficients, DefaultValue, Subsystem,
 };
 pub use vehicle::geometry::Geometry;
 pub use vehicle::hull::Hull;

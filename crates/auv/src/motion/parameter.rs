@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use crate::motion::trim::Trim;
 use crate::vehicle::Vehicle;
-use crate::vehicle::coefficients::{COEFFICIENTS, is_lateral};
+use crate::vehicle::actuator::Effect;
+use crate::vehicle::coefficients::COEFFICIENTS;
 use crate::words::nearest;
 
 /// A number on which the linear motion depends.
@@ -46,12 +47,14 @@ impl Parameter {
     /// depend.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
         let lateral = vehicle.coefficients.has_lateral();
-        let acts = |key: &str| lateral == is_lateral(key) && vehicle.coefficients.surge.uses(key);
-        let coefficients = COEFFICIENTS.iter().map(|spec| spec.key).filter(|key| acts(key));
-        let coefficients = coefficients.map(Self::Coefficient);
+        let acts =
+            |key: &str, is_lateral: bool| lateral == is_lateral && vehicle.coefficients.surge.uses(key);
+        let coefficients = COEFFICIENTS.iter().filter(|spec| acts(spec.key, spec.is_lateral()));
+        let coefficients = coefficients.map(|spec| Self::Coefficient(spec.key));
         let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
             let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
-            keys.filter(|key| acts(key)).map(move |key| Self::Effect { actuator, key })
+            keys.filter(|key| acts(key, Effect::is_lateral(key)))
+                .map(move |key| Self::Effect { actuator, key })
         });
         coefficients.chain(effects).collect()
     }

@@ -293,6 +293,13 @@ impl Effect {
         self.lateral_force(1.0, 1.0).into_iter().any(|one| one != 0.0)
     }
 
+    /// Returns whether a number acts in sway, roll and yaw alone, by its key in a vehicle file.
+    pub(crate) fn is_lateral(key: &str) -> bool {
+        const LATERAL: [&str; 9] =
+            ["y", "azimuth", "torque", "Y_T", "K_T", "N_T", "Y_uu_delta", "K_uu_delta", "N_uu_delta"];
+        LATERAL.contains(&key)
+    }
+
     /// Its name in a vehicle file.
     pub(crate) fn kind(&self) -> &'static str {
         match self {

@@ -26,6 +26,8 @@ pub struct CoefficientSpec {
     pub key: &'static str,
     /// Table of the vehicle file that contains it, for instance `lift`.
     pub section: &'static str,
+    /// The part of the motion on which it acts.
+    pub subsystem: Subsystem,
     /// The only unit in which the vehicle file may give it; SI.
     pub unit: &'static str,
     /// The values that it may take.
@@ -57,21 +59,29 @@ impl CoefficientSpec {
         self.default == Required
     }
 
-    /// Returns whether it belongs to sway, roll and yaw alone.
+    /// Returns whether it acts in sway, roll and yaw alone.
     pub fn is_lateral(&self) -> bool {
-        is_lateral(self.key)
+        self.subsystem == Subsystem::Lateral
     }
 }
 
-/// Whether a number belongs to sway, roll and yaw alone, by its key in a vehicle file: the first letter of a symbol is
-/// that of the force or moment.
-pub(crate) fn is_lateral(key: &str) -> bool {
-    key.starts_with(['Y', 'K', 'N']) || ["I_xx", "I_zz", "y", "azimuth", "torque"].contains(&key)
+/// The part of the motion on which a number acts.
+///
+/// Source of the terms: Fossen (2011), ch. 7, the longitudinal and the lateral subsystem of a vehicle whose port and
+/// starboard are alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subsystem {
+    /// Surge, heave and pitch alone.
+    Longitudinal,
+    /// Sway, roll and yaw; it has no effect on motion in the vertical plane.
+    Lateral,
+    /// Both.
+    Both,
 }
 
 /// Writes the struct and the table from one list, so that they always agree.
 macro_rules! coefficients {
-    ($($section:literal { $($key:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
+    ($($section:literal { $($key:ident $subsystem:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
         /// Every coefficient of the model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
         /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
@@ -102,6 +112,7 @@ macro_rules! coefficients {
         pub static COEFFICIENTS: &[CoefficientSpec] = &[$($(CoefficientSpec {
             key: stringify!($key),
             section: $section,
+            subsystem: Subsystem::$subsystem,
             unit: $unit,
             allowed: Allowed::$allowed,
             default: $default,
@@ -125,87 +136,87 @@ macro_rules! coefficients {
 
 coefficients! {
     "mass" {
-        mass ["kg"] Positive Required, "Mass in air, with the water that it encloses";
-        weight ["N"] Positive Required, "Weight W = mass times gravity";
-        x_G ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
-        z_G ["m"] Any Required, "Centre of gravity below the origin";
-        I_yy ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
-        I_xx ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the \
+        mass Both ["kg"] Positive Required, "Mass in air, with the water that it encloses";
+        weight Both ["N"] Positive Required, "Weight W = mass times gravity";
+        x_G Both ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
+        z_G Both ["m"] Any Required, "Centre of gravity below the origin";
+        I_yy Both ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
+        I_xx Lateral ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the \
             vertical plane alone";
-        I_zz ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
+        I_zz Lateral ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
     }
     "buoyancy" {
-        buoyancy ["N"] Positive Required, "Buoyancy B at the reference depth";
-        reference_depth ["m"] NonNegative Number(0.0), "Depth at which the buoyancy is given";
-        buoyancy_gradient ["N/m"] Any Number(0.0), "Change of buoyancy per metre of depth, dB/dz";
-        x_B ["m"] Any Number(0.0), "Centre of buoyancy forward of the origin";
-        z_B ["m"] Any Number(0.0), "Centre of buoyancy below the origin";
+        buoyancy Both ["N"] Positive Required, "Buoyancy B at the reference depth";
+        reference_depth Both ["m"] NonNegative Number(0.0), "Depth at which the buoyancy is given";
+        buoyancy_gradient Both ["N/m"] Any Number(0.0), "Change of buoyancy per metre of depth, dB/dz";
+        x_B Both ["m"] Any Number(0.0), "Centre of buoyancy forward of the origin";
+        z_B Both ["m"] Any Number(0.0), "Centre of buoyancy below the origin";
     }
     "water" {
-        density ["kg/m3"] Positive Required, "Density of the water";
-        kinematic_viscosity ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
+        density Both ["kg/m3"] Positive Required, "Density of the water";
+        kinematic_viscosity Longitudinal ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
             degC: 1.19e-6)";
     }
     "added_mass" {
-        X_u_dot ["kg"] NonPositive Required, "Surge force per surge acceleration";
-        Z_w_dot ["kg"] NonPositive Required, "Heave force per heave acceleration";
-        Z_q_dot ["kg.m"] Any Required, "Heave force per pitch acceleration";
-        M_w_dot ["kg.m"] Any Required, "Pitch moment per heave acceleration";
-        M_q_dot ["kg.m2"] NonPositive Required, "Pitch moment per pitch acceleration";
-        Y_v_dot ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "Sway force per sway acceleration";
-        Y_p_dot ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway acceleration";
-        Y_r_dot ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment per sway \
+        X_u_dot Both ["kg"] NonPositive Required, "Surge force per surge acceleration";
+        Z_w_dot Both ["kg"] NonPositive Required, "Heave force per heave acceleration";
+        Z_q_dot Both ["kg.m"] Any Required, "Heave force per pitch acceleration";
+        M_w_dot Both ["kg.m"] Any Required, "Pitch moment per heave acceleration";
+        M_q_dot Both ["kg.m2"] NonPositive Required, "Pitch moment per pitch acceleration";
+        Y_v_dot Lateral ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "Sway force per sway acceleration";
+        Y_p_dot Lateral ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway acceleration";
+        Y_r_dot Lateral ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment per sway \
             acceleration";
-        K_p_dot ["kg.m2"] NonPositive Number(0.0), "Roll moment per roll acceleration";
-        K_r_dot ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll acceleration";
-        N_r_dot ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
+        K_p_dot Lateral ["kg.m2"] NonPositive Number(0.0), "Roll moment per roll acceleration";
+        K_r_dot Lateral ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll acceleration";
+        N_r_dot Lateral ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
     }
     "lift" {
-        Z_uw ["kg/m"] Any Required, "Heave force per |u| w: lift of hull and fixed fins";
-        Z_uq ["kg"] Any Required, "Heave force per |u| q";
-        M_uw ["kg"] Any Required, "Pitch moment per |u| w, beyond the Munk moment";
-        M_uq ["kg.m"] Any Required, "Pitch moment per |u| q: damping by the fixed fins";
-        Y_uv ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per |u| v: lift of hull and fixed fins";
-        Y_up ["kg"] Any Number(0.0), "Sway force per |u| p";
-        Y_ur ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per |u| r";
-        K_uv ["kg"] Any Number(0.0), "Roll moment per |u| v";
-        K_up ["kg.m"] Any Number(0.0), "Roll moment per |u| p: damping by the fixed fins";
-        K_ur ["kg.m"] Any Number(0.0), "Roll moment per |u| r";
-        N_uv ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per |u| v, beyond the Munk moment";
-        N_up ["kg.m"] Any Number(0.0), "Yaw moment per |u| p";
-        N_ur ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per |u| r: damping by the fixed fins";
+        Z_uw Longitudinal ["kg/m"] Any Required, "Heave force per |u| w: lift of hull and fixed fins";
+        Z_uq Longitudinal ["kg"] Any Required, "Heave force per |u| q";
+        M_uw Longitudinal ["kg"] Any Required, "Pitch moment per |u| w, beyond the Munk moment";
+        M_uq Longitudinal ["kg.m"] Any Required, "Pitch moment per |u| q: damping by the fixed fins";
+        Y_uv Lateral ["kg/m"] Any Axisymmetric("Z_uw", 1.0), "Sway force per |u| v: lift of hull and fixed fins";
+        Y_up Lateral ["kg"] Any Number(0.0), "Sway force per |u| p";
+        Y_ur Lateral ["kg"] Any Axisymmetric("Z_uq", -1.0), "Sway force per |u| r";
+        K_uv Lateral ["kg"] Any Number(0.0), "Roll moment per |u| v";
+        K_up Lateral ["kg.m"] Any Number(0.0), "Roll moment per |u| p: damping by the fixed fins";
+        K_ur Lateral ["kg.m"] Any Number(0.0), "Roll moment per |u| r";
+        N_uv Lateral ["kg"] Any Axisymmetric("M_uw", -1.0), "Yaw moment per |u| v, beyond the Munk moment";
+        N_up Lateral ["kg.m"] Any Number(0.0), "Yaw moment per |u| p";
+        N_ur Lateral ["kg.m"] Any Axisymmetric("M_uq", 1.0), "Yaw moment per |u| r: damping by the fixed fins";
     }
     "damping" {
-        X_u ["kg/s"] NonPositive Number(0.0), "Surge force per u: linear damping";
-        Z_w ["kg/s"] NonPositive Number(0.0), "Heave force per w: linear damping";
-        Z_q ["kg.m/s"] Any Number(0.0), "Heave force per q: linear damping";
-        M_w ["kg.m/s"] Any Number(0.0), "Pitch moment per w: linear damping";
-        M_q ["kg.m2/s"] NonPositive Number(0.0), "Pitch moment per q: linear damping";
-        Z_ww ["kg/m"] NonPositive Number(0.0), "Heave force per w|w|: cross-flow drag";
-        Z_qq ["kg.m"] Any Number(0.0), "Heave force per q|q|: cross-flow drag";
-        M_ww ["kg"] Any Number(0.0), "Pitch moment per w|w|: cross-flow drag";
-        M_qq ["kg.m2"] NonPositive Number(0.0), "Pitch moment per q|q|: cross-flow drag";
-        M_uu ["kg"] Any Number(0.0), "Pitch moment per u|u|: asymmetry of the hull";
-        Y_v ["kg/s"] NonPositive Axisymmetric("Z_w", 1.0), "Sway force per v: linear damping";
-        Y_r ["kg.m/s"] Any Axisymmetric("Z_q", -1.0), "Sway force per r: linear damping";
-        Y_vv ["kg/m"] NonPositive Axisymmetric("Z_ww", 1.0), "Sway force per v|v|: cross-flow drag";
-        Y_rr ["kg.m"] Any Axisymmetric("Z_qq", -1.0), "Sway force per r|r|: cross-flow drag";
-        K_p ["kg.m2/s"] NonPositive Number(0.0), "Roll moment per p: linear damping";
-        K_pp ["kg.m2"] NonPositive Number(0.0), "Roll moment per p|p|: damping of the hull and its fins";
-        N_v ["kg.m/s"] Any Axisymmetric("M_w", -1.0), "Yaw moment per v: linear damping";
-        N_r ["kg.m2/s"] NonPositive Axisymmetric("M_q", 1.0), "Yaw moment per r: linear damping";
-        N_vv ["kg"] Any Axisymmetric("M_ww", -1.0), "Yaw moment per v|v|: cross-flow drag";
-        N_rr ["kg.m2"] NonPositive Axisymmetric("M_qq", 1.0), "Yaw moment per r|r|: cross-flow drag";
+        X_u Longitudinal ["kg/s"] NonPositive Number(0.0), "Surge force per u: linear damping";
+        Z_w Longitudinal ["kg/s"] NonPositive Number(0.0), "Heave force per w: linear damping";
+        Z_q Longitudinal ["kg.m/s"] Any Number(0.0), "Heave force per q: linear damping";
+        M_w Longitudinal ["kg.m/s"] Any Number(0.0), "Pitch moment per w: linear damping";
+        M_q Longitudinal ["kg.m2/s"] NonPositive Number(0.0), "Pitch moment per q: linear damping";
+        Z_ww Longitudinal ["kg/m"] NonPositive Number(0.0), "Heave force per w|w|: cross-flow drag";
+        Z_qq Longitudinal ["kg.m"] Any Number(0.0), "Heave force per q|q|: cross-flow drag";
+        M_ww Longitudinal ["kg"] Any Number(0.0), "Pitch moment per w|w|: cross-flow drag";
+        M_qq Longitudinal ["kg.m2"] NonPositive Number(0.0), "Pitch moment per q|q|: cross-flow drag";
+        M_uu Longitudinal ["kg"] Any Number(0.0), "Pitch moment per u|u|: asymmetry of the hull";
+        Y_v Lateral ["kg/s"] NonPositive Axisymmetric("Z_w", 1.0), "Sway force per v: linear damping";
+        Y_r Lateral ["kg.m/s"] Any Axisymmetric("Z_q", -1.0), "Sway force per r: linear damping";
+        Y_vv Lateral ["kg/m"] NonPositive Axisymmetric("Z_ww", 1.0), "Sway force per v|v|: cross-flow drag";
+        Y_rr Lateral ["kg.m"] Any Axisymmetric("Z_qq", -1.0), "Sway force per r|r|: cross-flow drag";
+        K_p Lateral ["kg.m2/s"] NonPositive Number(0.0), "Roll moment per p: linear damping";
+        K_pp Lateral ["kg.m2"] NonPositive Number(0.0), "Roll moment per p|p|: damping of the hull and its fins";
+        N_v Lateral ["kg.m/s"] Any Axisymmetric("M_w", -1.0), "Yaw moment per v: linear damping";
+        N_r Lateral ["kg.m2/s"] NonPositive Axisymmetric("M_q", 1.0), "Yaw moment per r: linear damping";
+        N_vv Lateral ["kg"] Any Axisymmetric("M_ww", -1.0), "Yaw moment per v|v|: cross-flow drag";
+        N_rr Lateral ["kg.m2"] NonPositive Axisymmetric("M_qq", 1.0), "Yaw moment per r|r|: cross-flow drag";
     }
     "hull" {
-        C_d ["1"] NonNegative Number(0.0), "Drag coefficient of the hull's sections in cross flow";
+        C_d Both ["1"] NonNegative Number(0.0), "Drag coefficient of the hull's sections in cross flow";
     }
     "drag" {
-        X_uu ["kg/m"] NonPositive Number(0.0), "Surge force per u|u|: a constant drag coefficient";
-        length ["m"] Positive Number(1.0), "Length L of the hull in the Reynolds number";
-        wetted_area ["m2"] NonNegative Number(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
-        form_factor ["1"] NonNegative Number(1.0), "Form factor on the friction of a flat plate";
-        drag_area ["m2"] NonNegative Number(0.0), "Drag area C_d A of appendages and base";
+        X_uu Longitudinal ["kg/m"] NonPositive Number(0.0), "Surge force per u|u|: a constant drag coefficient";
+        length Longitudinal ["m"] Positive Number(1.0), "Length L of the hull in the Reynolds number";
+        wetted_area Longitudinal ["m2"] NonNegative Number(0.0), "Wetted area S_w of the hull, for friction by ITTC-57";
+        form_factor Longitudinal ["1"] NonNegative Number(1.0), "Form factor on the friction of a flat plate";
+        drag_area Longitudinal ["m2"] NonNegative Number(0.0), "Drag area C_d A of appendages and base";
     }
 }
 

@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::vehicle::actuator::{Actuator, Effect, NEEDED_BY_RATE, allowed, is_actuator_name};
 use crate::vehicle::allowed::Allowed;
-use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients, is_lateral};
+use crate::vehicle::coefficients::{COEFFICIENTS, CoefficientError, Coefficients};
 use crate::vehicle::geometry::Geometry;
 use crate::vehicle::hull::Hull;
 use crate::vehicle::surge::Surge;
@@ -144,7 +144,8 @@ fn row(actuator: &Actuator) -> Row {
     let Actuator { name, min, max, lag, rate, curve, effect } = actuator;
     let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
     numbers.extend(rate.map(|rate| (RATE.to_owned(), rate)));
-    let of_effect = effect.numbers().into_iter().filter(|(key, value)| !is_lateral(key) || *value != 0.0);
+    let of_effect =
+        effect.numbers().into_iter().filter(|(key, value)| !Effect::is_lateral(key) || *value != 0.0);
     numbers.extend(of_effect.map(|(key, value)| (key.to_owned(), value)));
     Row { name: name.clone(), kind: effect.kind().to_owned(), numbers, curve: curve.clone() }
 }
@@ -243,7 +244,8 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
         ));
     };
     let of_effect = effect.numbers().map(|(key, _)| key);
-    let (optional, required): (Vec<&str>, Vec<&str>) = of_effect.into_iter().partition(|key| is_lateral(key));
+    let (optional, required): (Vec<&str>, Vec<&str>) =
+        of_effect.into_iter().partition(|key| Effect::is_lateral(key));
     let required: Vec<&str> = LIMITS.into_iter().chain(required).collect();
     let optional: Vec<&str> = optional.into_iter().chain([RATE]).collect();
     only(&name, &numbers, &required, &optional)?;

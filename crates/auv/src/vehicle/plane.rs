@@ -4,7 +4,7 @@
 
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::{Actuator, Effect};
-use crate::vehicle::coefficients::{COEFFICIENTS, is_lateral};
+use crate::vehicle::coefficients::COEFFICIENTS;
 
 impl Vehicle {
     /// Returns the vehicle as it moves in the vertical plane: without the coefficients of sway, roll and yaw, without
@@ -13,7 +13,8 @@ impl Vehicle {
     #[must_use]
     pub fn in_plane(&self) -> Self {
         let mut plane = self.clone();
-        for spec in COEFFICIENTS.iter().filter(|spec| spec.is_lateral()) {
+        let lateral = || COEFFICIENTS.iter().filter(|spec| spec.is_lateral());
+        for spec in lateral() {
             (spec.set)(&mut plane.coefficients, 0.0);
         }
         let all = || self.actuators.iter().chain(&self.others);
@@ -24,9 +25,9 @@ impl Vehicle {
             Some((name, number)) => {
                 let number = number.rsplit('.').next().unwrap_or(number);
                 let gone = all().any(|one| one.name == name && !one.acts_in_plane());
-                !(gone || is_lateral(number))
+                !(gone || Effect::is_lateral(number))
             }
-            None => !is_lateral(key),
+            None => lateral().all(|spec| spec.key != key),
         };
         let sources = self.sources.iter().filter(|(key, _)| of_plane(key));
         plane.sources = sources.map(|(key, source)| (key.clone(), source.clone())).collect();
@@ -84,7 +85,7 @@ impl Actuator {
                 let [X_T, Z_T, M_T] = self.effect.force(0.0, 1.0);
                 Effect::thruster_group(X_T, Z_T, M_T)
             }
-            _ => self.effect.map(|key, value| if is_lateral(key) { 0.0 } else { value }),
+            _ => self.effect.map(|key, value| if Effect::is_lateral(key) { 0.0 } else { value }),
         };
         Self { effect, ..self.clone() }
     }

@@ -36,11 +36,15 @@ fn remus() -> Vehicle {
 
 /// \[u' v' w' p' q' r'\] under the outputs of the actuators \[N or rad\], at the depth of which the buoyancy is given.
 fn acceleration(vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> [f64; 6] {
+    acceleration_at(vehicle.coefficients.reference_depth, vehicle, motion, outputs)
+}
+
+/// The same at a depth \[m\].
+fn acceleration_at(depth: f64, vehicle: &Vehicle, motion: &Motion, outputs: &[f64]) -> [f64; 6] {
     let dynamics = Dynamics::new(&vehicle.coefficients).unwrap();
     let outputs = || outputs.iter().copied();
     let force = actuator_force(&vehicle.actuators, motion.u, outputs());
     let lateral = lateral_actuator_force(&vehicle.actuators, motion.u, outputs());
-    let depth = vehicle.coefficients.reference_depth;
     let [du, dw, dq] = dynamics.acceleration(motion, depth, force);
     let [dv, dp, dr] = dynamics.lateral_acceleration(motion, depth, lateral);
     [du, dv, dw, dp, dq, dr]

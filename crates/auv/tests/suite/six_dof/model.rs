@@ -1,7 +1,7 @@
 //! The equations of motion: another implementation, symmetries, energy.
 
 use super::*;
-use auv::{Coefficients, Dual64, Effect, Scalar};
+use auv::{COEFFICIENTS, Coefficients, Dual64, Effect, Hull, Scalar, Subsystem};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 
@@ -13,6 +13,36 @@ fn acceleration_is_that_of_another_implementation() {
     let expected = [0.09687616, -1.34691217, -0.07600131, -4.14029523, 0.60840192, -2.94320342];
     for (found, expected) in found.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-8, "{found} instead of {expected}");
+    }
+}
+
+/// A coefficient moves the vehicle in the part of the motion that its row of the table names, and in no other.
+#[test]
+fn a_coefficient_acts_where_its_row_says() {
+    let mut vehicle = remus();
+    vehicle.coefficients.hull = Hull::new(&[[-0.6, 0.1], [0.7, 0.19]]).unwrap();
+    let c = &mut vehicle.coefficients;
+    for spec in COEFFICIENTS {
+        let small = [0.01, -0.01].into_iter().find(|value| spec.allowed.contains(*value)).unwrap();
+        (spec.set)(c, if (spec.get)(c) == 0.0 { small } else { (spec.get)(c) });
+    }
+    let all = Motion { u: 1.5, v: 0.2, w: -0.1, p: 0.3, q: -0.2, r: 0.4, phi: 0.1, theta: -0.05 };
+    let in_plane = Motion::in_plane(1.5, -0.1, -0.2, -0.05);
+    for spec in COEFFICIENTS {
+        let mut other = vehicle.clone();
+        (spec.set)(&mut other.coefficients, 1.01 * (spec.get)(&vehicle.coefficients));
+        let moves = |motion: &Motion, places: [usize; 3]| {
+            let [before, after] =
+                [&vehicle, &other].map(|one| acceleration_at(7.0, one, motion, &[4.0, 0.05, -0.08]));
+            places.into_iter().any(|place| before[place] != after[place])
+        };
+        let found = (moves(&in_plane, [0, 2, 4]), moves(&all, [1, 3, 5]));
+        let expected = match spec.subsystem {
+            Subsystem::Longitudinal => (true, false),
+            Subsystem::Lateral => (false, true),
+            Subsystem::Both => (true, true),
+        };
+        assert_eq!(found, expected, "{}", spec.key);
     }
 }
 
