@@ -6,7 +6,7 @@ use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
 use auv::longitudinal::{self, DEPTH, PITCH, SPEED, TRACKED};
-use auv::{State, lateral};
+use auv::{LATERAL, LONGITUDINAL, lateral};
 use scheduled::{Manoeuvre, ManoeuvreError, Trim};
 use signals::{Curve, Signal};
 
@@ -185,9 +185,8 @@ impl ClosedLoop {
     /// are the rates of the angles, theta' and psi'.
     fn measure(&mut self, time: f64) {
         let (references, path_speed) = self.references(time);
-        let State { motion, depth, heading, .. } = self.plant.state();
-        let level = longitudinal::measured([motion.u, motion.w, motion.turning()[1], motion.theta, depth]);
-        let measured = [level, lateral::measured(&motion, heading)];
+        let state = self.plant.state();
+        let measured = [&LONGITUDINAL, &LATERAL].map(|view| (view.measured)(&state));
         for (index, axis) in self.axes.iter_mut().enumerate() {
             axis.inputs.measured.copy_from_slice(&measured[index]);
             for (place, reference) in axis.inputs.references.iter_mut().enumerate() {

@@ -44,6 +44,7 @@ mod scalar;
 mod simulation;
 pub mod toml_file;
 mod vehicle;
+mod view;
 mod words;
 
 pub use motion::branch::trims;
@@ -85,4 +86,5 @@ pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
+pub use view::{LATERAL, LONGITUDINAL, View};
 pub use words::{number, readable, rounded};

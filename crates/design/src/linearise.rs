@@ -7,10 +7,9 @@ pub mod turning;
 use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
-use auv::longitudinal::measured;
 use auv::{
-    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, lateral, linearise, linearise_with, trim_with,
-    trims,
+    Actuator, Dynamics, LATERAL, LONGITUDINAL, Pitch, Speed, Status, Trim, Vehicle, lateral, linearise,
+    linearise_with, trim_with, trims,
 };
 use lpv::matrix::{Mat, block, to_rows};
 use scheduled::{ReferenceLimits, Sensor};
@@ -157,11 +156,8 @@ impl Linearisation {
 }
 
 fn operating_point(trim: &Trim, states: States) -> OperatingPoint {
-    let signals = if lateral::is_lateral(states) {
-        lateral::level(trim.forward_speed)
-    } else {
-        measured([trim.forward_speed, trim.heave, 0.0, trim.pitch, trim.depth])
-    };
+    let view = if lateral::is_lateral(states) { &LATERAL } else { &LONGITUDINAL };
+    let signals = (view.level)(trim);
     OperatingPoint { speed: trim.speed, signals: signals.to_vec(), actuators: trim.actuators.clone() }
 }
 

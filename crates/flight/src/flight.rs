@@ -2,12 +2,12 @@
 
 use crate::error::Error;
 use crate::sea::{Conditions, Sea};
-use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED, measured, state_of};
+use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED};
 use auv::{
-    Current, Load, Motion, Pitch, Plant, Speed, State, Trim as Level, TrimError, Vehicle, lateral, trim_with,
+    Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Trim as Level, TrimError, Vehicle, View,
+    trim_with,
 };
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
-use signals::Signal;
 use std::array::from_fn;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -233,10 +233,10 @@ pub fn fly_varied(
     let mut autopilot = Autopilot::new(design)?;
     let trims = autopilot.trim().clone();
     let mut started = false;
-    let signals = if vehicle.coefficients.has_lateral() { &lateral::SIGNALS } else { &SIGNALS };
+    let view = View::of(vehicle);
     let demand = |time| {
         let disturbance = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
-        Demand { disturbance, ..Demand::of_axis(manoeuvre, signals, time) }
+        Demand { disturbance, ..Demand::of_axis(manoeuvre, view, time) }
     };
     let course = Course { duration: manoeuvre.duration, demand };
     let start = Start::new(vehicle, level, course.initial_speed(), conditions, off_trim)?;
@@ -269,14 +269,14 @@ pub struct Demand {
 impl Demand {
     /// The demand of a manoeuvre of surge, heave and pitch in still water.
     pub fn of(manoeuvre: &Manoeuvre, time: f64) -> Self {
-        Self::of_axis(manoeuvre, &SIGNALS, time)
+        Self::of_axis(manoeuvre, &LONGITUDINAL, time)
     }
 
-    /// The demand of a manoeuvre of an axis with these signals.
-    fn of_axis(manoeuvre: &Manoeuvre, signals: &Each<Signal>, time: f64) -> Self {
+    /// The demand of a manoeuvre of an axis.
+    fn of_axis(manoeuvre: &Manoeuvre, view: &View, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|place| manoeuvre.above_trim(time, signals[place].name)),
+            above_trim: from_fn(|place| manoeuvre.above_trim(time, view.interface.signals[place].name)),
             disturbance: Disturbance::default(),
         }
     }
@@ -325,7 +325,10 @@ pub fn fly_course(
 
 /// A vehicle at the start of a flight.
 struct Start {
+    view: &'static View,
     plant: Plant,
+    /// What the references of the depth, or of the heading, count from.
+    origin: f64,
     depth: f64,
     conditions: Option<Conditions>,
     /// What keeps level flight, for an axis of heading.
@@ -407,23 +410,24 @@ impl Start {
         conditions: Option<Conditions>,
         off_trim: Each<f64>,
     ) -> Result<Self, Error> {
-        let is_lateral = vehicle.coefficients.has_lateral();
-        let plane = if is_lateral { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) };
+        let view = View::of(vehicle);
+        let plane = if view.is_level_held { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) };
         let mut trim = trim_with(&plane, Speed::Path(speed), depth, pitch)
             .map_err(|reason| Error::Trim { speed, reason })?;
         let mut plant = Plant::new(vehicle)?;
         if let Some(sea) = &conditions {
             plant = plant.with_water(sea.water());
         }
-        if is_lateral {
+        if view.is_level_held {
             trim.actuators = vec![0.0; vehicle.actuators.len()];
         }
         plant.start(0.0, &trim)?;
-        plant.set_state(&displaced(plant.state(), off_trim, is_lateral));
+        let origin = view.origin(&plant.state());
+        plant.set_state(&(view.displaced)(plant.state(), off_trim));
         let plane = plane.into_owned();
         let rule = pitch.clone();
-        let kept = is_lateral.then(|| Kept { plane, rule, speed, trim, known: BTreeMap::new() });
-        Ok(Self { plant, depth, conditions, kept })
+        let kept = view.is_level_held.then(|| Kept { plane, rule, speed, trim, known: BTreeMap::new() });
+        Ok(Self { view, plant, origin, depth, conditions, kept })
     }
 
     fn fly(
@@ -432,8 +436,7 @@ impl Start {
         &Sampling { sample_time, trims }: &Sampling<'_>,
         mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
     ) -> Result<Flight, Error> {
-        let Self { mut plant, depth: initial_depth, mut conditions, mut kept } = self;
-        let origin = if kept.is_some() { 0.0 } else { initial_depth };
+        let Self { view, mut plant, origin, depth: initial_depth, mut conditions, mut kept } = self;
         let steps = (course.duration / sample_time).round() as u64;
         let mut flight =
             Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
@@ -450,17 +453,12 @@ impl Start {
             if let Some(kept) = &mut kept {
                 plant.hold_level(kept.at(speed)?);
             }
-            let state @ State { motion, depth, heading, .. } = plant.state();
-            let Motion { u, w, q, theta, .. } = motion;
+            let state = plant.state();
             flight.surfacing = surfacing(conditions.as_ref(), time, &state);
             if flight.surfacing.is_some() {
                 break;
             }
-            let measured = match &kept {
-                None => measured([u, w, q, theta, depth]),
-                Some(_) => lateral::measured(&motion, heading),
-            };
-            let signals = Signals { measured, references };
+            let signals = Signals { measured: (view.measured)(&state), references };
             let mut read = signals;
             if let Some(sea) = &mut conditions {
                 read.measured = sea.read(&signals.measured);
@@ -475,6 +473,7 @@ impl Start {
                 plant.set_command(i, *command)?;
             }
             let used = references.unwrap_or(signals.references);
+            let depth = state.depth;
             flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
             plant.advance((k + 1) as f64 * sample_time)?;
         }
@@ -491,27 +490,6 @@ pub fn unless_lost(flown: Result<Flight, Error>) -> Result<Option<Flight>, Error
         Err(Error::Tick(_) | Error::Simulation(_)) => Ok(None),
         flown => flown.map(Some),
     }
-}
-
-/// A state with an offset added to each signal; an offset of 0 changes no bit.
-fn displaced(mut state: State, by: Each<f64>, is_lateral: bool) -> State {
-    if is_lateral {
-        let [heading, _, rate, roll, sway] = by;
-        state.heading += heading;
-        let motion = &mut state.motion;
-        motion.phi += roll;
-        motion.v += sway;
-        // The rate of pitch is 0, that of heading r cos(phi)/cos(theta).
-        motion.r += rate * motion.theta.cos() / motion.phi.cos();
-        return state;
-    }
-    let State { motion: Motion { u, w, q, theta, .. }, depth, .. } = state;
-    let mut motion = [u, w, q, theta, depth];
-    for (value, by) in motion.iter_mut().zip(state_of(by)).filter(|(_, by)| *by != 0.0) {
-        *value += by;
-    }
-    let [u, w, q, theta, depth] = motion;
-    State { motion: Motion::in_plane(u, w, q, theta), depth, ..state }
 }
 
 /// A step of one actuator's command.

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::flight::{Surfacing, surfacing};
 use crate::sea::Sea;
-use auv::longitudinal::{self, Each, SPEED};
-use auv::{Current, Pitch, Plant, Speed, State, Vehicle, lateral, trim_with};
+use auv::longitudinal::{Each, SPEED};
+use auv::{Current, LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre};
 
 /// A row of a flight, one a tick.
@@ -35,19 +35,15 @@ pub struct WholeFlight {
     pub surfacing: Option<Surfacing>,
 }
 
-/// The signals of each axis, of surge, heave and pitch first.
-fn measured(state: &State) -> [Each<f64>; 2] {
-    let State { motion, depth, heading, .. } = state;
-    // What is measured is the rate of pitch, and not that about the axis of the body.
-    let level = longitudinal::measured([motion.u, motion.w, motion.turning()[1], motion.theta, *depth]);
-    [level, lateral::measured(motion, *heading)]
-}
+/// What the axes control, in the order of the readings of their sensors.
+const VIEWS: [&View; 2] = [&LONGITUDINAL, &LATERAL];
 
 /// The autopilot of an axis, and where its actuators are among those of the vehicle.
 struct Axis {
     autopilot: Autopilot,
     inputs: Inputs,
-    is_lateral: bool,
+    /// Its place among [`VIEWS`].
+    view: usize,
     actuators: Vec<usize>,
 }
 
@@ -63,24 +59,29 @@ impl Axis {
                 measured: vec![0.0; design.signals.len()],
                 references: vec![0.0; design.references().count()],
             },
-            is_lateral: design.place(lateral::SIGNALS[lateral::HEADING].name).is_some(),
+            view: VIEWS.iter().position(|view| is_of(design, view)).unwrap_or_default(),
             actuators: design.actuators.iter().map(known).collect::<Result<_, _>>()?,
         })
     }
 
     /// Takes what the sensors of both axes read, and the demand of a manoeuvre above a start.
     fn look(&mut self, read: &[Each<f64>; 2], (start, manoeuvre, time): (&State, &Manoeuvre, f64)) {
-        let Self { autopilot, inputs, is_lateral, .. } = self;
-        inputs.measured.copy_from_slice(&read[usize::from(*is_lateral)]);
+        let Self { autopilot, inputs, view, .. } = self;
+        inputs.measured.copy_from_slice(&read[*view]);
+        let view = VIEWS[*view];
         let trims = autopilot.trim();
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
-        let origin = if *is_lateral { start.heading } else { start.depth };
-        let signals = if *is_lateral { &lateral::SIGNALS } else { &longitudinal::SIGNALS };
+        let (origin, signals) = (view.origin(start), view.interface.signals);
         for (place, reference) in inputs.references.iter_mut().enumerate() {
             let above = if place == SPEED { 0.0 } else { manoeuvre.above_trim(time, signals[place].name) };
             *reference = trims.signal(forward, place, origin) + above;
         }
     }
+}
+
+/// Whether a design is of an axis of a view, by the names of its signals.
+fn is_of(design: &ControllerDesign, view: &View) -> bool {
+    design.signals.iter().map(|port| port.name.as_str()).eq(view.interface.signals.iter().map(|one| one.name))
 }
 
 /// Simulates a vehicle that leaves the vertical plane under an autopilot of surge, heave and pitch and one of heading,
@@ -130,7 +131,7 @@ pub fn fly_whole(
         if flight.surfacing.is_some() {
             break;
         }
-        let mut read = measured(&state);
+        let mut read = VIEWS.map(|view| (view.measured)(&state));
         let mut elevation = 0.0;
         if let Some(sea) = &mut conditions {
             read = sea.read_both(&read);
