@@ -1,16 +1,14 @@
 //! Closed-loop simulation of vehicle and autopilot in this process.
 
 use crate::error::Error;
+use crate::held_level::HeldLevel;
 use crate::sea::{Conditions, Sea};
+use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED};
-use auv::{
-    Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Trim as Level, TrimError, Vehicle, View,
-    trim_with,
-};
+use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 /// Measured values and references, SI, by their places among the signals of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -331,73 +329,8 @@ struct Start {
     origin: f64,
     depth: f64,
     conditions: Option<Conditions>,
-    /// What keeps level flight, for an axis of heading.
-    kept: Option<Kept>,
-}
-
-/// The level flight that is kept beside an axis of heading.
-struct Kept {
-    plane: Vehicle,
-    rule: Pitch,
-    speed: f64,
-    trim: Level,
-    /// Trims at multiples of [`GRID`], or `None` where there is none.
-    known: BTreeMap<i64, Option<Level>>,
-}
-
-/// The distance of speeds along the path between which trims are interpolated, m/s; their error is its fourth power.
-const GRID: f64 = 0.01;
-
-impl Kept {
-    /// The trim at a speed along the path: of a speed that changes, by a cubic through trims at four speeds nearby.
-    fn at(&mut self, speed: f64) -> Result<&Level, Error> {
-        if speed != self.speed {
-            let trim = match self.between(speed) {
-                Some(trim) => trim,
-                None => self.solved(speed).map_err(|reason| Error::Trim { speed, reason })?,
-            };
-            (self.speed, self.trim) = (speed, trim);
-        }
-        Ok(&self.trim)
-    }
-
-    fn solved(&self, speed: f64) -> Result<Level, TrimError> {
-        let (depth, actuators) = (self.trim.depth, self.trim.actuators.len());
-        let trim = trim_with(&self.plane, Speed::Path(speed), depth, &self.rule)?;
-        Ok(Level { actuators: vec![0.0; actuators], ..trim })
-    }
-
-    /// The interpolated trim; `None` near the end of the speeds at which there is one.
-    fn between(&mut self, speed: f64) -> Option<Level> {
-        if !speed.is_finite() {
-            return None;
-        }
-        let below = (speed / GRID).floor();
-        let part = speed / GRID - below;
-        for place in below as i64 - 1..=below as i64 + 2 {
-            if !self.known.contains_key(&place) {
-                let trim = self.solved(place as f64 * GRID).ok();
-                self.known.insert(place, trim);
-            }
-        }
-        let near: Vec<&Level> =
-            (-1..=2).map(|step| self.known[&(below as i64 + step)].as_ref()).collect::<Option<_>>()?;
-        let weights = [
-            -part * (part - 1.0) * (part - 2.0) / 6.0,
-            (part + 1.0) * (part - 1.0) * (part - 2.0) / 2.0,
-            -(part + 1.0) * part * (part - 2.0) / 2.0,
-            (part + 1.0) * part * (part - 1.0) / 6.0,
-        ];
-        let mean = |of: fn(&Level) -> f64| near.iter().zip(weights).map(|(one, by)| by * of(one)).sum();
-        Some(Level {
-            speed,
-            forward_speed: mean(|one| one.forward_speed),
-            heave: mean(|one| one.heave),
-            incidence: mean(|one| one.incidence),
-            pitch: mean(|one| one.pitch),
-            ..near[1].clone()
-        })
-    }
+    /// The level flight that is held, for an axis of heading.
+    level: Option<HeldLevel>,
 }
 
 impl Start {
@@ -424,10 +357,8 @@ impl Start {
         plant.start(0.0, &trim)?;
         let origin = view.origin(&plant.state());
         plant.set_state(&(view.displaced)(plant.state(), off_trim));
-        let plane = plane.into_owned();
-        let rule = pitch.clone();
-        let kept = view.is_level_held.then(|| Kept { plane, rule, speed, trim, known: BTreeMap::new() });
-        Ok(Self { view, plant, origin, depth, conditions, kept })
+        let level = view.is_level_held.then(|| HeldLevel::new(plane.into_owned(), pitch.clone(), trim));
+        Ok(Self { view, plant, origin, depth, conditions, level })
     }
 
     fn fly(
@@ -436,38 +367,33 @@ impl Start {
         &Sampling { sample_time, trims }: &Sampling<'_>,
         mut law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
     ) -> Result<Flight, Error> {
-        let Self { view, mut plant, origin, depth: initial_depth, mut conditions, mut kept } = self;
-        let steps = (course.duration / sample_time).round() as u64;
-        let mut flight =
-            Flight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None, sea: Vec::new() };
+        let Self { view, plant, origin, depth: initial_depth, conditions, mut level } = self;
+        let Course { duration, demand } = course;
+        let steps = (duration / sample_time).round() as usize;
+        let mut flight = Flight { rows: Vec::with_capacity(steps + 1), surfacing: None, sea: Vec::new() };
         let mut inputs = Inputs { measured: vec![0.0; SIGNALS.len()], references: vec![0.0; TRACKED] };
-        for k in 0..=steps {
-            let time = k as f64 * sample_time;
-            let Demand { speed, above_trim, disturbance } = (course.demand)(time);
+        let outside = |time: f64, plant: &mut Plant| {
+            let Demand { speed, above_trim, disturbance: Disturbance { current, load } } = demand(time);
             let forward_speed = trims.forward_speed(speed);
-            let references = from_fn(|place| trims.signal(forward_speed, place, origin) + above_trim[place]);
-            let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
-            plant.set_current(disturbance.current + gauss_markov)?;
-            plant.set_load(disturbance.load)?;
+            plant.set_load(load)?;
             plant.set_given_speed(forward_speed)?;
-            if let Some(kept) = &mut kept {
-                plant.hold_level(kept.at(speed)?);
+            if let Some(level) = &mut level {
+                plant.hold_level(level.at(speed)?);
             }
-            let state = plant.state();
-            flight.surfacing = surfacing(conditions.as_ref(), time, &state);
-            if flight.surfacing.is_some() {
-                break;
-            }
+            let wanted: EachTracked<f64> =
+                from_fn(|place| trims.signal(forward_speed, place, origin) + above_trim[place]);
+            Ok((current, wanted))
+        };
+        let tick = |Tick { time, state, plant, conditions }: Tick<'_>, references| {
             let signals = Signals { measured: (view.measured)(&state), references };
-            let mut read = signals;
-            if let Some(sea) = &mut conditions {
-                read.measured = sea.read(&signals.measured);
+            let mut read = signals.measured;
+            if let Some(sea) = conditions {
+                read = sea.read(&signals.measured);
                 let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
-                flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read.measured });
-                sea.advance(sample_time);
+                flight.sea.push(SeaRow { elevation, water: plant.flow(), read });
             }
-            inputs.measured.copy_from_slice(&read.measured);
-            inputs.references.copy_from_slice(&read.references);
+            inputs.measured.copy_from_slice(&read);
+            inputs.references.copy_from_slice(&references);
             let LawOutput { commands, references, rho, out_of_range } = law(&inputs)?;
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
@@ -475,8 +401,9 @@ impl Start {
             let used = references.unwrap_or(signals.references);
             let depth = state.depth;
             flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
-            plant.advance((k + 1) as f64 * sample_time)?;
-        }
+            Ok(())
+        };
+        flight.surfacing = Ticks { plant, conditions, sample_time, duration }.fly(outside, tick)?;
         if flight.rows.is_empty() { Err(Error::AtTheSurface { depth: initial_depth }) } else { Ok(flight) }
     }
 }
@@ -514,11 +441,11 @@ pub fn fly_open_loop(
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let Start { mut plant, kept, .. } = Start::new(vehicle, level, speed, None, Each::default())?;
-    if let Some(kept) = &kept {
-        plant.hold_level(&kept.trim);
+    let Start { mut plant, level: held, .. } = Start::new(vehicle, level, speed, None, Each::default())?;
+    if let Some(held) = &held {
+        plant.hold_level(held.trim());
     }
-    let angle = |state: &State| if kept.is_some() { state.heading } else { state.motion.theta };
+    let angle = |state: &State| if held.is_some() { state.heading } else { state.motion.theta };
     let start = angle(&plant.state());
     let trimmed = plant.outputs()[step.actuator];
     plant.set_command(step.actuator, trimmed + step.height)?;
@@ -540,22 +467,6 @@ mod tests {
     use super::*;
     use squid_design::inputs::Inputs;
     use std::path::Path;
-
-    /// Trims that are interpolated while the speed changes are those at each speed.
-    #[test]
-    fn level_flight_is_kept_at_any_speed() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
-        let inputs = Inputs::read(&folder, "heading").unwrap();
-        let start = Start::new(&inputs.vehicle, inputs.design.level(), 1.5, None, Each::default()).unwrap();
-        let mut kept = start.kept.unwrap();
-        for speed in [1.5, 1.5001, 1.7777, 1.78, 2.0949, inputs.design.speed_min, inputs.design.speed_max] {
-            let exact = kept.solved(speed).unwrap();
-            let found = kept.at(speed).unwrap();
-            for of in [|one: &Level| one.forward_speed, |one: &Level| one.heave, |one: &Level| one.pitch] {
-                assert!((of(found) - of(&exact)).abs() < 1e-9, "{speed}: {found:?} {exact:?}");
-            }
-        }
-    }
 
     /// The committed design of Squid, pitching up 10 degrees from a metre below the surface: it leaves the water, and
     /// all rows are below the surface.

@@ -2,8 +2,10 @@
 
 pub mod error;
 pub mod flight;
+mod held_level;
 pub mod metrics;
 pub mod record;
 pub mod sea;
 mod sea_file;
+mod ticks;
 pub mod whole;

@@ -1,8 +1,9 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
 
 use crate::error::Error;
-use crate::flight::{Surfacing, surfacing};
+use crate::flight::Surfacing;
 use crate::sea::Sea;
+use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, SPEED};
 use auv::{Current, LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre};
@@ -104,7 +105,7 @@ pub fn fly_whole(
     if sample_time != other {
         return Err(Error::OtherSampleTime { one: sample_time, other });
     }
-    let mut conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
+    let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let depth = sea.and_then(|sea| sea.depth).unwrap_or(depth);
     let speed = manoeuvre.speed_reference(0.0);
     let plane = vehicle.in_plane();
@@ -119,30 +120,21 @@ pub fn fly_whole(
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
     plant.start(0.0, &auv::Trim { actuators, ..level })?;
     let start = plant.state();
-    let steps = (manoeuvre.duration / sample_time).round() as u64;
-    let mut flight = WholeFlight { rows: Vec::with_capacity(steps as usize + 1), surfacing: None };
-    for k in 0..=steps {
-        let time = k as f64 * sample_time;
-        if let Some(sea) = &conditions {
-            plant.set_current(current + sea.gauss_markov())?;
-        }
-        let state = plant.state();
-        flight.surfacing = surfacing(conditions.as_ref(), time, &state);
-        if flight.surfacing.is_some() {
-            break;
-        }
+    let duration = manoeuvre.duration;
+    let steps = (duration / sample_time).round() as usize;
+    let mut flight = WholeFlight { rows: Vec::with_capacity(steps + 1), surfacing: None };
+    let tick = |Tick { time, state, plant, conditions }: Tick<'_>, ()| {
         let mut read = VIEWS.map(|view| (view.measured)(&state));
         let mut elevation = 0.0;
-        if let Some(sea) = &mut conditions {
+        if let Some(sea) = conditions {
             read = sea.read_both(&read);
             elevation = sea.surroundings().elevation(time, [state.x, state.east]);
-            sea.advance(sample_time);
         }
         let water = plant.flow();
         let mut commands = plant.outputs().to_vec();
         for axis in &mut axes {
             axis.look(&read, (&start, manoeuvre, time));
-            if k == 0 {
+            if flight.rows.is_empty() {
                 axis.autopilot.initialise(0.0, &axis.inputs)?;
             }
             axis.autopilot.tick(&axis.inputs)?;
@@ -153,7 +145,9 @@ pub fn fly_whole(
         }
         let used = axes.iter().map(|axis| axis.autopilot.references().to_vec()).collect();
         flight.rows.push(WholeRow { time, state, used, commands, read, water, elevation });
-        plant.advance((k + 1) as f64 * sample_time)?;
-    }
+        Ok(())
+    };
+    flight.surfacing =
+        Ticks { plant, conditions, sample_time, duration }.fly(|_, _| Ok((current, ())), tick)?;
     if flight.rows.is_empty() { Err(Error::AtTheSurface { depth }) } else { Ok(flight) }
 }
