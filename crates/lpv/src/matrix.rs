@@ -542,6 +542,23 @@ mod tests {
         assert!((l * r - a).amax() < 1e-12);
     }
 
+    /// A cyclic permutation, on which the quick iteration fails for an even n, has the roots of unity as eigenvalues; and
+    /// a matrix that is not finite has none.
+    #[test]
+    fn a_cyclic_permutation_has_the_roots_of_unity() {
+        for n in 1..20 {
+            let cyclic = Mat::from_fn(n, n, |i, j| if j == (i + 1) % n { 1.0 } else { 0.0 });
+            assert!(n % 2 == 1 || n < 4 || quick_eigenvalues(&cyclic).is_none(), "{n}");
+            let found = eigenvalues(&cyclic);
+            for k in 0..n {
+                let root = Complex::from_polar(1.0, std::f64::consts::TAU * k as f64 / n as f64);
+                assert!(found.iter().any(|value| (value - root).norm() < 1e-12), "{n}: {found:?}");
+            }
+        }
+        assert!(eigenvalues(&dmatrix![1.0, f64::NAN; 0.0, 1.0]).iter().all(|value| value.re.is_nan()));
+        assert!(symmetric_eigenvalues(&dmatrix![f64::INFINITY]).iter().all(|value| value.is_nan()));
+    }
+
     /// The second difference has the eigenvalues 2 - 2 cos(k pi/(n + 1)); it is transformed by a reflection, and
     /// shifted.
     #[test]
