@@ -36,13 +36,15 @@ const MOST_STRIDES: usize = 16;
 pub(crate) fn least_gain(plant: &GeneralisedPlant) -> Option<Bracket> {
     let half_plane = HalfPlane::of(plant);
     let mut best = Bracket { upper: f64::INFINITY, lower: half_plane.direct };
+    let mut last = None;
     for shift in SHIFTS {
         let guess = if best.upper.is_finite() { best.upper } else { 1.0 };
-        // A smaller half plane has no larger gain, but for rounding.
+        // A smaller half plane has no larger gain, but for rounding: its own bracket is then not sought.
         let enlarged =
             half_plane.enlarged(shift).filter(|p| best.upper.is_infinite() || p.is_solved(best.upper));
         let reached = enlarged.and_then(|p| p.bracket(guess, WidePlant::is_solved));
-        let Some(found) = reached else { continue };
+        let Some(found) = reached.or(last) else { continue };
+        last = Some(found);
         best.upper = best.upper.min(found.upper);
         let none = |gain: &f64| half_plane.is_none_within(*gain, shift);
         let near = [found.lower, (1.0 - NEAR) * found.lower].into_iter().find(none);

@@ -55,7 +55,7 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
     let most = (1.0 + options.back_off) * least.upper;
     let near_enough = (1.0 + FAR_ABOVE * options.back_off) * least.upper;
     let mut best: Option<Design> = None;
-    for changed in changes(plant, least.upper, options.back_off) {
+    for (tried, changed) in changes(plant, least.upper, options.back_off).enumerate() {
         for share in SHARES {
             crate::stop::check();
             let built_at = (1.0 + share * options.back_off) * least.upper;
@@ -79,7 +79,7 @@ fn design(plant: &GeneralisedPlant, least: Bracket, options: Options) -> Option<
                 return best;
             }
         }
-        if best.as_ref().is_some_and(|best| best.certified.gamma <= near_enough) {
+        if tried >= LEAST_CHANGES && best.as_ref().is_some_and(|best| best.certified.gamma <= near_enough) {
             break;
         }
     }
@@ -181,6 +181,9 @@ impl WidePlant {
         }
     }
 }
+
+/// The number of changed plants that are tried at least for a bound within the back-off.
+const LEAST_CHANGES: usize = 4;
 
 /// The relative distance above the least gain at which a controller is built, as fractions of the back-off.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
