@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::held_level::HeldLevel;
 use crate::sea::{Conditions, Sea};
+pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED};
 use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
@@ -52,36 +53,6 @@ impl Row {
     /// Reference minus measured value.
     pub fn error(&self, place: usize) -> f64 {
         self.reference(place) - self.measured(place)
-    }
-}
-
-/// A vehicle farther than this above the surface \[m\] has left the water; less is rounding in a flight that starts at
-/// the surface.
-const OUT_OF_WATER: f64 = 1e-3;
-
-/// Whether a vehicle at a depth \[m\] is out of the water, where the equations are not valid.
-pub fn out_of_water(depth: f64) -> bool {
-    depth < -OUT_OF_WATER
-}
-
-/// The end of a flight in this state, if its hull is out of the water.
-pub(crate) fn surfacing(sea: Option<&Conditions>, time: f64, state: &State) -> Option<Surfacing> {
-    let clearance = sea.map_or(state.depth, |sea| sea.surroundings().clearance(time, &state.pose()));
-    out_of_water(clearance).then_some(Surfacing { time, speed: state.motion.u })
-}
-
-/// The early end of a flight at the surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surfacing {
-    /// Time, s.
-    pub time: f64,
-    /// Forward speed through the water, m/s.
-    pub speed: f64,
-}
-
-impl std::fmt::Display for Surfacing {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the vehicle reaches the surface at {:.2} s, with {:.2} m/s", self.time, self.speed)
     }
 }
 

@@ -7,5 +7,6 @@ pub mod metrics;
 pub mod record;
 pub mod sea;
 mod sea_file;
+mod surfacing;
 mod ticks;
 pub mod whole;

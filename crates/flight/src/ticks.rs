@@ -1,8 +1,8 @@
 //! The loop that every flight runs in: the vehicle, what is around it, and a law at each tick.
 
 use crate::error::Error;
-use crate::flight::{Surfacing, surfacing};
 use crate::sea::Conditions;
+use crate::surfacing::{Surfacing, surfacing};
 use auv::{Current, Plant, State};
 
 /// A vehicle under way, sampled.

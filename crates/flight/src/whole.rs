@@ -1,8 +1,8 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
 
 use crate::error::Error;
-use crate::flight::Surfacing;
 use crate::sea::Sea;
+use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, SPEED};
 use auv::{Current, LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};

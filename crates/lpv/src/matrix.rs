@@ -215,13 +215,15 @@ pub fn eigenvalues(a: &Mat) -> Vec<Complex<f64>> {
 }
 
 /// Eigenvalues by nalgebra, in half of faer's time or less at up to some 80 rows; `None` if an entry is not finite or
-/// the iteration fails, as that of a cyclic permutation does: it has no exceptional shifts.
+/// the iteration fails, as that of a cyclic permutation does: it has no exceptional shifts. Of a pair of equal real
+/// eigenvalues it may make the square root of a number that rounding put below zero.
 fn quick_eigenvalues(a: &Mat) -> Option<Vec<Complex<f64>>> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
     }
     let schur = Schur::try_new(a.clone(), f64::EPSILON, MOST_SWEEPS * a.nrows())?;
-    Some(schur.complex_eigenvalues().iter().copied().collect())
+    let values = schur.complex_eigenvalues();
+    values.iter().all(|value| value.is_finite()).then(|| values.iter().copied().collect())
 }
 
 /// The largest number of QR sweeps per row; two or three are usual.
@@ -542,7 +544,7 @@ mod tests {
         assert!((l * r - a).amax() < 1e-12);
     }
 
-    /// A cyclic permutation, on which the quick iteration fails for an even n, has the roots of unity as eigenvalues; and
+    /// A cyclic permutation, on which the quick iteration fails for an even n, has the roots of unity as eigenvalues;
     /// a matrix that is not finite has none.
     #[test]
     fn a_cyclic_permutation_has_the_roots_of_unity() {

@@ -227,7 +227,7 @@ def test_what_has_no_gain_is_refused(
     ("inside", "beside", "above", "words"),
     [
         ({"speed": 1}, {}, {}, "'data.P.speed' is not known (allowed: A, Bt, "),
-        ({}, {"sped": 1}, {}, "'data.sped' is not known (allowed: data, P, plant, blocks, rate, limits, dt"),
+        ({}, {"sped": 1}, {}, "'data.sped' is not known (allowed: data, P, plant, blocks, rate, dt"),
         ({}, {"rates": 1}, {}, "'data.rates' is not known; did you mean 'rate'?"),
         ({}, {}, {"speed": 1}, "'speed' is not known (allowed: data, P, plant"),
         ({}, {}, {"rate": 1}, "'rate' is out of place; it stands in 'data'"),

@@ -81,7 +81,9 @@ pub enum Subsystem {
 
 /// Writes the struct and the table from one list, so that they always agree.
 macro_rules! coefficients {
-    ($($section:literal { $($key:ident $subsystem:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)* })*) => {
+    ($($section:literal {
+        $($key:ident $subsystem:ident [$unit:literal] $allowed:ident $default:expr, $meaning:literal;)*
+    })*) => {
         /// Every coefficient of the model, in SI units; see [`COEFFICIENTS`] for their table.
         ///
         /// Over a [`Scalar`] with derivatives, the coefficients carry derivatives, too.
@@ -141,8 +143,8 @@ coefficients! {
         x_G Both ["m"] Any Number(0.0), "Centre of gravity forward of the origin";
         z_G Both ["m"] Any Required, "Centre of gravity below the origin";
         I_yy Both ["kg.m2"] Positive Required, "Moment of inertia in pitch about the origin";
-        I_xx Lateral ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion in the \
-            vertical plane alone";
+        I_xx Lateral ["kg.m2"] NonNegative Number(0.0), "Moment of inertia in roll about the origin; 0 for motion \
+            in the vertical plane alone";
         I_zz Lateral ["kg.m2"] NonNegative Axisymmetric("I_yy", 1.0), "Moment of inertia in yaw about the origin";
     }
     "buoyancy" {
@@ -154,8 +156,8 @@ coefficients! {
     }
     "water" {
         density Both ["kg/m3"] Positive Required, "Density of the water";
-        kinematic_viscosity Longitudinal ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea water at 15 \
-            degC: 1.19e-6)";
+        kinematic_viscosity Longitudinal ["m2/s"] Positive Number(1.19e-6), "Kinematic viscosity of the water (sea \
+            water at 15 degC: 1.19e-6)";
     }
     "added_mass" {
         X_u_dot Both ["kg"] NonPositive Required, "Surge force per surge acceleration";
@@ -164,11 +166,13 @@ coefficients! {
         M_w_dot Both ["kg.m"] Any Required, "Pitch moment per heave acceleration";
         M_q_dot Both ["kg.m2"] NonPositive Required, "Pitch moment per pitch acceleration";
         Y_v_dot Lateral ["kg"] NonPositive Axisymmetric("Z_w_dot", 1.0), "Sway force per sway acceleration";
-        Y_p_dot Lateral ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway acceleration";
-        Y_r_dot Lateral ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment per sway \
+        Y_p_dot Lateral ["kg.m"] Any Number(0.0), "Sway force per roll acceleration, and roll moment per sway \
             acceleration";
+        Y_r_dot Lateral ["kg.m"] Any Axisymmetric("Z_q_dot", -1.0), "Sway force per yaw acceleration, and yaw moment \
+            per sway acceleration";
         K_p_dot Lateral ["kg.m2"] NonPositive Number(0.0), "Roll moment per roll acceleration";
-        K_r_dot Lateral ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll acceleration";
+        K_r_dot Lateral ["kg.m2"] Any Number(0.0), "Roll moment per yaw acceleration, and yaw moment per roll \
+            acceleration";
         N_r_dot Lateral ["kg.m2"] NonPositive Axisymmetric("M_q_dot", 1.0), "Yaw moment per yaw acceleration";
     }
     "lift" {
