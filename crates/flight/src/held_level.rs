@@ -17,7 +17,7 @@ pub(crate) struct HeldLevel {
 const GRID: f64 = 0.01;
 
 impl HeldLevel {
-    /// That of a vehicle in the vertical plane with a rule for its pitch, which is in a trim.
+    /// Begins with a trim of a vehicle in the vertical plane, whose pitch follows a rule.
     pub(crate) fn new(plane: Vehicle, rule: Pitch, trim: Trim) -> Self {
         Self { plane, rule, trim, known: BTreeMap::new() }
     }

@@ -154,7 +154,7 @@ impl Actuator {
         self.output_with(&mut f64::exp, elapsed, start, command)
     }
 
-    /// The same with an exponential function.
+    /// Returns the output as [`Actuator::output_after`] does, by a given exponential function.
     pub(crate) fn output_with(
         &self,
         exp: &mut impl FnMut(f64) -> f64,

@@ -237,7 +237,7 @@ mod tests {
         assert!(inverse(&wide(&dmatrix![1.0, 2.0; 2.0, 4.0])).is_none());
     }
 
-    /// Of every size up to two vectors and more: nothing of the padding enters.
+    /// An inverse of any size, whole vectors or not: nothing of the padding enters.
     #[test]
     fn padding_changes_nothing() {
         for n in 0..20 {

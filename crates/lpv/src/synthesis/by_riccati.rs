@@ -182,7 +182,7 @@ impl WidePlant {
     }
 }
 
-/// The number of changed plants that are tried at least for a bound within the back-off.
+/// The number of changed plants that are tried, beside the given one, before a bound beyond the back-off is taken.
 const LEAST_CHANGES: usize = 4;
 
 /// The relative distance above the least gain at which a controller is built, as fractions of the back-off.

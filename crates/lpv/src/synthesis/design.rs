@@ -61,8 +61,8 @@ pub struct Design {
     pub slow: Option<SlowBound>,
 }
 
-/// A controller whose gamma exceeds the least by no more than this many back-offs ends a search; beyond it, one is also
-/// sought with weights and noises added, whose bound is often lower.
+/// A controller whose gamma exceeds the least by no more than this many back-offs ends a search, without parameters
+/// after some changed plants; beyond it, one is also sought with weights and noises added, whose bound is often lower.
 pub(crate) const FAR_ABOVE: f64 = 1.5;
 
 /// The number of times that a search may be repeated for a changed plant or in other coordinates, at least once.
