@@ -11,8 +11,7 @@ ROOT = Path(__file__).resolve().parent
 
 EXAMPLES = {
     "python3 run.py fly": "design and fly the Squid surrogate",
-    "python3 run.py fly vehicles/remus100": "the same for another vehicle",
-    "python3 run.py fly vehicles/remus100 --heading heading": "pitch and heading, in six degrees of freedom",
+    "python3 run.py fly vehicles/remus100": "another vehicle: depth, speed and heading, in six degrees of freedom",
     "python3 run.py fly --design paper": "another design file of the vehicle: vehicles/squid/paper.toml",
     "python3 run.py fly --platforms all": "FMUs for Linux (x86-64 and ARM), Windows and macOS",
     "python3 run.py wheels": "the Python package for Linux, Windows and macOS",
@@ -62,11 +61,6 @@ def parser() -> argparse.ArgumentParser:
         default="design",
         metavar="NAME",
         help="name of the design file in VEHICLE_DIR, without .toml (default: design)",
-    )
-    fly.add_argument(
-        "--heading",
-        metavar="NAME",
-        help="name of a design of heading, too: the FMUs then fly in six degrees of freedom",
     )
     fly.add_argument(
         "--platforms",
@@ -126,8 +120,8 @@ def main() -> int:
 
     try:
         if arguments.verb == "fly":
-            designs = package.Designs(Path(arguments.vehicle), arguments.design, arguments.heading)
-            return main_job.run(designs, arguments.platforms)
+            design = package.Design(Path(arguments.vehicle), arguments.design)
+            return main_job.run(design, arguments.platforms)
         if arguments.verb == "wheels":
             return wheel.build_all(arguments.platforms)
         if arguments.verb == "fix":

@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 
 from fly import record
 from fly.master import Signals, Slave, couple
-from fly.package import FIGURES, Packages
+from fly.package import Packages
 from fly.stages import StageError, answer, run, stage
 
 AGREEMENT = 1e-9
@@ -84,13 +84,11 @@ def plot(packages: Packages, squid: Path, vehicle: Path) -> dict:
     return json.loads(answer([squid, "plot", record_file, "--vehicle", vehicle, "--out", drawn, "--json"]))
 
 
-def report(packages: Packages, turning: Path | None, figures: dict, agreement: float, whole: str) -> None:
+def report(packages: Packages, figures: dict, agreement: float, whole: str) -> None:
     """Print the results; figures and plot end at the surface, because the equations hold in deep water."""
     print(f"\nResults, {packages.vehicle}")
-    heading = gamma_lines(achieved_in(turning)) if turning else []
     lines = [
-        *gamma_lines(achieved_in(packages.folder)),
-        *((f"{name}, heading" if name == "gamma" else name, value) for name, value in heading),
+        *(line for path in packages.figures for line in gamma_lines(path, len(packages.figures) > 1)),
         *(line for output in OUTPUTS for line in tracking_lines(figures, *output)),
         ("speed tracking", f"error at most {figures['speed_error']:.3f} m/s"),
         *surface_lines(figures["surface"]),
@@ -101,11 +99,6 @@ def report(packages: Packages, turning: Path | None, figures: dict, agreement: f
     ]
     for name, value in lines:
         print(f"  {name:<18} {value}")
-
-
-def achieved_in(folder: Path) -> dict:
-    """Return the figures of a design."""
-    return json.loads((folder / FIGURES).read_text(encoding="utf-8"))
 
 
 OUTPUTS = (("pitch", 180.0 / math.pi, "deg"), ("depth", 1.0, "m"), ("heading", 180.0 / math.pi, "deg"))
@@ -133,12 +126,14 @@ def surface_lines(surface: dict | None) -> list[tuple[str, str]]:
     return [("SURFACE", f"{reached}; plot and figures end there, flight.csv continues")]
 
 
-def gamma_lines(achieved: dict) -> list[tuple[str, str]]:
-    """Return the lines on the gain of the closed loop."""
+def gamma_lines(figures: Path, is_axis: bool) -> list[tuple[str, str]]:
+    """Return the lines on the gain of the closed loop of a design, or of one of its axes."""
+    achieved = json.loads(figures.read_text(encoding="utf-8"))
+    name = f"gamma, {figures.parent.name}" if is_axis else "gamma"
     proof = "PROVED in exact arithmetic" if achieved["certified"] else "not proved"
     bound, optimum, back_off = (achieved[key] for key in ("gamma_bound", "gamma_optimum", "back_off"))
     what = f"a bound of the loop's L2 gain for any trajectory of speed ({proof})"
-    lines = [("gamma", f"{rounded_up(bound):.4f}, {what}")]
+    lines = [(name, f"{rounded_up(bound):.4f}, {what}")]
     with_error = achieved["gamma_bound_with_model_error"]
     if with_error is not None:
         covered = f"{rounded_up(with_error):.4f}, for every model in a ball around the fit (proved)"
@@ -161,13 +156,10 @@ def describe(step: dict, settled: float, factor: float, unit: str) -> str:
 def main() -> int:
     """Run the flights and return the exit code."""
     parser = argparse.ArgumentParser(prog="fly.flight", description=__doc__)
-    parser.add_argument("folder", type=Path, help="folder with the three FMUs and design.json")
+    parser.add_argument("folder", type=Path, help="folder with the three FMUs")
     parser.add_argument("squid", type=Path, help="the command squid")
     parser.add_argument("vehicle", type=Path, help="directory of the vehicle that flies")
     parser.add_argument("report", help="the command that writes the whole report, which is named at the end")
-    parser.add_argument(
-        "turning", type=Path, nargs="?", help="folder of the design of heading, if there is one"
-    )
     arguments = parser.parse_args()
     try:
         packages = Packages.found_in(arguments.folder)
@@ -181,7 +173,7 @@ def main() -> int:
             agreement = compare(loop, coupled)
         with stage("Drawing the flight"):
             figures = plot(packages, arguments.squid, arguments.vehicle)
-        report(packages, arguments.turning, figures, agreement, arguments.report)
+        report(packages, figures, agreement, arguments.report)
     except StageError as error:
         print(f"\nStopped: {error}", file=sys.stderr)
         return 1

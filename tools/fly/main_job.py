@@ -16,10 +16,10 @@ DISK_OF_PLATFORMS = 2.0
 """Additional disk space of the first run for other platforms (GB)."""
 
 
-def run(designs: package.Designs, platform_words: str = "host") -> int:
+def run(design: package.Design, platform_words: str = "host") -> int:
     """Build, design, package and fly; return the exit code."""
     begin = time.monotonic()
-    designs.check()
+    design.check()
     names = platforms.named(platform_words)
     room.ask_for(DISK + (DISK_OF_PLATFORMS if names else 0.0), TEMPORARY, "building and flying")
     of = f" for {', '.join(platforms.with_own(names))}" if names else ""
@@ -30,10 +30,9 @@ def run(designs: package.Designs, platform_words: str = "host") -> int:
         environment_made = pool.submit(environment.ready)
         build.build(names)
         python = environment_made.result()
-    with stage(f"Designing the controller of {designs} and packaging its FMUs"):
-        packages = package.design_and_package(designs, designs.folder, names)
-    turning = [designs.heading_folder] if designs.heading else []
-    whole = package.report_of(designs, packages.folder)
-    python.run("-m", "fly.flight", packages.folder, build.squid(), designs.vehicle, whole, *turning)
+    with stage(f"Designing the controller of {design} and packaging its FMUs"):
+        packages = package.design_and_package(design, design.folder, names)
+    whole = package.report_of(design, packages.folder)
+    python.run("-m", "fly.flight", packages.folder, build.squid(), design.vehicle, whole)
     print(f"\nAll done in {time.monotonic() - begin:.1f} s.")
     return 0

@@ -24,13 +24,16 @@ class Packages:
 
     @classmethod
     def found_in(cls, folder: Path) -> Packages:
-        """Return the FMUs in a folder; `design.json` there has their name."""
-        path = folder / FIGURES
+        """Return the FMUs in a folder; `design.json` there, or in the folder of an axis, has their name."""
+        found = figures_in(folder)
+        if not found:
+            raise StageError(f"{folder} has no {FIGURES}; run `squid design` first.")
+        path = found[0]
         try:
             figures = json.loads(path.read_text(encoding="utf-8"))
             return cls(folder, str(figures["fmu_identifier"]))
-        except OSError:
-            raise StageError(f"{folder} has no {FIGURES}; run `squid design` first.") from None
+        except OSError as error:
+            raise StageError(f"{path}: {error.strerror}.") from None
         except (ValueError, TypeError, KeyError):
             raise StageError(f"{path} has no 'fmu_identifier'; run `squid design` again.") from None
 
@@ -55,52 +58,46 @@ class Packages:
         return self.plant, self.controller, self.loop
 
     @property
-    def figures(self) -> Path:
-        """The figures of the design."""
-        return self.folder / FIGURES
+    def figures(self) -> list[Path]:
+        """The figures of the design, of each axis."""
+        return figures_in(self.folder)
+
+
+def figures_in(folder: Path) -> list[Path]:
+    """Return the files of figures in the folder of a design: one there, or one for each axis."""
+    return [path for path in (folder / FIGURES, *sorted(folder.glob(f"*/{FIGURES}"))) if path.is_file()]
 
 
 @dataclass(frozen=True)
-class Designs:
-    """The design of a vehicle, and that of its heading beside it."""
+class Design:
+    """A design of a vehicle."""
 
     vehicle: Path
-    design: str
-    heading: str | None = None
+    name: str
 
     def __str__(self) -> str:
-        names = [f"'{name}'" for name in (self.design, self.heading) if name]
-        return (
-            f"{self.vehicle.resolve().name} ({'designs' if self.heading else 'design'} {' and '.join(names)})"
-        )
+        return f"{self.vehicle.resolve().name} (design '{self.name}')"
 
     def check(self) -> list[Path]:
         """Return the input files; raise an error that names a missing one."""
-        names = [name for name in (self.design, self.heading) if name]
-        sources = [self.vehicle / "vehicle.toml", *(self.vehicle / f"{name}.toml" for name in names)]
+        sources = [self.vehicle / "vehicle.toml", self.vehicle / f"{self.name}.toml"]
         for source in sources:
             if not source.is_file():
                 raise StageError(
-                    f"{source}: there is no such file; VEHICLE_DIR must contain vehicle.toml and the design files."
+                    f"{source}: there is no such file; VEHICLE_DIR must contain vehicle.toml and the design file."
                 )
         return sources
 
     @property
     def folder(self) -> Path:
-        """The folder of the main job; the FMUs of both have names of those of one."""
-        name = f"{self.design}-{self.heading}" if self.heading else self.design
-        return BUILD / self.vehicle.resolve().name / name
-
-    @property
-    def heading_folder(self) -> Path:
-        """The folder of the design of heading, where `squid` finds it."""
-        return BUILD / self.vehicle.resolve().name / str(self.heading)
+        """The folder of the main job."""
+        return BUILD / self.vehicle.resolve().name / self.name
 
 
-def report_of(designs: Designs, folder: Path) -> str:
+def report_of(design: Design, folder: Path) -> str:
     """Return the command that writes the whole report of a design, as it is typed in this directory."""
-    which = "" if designs.design == "design" else f" --design {designs.design}"
-    return f"cargo squid report {typed(designs.vehicle)}{which} --out {typed(folder)}"
+    which = "" if design.name == "design" else f" --design {design.name}"
+    return f"cargo squid report {typed(design.vehicle)}{which} --out {typed(folder)}"
 
 
 def typed(path: Path) -> str:
@@ -108,15 +105,15 @@ def typed(path: Path) -> str:
     return shlex.quote(os.path.relpath(path))
 
 
-def design_and_package(designs: Designs, folder: Path, names: list[str]) -> Packages:
+def design_and_package(design: Design, folder: Path, names: list[str]) -> Packages:
     """Run `squid design` and `squid package`, unless their results exist and nothing has changed since.
 
     The FMUs run on the host platform and on those named, by their names in FMI.
     """
-    sources = designs.check()
+    sources = design.check()
     binaries = dict.fromkeys([*build.binaries(), *platforms.binaries(names)])
     made_from = [build.squid(), *binaries, *sources]
-    words = [designs.design, designs.heading or "", *names]
+    words = [design.name, *names]
     mark = folder / "stamp"
     packages = made_before(folder) if mark.is_file() else None
     if packages and stamp.is_fresh(mark, digest_of(made_from, packages, words)):
@@ -124,19 +121,14 @@ def design_and_package(designs: Designs, folder: Path, names: list[str]) -> Pack
         return packages
     folder.mkdir(parents=True, exist_ok=True)
     mark.unlink(missing_ok=True)
-    which = [designs.vehicle, "--design", designs.design, "--out", folder]
+    which = [design.vehicle, "--design", design.name, "--out", folder]
     run([build.squid(), "design", *which])
-    if designs.heading:
-        out = designs.heading_folder
-        run([build.squid(), "design", designs.vehicle, "--design", designs.heading, "--out", out])
-        which += ["--heading", designs.heading]
     run([build.squid(), "package", *which, "--platforms", platforms.option(names)])
     packages = Packages.found_in(folder)
     if not packages.plant.is_file():
         raise StageError(
-            f"{sources[1]} is a design of heading, which is packed as a controller alone ({packages.controller}): "
-            f"fly it beside one of pitch or depth, `python3 run.py fly {typed(designs.vehicle)} --design NAME "
-            f"--heading {designs.design}`."
+            f"{sources[1]} is a design of heading alone, which is packed as a controller ({packages.controller}): "
+            "to fly it, put it beside one of pitch or depth, each as an [[axis]] of one file."
         )
     stamp.write(mark, digest_of(made_from, packages, words))
     return packages
@@ -153,4 +145,4 @@ def made_before(folder: Path) -> Packages | None:
 
 def digest_of(made_from: list[Path], packages: Packages, words: list[str]) -> str:
     """Return the digest of the inputs and the outputs of a design."""
-    return stamp.digest([*made_from, *packages.fmus, packages.figures], *words)
+    return stamp.digest([*made_from, *packages.fmus, *packages.figures], *words)

@@ -15,7 +15,6 @@ use squid_design::inputs::Inputs;
 use squid_design::inputs::design_file::{BANDWIDTH, RATE};
 use squid_design::store;
 use squid_flight::sea::Sea;
-use squid_package::axes::Axes;
 use squid_package::kind::Interfaces;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -89,6 +88,9 @@ pub enum Verb {
         /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
+        /// The axis of a design file with several, by what it steers
+        #[arg(long, value_name = "NAME")]
+        axis: Option<String>,
         /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if
         /// there is one. None is created that tracks depth: write `[[track]]` of depth into one of pitch, see
         /// docs/guide.md
@@ -117,8 +119,8 @@ pub enum Verb {
     /// first two
     ///
     /// Reads the output of `squid design`. Refuses it when a file has changed since, and when the proof of the gain
-    /// bound fails. With --heading there are the autopilots of two designs, of which each is proved, and the vehicle in
-    /// six degrees of freedom; the FMUs take the place of those of the first design alone.
+    /// bound fails. Of a design with several axes each is proved, and with one of heading the vehicle is that in six
+    /// degrees of freedom.
     Package {
         #[command(flatten)]
         which: Which,
@@ -127,7 +129,7 @@ pub enum Verb {
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, C99 that needs only the mathematical library
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c of each axis, C99 that needs only the mathematical library
     /// (-lm), and that only if a thruster has `T_nn` or heave is measured; the header says so. Writes controller.json
     /// and certificate.json, too, for `squid verify --c`. Refuses what `squid package` refuses.
     Export {
@@ -138,31 +140,22 @@ pub enum Verb {
     },
     /// Simulate a design: its manoeuvre, steps over the range of speed, the open-loop vehicle
     ///
-    /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG).
+    /// Designs first if there is no design yet. Writes records (CSV) and plots (SVG). A design with an axis of heading
+    /// beside one of pitch or depth also flies in six degrees of freedom: turns at six speeds, while pitch or depth
+    /// step.
     Simulate {
         #[command(flatten)]
         which: Which,
         /// Simulate the manoeuvre in the waves, the current and with the sensor errors of this file, and in still
-        /// water for comparison; with --heading, the turns in it; vehicles/sea.toml explains each key
+        /// water for comparison; of several axes, the turns in it; vehicles/sea.toml explains each key
         #[arg(long, value_name = "FILE")]
         sea: Option<PathBuf>,
-        /// Fly this design of heading, NAME.toml in the vehicle's directory, together with one of pitch or depth in six
-        /// degrees of freedom: turns at six speeds, while pitch or depth step. Designs it first if it is not designed
-        /// yet
-        #[arg(long, value_name = "NAME", value_parser = design_name)]
-        heading: Option<String>,
-        /// The turn of --heading, deg, to starboard
-        #[arg(
-            long,
-            value_name = "DEG",
-            default_value_t = 60.0,
-            allow_negative_numbers = true,
-            requires = "heading"
-        )]
-        turn: f64,
-        /// The steady current of --heading, m/s: north, the way the vehicle faces at the start, and east; added to
+        /// The turn, deg, to starboard; by default 60
+        #[arg(long, value_name = "DEG", allow_negative_numbers = true, conflicts_with = "axis")]
+        turn: Option<f64>,
+        /// The steady current of the turns, m/s: north, the way the vehicle faces at the start, and east; added to
         /// that of --sea
-        #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true, requires = "heading")]
+        #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true, conflicts_with = "axis")]
         current: Option<[f64; 2]>,
     },
     /// Simulate a design many times: random vehicles of the declared uncertainty, speeds, steps up and down, seas
@@ -318,6 +311,9 @@ pub struct Prove {
     /// The design whose range of speed, weights and measurements are used: NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
     pub design: String,
+    /// The axis of a design file with several, by what it steers
+    #[arg(long, value_name = "NAME")]
+    pub axis: Option<String>,
     /// A file with `[controller]` alone; by default that of the design file
     #[arg(long, value_name = "FILE")]
     pub controller: Option<PathBuf>,
@@ -363,9 +359,9 @@ pub struct Verify {
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, requires = "vehicle")]
     #[arg(value_parser = design_name)]
     pub design: String,
-    /// The design of heading of an FMU with two axes: a file NAME.toml in the vehicle's directory
-    #[arg(long, value_name = "NAME", requires = "vehicle", conflicts_with = "c", value_parser = design_name)]
-    pub heading: Option<String>,
+    /// The axis that the file is of, if it is of one of several: by what it steers
+    #[arg(long, value_name = "NAME", requires = "vehicle")]
+    pub axis: Option<String>,
     /// The bandwidth that replaced w_b of every tracking weight, rad/s
     #[arg(long, value_name = "RAD/S", requires = "vehicle", allow_negative_numbers = true)]
     pub bandwidth: Option<f64>,
@@ -467,10 +463,6 @@ pub enum Language {
 /// The options of `squid package`.
 #[derive(Debug, Args)]
 pub struct Packing {
-    /// Pack this design of heading, NAME.toml in the vehicle's directory, together with one of pitch or depth; it is
-    /// read from its default directory, and the FMUs are written to that of the other
-    #[arg(long, value_name = "NAME", value_parser = design_name)]
-    pub heading: Option<String>,
     /// Platforms of the FMUs: host, all, or some of linux64, win64, aarch64-linux, darwin64, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "host")]
     pub platforms: Vec<String>,
@@ -530,6 +522,9 @@ pub struct Which {
     /// The design: a file NAME.toml in the vehicle's directory
     #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
     pub design: String,
+    /// One axis of a design file with several, by what it steers: pitch, depth or heading; by default all of them
+    #[arg(long, value_name = "NAME")]
+    pub axis: Option<String>,
     /// Replace the bandwidth w_b of every tracking weight, rad/s; with `--design paper` of Squid, 0.46, 0.23 and 0.1
     /// are those of the paper
     #[arg(long, value_name = "RAD/S", allow_negative_numbers = true)]
@@ -557,19 +552,46 @@ fn design_name(text: &str) -> Result<String, String> {
     }
 }
 
-impl Which {
-    /// The directory for all files.
-    pub fn directory(&self, inputs: &Inputs) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| store::default_directory(inputs))
-    }
+/// What a command line asks for of a vehicle: the axes of its autopilot.
+#[derive(Debug)]
+pub struct Asked {
+    /// The files of each axis, and the directory of its design.
+    pub axes: Vec<(Inputs, PathBuf)>,
+    /// The directory of what is of all of them; of one axis, that of its design.
+    pub directory: PathBuf,
+}
 
-    /// Reads the vehicle and design files; also returns the directory of the design.
+impl Which {
+    /// Reads the vehicle and design files.
     ///
     /// # Errors
     /// [`Error::Argument`], those of the files.
-    pub fn read(&self) -> Result<(Inputs, PathBuf), Error> {
-        let inputs = inputs(&self.vehicle, &self.design, self.bandwidth)?;
-        let directory = self.directory(&inputs);
+    pub fn read(&self) -> Result<Asked, Error> {
+        let read = match &self.axis {
+            Some(_) => vec![inputs((&self.vehicle, &self.design), self.axis.as_deref(), self.bandwidth)?],
+            None => {
+                let all = Inputs::read_axes(&self.vehicle, &self.design)?;
+                all.into_iter().map(|one| with_bandwidth(one, self.bandwidth)).collect::<Result<_, _>>()?
+            }
+        };
+        let all = self.out.clone().unwrap_or_else(|| store::default_directory(&read[0]));
+        let of = |inputs: Inputs| {
+            let directory = store::axis_directory(&all, &inputs);
+            (inputs, directory)
+        };
+        let axes: Vec<(Inputs, PathBuf)> = read.into_iter().map(of).collect();
+        let directory = if let [(_, own)] = &axes[..] { own.clone() } else { all };
+        Ok(Asked { axes, directory })
+    }
+
+    /// Reads the vehicle and design files of one axis; also returns the directory of its design.
+    ///
+    /// # Errors
+    /// As [`Which::read`], of a file with several axes if none is named.
+    pub fn read_one(&self) -> Result<(Inputs, PathBuf), Error> {
+        let inputs = inputs((&self.vehicle, &self.design), self.axis.as_deref(), self.bandwidth)?;
+        let all = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
+        let directory = store::axis_directory(&all, &inputs);
         Ok((inputs, directory))
     }
 
@@ -582,48 +604,30 @@ impl Which {
     /// The same for a vehicle in this directory, into the default directory.
     pub fn report_of(&self, vehicle: &str) -> String {
         let design = (self.design != DEFAULT_DESIGN).then(|| format!(" --design {}", self.design));
+        let axis = self.axis.as_ref().map(|axis| format!(" --axis {axis}"));
         let bandwidth = self.bandwidth.map(|bandwidth| format!(" --bandwidth {bandwidth}"));
-        [Some(format!("squid report {vehicle}")), design, bandwidth].into_iter().flatten().collect()
+        [Some(format!("squid report {vehicle}")), design, axis, bandwidth].into_iter().flatten().collect()
     }
 
-    /// As [`Which::read`], for a verb that writes to the directory; refuses at once a directory that cannot be written
-    /// to.
+    /// As [`Which::read`], for a verb that writes to the directories; refuses at once one that cannot be written to.
     ///
     /// # Errors
-    /// As [`Which::read`], and that of the directory.
-    pub fn read_to_write(&self) -> Result<(Inputs, PathBuf), Error> {
-        let (inputs, directory) = self.read()?;
+    /// As [`Which::read`], and that of a directory.
+    pub fn read_to_write(&self) -> Result<Asked, Error> {
+        let asked = self.read()?;
+        let all = asked.axes.iter().map(|(_, directory)| directory).chain([&asked.directory]);
+        all.into_iter().try_for_each(|directory| check_directory(directory))?;
+        Ok(asked)
+    }
+
+    /// As [`Which::read_one`] and [`Which::read_to_write`].
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn read_one_to_write(&self) -> Result<(Inputs, PathBuf), Error> {
+        let (inputs, directory) = self.read_one()?;
         check_directory(&directory)?;
         Ok((inputs, directory))
-    }
-}
-
-impl Which {
-    /// A design of heading beside this one, and its default directory.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] when one of the two is of another axis; those of the files.
-    pub fn beside(&self, first: &Inputs, heading: &str) -> Result<(Inputs, PathBuf), Error> {
-        let inputs = inputs(&self.vehicle, heading, self.bandwidth)?;
-        let (one, other) = (&first.design, &inputs.design);
-        let wrong = |name, found: &str, allowed: &str| {
-            Err(Error::Argument { name, found: found.into(), allowed: allowed.into() })
-        };
-        match (one.is_lateral(), other.is_lateral()) {
-            (true, _) => wrong("--design", &one.name, "a design of pitch or depth beside --heading"),
-            (_, false) => wrong("--heading", &other.name, "a design that tracks heading"),
-            _ => Ok((inputs.clone(), store::default_directory(&inputs))),
-        }
-    }
-
-    /// Reads the files of this design, and of one of heading beside it; also returns their directories.
-    ///
-    /// # Errors
-    /// As [`Which::read`] and [`Which::beside`].
-    pub fn axes(&self, heading: Option<&str>) -> Result<Axes<(Inputs, PathBuf)>, Error> {
-        let first = self.read()?;
-        let heading = heading.map(|name| self.beside(&first.0, name)).transpose()?;
-        Ok(Axes { first, heading })
     }
 }
 
@@ -633,12 +637,19 @@ fn shown(path: &Path) -> String {
     if path.contains(char::is_whitespace) { format!("'{path}'") } else { path }
 }
 
-/// The files of a design.
+/// The files of a design with one axis, or of one of its axes.
 ///
 /// # Errors
 /// [`Error::Argument`] of `--bandwidth`, those of the files.
-pub fn inputs(vehicle: &Path, design: &str, bandwidth: Option<f64>) -> Result<Inputs, Error> {
-    let read = Inputs::read(vehicle, design)?;
+pub fn inputs(
+    (vehicle, design): (&Path, &str),
+    axis: Option<&str>,
+    bandwidth: Option<f64>,
+) -> Result<Inputs, Error> {
+    with_bandwidth(Inputs::read_axis(vehicle, design, axis)?, bandwidth)
+}
+
+fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error> {
     bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
         match reason {
             InputError::Bandwidth { found } => {

@@ -77,18 +77,17 @@ fn run(verb: Verb) -> Result<ExitCode, Error> {
         Verb::Design { which, asked } => design::run(&which, &asked),
         Verb::Prove(asked) => prove::run(&asked),
         Verb::Gains(verb) => prove::gains::run(&verb),
-        Verb::Tune { vehicle, design, to, controller: Some(TunedController::Pid), degree, .. } => {
-            tune::pid(&vehicle, &design, to.as_deref(), degree.into())
+        Verb::Tune { vehicle, design, axis, to, controller: Some(TunedController::Pid), degree, .. } => {
+            tune::pid((&vehicle, &design, axis.as_deref()), to.as_deref(), degree.into())
         }
-        Verb::Tune { vehicle, design, track, to, designs, .. } => {
-            tune::run(&vehicle, (&design, track), to.as_deref(), designs)
+        Verb::Tune { vehicle, design, axis, track, to, designs, .. } => {
+            tune::run((&vehicle, &design, axis.as_deref()), track, to.as_deref(), designs)
         }
         Verb::Package { which, asked } => package::run(&which, asked),
         Verb::Export { which, asked } => export::run(&which, asked),
-        Verb::Simulate { which, heading: Some(heading), turn, current, sea } => {
-            simulate::with_heading(&which, &heading, turn, (current, sea.as_deref()))
+        Verb::Simulate { which, sea, turn, current } => {
+            simulate::run(&which, turn, (current, sea.as_deref()))
         }
-        Verb::Simulate { which, sea, .. } => simulate::run(&which, sea.as_deref()),
         Verb::Campaign { which, asked } => campaign::run(&which, &asked),
         Verb::Replay { results, flight } => campaign::replay(&results, flight),
         Verb::Report { which, paper, sea, beside } => report::run(&which, paper, sea.as_deref(), &beside),

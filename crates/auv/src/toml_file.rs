@@ -63,6 +63,35 @@ impl<'a> Document<'a> {
         Ok(document)
     }
 
+    /// Parses a text with a list of tables `[[list]]` as one document for each of them: its entries, and those of the
+    /// text outside the list. A text without the list is one document.
+    ///
+    /// # Errors
+    /// As [`Document::parse`]; a list that is none. An entry that stands in a table of the list and outside it is
+    /// recorded as a mistake.
+    pub fn parse_each(text: &'a str, file: &'a str, list: &str) -> Result<Vec<Self>, FileError> {
+        let first = Self::parse(text, file)?;
+        let count = first.root().tables(list).len();
+        if !first.root().has(list) {
+            return Ok(vec![first]);
+        }
+        first.check()?;
+        (0..count)
+            .map(|place| {
+                let mut document = Self::parse(text, file)?;
+                let tables = document.entries.remove(list).map(Spanned::into_inner);
+                if let Some(DeValue::Array(tables)) = tables
+                    && let Some(DeValue::Table(own)) = tables.into_iter().nth(place).map(Spanned::into_inner)
+                {
+                    for (at, key) in merge(&mut document.entries, own) {
+                        document.blame(at, FileProblem::InAndOutside { key, list: list.to_owned() });
+                    }
+                }
+                Ok(document)
+            })
+            .collect()
+    }
+
     /// The root table.
     pub fn root(&self) -> Table<'_> {
         self.table(String::new(), 0..0, &self.entries)
@@ -305,6 +334,16 @@ impl<'d> Table<'d> {
         self.entries.get(key).is_some_and(|value| value.get_ref().as_str() == Some(text))
     }
 
+    /// Returns whether a key has this text in a table of a list; records no mistake.
+    pub fn has_among(&self, list: &str, key: &str, text: &str) -> bool {
+        let tables = self.entries.get(list).and_then(|value| value.get_ref().as_array());
+        let found = |table: &Spanned<DeValue<'_>>| {
+            let value = table.get_ref().as_table().and_then(|entries| entries.get(key));
+            value.is_some_and(|value| value.get_ref().as_str() == Some(text))
+        };
+        tables.is_some_and(|tables| tables.iter().any(found))
+    }
+
     fn words(&self, key: &str, expected: &str) -> Option<String> {
         let value = self.entries.get(key)?;
         let Some(text) = value.get_ref().as_str() else { return self.wrong_type(key, value, expected) };
@@ -448,6 +487,24 @@ impl<'d> Table<'d> {
     pub fn holds_table(&self, key: &str) -> bool {
         self.entries.get(key).is_some_and(|value| value.get_ref().is_table())
     }
+}
+
+/// Adds entries to a table, and to the tables in it; returns place and name of those that it has already.
+fn merge<'a>(into: &mut DeTable<'a>, own: DeTable<'a>) -> Vec<(usize, String)> {
+    let mut twice = Vec::new();
+    for (key, value) in own {
+        match into.get_mut(key.get_ref().as_ref()).map(Spanned::get_mut) {
+            None => _ = into.insert(key, value),
+            Some(DeValue::Table(shared)) if value.get_ref().is_table() => {
+                if let DeValue::Table(own) = value.into_inner() {
+                    let within = |(at, inner)| (at, format!("{}.{inner}", key.get_ref()));
+                    twice.extend(merge(shared, own).into_iter().map(within));
+                }
+            }
+            Some(_) => twice.push((key.span().start, key.get_ref().to_string())),
+        }
+    }
+    twice
 }
 
 /// A decimal number, if it is one.

@@ -4,6 +4,7 @@ pub mod actuator_names;
 pub mod design_file;
 mod doubts;
 mod reweighted;
+pub mod together;
 
 use crate::axis::VehicleModel;
 use crate::error::InputError;
@@ -64,24 +65,26 @@ impl Inputs {
     /// [`InputError`]: an actuator name that the FMUs use, or an uncertain coefficient that the vehicle does not have.
     pub fn new(vehicle: Vehicle, design: DesignFile) -> Result<Self, InputError> {
         let texts = [format!("{vehicle:?}"), format!("{design:?}")];
-        Self::of((vehicle, &texts[0]), (design, &texts[1]), ["the vehicle", "the design"])
+        let hashes = hashes(&texts[0], &texts[1]);
+        let mut axes = Self::of(vehicle, vec![design], hashes, ["the vehicle", "the design"])?;
+        Ok(axes.remove(0))
     }
 
-    /// Parses the texts of a vehicle file and a design file.
+    /// Parses the texts of a vehicle file and a design file of one axis.
     ///
     /// # Errors
     /// [`InputError`]: the first wrong file, key or value.
     pub fn parse(vehicle: &str, design: &str) -> Result<Self, InputError> {
         let files = ["vehicle.toml", "design.toml"];
         let parsed = (Vehicle::parse(vehicle, files[0])?, DesignFile::parse(design, files[1], "design")?);
-        Self::of((parsed.0, vehicle), (parsed.1, design), files)
+        Ok(Self::of(parsed.0, vec![parsed.1], hashes(vehicle, design), files)?.remove(0))
     }
 
-    /// Reads `vehicle.toml` and the design `name` from a vehicle's directory.
+    /// Reads `vehicle.toml` and the design `name` from a vehicle's directory, and returns each axis.
     ///
     /// # Errors
     /// [`InputError`]: the first wrong file, key or value.
-    pub fn read(directory: &Path, name: &str) -> Result<Self, InputError> {
+    pub fn read_axes(directory: &Path, name: &str) -> Result<Vec<Self>, InputError> {
         if !directory.is_dir() {
             return Err(InputError::NoVehicle { directory: directory.display().to_string() });
         }
@@ -94,44 +97,105 @@ impl Inputs {
         }
         let design_text = read(&paths[1])?;
         let vehicle = Vehicle::parse(&vehicle_text, &files[0])?;
-        let design = DesignFile::parse(&design_text, &files[1], &stem(&paths[1]))?;
-        let mut inputs =
-            Self::of((vehicle, &vehicle_text), (design, &design_text), files.each_ref().map(String::as_str))?;
-        inputs.directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
-        Ok(inputs)
+        let designs = DesignFile::parse_each(&design_text, &files[1], &stem(&paths[1]))?;
+        let hashes = hashes(&vehicle_text, &design_text);
+        let mut axes = Self::of(vehicle, designs, hashes, files.each_ref().map(String::as_str))?;
+        for axis in &mut axes {
+            axis.directory = std::path::absolute(directory).unwrap_or_else(|_| directory.to_owned());
+        }
+        Ok(axes)
     }
 
-    /// Checks vehicle and design against each other; `files` are their names in messages, the texts are hashed.
+    /// As [`read_axes`](Self::read_axes), of a design with one axis.
+    ///
+    /// # Errors
+    /// As [`read_axes`](Self::read_axes); [`InputError::SeveralAxes`].
+    pub fn read(directory: &Path, name: &str) -> Result<Self, InputError> {
+        Self::read_axis(directory, name, None)
+    }
+
+    /// As [`read_axes`](Self::read_axes), of the axis that steers what is named, or the only one.
+    ///
+    /// # Errors
+    /// As [`read_axes`](Self::read_axes); [`InputError::NoAxis`], [`InputError::SeveralAxes`].
+    pub fn read_axis(directory: &Path, name: &str, axis: Option<&str>) -> Result<Self, InputError> {
+        let mut axes = Self::read_axes(directory, name)?;
+        let steered: Vec<&str> = axes.iter().map(|inputs| inputs.design.steered()).collect();
+        let (file, axes_there) = (axes[0].design.file.clone(), steered.join(", "));
+        let place = match axis {
+            Some(axis) => steered.iter().position(|one| *one == axis).ok_or_else(|| InputError::NoAxis {
+                file,
+                found: axis.to_owned(),
+                axes: axes_there,
+            })?,
+            None if axes.len() > 1 => return Err(InputError::SeveralAxes { file, axes: axes_there }),
+            None => 0,
+        };
+        Ok(axes.swap_remove(place))
+    }
+
+    /// Checks a vehicle and the designs of its axes against each other; `files` are their names in messages.
     fn of(
-        vehicle: (Vehicle, &str),
-        design: (DesignFile, &str),
+        whole: Vehicle,
+        designs: Vec<DesignFile>,
+        hashes: InputHashes,
         files: [&str; 2],
-    ) -> Result<Self, InputError> {
-        actuator_names::check(&vehicle.0, files[0])?;
-        let hashes = InputHashes { vehicle_sha256: sha256(vehicle.1), design_sha256: sha256(design.1) };
-        let (whole, mut design) = (vehicle.0, design.0);
+    ) -> Result<Vec<Self>, InputError> {
+        actuator_names::check(&whole, files[0])?;
         let plane = whole.in_plane();
-        if design.is_lateral() && design.controller.is_some() {
-            return Err(InputError::ControllerOfHeading { file: files[1].to_owned() });
-        }
-        let vehicle = if design.is_lateral() { yawing(&whole, files)? } else { plane.clone() };
-        design.states =
-            LevelFlight { vehicle: &vehicle, plane: &plane, file: &design, uncertain: &[] }.states();
-        check_states(&design, files[1])?;
-        relative_weight::check(&design.relative_weights, &vehicle, files[1])?;
+        let own = |design: &DesignFile| match design.is_lateral() {
+            true if design.controller.is_some() => {
+                Err(InputError::ControllerOfHeading { file: files[1].to_owned() })
+            }
+            true => yawing(&whole, files),
+            false => Ok(plane.clone()),
+        };
+        let vehicles: Vec<Vehicle> = designs.iter().map(own).collect::<Result<_, _>>()?;
+        together::check(&designs, &vehicles, files[1])?;
+        let one = |(design, vehicle): (DesignFile, &Vehicle)| {
+            Self::of_axis([&whole, &plane, vehicle], design, hashes.clone(), files[1])
+        };
+        designs.into_iter().zip(&vehicles).map(one).collect()
+    }
+
+    /// The same vehicle with another design of the axis, identified by a hash of its content.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn redesigned(&self, design: DesignFile) -> Result<Self, InputError> {
+        let design_sha256 = sha256(&format!("{design:?}"));
+        let hashes = InputHashes { design_sha256, ..self.hashes.clone() };
+        let vehicles = [&self.whole, &self.plane, &self.vehicle];
+        Ok(Self { directory: self.directory.clone(), ..Self::of_axis(vehicles, design, hashes, "the design")? })
+    }
+
+    /// Checks the design of an axis against the vehicle: as its file has it, in the vertical plane, and as the axis has
+    /// it; `file` is for messages.
+    fn of_axis(
+        [whole, plane, vehicle]: [&Vehicle; 3],
+        mut design: DesignFile,
+        hashes: InputHashes,
+        file: &str,
+    ) -> Result<Self, InputError> {
+        design.states = LevelFlight { vehicle, plane, file: &design, uncertain: &[] }.states();
+        check_states(&design, file)?;
+        relative_weight::check(&design.relative_weights, vehicle, file)?;
         if design.sea.is_some() && vehicle.geometry.is_none() {
-            return Err(InputError::NoGeometry { file: files[1].into() });
+            return Err(InputError::NoGeometry { file: file.into() });
         }
         design.pitch =
-            Pitch::over(&plane, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
-        let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(&vehicle, files[1]));
+            Pitch::over(plane, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
+        if let (Some(section), Some(_)) = (&mut design.uncertainty, design.axis) {
+            section.leave_out_of(vehicle, &[plane.clone(), whole.yawing()]);
+        }
+        let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(vehicle, file));
         Ok(Self {
             directory: PathBuf::new(),
             uncertain: uncertain.transpose()?.unwrap_or_default(),
             hashes,
-            vehicle,
-            plane,
-            whole,
+            vehicle: vehicle.clone(),
+            plane: plane.clone(),
+            whole: whole.clone(),
             design,
         })
     }
@@ -155,8 +219,7 @@ impl Inputs {
     pub fn with_controller(mut self, controller: Pid, text: &str) -> Self {
         let both = format!("{} and controller {}", self.hashes.design_sha256, sha256(text));
         self.hashes.design_sha256 = sha256(&both);
-        let name = stem(Path::new(&controller.file));
-        self.design.name = format!("{}-{name}", self.design.name);
+        self.design = self.design.renamed(&stem(Path::new(&controller.file)));
         self.design.controller = Some(controller);
         self
     }
@@ -212,6 +275,11 @@ fn design_path(directory: &Path, name: &str) -> PathBuf {
     directory.join(file)
 }
 
+/// The hashes of the texts of a vehicle and a design.
+fn hashes(vehicle: &str, design: &str) -> InputHashes {
+    InputHashes { vehicle_sha256: sha256(vehicle), design_sha256: sha256(design) }
+}
+
 /// The SHA-256 of a text, in hexadecimal.
 pub fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|b| format!("{b:02x}")).collect()
@@ -223,7 +291,12 @@ pub(crate) mod tests {
 
     /// A shipped vehicle with one of its designs.
     pub(crate) fn shipped(vehicle: &str, design: &str) -> Inputs {
+        shipped_axis(vehicle, design, None)
+    }
+
+    /// A shipped vehicle with an axis of one of its designs.
+    pub(crate) fn shipped_axis(vehicle: &str, design: &str, axis: Option<&str>) -> Inputs {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles");
-        Inputs::read(&vehicles.join(vehicle), design).unwrap()
+        Inputs::read_axis(&vehicles.join(vehicle), design, axis).unwrap()
     }
 }

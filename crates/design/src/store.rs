@@ -45,17 +45,22 @@ use serde_json::Value;
 use signals::States;
 use std::path::{Path, PathBuf};
 
-/// The default output directory: `build/VEHICLE/DESIGN`.
+/// The default directory of an autopilot: `build/VEHICLE/DESIGN`.
 pub fn default_directory(inputs: &Inputs) -> PathBuf {
     let name: String = inputs
         .design
-        .name
+        .autopilot
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' })
         .collect();
     let vehicle =
         inputs.directory.file_name().map_or_else(|| inputs.vehicle.name.clone().into(), ToOwned::to_owned);
     Path::new("build").join(vehicle).join(name)
+}
+
+/// The directory of the files of an axis, in that of its autopilot: a folder, or that itself for one of one axis.
+pub fn axis_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
+    inputs.design.axis.map_or_else(|| directory.to_owned(), |_| directory.join(inputs.design.steered()))
 }
 
 /// The frozen files of a design.

@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn level_flight_is_held_at_any_speed() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
-        let inputs = Inputs::read(&folder, "heading").unwrap();
+        let inputs = Inputs::read_axis(&folder, "design", Some("heading")).unwrap();
         let (plane, (depth, rule)) = (inputs.vehicle.in_plane(), inputs.design.level());
         let trim = trim_with(&plane, Speed::Path(1.5), depth, rule).unwrap();
         let mut held = HeldLevel::new(plane, rule.clone(), trim);

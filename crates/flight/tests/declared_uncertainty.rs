@@ -138,7 +138,7 @@ fn is_strong_enough(vehicle: &Vehicle, trim: &Trim, gains: &[f64], step: f64) ->
 /// The default design of a vehicle: the committed one for Squid, a new one for another vehicle.
 fn designed(name: &str) -> (Inputs, ControllerDesign) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles").join(name);
-    let inputs = Inputs::read(&folder, "design").unwrap();
+    let inputs = Inputs::read(&folder, if name == "squid" { "design" } else { "pitch" }).unwrap();
     let frozen = folder.join("frozen");
     let controller = if frozen.exists() {
         load(&frozen, &inputs).unwrap().controller

@@ -1,7 +1,6 @@
 //! The files of an FMU that its proof says nothing of: binaries, page, icons, licences.
 
 use crate::archive::FmuArchive;
-use crate::axes::Axes;
 use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::fmu::{PAGE, attached};
 use crate::kind::Kind;
@@ -31,7 +30,7 @@ impl Contents {
     pub fn of(
         archive: FmuArchive,
         (kind, description): (Kind, &ModelDescription),
-        designs: Axes<&ControllerDesign>,
+        designs: &[&ControllerDesign],
         page: Option<Vec<u8>>,
     ) -> io::Result<Self> {
         let FmuArchive { others, resources, .. } = archive;
@@ -48,7 +47,7 @@ impl Contents {
         }
         let is_packed = |(name, bytes): &(String, Vec<u8>)| packed.get(name) == Some(bytes);
         let (identical, differing): (Vec<_>, Vec<_>) = others.into_iter().partition(is_packed);
-        let unknown = resources.iter().filter(|(name, _)| !is_verified(name));
+        let unknown = resources.iter().filter(|(name, _)| !is_verified(name, designs.len()));
         let unknown = unknown.map(|(name, _)| format!("resources/{name}"));
         Ok(Self {
             identical: identical.into_iter().map(|(name, _)| name).collect(),
@@ -70,10 +69,9 @@ impl Contents {
     }
 }
 
-/// Whether a resource is one that is proved, compared with vehicle and design file, or said not to be.
-fn is_verified(resource: &str) -> bool {
-    let of_axes =
-        [0, 1].into_iter().flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
+/// Whether a resource of an FMU with so many axes is one that is proved, compared with vehicle and design file, or said not to be.
+fn is_verified(resource: &str, axes: usize) -> bool {
+    let of_axes = (0..axes).flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
     let others = ["plant.json", "manoeuvre.json", fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];
     of_axes.into_iter().any(|name| name == resource)
         || others.iter().chain(&CERTIFICATES).any(|name| *name == resource)

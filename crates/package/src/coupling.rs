@@ -1,6 +1,6 @@
 //! What turns couple of two axes that fly one vehicle: proved before they are packed, and again of an FMU.
 
-use crate::axes::{Axes, Designs};
+use crate::axes::Designs;
 use crate::error::Error;
 use certificate::Certificate;
 use fmi2::Resources;
@@ -11,16 +11,16 @@ use squid_design::certify::verify::same_controller;
 use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
-use squid_design::store::StoredCoupling;
+use squid_design::store::{Stored, StoredCoupling};
 use std::path::Path;
 
-/// Bounds what turns couple of two certified designs, and proves it; nothing of one design, or if no proof is found.
+/// Bounds what turns couple of two certified designs, of pitch or depth and of heading, and proves it; nothing of
+/// other designs, or if no proof is found.
 ///
 /// # Errors
 /// Those of the designs.
 pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Error> {
-    let Some((_, heading)) = designs.heading else { return Ok(None) };
-    let (inputs, level) = designs.first;
+    let Some([(inputs, level), (_, heading)]) = level_and_heading(designs) else { return Ok(None) };
     let controllers = [&level.controller, &heading.controller];
     if !controllers.iter().all(|one| one.gamma.certified) {
         return Ok(None);
@@ -36,6 +36,14 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
     Ok(Some([one?, other?]))
 }
 
+/// A design of pitch or depth and one of heading; `None` of other axes.
+fn level_and_heading<'a>(designs: Designs<'a>) -> Option<[(&'a Inputs, &'a Stored); 2]> {
+    match designs {
+        [one, other] if !one.0.design.is_lateral() && other.0.design.is_lateral() => Some([*one, *other]),
+        _ => None,
+    }
+}
+
 /// Proves again what an FMU has of two axes. If their files are given, that the plants are those of turns of the
 /// vehicle is computed again, and how fast these are, and the claim returned first. Without them nothing is claimed of
 /// the vehicle, and that is returned second. Nothing of an FMU that has none.
@@ -45,18 +53,18 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
 pub fn verify(
     path: &Path,
     resources: &Resources,
-    controllers: Axes<&ControllerDesign>,
-    inputs: Option<Axes<&Inputs>>,
+    controllers: &[&ControllerDesign],
+    inputs: Option<&[&Inputs]>,
 ) -> Result<(Option<String>, Option<String>), Error> {
     let found = CERTIFICATES.map(|name| resources.text(name).ok());
     let wrong = |what: String| Error::from(ProofError::Mismatch { what });
-    let (Some(heading), [Some(one), Some(other)]) = (controllers.heading, found) else {
+    let ([first, second], [Some(one), Some(other)]) = (controllers, found) else {
         return match CERTIFICATES.iter().zip(found).find(|(_, text)| text.is_some()) {
             Some((name, _)) => Err(wrong(format!("resources/{name}, without what belongs to it,"))),
             None => Ok((None, None)),
         };
     };
-    let both = [controllers.first, heading];
+    let both = [*first, *second];
     let proved = |axis: usize, text: &str| -> Result<(Certificate, f64), Error> {
         let file = format!("{}, resources/{}", path.display(), CERTIFICATES[axis]);
         let certificate = parse(text, &file)?;
@@ -70,7 +78,7 @@ pub fn verify(
     let [(one, first), (other, second)] = [proved(0, one)?, proved(1, other)?];
     let names = both.map(ControllerDesign::steered);
     let (names, gains) = (names.each_ref().map(String::as_str), [first, second]);
-    let Some(inputs) = inputs else {
+    let Some([inputs, ..]) = inputs else {
         let unknown = format!(
             "nothing is claimed of both axes in turns without --vehicle: that the plants of {} are those of turns of \
              the vehicle, and how fast these are, is computed from its files",
@@ -78,7 +86,7 @@ pub fn verify(
         );
         return Ok((None, Some(unknown)));
     };
-    let turning = Turning::new(&inputs.first.whole, inputs.first.design.level(), both)?;
+    let turning = Turning::new(&inputs.whole, inputs.design.level(), both)?;
     let (share, taken) = share_of(&turning, [&one, &other], gains)?;
     Ok((Some(words(turning.rates(share), (share, taken), names, gains)), None))
 }

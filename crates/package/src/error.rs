@@ -51,27 +51,9 @@ pub enum Error {
         "a design of heading is packed as a controller alone: the vehicle is that of its design of pitch or depth"
     )]
     OfHeading,
-    /// Two axes with different clocks.
-    #[error(
-        "'autopilot.sample_time' is {} s in {} and {} s in {}; both axes have one clock: make them equal, and \
-            design again",
-        .times[0], .files[0], .times[1], .files[1]
-    )]
-    SampleTimes { files: [String; 2], times: [f64; 2] },
-    /// No speed is in the range of both axes.
-    #[error(
-        "{one} and {other}: no speed is in the range of both; change 'model.speed_min' or 'model.speed_max' of one"
-    )]
-    NoCommonSpeed { one: String, other: String },
-    /// A design of heading is named, and the file has no axis for it.
-    #[error("{path}: it has no second axis for the design of --heading; leave out --heading")]
-    NoSecondAxis { path: String },
-    /// The file has an axis of heading, and its design is not named.
-    #[error("{path}: its second axis is of design '{design}'; name the design of this axis with --heading")]
-    NoHeading { path: String, design: String },
-    /// More axes than are packed.
-    #[error("{path}: it contains resources/{name}; at most two axes are packed, and can be verified")]
-    ThirdAxis { path: String, name: String },
+    /// The axes of a file are not those of the design.
+    #[error("{path}: it is of {found}, and {design} is of {axes}; name one of these with --axis, or another --design")]
+    OtherAxes { path: String, found: String, design: String, axes: String },
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]
     NoCertificate { path: String, name: String },

@@ -1,7 +1,7 @@
 //! Packing FMUs: model description, binary, resources and documentation into one zip, to the byte alike each
 //! time.
 
-use crate::axes::{Axes, Designs};
+use crate::axes::{Designs, controllers, inputs, said, unproved};
 use crate::c::{CERTIFICATE, CONTROLLER};
 use crate::error::Error;
 use crate::kind::Kind;
@@ -16,7 +16,7 @@ use proof::error::ProofError;
 use scheduled::ControllerDesign;
 use squid_design::certify::claims::{self, Terms};
 use squid_design::check::coupled::gain::CERTIFICATES;
-use squid_design::inputs::Inputs;
+use squid_design::inputs::{Inputs, together};
 use squid_design::numbers::above;
 use squid_design::store::Stored;
 use squid_report::rendered::Rendered;
@@ -118,11 +118,10 @@ fn uncertified(reason: &str) -> String {
 /// The model description and resources of an FMU with these interfaces.
 ///
 /// # Errors
-/// [`Error::SampleTimes`]; [`Error::Describe`] when the frozen designs give no valid FMU, or the model lacks the
+/// [`Error::Describe`] when the frozen designs give no valid FMU, or the model lacks the
 /// interface.
 pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Result<Prepared, Error> {
-    let inputs = designs.map(|(inputs, _)| inputs);
-    inputs.check()?;
+    let inputs = inputs(designs);
     let mut resources = Resources::default();
     match interfaces {
         Interfaces::All => {}
@@ -130,7 +129,7 @@ pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Resu
         Interfaces::ModelExchange => resources.insert(INTERFACE_RESOURCE, "ModelExchange"),
     }
     if kind != Kind::Plant {
-        for (axis, (_, stored)) in designs.into_iter().enumerate() {
+        for (axis, (_, stored)) in designs.iter().enumerate() {
             resources.insert(&of_axis(CONTROLLER, axis), stored.controller.to_json()?);
             if let (true, Ok(certificate)) = (stored.controller.gamma.certified, &stored.certificate) {
                 resources.insert(&of_axis(CERTIFICATE, axis), certificate.as_str());
@@ -141,12 +140,13 @@ pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Resu
         }
     }
     if kind != Kind::Controller {
-        let plant = designs.first.1.plant.as_ref().ok_or(Error::OfHeading)?;
+        let plant = designs.iter().find_map(|(_, stored)| stored.plant.as_ref()).ok_or(Error::OfHeading)?;
         resources.insert("plant.json", plant.to_json()?);
-        resources.insert("vehicle.json", inputs.vehicle().to_json()?);
+        resources.insert("vehicle.json", together::vehicle(&inputs).ok_or(Error::OfHeading)?.to_json()?);
     }
     if kind == Kind::Squid {
-        resources.insert("manoeuvre.json", inputs.manoeuvre().to_json()?);
+        let manoeuvre = together::manoeuvre(&inputs).ok_or(Error::OfHeading)?;
+        resources.insert("manoeuvre.json", manoeuvre.to_json()?);
     }
     match kind {
         Kind::Plant => Ok(prepared(fmu_plant::describe(&resources)?, resources)),
@@ -174,9 +174,8 @@ pub fn pack(
 ) -> Result<Packed, Error> {
     let path = directory.join(format!("{}.fmu", prepared.identifier));
     let failed = |reason| Error::Zip { path: path.display().to_string(), reason };
-    let controllers = designs.map(|(_, stored)| &stored.controller);
-    let mut entries =
-        attached(kind, &prepared.description, controllers).map_err(|reason| failed(reason.into()))?;
+    let mut entries = attached(kind, &prepared.description, &controllers(designs))
+        .map_err(|reason| failed(reason.into()))?;
     for platform in &binaries.platforms {
         let binary = platform.find(kind, binaries.directory.as_deref())?;
         entries.insert(platform.entry(&prepared.identifier), read_bytes(&binary)?);
@@ -202,7 +201,7 @@ pub fn documentation(kind: Kind, designs: Designs<'_>, page: &Rendered) -> Vec<u
 pub(crate) fn attached(
     kind: Kind,
     description: &ModelDescription,
-    designs: Axes<&ControllerDesign>,
+    designs: &[&ControllerDesign],
 ) -> io::Result<BTreeMap<String, Vec<u8>>> {
     let icons = ["model.png", "terminalsAndIcons/icon.png"].map(|name| (name.to_owned(), ICON.to_vec()));
     let licence = |(name, text): (&str, &str)| (format!("documentation/licenses/{name}"), text.into());
@@ -241,29 +240,29 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 
 /// The first paragraphs of the page that importers show: the content, and whether it is certified.
 fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
-    let steered = designs.map(|(_, stored)| stored.controller.steered());
+    let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered()).collect();
+    let several = designs.len() > 1;
     let what = match kind {
-        Kind::Plant if steered.heading.is_some() => {
+        Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.is_lateral()) => {
             "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
         }
         Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),
-        Kind::Controller => {
-            let all: Vec<&str> = steered.as_ref().into_iter().map(String::as_str).collect();
-            format!(
-                "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
-                all.join(" and one of ")
-            )
-        }
+        Kind::Controller => format!(
+            "This FMU is the autopilot: an LPV controller of {}, scheduled on forward speed, sampled.",
+            steered.join(" and one of ")
+        ),
         Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
     };
-    let each = designs.into_iter().zip(steered.as_ref());
-    let bounds = each.map(|((_, stored), name)| designs.said(name, &bound(stored)));
-    let of_first = format!("What follows is of the design of {}.", steered.first);
-    let of_first = steered.heading.is_some().then_some(of_first);
-    let coupled = designs.first.1.coupling.as_ref().map(|coupling| format!("Proved: {}.", coupling.words));
-    let unproved = designs.unproved(coupled.is_some()).map(str::to_owned);
+    let each = || designs.iter().zip(&steered);
+    let bounds = each().map(|((_, stored), name)| said(designs.len(), name, &bound(stored)));
+    let of_first = steered.first().map(|name| format!("What follows is of the design of {name}."));
+    let of_first = of_first.filter(|_| several);
+    let coupling = designs.iter().find_map(|(_, stored)| stored.coupling.as_ref());
+    let coupled = coupling.map(|coupling| format!("Proved: {}.", coupling.words));
+    let unproved = unproved(designs.len(), coupled.is_some()).map(str::to_owned);
     // The page has the verdict of the first.
-    let missed = designs.heading.and_then(|(_, stored)| Some(format!("heading: {}", stored.missed()?)));
+    let others = each().skip(1);
+    let missed = others.filter_map(|((_, stored), name)| Some(format!("{name}: {}", stored.missed()?)));
     std::iter::once(what).chain(bounds).chain(missed).chain(coupled).chain(unproved).chain(of_first).collect()
 }
 
@@ -331,7 +330,7 @@ mod tests {
     /// The members of a plug.
     fn plug(kind: Kind, of: &Packed, designs: Designs<'_>) -> Vec<String> {
         let text = String::from_utf8(
-            terminals(kind, &of.description, designs.map(|(_, stored)| &stored.controller)).unwrap().unwrap(),
+            terminals(kind, &of.description, &controllers(designs)).unwrap().unwrap(),
         )
         .unwrap();
         let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
@@ -353,7 +352,7 @@ mod tests {
     fn what_the_design_measures_is_wired() {
         let wires = |measured: &[(&str, &str)]| {
             let (inputs, stored) = measuring(measured);
-            let designs = Axes { first: (&inputs, &stored), heading: None };
+            let designs = &[(&inputs, &stored)];
             let packed = |kind| unpacked(kind, designs);
             let (plant, controller) = (packed(Kind::Plant), packed(Kind::Controller));
             let plug = |kind, of| plug(kind, of, designs);
@@ -389,9 +388,9 @@ mod tests {
     }
 
     /// A design of REMUS 100 whose controller does nothing.
-    fn idle(design: &str) -> (Inputs, Stored) {
+    fn idle(axis: &str) -> (Inputs, Stored) {
         let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles/remus100"));
-        let inputs = Inputs::read(vehicle, design).unwrap();
+        let inputs = Inputs::read_axis(vehicle, "design", Some(axis)).unwrap();
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let columns = inputs.design.tracked.len() + inputs.design.measured.len();
         let rows = inputs.vehicle.actuators.len();
@@ -415,21 +414,20 @@ mod tests {
 
     #[test]
     fn a_design_of_heading_is_packed_beside_another() {
-        let (depth, mut heading) = (idle("depth"), idle("heading"));
-        heading.1.controller.design = "my-heading".into();
+        let (depth, heading) = (idle("depth"), idle("heading"));
         let first = (&depth.0, &depth.1);
-        let alone = Axes { first, heading: None };
-        let both = Axes { first, heading: Some((&heading.0, &heading.1)) };
+        let alone = &[first];
+        let both: Designs<'_> = &[first, (&heading.0, &heading.1)];
 
         let prepared = prepare(Kind::Controller, both, Interfaces::All).unwrap();
         let texts =
             ["controller.json", "controller_2.json"].map(|file| prepared.resources.text(file).unwrap());
         assert_eq!(texts, [&depth, &heading].map(|(_, stored)| stored.controller.to_json().unwrap()));
-        assert!(prepared.xml.contains("name=\"my_heading_gamma\""), "{}", prepared.xml);
+        assert!(prepared.xml.contains("name=\"heading_gamma\""), "{}", prepared.xml);
 
-        let inputs = both.map(|(inputs, _)| inputs);
-        assert_eq!(inputs.vehicle(), &depth.0.whole);
-        let steps = inputs.manoeuvre().steps;
+        let inputs = inputs(both);
+        assert_eq!(together::vehicle(&inputs), Some(&depth.0.whole));
+        let steps = together::manoeuvre(&inputs).unwrap().steps;
         assert_eq!(steps.keys().collect::<Vec<_>>(), ["depth", "heading"]);
 
         let (plant, controller) = (unpacked(Kind::Plant, alone), unpacked(Kind::Controller, both));
@@ -462,18 +460,12 @@ mod tests {
         assert!(page[0].contains("an LPV controller of depth and one of heading"), "{page:?}");
         assert!(page[1].starts_with("depth: UNCERTIFIED") && page[2].starts_with("heading: UNCERTIFIED"));
 
-        let mut slow = heading.0.clone();
-        slow.design.sample_time = 0.04;
-        let refused =
-            prepare(Kind::Controller, Axes { first, heading: Some((&slow, &heading.1)) }, Interfaces::All);
-        let words = refused.unwrap_err().to_string();
-        assert!(words.contains("is 0.02 s in depth.toml and 0.04 s in heading.toml"), "{words}");
     }
 
     #[test]
     fn every_input_output_and_parameter_but_enumerations_has_a_connector() {
         let (inputs, stored) = measuring(&[]);
-        let designs = Axes { first: (&inputs, &stored), heading: None };
+        let designs: Designs<'_> = &[(&inputs, &stored)];
         let [plant, controller] = [Kind::Plant, Kind::Controller].map(|kind| unpacked(kind, designs));
         let structure = read_system(&plant, &controller, designs)("SystemStructure.ssd");
         let between = |text: &str, start: &str| {

@@ -14,7 +14,8 @@
 
 mod types;
 
-use crate::axes::Designs;
+use crate::axes::{Designs, inputs};
+use squid_design::inputs::together;
 use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
@@ -60,8 +61,9 @@ pub fn pack(
     for (_, packed) in components {
         entries.insert(source(packed), packed.bytes.clone());
     }
-    let (_, stored) = designs.first;
-    let manoeuvre = designs.map(|(inputs, _)| inputs).manoeuvre();
+    let Some(((_, stored), manoeuvre)) = designs.first().zip(together::manoeuvre(&inputs(designs))) else {
+        return Err(Error::OfHeading);
+    };
     let model = stored.plant.as_ref().ok_or(Error::OfHeading)?;
     let points = speeds(&model.trim);
     for (index, point) in points.iter().enumerate() {

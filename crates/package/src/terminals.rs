@@ -2,7 +2,6 @@
 //! one gesture wires them. The form is that of FMI 3.0 (schema `fmi3TerminalsAndIcons.xsd`), which tools read in FMUs
 //! of FMI 2.0 too.
 
-use crate::axes::Axes;
 use crate::kind::Kind;
 use model_description::ModelDescription;
 use model_description::element::{NONE, Xml, document, leaf, parent};
@@ -10,13 +9,13 @@ use scheduled::ControllerDesign;
 use std::io;
 
 /// What goes through the plug, in the order of the designs: measurements one way, commands the other.
-fn members<'a>(of: &ModelDescription, designs: Axes<&'a ControllerDesign>) -> Vec<&'a str> {
-    let measured = designs.into_iter().flat_map(|design| {
+fn members<'a>(of: &ModelDescription, designs: &[&'a ControllerDesign]) -> Vec<&'a str> {
+    let measured = designs.iter().flat_map(|design| {
         let places = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
         places.map(|(_, signal)| signal.name.as_str())
     });
     let commands =
-        designs.into_iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
+        designs.iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
     let mut members = vec![];
     for name in measured.chain(commands).filter(|name| of.position(name).is_some()) {
         // The axes measure the speed, each of them.
@@ -31,7 +30,7 @@ fn members<'a>(of: &ModelDescription, designs: Axes<&'a ControllerDesign>) -> Ve
 pub(crate) fn terminals(
     kind: Kind,
     of: &ModelDescription,
-    designs: Axes<&ControllerDesign>,
+    designs: &[&ControllerDesign],
 ) -> io::Result<Option<Vec<u8>>> {
     let (name, about) = match kind {
         Kind::Plant => ("autopilot", "to the terminal 'vehicle' of the controller"),

@@ -5,7 +5,6 @@
 //! this squid packs.
 
 use crate::archive::FmuArchive;
-use crate::axes::Axes;
 use crate::c::{self, CONTROLLER};
 use crate::contents::Contents;
 use crate::coupling;
@@ -24,7 +23,7 @@ use squid_design::certify::limits::{ClaimedStep, check_autopilot};
 use squid_design::certify::sampled;
 use squid_design::certify::verify::{check_design, check_inputs, same_controller};
 use squid_design::fit::Model;
-use squid_design::inputs::Inputs;
+use squid_design::inputs::{Inputs, together};
 use squid_design::store::{Stored, freeze};
 use squid_design::synthesise::robust::stored;
 use std::io::{self, Read};
@@ -43,8 +42,8 @@ fn as_declared(terms: &Terms, theorem: &Theorem) -> String {
 /// What was verified of a file.
 #[derive(Debug, Clone)]
 pub struct Verification {
-    /// Of each axis.
-    pub axes: Axes<Verified>,
+    /// Of each axis, one at least.
+    pub axes: Vec<Verified>,
     /// What is proved of both axes in turns.
     pub coupling: Option<String>,
     /// What was verified of the file beside its axes.
@@ -55,8 +54,7 @@ pub struct Verification {
 
 impl From<Verified> for Verification {
     fn from(first: Verified) -> Self {
-        let axes = Axes { first, heading: None };
-        Self { axes, coupling: None, about: vec![], contents: Contents::default() }
+        Self { axes: vec![first], coupling: None, about: vec![], contents: Contents::default() }
     }
 }
 
@@ -84,17 +82,19 @@ pub struct Verified {
 /// [`ProofError::Certificate`](proof::error::ProofError::Certificate),
 /// [`ProofError::Mismatch`](proof::error::ProofError::Mismatch),
 /// [`CertifyError::NoResidual`](squid_design::error::CertifyError::NoResidual), [`Error::WrongGuid`],
-/// [`Error::NotOfInputs`], [`Error::NoSecondAxis`], [`Error::NoHeading`], [`Error::ThirdAxis`],
+/// [`Error::NotOfInputs`], [`Error::OtherAxes`],
 /// [`ProofError::Unproved`](proof::error::ProofError::Unproved).
 pub fn verify(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Error> {
     let name = path.display().to_string();
     let inputs = given.map(|given| given.inputs);
     let found = if is_archive(path)? {
         verify_fmu(path, given)
-    } else if inputs.is_some_and(|inputs| inputs.heading.is_some()) {
-        Err(Error::NoSecondAxis { path: name.clone() })
     } else {
-        verify_certificate(path, inputs.map(|inputs| inputs.first)).map(Verification::from)
+        let one = inputs.map(|inputs| match inputs {
+            [one] => Ok(*one),
+            _ => Err(other_axes(&name, "one axis", inputs)),
+        });
+        one.transpose().and_then(|one| verify_certificate(path, one).map(Verification::from))
     };
     found.map_err(|reason| {
         if reason.to_string().starts_with(&name) {
@@ -270,11 +270,9 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     let resources = &archive.resources;
     let of_path = || path.display().to_string();
     let has = |axis: usize| resources.bytes(&of_axis(CONTROLLER, axis)).is_ok();
-    let axes = Axes { first: 0, heading: has(1).then_some(1) };
-    if axes.heading.is_some() && has(2) {
-        return Err(Error::ThirdAxis { path: of_path(), name: of_axis(CONTROLLER, 2) });
-    }
-    let proved = axes.try_map(|axis| Proved::read(path, resources, axis))?;
+    let axes = (1..).take_while(|axis| has(*axis)).count() + 1;
+    let proved: Vec<Proved> =
+        (0..axes).map(|axis| Proved::read(path, resources, axis)).collect::<Result<_, _>>()?;
     let (kind, (guid, xml, description)) = match resources.text(fmu_plant::VEHICLE_RESOURCE) {
         Ok(_) => (Kind::Squid, fmu_squid::describe(resources).map(|of| (of.guid, of.xml, of.description))?),
         Err(_) => (
@@ -289,21 +287,18 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
         return Err(Error::WrongDescription { path: of_path() });
     }
     let inputs = given.map(|given| given.inputs);
-    match (inputs.map(|inputs| inputs.heading.is_some()), &proved.heading) {
-        (Some(true), None) => return Err(Error::NoSecondAxis { path: of_path() }),
-        (Some(false), Some(second)) => {
-            return Err(Error::NoHeading { path: of_path(), design: second.design.design.clone() });
-        }
-        _ => {}
+    let names = |all: &[Proved]| all.iter().map(|one| one.design.design.clone()).collect::<Vec<_>>();
+    if let Some(inputs) = inputs.filter(|inputs| inputs.len() != proved.len()) {
+        return Err(other_axes(&of_path(), &names(&proved).join(" and "), inputs));
     }
     let not_of_inputs = |reason| Error::NotOfInputs { path: of_path(), reason };
     let manoeuvre = resources.text("manoeuvre.json").ok().and_then(|text| Manoeuvre::from_json(text).ok());
-    let controllers = proved.as_ref().map(|proved| proved.design.clone());
-    let mut of_files = inputs.into_iter().flatten();
-    let axes = proved.try_map(|proved| {
+    let owned: Vec<ControllerDesign> = proved.iter().map(|proved| proved.design.clone()).collect();
+    let controllers: Vec<&ControllerDesign> = owned.iter().collect();
+    let axis = |(place, proved): (usize, Proved)| {
         let Proved { design, text, certificate, theorem, covered } = proved;
         check_autopilot(&design, &certificate)?;
-        let inputs = of_files.next();
+        let inputs = inputs.and_then(|inputs| inputs.get(place).copied());
         let flown = manoeuvre.as_ref().or(inputs.map(|inputs| &inputs.design.manoeuvre));
         let terms = Terms::of(&design, &theorem, flown);
         let mut verified = Verified::in_terms(&design, theorem, terms, inputs.is_some());
@@ -317,14 +312,14 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
             ));
         }
         Ok::<_, Error>(verified)
-    })?;
+    };
+    let axes: Vec<Verified> = proved.into_iter().enumerate().map(axis).collect::<Result<_, _>>()?;
     // After the axes, because other files than those of the design are told as such.
     inputs.map_or(Ok(()), |inputs| same_files(resources, inputs)).map_err(not_of_inputs)?;
-    let (coupling, about) = coupling::verify(path, resources, controllers.as_ref(), inputs)?;
-    let proof = &axes.first.theorem;
-    let page =
-        given.and_then(|given| page(path, kind, (given, controllers.as_ref()), proof, coupling.as_deref()));
-    let contents = Contents::of(archive, (kind, &description), controllers.as_ref(), page)
+    let (coupling, about) = coupling::verify(path, resources, &controllers, inputs)?;
+    let proof = &axes[0].theorem;
+    let page = given.and_then(|given| page(path, kind, (given, &controllers), proof, coupling.as_deref()));
+    let contents = Contents::of(archive, (kind, &description), &controllers, page)
         .map_err(|reason| files::Error::Unreadable { path: of_path(), reason })?;
     Ok(Verification { axes, coupling, about: about.into_iter().collect(), contents })
 }
@@ -378,11 +373,21 @@ pub fn named(inputs: &Inputs) -> String {
     )
 }
 
+/// That the axes of a file are not those of a design.
+fn other_axes(path: &str, found: &str, inputs: &[&Inputs]) -> Error {
+    let design = inputs.first().map(|one| one.design.file.clone()).unwrap_or_default();
+    let axes: Vec<&str> = inputs.iter().map(|one| one.design.steered()).collect();
+    Error::OtherAxes { path: path.into(), found: found.into(), design, axes: axes.join(" and ") }
+}
+
 /// Checks that vehicle and manoeuvre of an FMU are those of the files.
-fn same_files(resources: &Resources, inputs: Axes<&Inputs>) -> Result<(), String> {
+fn same_files(resources: &Resources, inputs: &[&Inputs]) -> Result<(), String> {
+    let Some((vehicle, manoeuvre)) = together::vehicle(inputs).zip(together::manoeuvre(inputs)) else {
+        return Ok(());
+    };
     let texts = [
-        (fmu_plant::VEHICLE_RESOURCE, inputs.vehicle().to_json().map_err(|e| e.to_string())?),
-        ("manoeuvre.json", inputs.manoeuvre().to_json().map_err(|e| e.to_string())?),
+        (fmu_plant::VEHICLE_RESOURCE, vehicle.to_json().map_err(|e| e.to_string())?),
+        ("manoeuvre.json", manoeuvre.to_json().map_err(|e| e.to_string())?),
     ];
     match texts.iter().find(|(name, text)| resources.text(name).is_ok_and(|found| found != text)) {
         Some((name, _)) => Err(format!("resources/{name} differs")),

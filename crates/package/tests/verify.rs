@@ -5,7 +5,6 @@ use base::progress::Progress;
 use model_description::Interfaces;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
-use squid_package::axes::Axes;
 use squid_package::error::Error;
 use squid_package::fmu::{Binaries, PAGE, pack, prepare};
 use squid_package::kind::Kind;
@@ -48,7 +47,7 @@ fn packed(change: impl FnOnce(&mut Stored)) -> (tempfile::TempDir, PathBuf, Inpu
         platforms: Platform::named(&["host".into()]).unwrap(),
         directory: Some(folder.path().to_owned()),
     };
-    let designs = Axes { first: (&inputs, &stored), heading: None };
+    let designs = &[(&inputs, &stored)];
     let prepared = prepare(Kind::Controller, designs, Interfaces::All).unwrap();
     let fmu = pack(Kind::Controller, prepared, designs, page, &binaries, folder.path()).unwrap();
     std::fs::write(&fmu.path, &fmu.bytes).unwrap();
@@ -56,7 +55,7 @@ fn packed(change: impl FnOnce(&mut Stored)) -> (tempfile::TempDir, PathBuf, Inpu
 }
 
 fn with_files(fmu: &Path, inputs: &Inputs) -> Result<Verification, Error> {
-    verify(fmu, Some(Given { inputs: Axes { first: inputs, heading: None }, report: REPORT }))
+    verify(fmu, Some(Given { inputs: &[inputs], report: REPORT }))
 }
 
 /// The archive with the text of one file extended.
@@ -81,7 +80,7 @@ fn edited(fmu: &Path, name: &str) {
 fn no_more_is_said_than_is_verified() {
     let (_folder, fmu, inputs) = packed(|_| ());
     let found = with_files(&fmu, &inputs).unwrap();
-    let (verified, contents) = (&found.axes.first, &found.contents);
+    let (verified, contents) = (&found.axes[0], &found.contents);
     assert!(
         verified.step.is_some() && verified.lines.iter().any(|line| line.contains("deg")),
         "{verified:?}"
@@ -92,7 +91,7 @@ fn no_more_is_said_than_is_verified() {
         assert!(contents.identical.iter().any(|one| one == name), "{contents:?}");
     }
     let found = verify(&fmu, None).unwrap();
-    let honest = found.axes.first;
+    let honest = found.axes[0].clone();
     assert!(
         honest.lines.iter().all(|line| !line.contains("deg") && !line.contains("m/s")),
         "{:?}",
@@ -111,6 +110,6 @@ fn no_more_is_said_than_is_verified() {
     let (_folder, scaled, inputs) = packed(|stored| {
         stored.controller.controller_inputs.iter_mut().for_each(|input| input.scale *= 3.0);
     });
-    assert_eq!(verify(&scaled, None).unwrap().axes.first.lines, honest.lines);
+    assert_eq!(verify(&scaled, None).unwrap().axes[0].lines, honest.lines);
     assert!(matches!(with_files(&scaled, &inputs), Err(Error::NotOfInputs { .. })));
 }

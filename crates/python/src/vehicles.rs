@@ -29,10 +29,11 @@ fn wrong(error: impl Display) -> PyErr {
 
 #[pymethods]
 impl Vehicle {
-    /// Reads `vehicle.toml` and a design file of a directory.
+    /// Reads `vehicle.toml` and a design file of a directory, one axis of it.
     #[staticmethod]
-    fn read(directory: PathBuf, design: &str) -> PyResult<Self> {
-        Ok(Self(Arc::new(Inputs::read(&directory, design).map_err(wrong)?)))
+    #[pyo3(signature = (directory, design, axis=None))]
+    fn read(directory: PathBuf, design: &str, axis: Option<&str>) -> PyResult<Self> {
+        Ok(Self(Arc::new(Inputs::read_axis(&directory, design, axis).map_err(wrong)?)))
     }
 
     /// The same from the texts of both files.

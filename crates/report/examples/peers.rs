@@ -9,11 +9,14 @@ use squid_design::store::Stored;
 use squid_report::page::Part;
 use squid_report::peers::{Effort, compare};
 use squid_report::subject::Subject;
+use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let effort = Effort { evaluations: 300, points: 100 };
     for name in std::env::args().skip(1) {
-        let inputs = Inputs::read(name.as_ref(), "design")?;
+        // REMUS 100 has a design of pitch beside its default one.
+        let design = if Path::new(&name).join("pitch.toml").exists() { "pitch" } else { "design" };
+        let inputs = Inputs::read(name.as_ref(), design)?;
         let finished = run(&inputs, &Progress::default())?;
         let stored = Stored::of(&finished.frozen, &inputs);
         let show = |event: Event| {

@@ -5,7 +5,6 @@ use crate::error::Error;
 use crate::knob::Knob;
 use base::progress::Progress;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::{Finished, run};
 use squid_design::verdict::row::Row;
 use toml_edit::DocumentMut;
@@ -44,11 +43,11 @@ pub(crate) fn finals(
         let mut document: DocumentMut =
             text.parse().map_err(|_| Error::NotATable { file: file.clone(), key: "track".into() })?;
         for (knob, x) in knobs.iter().zip(&tried.x) {
-            knob.write(&mut document, x.exp(), file)?;
+            knob.write(&mut document, x.exp(), &inputs.design)?;
         }
         let written = document.to_string();
-        let design = DesignFile::parse(&written, file, &inputs.design.name)?;
-        let inputs = Inputs::new(inputs.vehicle.clone(), design)?;
+        let design = inputs.design.parse_again(&written)?;
+        let inputs = inputs.redesigned(design)?;
         let what = "judging in full, and proving";
         let finished = match progress.timed("tune", what, || run(&inputs, &Progress::default())).0 {
             Ok(finished) => finished,

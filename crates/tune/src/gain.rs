@@ -1,8 +1,8 @@
 //! Gains that were tuned, and a design file with them.
 
 use crate::error::Error;
+use crate::knob::section_mut;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, value};
 
 /// A gain, or the weight of a reference.
@@ -33,16 +33,16 @@ pub(crate) fn with_gains(
     gains: &[TunedGain],
 ) -> Result<(String, Inputs), Error> {
     let file = &inputs.design.file;
-    let written = written(text, gains)
+    let written = written(text, gains, inputs.design.axis)
         .ok_or_else(|| Error::NotATable { file: file.clone(), key: "controller".into() })?;
-    let design = DesignFile::parse(&written, file, &inputs.design.name)?;
-    Ok((written, Inputs::new(inputs.vehicle.clone(), design)?))
+    let design = inputs.design.parse_again(&written)?;
+    Ok((written, inputs.redesigned(design)?))
 }
 
 /// The text of a design file with gains in its `[controller]`; `None` if that is not a table of tables.
-fn written(text: &str, gains: &[TunedGain]) -> Option<String> {
+fn written(text: &str, gains: &[TunedGain], axis: Option<usize>) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
-    let controller = document.get_mut("controller")?;
+    let controller = section_mut(&mut document, "controller", axis)?;
     for gain in gains {
         let (axis, key) = gain.name.split_once('.')?;
         let numbers: Vec<f64> =
@@ -89,7 +89,7 @@ mod tests {
         let expected = "a = 1 # one\n[controller]\nkind = \"pid\" # mine\n[controller.pitch]\nrolloff = 0.1\n\
             kp = { value = 464.482, unit = \"N.m/rad\" }\nkd = { value = [2.0, -0.25], unit = \"N.m.s/rad\" }\n\
             reference_weight = 0.5\n";
-        assert_eq!(written(text, &gains).as_deref(), Some(expected));
-        assert_eq!(written("controller = 1\n", &gains), None);
+        assert_eq!(written(text, &gains, None).as_deref(), Some(expected));
+        assert_eq!(written("controller = 1\n", &gains, None), None);
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use squid_design::inputs::design_file::DesignFile;
 use std::fmt::{self, Display, Formatter};
-use toml_edit::{DocumentMut, Value};
+use toml_edit::{DocumentMut, Item, Value};
 
 /// A key whose number can be multiplied; for `follow`, its excess over 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,21 +95,38 @@ impl Knob {
     /// Multiplies its number in the text of a design file, to three digits; the rest of the text is unchanged.
     ///
     /// # Errors
-    /// [`Error::NotATable`], with the name `file` in its message.
-    pub fn write(self, document: &mut DocumentMut, factor: f64, file: &str) -> Result<(), Error> {
+    /// [`Error::NotATable`].
+    pub fn write(self, document: &mut DocumentMut, factor: f64, design: &DesignFile) -> Result<(), Error> {
         let (section, place, key) = self.key();
-        let found = document.get_mut(section).and_then(|item| match place {
+        let file = design.file.clone();
+        let found = section_mut(document, section, design.axis).and_then(|item| match place {
             Some(i) => item.as_array_of_tables_mut()?.get_mut(i)?.get_mut(key)?.as_value_mut(),
             None => item.as_table_like_mut()?.get_mut(key)?.as_value_mut(),
         });
         let number = found.as_ref().and_then(|v| v.as_float().or_else(|| Some(v.as_integer()? as f64)));
         let (Some(value), Some(number)) = (found, number) else {
-            return Err(Error::NotATable { file: file.into(), key: format!("{section}.{key}") });
+            return Err(Error::NotATable { file, key: format!("{section}.{key}") });
         };
         let decor = value.decor().clone();
         *value = Value::from(three_digits(self.turned(number, factor)));
         *value.decor_mut() = decor;
         Ok(())
+    }
+}
+
+/// A section in the text of a design file: in the `[[axis]]` of this place, or outside of these for all.
+pub fn section_mut<'d>(
+    document: &'d mut DocumentMut,
+    section: &str,
+    axis: Option<usize>,
+) -> Option<&'d mut Item> {
+    let own = axis.filter(|place| {
+        let axis = document.get("axis").and_then(|axes| axes.as_array_of_tables()?.get(*place));
+        axis.is_some_and(|axis| axis.contains_key(section))
+    });
+    match own {
+        Some(place) => document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(place)?.get_mut(section),
+        None => document.get_mut(section),
     }
 }
 
@@ -147,7 +164,7 @@ mod tests {
         assert_eq!(knobs.len(), 11, "{knobs:?}");
         for knob in knobs {
             let mut document: DocumentMut = text.parse().unwrap();
-            knob.write(&mut document, TEN, "design.toml").unwrap();
+            knob.write(&mut document, TEN, &design).unwrap();
             let written = document.to_string();
             let changed = text.lines().zip(written.lines()).filter(|(old, new)| old != new).count();
             assert_eq!((changed, written.lines().count()), (1, text.lines().count()), "{knob}");
@@ -176,7 +193,8 @@ mod tests {
     #[test]
     fn inline_tables_are_rejected() {
         let mut document: DocumentMut = "track = [{ frequency = 1.0 }]".parse().unwrap();
-        let refused = Knob::Frequency(0).write(&mut document, 2.0, "design.toml").unwrap_err();
+        let design = DesignFile::parse(&squid(), "design.toml", "design").unwrap();
+        let refused = Knob::Frequency(0).write(&mut document, 2.0, &design).unwrap_err();
         assert!(
             refused.to_string().starts_with("design.toml: 'track' and 'measure' must be tables"),
             "{refused}"

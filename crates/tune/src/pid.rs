@@ -21,6 +21,7 @@ use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::run::{Finished, run};
 use squid_design::synthesise::given::structure;
+use toml_edit::DocumentMut;
 
 /// A tuned PID.
 #[derive(Debug)]
@@ -128,11 +129,26 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
         let table = first(inputs, units);
         let pid = pid::read_file(&table, &inputs.design.file).map_err(|error| refused(error.to_string()))?;
         match structure(&inputs.vehicle.actuators, &inputs.design, &pid) {
-            Ok(_) => return Ok((pid, format!("{}\n{table}", text.trim_end()))),
+            Ok(_) => {
+                let text = with_section(text, &table, inputs.design.axis);
+                return text.map(|text| (pid, text)).ok_or_else(|| refused("it is not a list of tables".into()));
+            }
             Err(error) => reason = error.to_string(),
         }
     }
     Err(refused(reason))
+}
+
+/// The text of a design file with a table at its end, or at the end of one of its axes.
+fn with_section(text: &str, table: &str, axis: Option<usize>) -> Option<String> {
+    let Some(place) = axis else { return Some(format!("{}\n{table}", text.trim_end())) };
+    let mut document: DocumentMut = text.parse().ok()?;
+    let added: DocumentMut = table.parse().ok()?;
+    let own = document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(place)?;
+    for (key, item) in added.iter() {
+        own.insert(key, item.clone());
+    }
+    Some(document.to_string())
 }
 
 /// A table of gains of 1.

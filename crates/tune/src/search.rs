@@ -27,7 +27,6 @@ use rayon::prelude::*;
 use squid_design::fit::Model;
 use squid_design::fit::authority::remarks;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
 use squid_design::verdict::Verdict;
 use std::sync::{Mutex, PoisonError};
@@ -99,11 +98,10 @@ pub fn search(inputs: &Inputs, text: &str, designs: usize, progress: &Progress) 
         return Err(Error::NoDesign { tried: tried.len(), reason: reason.unwrap_or_default() });
     }
     let front = front(&known);
-    let file = &inputs.design.file;
     let (judged, chosen) = finals(inputs, text, &search.knobs, known, progress)?;
     let front = front.into_iter().map(|t| (t.clone(), search.status(&t, &judged))).collect();
     let (text, finished) = chosen;
-    let design = DesignFile::parse(&text, file, &inputs.design.name)?;
+    let design = inputs.design.parse_again(&text)?;
     let limits = remarks(&inputs.vehicle.actuators, &design, &finished.model);
     Ok(Tuned { text, finished, tried: tried.len(), ended, front, limits })
 }

@@ -49,6 +49,8 @@ const GAINS: usize = 100;
 struct About {
     vehicle: PathBuf,
     design: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    axis: Option<String>,
     bandwidth: Option<f64>,
     out: Option<PathBuf>,
     sea: Option<String>,
@@ -97,7 +99,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         let (found, allowed) = (asked.flights.to_string(), format!("at least 1 and at most {MOST_FLIGHTS}"));
         return Err(Error::Argument { name: "--flights", found, allowed });
     }
-    let (inputs, directory) = which.read_to_write()?;
+    let (inputs, directory) = which.read_one_to_write()?;
     let starts = asked.starts.unwrap_or_default();
     check_starts(&starts, &inputs)?;
     let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
@@ -118,6 +120,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
     let about = About {
         vehicle: inputs.directory.clone(),
         design: which.design.clone(),
+        axis: which.axis.clone(),
         bandwidth: which.bandwidth,
         out: which.out.as_deref().map(full),
         sea: plan.identity.sea.clone(),
@@ -271,8 +274,8 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     }
     let unreadable = |reason| files::Error::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
-    let About { vehicle, design, bandwidth, out, sea, seed, points, starts, fmus } = about;
-    let (inputs, designed) = Which { vehicle, design, bandwidth, out }.read()?;
+    let About { vehicle, design, axis, bandwidth, out, sea, seed, points, starts, fmus } = about;
+    let (inputs, designed) = Which { vehicle, design, axis, bandwidth, out }.read_one()?;
     let stored = squid_design::store::load(&designed, &inputs)?;
     let parsed = sea.map(|text| Ok::<_, Error>((Sea::parse(&text, ABOUT)?, text))).transpose()?;
     let plan = Plan::new(&inputs, &stored, parsed, seed, points)?.starting(starts);

@@ -1,6 +1,6 @@
 //! `squid design`: designs a controller and prints the result.
 
-use crate::cli::{Design, Which};
+use crate::cli::{Asked, Design, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -26,9 +26,27 @@ use std::path::Path;
 /// # Errors
 /// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
 pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
-    let (inputs, directory) = which.read_to_write()?;
+    let Asked { axes, directory } = which.read_to_write()?;
+    let made = axes.iter().map(|(inputs, directory)| {
+        if axes.len() > 1 {
+            say(&format!("\nAxis of {}", inputs.design.steered()));
+        }
+        of_axis(inputs, directory, asked)
+    });
+    let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = made.collect::<Result<Vec<_>, Error>>()?.into_iter().unzip();
+    match &figures[..] {
+        [one] => answer(one)?,
+        all => answer(&json!({ "directory": directory, "axes": all }))?,
+    }
+    let missed = missed.concat();
+    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+}
+
+/// Designs the controller of an axis; returns the figures that were written, for programs, and the requirements that
+/// are missed.
+fn of_axis(inputs: &Inputs, directory: &Path, asked: &Design) -> Result<(Value, Vec<String>), Error> {
     let progress = Progress::new(&show);
-    let finished = designed(&inputs, &directory, asked, &progress)?;
+    let finished = designed(inputs, directory, asked, &progress)?;
     if let Some(robust_design) = &finished.robust {
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",
@@ -43,8 +61,8 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     }
     if let Some(rate) = asked.constant {
         let (k, gamma) = (&finished.design.controller, finished.design.certified.gamma);
-        let found = constant(&inputs, &finished.model, k, gamma, rate, &progress)?;
-        found.save(&directory)?;
+        let found = constant(inputs, &finished.model, k, gamma, rate, &progress)?;
+        found.save(directory)?;
         say(&format!(
             "\nThe gain of the uncertain model is below {} for every constant combination of the declared coefficients \
              within\n\
@@ -59,9 +77,11 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     }
     let shown = directory.display().to_string();
     finished.proof.map_err(|reason| Error::NotProved { directory: shown, reason })?;
-    answer_of(&directory)?;
-    let missed: Vec<String> = finished.verdict.missed().map(missed).collect();
-    if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
+    let mut figures = figures(directory)?;
+    if inputs.design.axis.is_some() {
+        figures["axis"] = json!(inputs.design.steered());
+    }
+    Ok((figures, finished.verdict.missed().map(missed).collect()))
 }
 
 /// A bound on the rate of the speed, m/s^2, in words.
@@ -70,18 +90,18 @@ pub(crate) fn no_faster(rate: Option<f64>) -> String {
 }
 
 /// The figures that were written, for programs.
-fn answer_of(directory: &Path) -> Result<(), Error> {
+fn figures(directory: &Path) -> Result<Value, Error> {
     let written = |name: &str| {
         let path = directory.join(name);
         let text = path.is_file().then(|| read(&path)).transpose()?;
         Ok::<_, Error>(text.and_then(|text| serde_json::from_str::<Value>(&text).ok()))
     };
-    Ok(answer(&json!({
+    Ok(json!({
         "directory": directory,
         "design": written("design.json")?,
         "robust": written("robust.json")?,
         "constant_certificate": directory.join(CONSTANT_CERTIFICATE).is_file().then_some(CONSTANT_CERTIFICATE),
-    }))?)
+    }))
 }
 
 /// A row that is missed, in words.

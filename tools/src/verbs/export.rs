@@ -1,13 +1,14 @@
 //! `squid export`: proves the certificate again, and writes the controller as source for the computer of a vehicle.
 
-use crate::cli::{Export, Language, Real, Which};
+use crate::cli::{Asked, Export, Language, Real, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::json;
-use squid_design::store;
+use squid_design::store::{self, axis_directory};
+use squid_package::axes::said;
 use squid_package::c::pack;
 use squid_package::fmu::{lines, require_proof, standing};
 
@@ -21,21 +22,40 @@ pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
         Real::Double => squid_embedded::Real::Double,
         Real::Float => squid_embedded::Real::Float,
     };
-    let (inputs, directory) = which.read()?;
-    let mut stored = store::load(&directory, &inputs)?;
-    let to = to.unwrap_or_else(|| directory.join("c"));
-    check_directory(&to)?;
-    let prove = || require_proof(&inputs, &mut stored, &directory, allow_uncertified);
-    let what = "proving again, and computing the plant of the proof again";
-    let proof = Progress::new(&show).timed("certify", what, prove).0?;
-    let (standing, claims) = (standing(&proof), lines(&proof, &stored));
-    claims.iter().for_each(|line| say(line));
-    if verbose {
-        say(&standing);
+    let Asked { axes, .. } = which.read()?;
+    let several = axes.len() > 1;
+    let (mut made, mut objects) = (vec![], vec![]);
+    // All are made before any is written.
+    for (inputs, directory) in &axes {
+        let mut stored = store::load(directory, inputs)?;
+        let to = match &to {
+            Some(to) => axis_directory(to, inputs),
+            None => directory.join("c"),
+        };
+        check_directory(&to)?;
+        let prove = || require_proof(inputs, &mut stored, directory, allow_uncertified);
+        let what = "proving again, and computing the plant of the proof again";
+        let proof = Progress::new(&show).timed("certify", what, prove).0?;
+        let (standing, claims) = (standing(&proof), lines(&proof, &stored));
+        claims.iter().for_each(|line| say(&said(axes.len(), inputs.design.steered(), line)));
+        if verbose {
+            say(&standing);
+        }
+        let (files, paths) = pack(&stored, &proof, real, &to)?;
+        let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let mut object = json!({ "proof": standing, "claims": claims, "files": paths });
+        if several {
+            object["axis"] = json!(inputs.design.steered());
+        }
+        objects.push(object);
+        made.push((files, to, paths));
     }
-    let (files, paths) = pack(&stored, &proof, real, &to)?;
-    files.save(&to)?;
-    let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-    paths.iter().for_each(|path| say(path));
-    Ok(answer(&json!({ "proof": standing, "claims": claims, "files": paths }))?)
+    for (files, to, paths) in made {
+        files.save(&to)?;
+        paths.iter().for_each(|path| say(path));
+    }
+    Ok(match &objects[..] {
+        [one] => answer(one)?,
+        all => answer(&json!({ "axes": all }))?,
+    })
 }

@@ -6,6 +6,7 @@ use auv::Vehicle;
 use base::files::{self, Files};
 use serde_json::json;
 use squid_design::inputs::design_file::DesignFile;
+use squid_design::inputs::together::common_speeds;
 use std::path::Path;
 
 /// The files of a vehicle that is shipped, and the line of its name.
@@ -50,7 +51,7 @@ impl Like {
     fn template(self) -> Template {
         match self {
             Self::Squid => template!("squid", "heading.toml" of "heading"),
-            Self::Remus100 => template!("remus100", "depth.toml" of "depth", "heading.toml" of "heading"),
+            Self::Remus100 => template!("remus100", "pitch.toml" of "pitch"),
             Self::Lauv => template!("lauv", "heading.toml" of "heading"),
             Self::Tethys => template!("tethys", "heading.toml" of "heading"),
             Self::Sparus2 => template!("sparus2"),
@@ -86,7 +87,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
     let vehicle = head.clone() + &vehicle.lines().map(|line| own(line) + "\n").collect::<String>();
     let file = directory.join("vehicle.toml");
     Vehicle::parse(&vehicle, &file.display().to_string())?;
-    let limits = DesignFile::parse(design, "design.toml", "design")?;
+    let [speed_min, speed_max] = common_speeds(&DesignFile::parse_each(design, "design.toml", "design")?);
     std::fs::create_dir_all(directory)
         .map_err(|reason| files::Error::Unwritable { path: directory.display().to_string(), reason })?;
     let mut files = Files::default();
@@ -100,7 +101,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
         format!("{shown}/{file}: the same of a controller of {what}\n")
     };
     let more: String = others.iter().map(more).collect();
-    let speed = auv::number(0.5 * (limits.speed_min + limits.speed_max));
+    let speed = auv::number(0.5 * (speed_min + speed_max));
     say(&format!(
         "{shown}/vehicle.toml: the coefficients, each with its unit and source. Its status is \"surrogate\" until they \
          are yours.\n\

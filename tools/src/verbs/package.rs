@@ -1,6 +1,6 @@
 //! `squid package`: proves the certificate again, and packs FMUs and SSP.
 
-use crate::cli::{Packing, Which};
+use crate::cli::{Asked, Packing, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
@@ -8,7 +8,9 @@ use base::files::{Files, check_directory};
 use base::progress::Progress;
 use serde_json::json;
 use squid_design::inputs::Inputs;
+use squid_design::inputs::together::narrower;
 use squid_design::store::{self, Stored};
+use squid_package::axes::{inputs, said, unproved};
 use squid_package::coupling::coupled;
 use squid_package::error::Error as PackageError;
 use squid_package::fmu::{Binaries, Packed, Prepared, lines, pack, prepare, require_proof, standing};
@@ -19,29 +21,27 @@ use squid_report::rendered::Rendered;
 use squid_report::report::brief;
 use std::path::{Path, PathBuf};
 
-/// Packs the FMUs of a design, or of two.
+/// Packs the FMUs of a design.
 ///
 /// # Errors
 /// Those of the files, the design, the report and the libraries.
 pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
-    let Packing { heading, platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
+    let Packing { platforms, kind, binaries, allow_uncertified, descriptions, verbose } = asked;
     let interfaces = kind.into();
     let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
-    let read = which.axes(heading.as_deref())?;
-    read.as_ref().map(|(inputs, _)| inputs).check()?;
+    let Asked { axes: read, directory } = which.read()?;
     // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
-    let alone = read.first.0.design.is_lateral();
+    let alone = read.iter().all(|(inputs, _)| inputs.design.is_lateral());
     let mut kinds = Kind::with(interfaces);
     kinds.retain(|kind| !alone || *kind == Kind::Controller);
     if kinds.is_empty() {
         let allowed = "cs or both where a controller is packed alone, which has no continuous states".into();
         return Err(Error::Argument { name: "--kind", found: "me".into(), allowed });
     }
-    let directory = read.first.1.clone();
     let load = |(inputs, directory): (Inputs, PathBuf)| {
         store::load(&directory, &inputs).map(|stored| (inputs, directory, stored))
     };
-    let loaded = read.try_map(load)?;
+    let loaded: Vec<_> = read.into_iter().map(load).collect::<Result<_, _>>()?;
     let folder = descriptions.as_ref().unwrap_or(&directory);
     check_directory(folder)?;
     if descriptions.is_none() {
@@ -53,21 +53,23 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
         proof.map(|proof| (inputs, stored, proof))
     };
     let what = "proving again, and computing the plant of the proof again";
-    let mut proved = progress.timed("certify", what, || loaded.try_map(prove)).0?;
-    let designs = proved.as_ref().map(|(inputs, stored, _)| (inputs, stored));
-    let coupling = if designs.heading.is_some() {
-        progress.timed("couple", "bounding what turns couple", || coupled(designs)).0?
+    let proving = || loaded.into_iter().map(prove).collect::<Result<Vec<_>, _>>();
+    let mut proved = progress.timed("certify", what, proving).0?;
+    let coupling = if proved.len() > 1 {
+        let designs: Vec<_> = proved.iter().map(|(inputs, stored, _)| (inputs, stored)).collect();
+        progress.timed("couple", "bounding what turns couple", || coupled(&designs)).0?
     } else {
         None
     };
     let words = coupling.as_ref().map(|[first, _]| first.words.clone());
-    if let (Some([one, other]), Some(heading)) = (coupling, &mut proved.heading) {
-        (proved.first.1.coupling, heading.1.coupling) = (Some(one), Some(other));
+    for ((_, stored, _), own) in proved.iter_mut().zip(coupling.into_iter().flatten()) {
+        stored.coupling = Some(own);
     }
-    let designs = proved.as_ref().map(|(inputs, stored, _)| (inputs, stored));
+    let designs: Vec<_> = proved.iter().map(|(inputs, stored, _)| (inputs, stored)).collect();
+    let designs = &designs[..];
     let (mut standings, mut claims) = (vec![], vec![]);
-    for (_, stored, proof) in proved.as_ref() {
-        let said = |words: &str| designs.said(&stored.controller.steered(), words);
+    for (_, stored, proof) in &proved {
+        let said = |words: &str| said(designs.len(), &stored.controller.steered(), words);
         standings.push(said(&standing(proof)));
         claims.extend(lines(proof, stored).iter().map(|line| said(line)));
     }
@@ -75,14 +77,12 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     claims.iter().for_each(|line| say(line));
     let coupled = words.map(|words| format!("certified: {words}"));
     coupled.iter().for_each(|line| say(line));
-    designs.unproved(coupled.is_some()).into_iter().for_each(say);
+    unproved(designs.len(), coupled.is_some()).into_iter().for_each(say);
     let warn = |words: String| say(&format!("WARNING: {words}"));
-    designs.map(|(inputs, _)| inputs).narrower().into_iter().for_each(warn);
+    narrower(&inputs(designs)).into_iter().for_each(warn);
     for (_, stored) in designs {
-        stored
-            .missed()
-            .into_iter()
-            .for_each(|words| warn(designs.said(&stored.controller.steered(), &words)));
+        let name = stored.controller.steered();
+        stored.missed().into_iter().for_each(|words| warn(said(designs.len(), &name, &words)));
     }
     if verbose {
         say(&standing);
@@ -96,7 +96,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let (inputs, stored, proof) = &proved.first;
+            let (inputs, stored, proof) = &proved[0];
             let write = || brief(inputs, stored, proof, &which.report_of("VEHICLE_DIR"), &progress);
             let page = Rendered::of(&progress.timed("page", "writing the documentation", write).0?);
             let packing = progress.begin("package", "compressing");

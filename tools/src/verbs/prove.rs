@@ -31,7 +31,7 @@ const POINTS: usize = 10;
 /// # Errors
 /// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
 pub fn run(asked: &Prove) -> Result<(), Error> {
-    let mut inputs = Inputs::read(&asked.vehicle, &asked.design)?;
+    let mut inputs = Inputs::read_axis(&asked.vehicle, &asked.design, asked.axis.as_deref())?;
     if inputs.design.is_lateral() {
         return Err(InputError::ControllerOfHeading { file: format!("{}.toml", asked.design) }.into());
     }

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Those of the files, the design and the figures.
 pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) -> Result<(), Error> {
-    let (inputs, directory) = which.read_to_write()?;
+    let (inputs, directory) = which.read_one_to_write()?;
     let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
     if paper && inputs.design.is_lateral() {
         let (found, allowed) =
@@ -74,7 +74,7 @@ fn others(
             return Err(Error::Argument { name: "--beside", found: format!("'{name}'"), allowed });
         }
         names.push(name.clone());
-        let other = Inputs::read(&which.vehicle, name)?;
+        let other = Inputs::read_axis(&which.vehicle, name, which.axis.as_deref())?;
         check(inputs, &other)?;
         let to = which
             .out

@@ -5,14 +5,14 @@ mod tables;
 mod uncertainty;
 mod values;
 
-use crate::cli::{Show, Which, read_vehicle};
+use crate::cli::{Asked, Show, Which, read_vehicle};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use auv::{Lateral, Pitch, Vehicle};
 use base::progress::Progress;
 use scheduled::DEFAULT_DESIGN;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use squid_design::certify::controller_of;
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::fit::Model;
@@ -39,20 +39,43 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     {
         return of_the_vehicle(&vehicle, speed);
     }
-    let (inputs, directory) = which.read()?;
+    let Asked { axes, .. } = which.read()?;
+    let mut shown = Vec::new();
+    for (inputs, directory) in &axes {
+        if axes.len() > 1 {
+            say(&format!("\nAxis of {}", inputs.design.steered()));
+        }
+        shown.push(of_axis((inputs, directory), which.out.is_some(), asked)?);
+    }
+    Ok(match &shown[..] {
+        [one] => answer(one)?,
+        all => answer(&json!({ "axes": all }))?,
+    })
+}
+
+/// What is asked for of an axis; `is_named` is whether its directory is.
+fn of_axis(
+    (inputs, directory): (&Inputs, &Path),
+    is_named: bool,
+    asked: &Show,
+) -> Result<Map<String, Value>, Error> {
+    let more = asked.fit || asked.controller || asked.uncertainty;
     let all = asked.speed.is_none() && !more;
     let speed = asked.speed.or(all.then(|| inputs.design.scheduling().0));
-    let stored = match (store::load(&directory, &inputs), &which.out) {
-        (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), None) => None,
+    let stored = match (store::load(directory, inputs), is_named) {
+        (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), false) => None,
         (loaded, _) => Some(loaded?),
     };
     let controller =
-        (asked.controller || all).then(|| shown_controller(&inputs, stored.as_ref(), &directory));
+        (asked.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
     let controller = controller.transpose()?;
-    let unproved = stored.and_then(|stored| stored.unproved(&inputs));
+    let unproved = stored.and_then(|stored| stored.unproved(inputs));
     unproved.iter().for_each(|words| say(words));
     inputs.doubts().iter().for_each(|words| say(&format!("WARNING: {words}")));
     let mut shown = Map::new();
+    if inputs.design.axis.is_some() {
+        shown.insert("axis".into(), json!(inputs.design.steered()));
+    }
     if let Some(v) = speed {
         let found = inputs.axis().at(v)?;
         say(&tables::speed(&inputs.vehicle, &found));
@@ -62,7 +85,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     }
     if asked.fit || all {
         let model = Model::new(&inputs.axis(), &inputs.design)?;
-        say(&tables::fit(&inputs, &model));
+        say(&tables::fit(inputs, &model));
         shown.insert("fit".into(), values::fit(&model));
     }
     if let Some((words, value)) = controller {
@@ -70,10 +93,10 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         shown.insert("controller".into(), value);
     }
     if asked.uncertainty {
-        say(uncertainty::uncertainty(&inputs)?.trim_end());
-        shown.insert("uncertainty".into(), values::uncertainty(&inputs)?);
+        say(uncertainty::uncertainty(inputs)?.trim_end());
+        shown.insert("uncertainty".into(), values::uncertainty(inputs)?);
     }
-    Ok(answer(&shown)?)
+    Ok(shown)
 }
 
 /// The vehicle, where `design.toml` is not there or is not one of this vehicle, with words on the reason; `None` where

@@ -1,84 +1,109 @@
 //! `squid simulate`: flights in this process.
 
-use crate::cli::{Which, read_sea};
+use crate::cli::{Asked, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
 use auv::Current;
-use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::{Value, json};
 use squid_design::inputs::Inputs;
+use squid_design::store::Stored;
 use squid_flight::metrics::StepFigures;
+use squid_flight::sea::Sea;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
 use squid_report::turning::{self, Both, Turns};
 use std::path::Path;
 
-/// Flies a design, at sea if a file says one, and writes records and plots.
+/// Flies each axis of a design, at sea if a file says one, and writes records and plots; with one of heading beside one
+/// of pitch or depth also turns \[deg\] in a current \[m/s\].
 ///
 /// # Errors
 /// Those of the files, the design and the flights.
-pub fn run(which: &Which, sea: Option<&Path>) -> Result<(), Error> {
-    let (inputs, directory) = which.read_to_write()?;
-    let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
-    let stored = load_or_design(&inputs, &directory)?;
-    stored.unproved(&inputs).iter().for_each(|words| say(words));
-    let running = Progress::new(&show).begin("simulate", "flying");
-    let found = if let Some((sea, _)) = &sea {
-        let flown = at_sea::run(&inputs, &stored, sea, &directory)?;
-        drop(running);
-        say(flown.words.trim_end());
-        let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(&inputs, &figures));
-        let surfacing = flown.surfacing;
-        json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing })
-    } else {
-        let flown = simulate::run(&inputs, &stored, &directory)?;
-        drop(running);
-        say(flown.words.trim_end());
-        let steps: Vec<Value> = flown.steps.iter().map(step).collect();
-        json!({ "directory": directory, "steps": steps })
-    };
-    Ok(answer(&found)?)
-}
-
-/// Flies a design of pitch or depth and one of heading together, by a turn \[deg\] in a current \[m/s\], at sea if a
-/// file says one.
-///
-/// # Errors
-/// Those of the files, the designs and the flights.
-pub fn with_heading(
+pub fn run(
     which: &Which,
-    heading: &str,
-    turn: f64,
+    turn: Option<f64>,
     (current, sea): (Option<[f64; 2]>, Option<&Path>),
 ) -> Result<(), Error> {
-    if !turn.is_finite() || turn == 0.0 || turn.abs() >= HALF_A_TURN {
+    if let Some(found) = turn.filter(|turn| !turn.is_finite() || *turn == 0.0 || turn.abs() >= HALF_A_TURN) {
         let allowed = "other than 0 and below 180 deg in size".into();
-        return Err(Error::Argument { name: "--turn", found: turn.to_string(), allowed });
+        return Err(Error::Argument { name: "--turn", found: found.to_string(), allowed });
     }
-    let (inputs, directory) = which.read_to_write()?;
-    let (turning, its) = which.beside(&inputs, heading)?;
-    check_directory(&its)?;
-    let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
-    let stored = load_or_design(&inputs, &directory)?;
-    let own = load_or_design(&turning, &its)?;
-    stored.unproved(&inputs).into_iter().chain(own.unproved(&turning)).for_each(|words| say(&words));
-    let [horizontal, east] = current.unwrap_or_default();
-    let current = Current { horizontal, east, ..Current::default() };
-    let running = Progress::new(&show).begin("simulate", "flying");
-    let both = Both { level: (&inputs, &stored), heading: (&turning, &own) };
-    let around = (current, sea.as_ref().map(|(sea, _)| sea));
-    let Turns { turned, coupling, words } = turning::run(both, turn.to_radians(), around, &directory)?;
-    drop(running);
-    say(words.trim_end());
-    let coupling = coupling.map(|found| {
-        let [low, high] = found.rates.map(f64::to_degrees);
-        json!({ "gains": found.gains(), "rates_deg": [low, high], "taken": found.taken })
-    });
-    Ok(answer(&json!({ "directory": directory, "turns": turned, "coupling": coupling }))?)
+    let Asked { axes, directory } = which.read_to_write()?;
+    let turns = matches!(&axes[..], [one, other] if !one.0.design.is_lateral() && other.0.design.is_lateral());
+    let given = [("--turn", turn.is_some()), ("--current", current.is_some())];
+    if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && !turns) {
+        let (found, allowed) = ("given".to_owned(), "left out of a design that has no axis of heading beside another");
+        return Err(Error::Argument { name, found, allowed: allowed.into() });
+    }
+    let mut stored = vec![];
+    let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
+    for (inputs, directory) in &axes {
+        let own = load_or_design(inputs, directory)?;
+        own.unproved(inputs).iter().for_each(|words| say(words));
+        stored.push(own);
+    }
+    let mut found = vec![];
+    for ((inputs, directory), stored) in axes.iter().zip(&stored) {
+        // Alone it is flown in still water.
+        if turns && sea.is_some() && inputs.design.is_lateral() {
+            continue;
+        }
+        let mut flown = alone((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
+        if axes.len() > 1 {
+            flown["axis"] = json!(inputs.design.steered());
+        }
+        found.push(flown);
+    }
+    if let ([one], 1) = (&found[..], axes.len()) {
+        return Ok(answer(one)?);
+    }
+    let mut answered = json!({ "directory": directory, "axes": found });
+    if let ([level, heading], true) = (&axes[..], turns) {
+        let [north, east] = current.unwrap_or_default();
+        let current = Current { horizontal: north, east, ..Current::default() };
+        let running = Progress::new(&show).begin("simulate", "flying");
+        let both = Both { level: (&level.0, &stored[0]), heading: (&heading.0, &stored[1]) };
+        let around = (current, sea.as_ref().map(|(sea, _)| sea));
+        let turn = turn.unwrap_or(TURN).to_radians();
+        let Turns { turned, coupling, words } = turning::run(both, turn, around, &directory)?;
+        drop(running);
+        say(words.trim_end());
+        answered["turns"] = json!(turned);
+        answered["coupling"] = json!(coupling.map(|found| {
+            let [low, high] = found.rates.map(f64::to_degrees);
+            json!({ "gains": found.gains(), "rates_deg": [low, high], "taken": found.taken })
+        }));
+    }
+    Ok(answer(&answered)?)
 }
+
+/// Flies an axis alone; returns the figures.
+fn alone(
+    (inputs, stored): (&Inputs, &Stored),
+    sea: Option<&Sea>,
+    directory: &Path,
+) -> Result<Value, Error> {
+    let running = Progress::new(&show).begin("simulate", "flying");
+    if let Some(sea) = sea {
+        let flown = at_sea::run(inputs, stored, sea, directory)?;
+        drop(running);
+        say(flown.words.trim_end());
+        let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(inputs, &figures));
+        let surfacing = flown.surfacing;
+        return Ok(json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing }));
+    }
+    let flown = simulate::run(inputs, stored, directory)?;
+    drop(running);
+    say(flown.words.trim_end());
+    let steps: Vec<Value> = flown.steps.iter().map(step).collect();
+    Ok(json!({ "directory": directory, "steps": steps }))
+}
+
+/// The default turn, deg.
+const TURN: f64 = 60.0;
 
 /// A turn by as much is as short to either side, deg.
 const HALF_A_TURN: f64 = 180.0;

@@ -31,8 +31,8 @@ const SHOWN: usize = 12;
 /// # Errors
 /// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
 pub fn run(
-    vehicle: &Path,
-    (design, begun_for): (&str, Track),
+    (vehicle, design, axis): (&Path, &str, Option<&str>),
+    begun_for: Track,
     to: Option<&str>,
     designs: usize,
 ) -> Result<(), Error> {
@@ -40,7 +40,7 @@ pub fn run(
         let allowed = "at least 1".into();
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
-    let (inputs, text, begun) = read(vehicle, design, begun_for)?;
+    let (inputs, text, begun) = read(vehicle, (design, axis), begun_for)?;
     if inputs.design.controller.is_some() {
         let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
         return Err(InputError::GivenController { file, what }.into());
@@ -96,20 +96,25 @@ fn target<'a>(to: Option<&'a str>, design: &'a str, begun: bool) -> &'a str {
 /// The report to look at next: on the design that was searched from, with the new one beside it; on the new one alone
 /// if it took the place of that, if there was none, or if the two cannot stand side by side.
 fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
-    let design = from.design.name.as_str();
+    let design = from.design.autopilot.as_str();
     let alone = begun || name == design || check(from, from).is_err();
     let own = if alone { name } else { design };
     let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
-    format!("next: squid report {}{design}{beside}", vehicle.display())
+    let axis = from.design.axis.map(|_| format!(" --axis {}", from.design.steered())).unwrap_or_default();
+    format!("next: squid report {}{design}{axis}{beside}", vehicle.display())
 }
 
 /// Tunes the gains of a PID, writes `TO.toml` beside the vehicle, and prints gains, proof and verdict.
 ///
 /// # Errors
 /// Those of the files and of the search; [`Error::Unproved`]; [`Error::Missed`] where the PID misses a requirement.
-pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Result<(), Error> {
-    let (inputs, text, begun) = read(vehicle, design, Track::Pitch)?;
+pub fn pid(
+    (vehicle, design, axis): (&Path, &str, Option<&str>),
+    to: Option<&str>,
+    degree: usize,
+) -> Result<(), Error> {
+    let (inputs, text, begun) = read(vehicle, (design, axis), Track::Pitch)?;
     let name = target(to, design, begun);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
@@ -152,8 +157,8 @@ pub fn pid(vehicle: &Path, design: &str, to: Option<&str>, degree: usize) -> Res
 
 /// How the design flies against what a practitioner would use instead.
 fn against(inputs: &Inputs, text: &str, finished: &Finished, progress: &Progress) -> Result<String, Error> {
-    let design = DesignFile::parse(text, &inputs.design.file, &inputs.design.name)?;
-    let inputs = Inputs::new(inputs.vehicle.clone(), design)?;
+    let design = inputs.design.parse_again(text)?;
+    let inputs = inputs.redesigned(design)?;
     let (stored, quiet) = (Stored::of(&finished.frozen, &inputs), Progress::default());
     let subject = Subject::new(&inputs, &stored, &quiet)?;
     let what = "the flights of the report, against a PID that is tuned in flight";
@@ -180,13 +185,17 @@ fn not_found(tuned: &Tuned) -> String {
 }
 
 /// The files; without a design file one that is begun from the vehicle.
-fn read(directory: &Path, design: &str, track: Track) -> Result<(Inputs, String, bool), Error> {
+fn read(
+    directory: &Path,
+    (design, axis): (&str, Option<&str>),
+    track: Track,
+) -> Result<(Inputs, String, bool), Error> {
     if !directory.is_dir() {
         return Err(InputError::NoVehicle { directory: directory.display().to_string() }.into());
     }
     let path = directory.join(format!("{design}.toml"));
     if path.exists() {
-        let inputs = Inputs::read(directory, design)?;
+        let inputs = Inputs::read_axis(directory, design, axis)?;
         if track == Track::Heading && !inputs.design.is_lateral() {
             let found = format!("heading, and {} tracks something else", path.display());
             return Err(Error::Argument { name: "--track", found, allowed: "what the file tracks".into() });
@@ -218,7 +227,7 @@ fn beside(directory: &Path) -> Result<Option<Beside>, Error> {
     if !directory.join(format!("{DEFAULT_DESIGN}.toml")).exists() {
         return Ok(None);
     }
-    let design = Inputs::read(directory, DEFAULT_DESIGN)?.design;
+    let design = Inputs::read_axes(directory, DEFAULT_DESIGN)?.remove(0).design;
     Ok(Some(Beside {
         speeds: [design.speed_min, design.speed_max],
         depth: design.depth,
@@ -287,13 +296,14 @@ mod tests {
     fn the_next_report_is_one_that_can_be_made() {
         let vehicles = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vehicles");
         for (vehicle, from, name, begun, expected) in [
-            ("remus100", "design", "tuned", false, " --beside tuned"),
+            ("remus100", "pitch", "tuned", false, " --design pitch --beside tuned"),
             ("squid", "proved", "pid", false, " --design proved --beside pid"),
-            ("remus100", "design", "design", false, ""),
-            ("remus100", "design", "mine", true, " --design mine"),
-            ("remus100", "depth", "tuned", false, " --design tuned"),
+            ("squid", "design", "design", false, ""),
+            ("remus100", "pitch", "mine", true, " --design mine"),
+            ("remus100", "design", "tuned", false, " --design tuned --axis depth"),
         ] {
-            let from = Inputs::read(&vehicles.join(vehicle), from).unwrap();
+            let axis = (from, vehicle) == ("design", "remus100");
+            let from = Inputs::read_axis(&vehicles.join(vehicle), from, axis.then_some("depth")).unwrap();
             let found = next(&from, Path::new("v"), name, begun);
             assert_eq!(found, format!("next: squid report v{expected}"));
         }

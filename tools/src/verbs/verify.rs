@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
 use squid_design::numbers::above;
+use squid_design::inputs::Inputs;
+use squid_package::axes::{said, unproved};
 use squid_package::page::Given;
 use squid_package::verify::{Verification, Verified, named, verify, verify_source};
 
@@ -21,21 +23,26 @@ use squid_package::verify::{Verification, Verified, named, verify, verify_source
 pub fn run(asked: &Verify) -> Result<(), Error> {
     let file = asked.file.as_deref();
     let files = asked.vehicle.clone().map(|vehicle| {
-        let (design, bandwidth) = (asked.design.clone(), asked.bandwidth);
-        let which = Which { vehicle, design, bandwidth, out: None };
-        let axes = which.axes(asked.heading.as_deref())?.map(|(inputs, _)| inputs);
-        Ok::<_, Error>((axes, which.report_of("VEHICLE_DIR")))
+        let (design, axis, bandwidth) = (asked.design.clone(), asked.axis.clone(), asked.bandwidth);
+        let which = Which { vehicle, design, axis, bandwidth, out: None };
+        Ok::<_, Error>((which.read()?.axes, which.report_of("VEHICLE_DIR")))
     });
     let files = files.transpose()?;
-    let given = files.as_ref().map(|(axes, report)| Given { inputs: axes.as_ref(), report });
-    let inputs = given.map(|given| given.inputs.first);
+    let all: Vec<&Inputs> = files.iter().flat_map(|(axes, _)| axes.iter().map(|(inputs, _)| inputs)).collect();
+    let given = files.as_ref().map(|(_, report)| Given { inputs: &all, report });
+    // What is of one axis alone.
+    let one = || match &all[..] {
+        [] => Ok(None),
+        [one] => Ok(Some(*one)),
+        _ => Inputs::read(&all[0].directory, &asked.design).map(|_| None),
+    };
     if let Some(file) = file
-        && asked.heading.is_none()
         && let Ok(text) = files::read(file)
         && let Ok(certificate) = parse(&text, &file.display().to_string())
         && certificate.constant().is_some()
     {
         let theorem = certificate.prove()?;
+        let inputs = one()?;
         let share = inputs.map(|inputs| check_inputs(&certificate, inputs)).transpose()?;
         if let (Some(inputs), Some(share)) = (inputs, share) {
             say(&format!(
@@ -58,12 +65,12 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
     }
     let found: Verification = match (file, &asked.c) {
         (Some(file), _) => verify(file, given)?,
-        (None, Some(source)) => verify_source(source, inputs)?.into(),
+        (None, Some(source)) => verify_source(source, one()?)?.into(),
         (None, None) => return Ok(()),
     };
     let Verification { axes, coupling, about, contents } = &found;
-    for axis in axes.as_ref() {
-        let say = |line: &str| say(&axes.said(&axis.axis, line));
+    for axis in axes {
+        let say = |line: &str| say(&said(axes.len(), &axis.axis, line));
         axis.about.iter().for_each(|line| say(line));
         axis.lines.iter().for_each(|line| say(&format!("PROVED: {line}")));
         axis.unproved.iter().for_each(|line| say(line));
@@ -75,18 +82,18 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
         }
     }
     coupling.iter().for_each(|words| say(&format!("PROVED: {words}")));
-    axes.unproved(coupling.is_some()).into_iter().for_each(say);
+    unproved(axes.len(), coupling.is_some()).into_iter().for_each(say);
     about.iter().chain(&contents.lines()).for_each(|line| say(line));
-    let mut answered = object(&axes.first);
+    let mut answered = object(&axes[0]);
     answered["identical"] = json!(contents.identical);
     answered["not_examined"] = json!(contents.unexamined);
-    if axes.heading.is_some() {
+    if axes.len() > 1 {
         let named = |axis: &Verified| {
             let mut found = object(axis);
             found["axis"] = json!(axis.axis);
             found
         };
-        answered["axes"] = axes.as_ref().into_iter().map(named).collect();
+        answered["axes"] = axes.iter().map(named).collect();
         answered["coupling"] = json!(coupling);
     }
     Ok(answer(&answered)?)

@@ -26,6 +26,37 @@ pub struct Mistake {
     pub problem: FileProblem,
 }
 
+impl FileError {
+    /// Returns what was read of each part of a file, or the mistakes in all parts, one on a shared line once.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn collect<T>(parts: impl IntoIterator<Item = Result<T, Self>>) -> Result<Vec<T>, Self> {
+        let (mut read, mut wrong) = (Vec::new(), None::<Self>);
+        for part in parts {
+            match (part, &mut wrong) {
+                (Ok(part), _) => read.push(part),
+                (Err(reason), None) => wrong = Some(reason),
+                (Err(reason), Some(wrong)) => {
+                    for mistake in reason.mistakes {
+                        if !wrong.mistakes.iter().any(|known| known.is_same(&mistake)) {
+                            wrong.mistakes.push(mistake);
+                        }
+                    }
+                    wrong.mistakes.sort_by_key(|mistake| mistake.line);
+                }
+            }
+        }
+        wrong.map_or(Ok(read), Err)
+    }
+}
+
+impl Mistake {
+    fn is_same(&self, other: &Self) -> bool {
+        self.line == other.line && self.problem.to_string() == other.problem.to_string()
+    }
+}
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.mistakes.is_empty() {
@@ -51,6 +82,9 @@ pub enum FileProblem {
     /// A key or a table that occurs twice.
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
     Twice { key: String },
+    /// A key that stands in a table of a list and outside the list.
+    #[error("'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two")]
+    InAndOutside { key: String, list: String },
     /// An unknown key.
     #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]
     UnknownKey { key: String, suggestion: Option<String>, allowed: String },

@@ -136,7 +136,7 @@ mod tests {
         for (name, design, speed, delay) in [
             ("squid", "design", 0.7, 0.0),
             ("squid", "design", 2.6, 0.06),
-            ("remus100", "design", 1.6, 0.1),
+            ("remus100", "pitch", 1.6, 0.1),
             ("squid", "paper", 1.0, 0.04),
         ] {
             let mut inputs = shipped(name, design);

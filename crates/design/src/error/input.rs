@@ -53,6 +53,26 @@ pub enum InputError {
         "{file}: [controller] gives the controller, so that {what}; leave [controller] out, or ask for nothing else"
     )]
     GivenController { file: String, what: &'static str },
+    /// An axis that the file does not have.
+    #[error("--axis is {found}; {file} has {axes}")]
+    NoAxis { file: String, found: String, axes: String },
+    /// A file of several axes where one is asked for.
+    #[error("{file} has the axes {axes}; name one of them with --axis")]
+    SeveralAxes { file: String, axes: String },
+    /// Two axes that command one actuator.
+    #[error(
+        "{file}: the axes of {one} and {other} both command '{actuator}'; put what shares actuators into one [[axis]]"
+    )]
+    SharedActuator { file: String, actuator: String, one: &'static str, other: &'static str },
+    /// Two axes that do not share what one vehicle has.
+    #[error(
+        "{file}: '{key}' is {} for {} and {} for {}; it must be the same for each axis: give it outside of [[axis]]",
+        values[0], axes[0], values[1], axes[1]
+    )]
+    AxesDiffer { file: String, key: &'static str, axes: [&'static str; 2], values: [String; 2] },
+    /// Axes without a common speed.
+    #[error("{file}: no speed is in the range of every axis: {ranges}")]
+    NoCommonSpeed { file: String, ranges: String },
     /// A requirement on the speed of a vehicle with a given speed.
     #[error(
         "{file}: '{key}' must be left out, because the vehicle file says [surge] speed = \"given\": no actuator acts \

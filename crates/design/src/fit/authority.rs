@@ -159,7 +159,7 @@ pub fn holding_ratio(actuators: &[Actuator], step: f64, l: &Linearisation) -> f6
 mod tests {
     use super::*;
     use crate::inputs::Inputs;
-    use crate::inputs::tests::shipped;
+    use crate::inputs::tests::{shipped, shipped_axis};
 
     fn warnings(change: impl Fn(&mut Inputs)) -> Vec<String> {
         let mut inputs = shipped("squid", "design");
@@ -188,7 +188,7 @@ mod tests {
     /// REMUS 100 in depth control: a path of 30 deg at 1.4 m/s sinks at 0.7 m/s.
     #[test]
     fn a_step_of_the_depth_that_is_too_steep_is_warned_of() {
-        let mut inputs = shipped("remus100", "depth");
+        let mut inputs = shipped_axis("remus100", "design", Some("depth"));
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
         let mut said = |step: f64| {
             inputs.design.manoeuvre = inputs.design.manoeuvre.with_step("depth", step);

@@ -233,8 +233,13 @@ impl Safe {
 /// A design file, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignFile {
-    /// The file's name without extension, plus changes from the command line.
+    /// The name of the design: that of the autopilot, or of several axes what this one steers, plus changes from the
+    /// command line.
     pub name: String,
+    /// The name of the autopilot: the file's name without extension, plus changes from the command line.
+    pub autopilot: String,
+    /// The place of this axis among those of its file; `None` in a file of one.
+    pub axis: Option<usize>,
     /// The file's name.
     pub file: String,
     /// One descriptive sentence.
@@ -335,6 +340,11 @@ impl DesignFile {
         others.min().unwrap_or_default()
     }
 
+    /// The name of the signal whose step is assessed first: what the axis steers.
+    pub fn steered(&self) -> &'static str {
+        self.interface.signals[self.stepped()].name
+    }
+
     /// Whether a signal is tracked or measured.
     pub fn uses(&self, place: usize) -> bool {
         self.tracked.iter().any(|t| t.place == place) || self.measured.iter().any(|m| m.place == place)
@@ -407,10 +417,21 @@ impl DesignFile {
         Some(self.tracked[speed].model?.frequency)
     }
 
-    /// The file name, followed by the design's name if the command line changed it.
+    /// The file name, with the axis in a file of several, and the autopilot's name if the command line changed it.
     pub fn source(&self) -> String {
-        let Self { name, file, .. } = self;
-        if *file == format!("{name}.toml") { file.clone() } else { format!("{file} as {name}") }
+        let Self { autopilot, file, axis, .. } = self;
+        let own = axis.map(|_| format!("{} of ", self.steered())).unwrap_or_default();
+        let changed = if *file == format!("{autopilot}.toml") { String::new() } else { format!(" as {autopilot}") };
+        format!("{own}{file}{changed}")
+    }
+
+    /// The design under another name: the changes from the command line after those of design and autopilot.
+    #[must_use]
+    pub fn renamed(mut self, changes: &str) -> Self {
+        for name in [&mut self.name, &mut self.autopilot] {
+            *name = format!("{name}-{changes}");
+        }
+        self
     }
 
     /// The design with another bandwidth of every W_e, which the paper tunes in its Fig. 5.
@@ -419,7 +440,6 @@ impl DesignFile {
         for tracked in &mut self.tracked {
             tracked.weight.bandwidth = bandwidth;
         }
-        self.name = format!("{}-bandwidth-{bandwidth}", self.name);
-        self
+        self.renamed(&format!("bandwidth-{bandwidth}"))
     }
 }

@@ -42,14 +42,17 @@ impl Inputs {
 
 #[cfg(test)]
 mod tests {
-    use crate::inputs::tests::shipped;
+    use crate::inputs::tests::{shipped, shipped_axis};
 
     /// The shipped designs get no remark; an unusual pitch scale and trims at the surface get one each, with the
     /// numbers.
     #[test]
     fn odd_scales_and_depths_are_remarked_on() {
-        for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "depth")] {
+        for (vehicle, design) in [("squid", "design"), ("squid", "paper"), ("remus100", "pitch")] {
             assert_eq!(shipped(vehicle, design).doubts(), [""; 0], "{vehicle} {design}");
+        }
+        for axis in ["depth", "heading"] {
+            assert_eq!(shipped_axis("remus100", "design", Some(axis)).doubts(), [""; 0], "{axis}");
         }
         let doubts = shipped("bluerov2_heavy", "design").doubts();
         assert_eq!(doubts.len(), 1, "{doubts:?}");

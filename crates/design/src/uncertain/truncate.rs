@@ -210,7 +210,7 @@ mod tests {
 
     /// REMUS 100 with `actuator_gain` alone, like a new design of `squid tune`.
     fn with_gain(gain: f64) -> Result<Truncated, Error> {
-        let mut inputs = shipped("remus100", "design");
+        let mut inputs = shipped("remus100", "pitch");
         inputs.uncertain.clear();
         inputs.design.uncertainty.as_mut().unwrap().actuator_gain = gain;
         let model = Model::new(&inputs.axis(), &inputs.design).unwrap();

@@ -56,15 +56,23 @@ impl Made {
     }
 }
 
-/// The input files of a vehicle.
+/// The input files of a vehicle with a design of pitch.
 pub fn inputs(name: &str) -> Inputs {
-    read(name, "design")
+    read(name, if name == "remus100" { "pitch" } else { "design" })
 }
 
 /// The input files of one of its designs.
 pub fn read(name: &str, design: &str) -> Inputs {
     let vehicles = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
     Inputs::read(&vehicles.join(name), design).unwrap()
+}
+
+/// The input files of an axis of a vehicle: of its default design, or of the file of that name.
+pub fn read_axis(name: &str, axis: &str) -> Inputs {
+    let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
+    let all = Inputs::read_axes(&vehicle, "design").unwrap();
+    let own = all.into_iter().find(|inputs| inputs.design.steered() == axis);
+    own.unwrap_or_else(|| Inputs::read(&vehicle, axis).unwrap())
 }
 
 /// The committed design of Squid.

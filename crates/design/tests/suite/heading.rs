@@ -1,6 +1,6 @@
 //! The axis of heading: sway and yaw of REMUS 100, through the whole chain.
 
-use crate::designs::{Made, read};
+use crate::designs::{Made, read_axis};
 use auv::lateral::{HEADING, HEADING_RATE};
 use auv::longitudinal::SPEED;
 use auv::{Current, Parameter, Vehicle, turn};
@@ -25,7 +25,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 static MADE: LazyLock<(Inputs, Finished)> = LazyLock::new(|| {
-    let inputs = read("remus100", "heading");
+    let inputs = read_axis("remus100", "heading");
     let finished = run(&inputs, &Progress::default()).unwrap();
     (inputs, finished)
 });
@@ -58,7 +58,7 @@ fn heading_of_an_unstable_hull_is_proved() {
 /// The rate of the reference is 70 % of that of the fastest turn that every actuator holds.
 #[test]
 fn turns_are_no_faster_than_the_rudder_holds() {
-    let mut inputs = read("remus100", "heading");
+    let mut inputs = read_axis("remus100", "heading");
     inputs.design.envelope.turn_rate = 1.0;
     inputs.design.uncertainty = None;
     inputs.uncertain.clear();
@@ -84,7 +84,7 @@ fn turns_are_no_faster_than_the_rudder_holds() {
 #[test]
 fn turns_are_no_faster_than_corners_hold() {
     for name in ["remus100", "squid"] {
-        let inputs = read(name, "heading");
+        let inputs = read_axis(name, "heading");
         let speeds = inputs.design.spread(3);
         let limits = squid_design::axis::VehicleModel::envelope(&inputs.axis(), &speeds).unwrap();
         let [_, OverSpeed::Table(rates)] = limits["heading"].rate.clone().unwrap() else { panic!() };
@@ -176,7 +176,7 @@ fn a_compass_that_jumps_is_not_believed() {
 
 /// The depth autopilot that flies beside it.
 static DIVING: LazyLock<ControllerDesign> = LazyLock::new(|| {
-    let Made { inputs, model, design, .. } = Made::of(read("remus100", "depth"));
+    let Made { inputs, model, design, .. } = Made::of(read_axis("remus100", "depth"));
     frozen(&inputs, &model, lft_matrices(&design.controller), gamma(&design, true)).unwrap().controller
 });
 
@@ -554,7 +554,7 @@ fn what_has_no_heading_says_so() {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
         std::fs::read_to_string(folder.join(path)).unwrap()
     };
-    let (vehicle, design) = (file("remus100/vehicle.toml"), file("remus100/heading.toml"));
+    let (vehicle, design) = (file("remus100/vehicle.toml"), file("lauv/heading.toml"));
     let refused = |vehicle: &str, design: &str| Inputs::parse(vehicle, design).unwrap_err().to_string();
     let sparus = refused(&file("sparus2/vehicle.toml"), &design);
     assert!(

@@ -293,10 +293,12 @@ mod tests {
             "slow.toml: 'speed_min' is 0.75 m/s, and 0.5 m/s in design.toml; 'duration' is 50 s, and 60 s in \
              design.toml; designs side by side (--beside) fly the same course"
         );
-        let (pitch, depth) = (read("remus100", "design"), read("remus100", "depth"));
+        let remus = vehicles.join("remus100");
+        let depth = Inputs::read_axis(&remus, "design", Some("depth")).unwrap();
+        let pitch = read("remus100", "pitch");
         for (first, other) in [(&pitch, &depth), (&depth, &pitch)] {
             let said = check(first, other).unwrap_err().to_string();
-            assert!(said.starts_with("depth.toml: it must track pitch, and no depth"), "{said}");
+            assert!(said.starts_with("depth of design.toml: it must track pitch, and no depth"), "{said}");
         }
     }
 }

@@ -132,8 +132,8 @@ mod tests {
     /// The balls contain errors at other speeds, corners and points than those they were made of.
     #[test]
     fn the_balls_contain_the_vehicle_where_they_were_not_measured() {
-        for name in ["squid", "remus100"] {
-            let inputs = shipped(name, "design");
+        for (name, design) in [("squid", "design"), ("remus100", "pitch")] {
+            let inputs = shipped(name, design);
             let fit = Model::new(&inputs.axis(), &inputs.design).unwrap();
             let other = Samples { speeds: 37, corners: 90, inside: 30, seed: 12345 };
             let model = over_range(&inputs, &fit, Fidelity::FINE).unwrap();

@@ -9,7 +9,7 @@ use crate::inputs::design_file::{
     SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
 use auv::Pitch;
-use auv::toml_file::{Document, FileError, Table};
+use auv::toml_file::{Document, FileError, FileProblem, Table};
 use auv::{lateral, longitudinal};
 use lpv::weights::RisingWeight;
 use scheduled::MAX_DELAY_TICKS;
@@ -44,18 +44,49 @@ const SECTIONS: [&str; 15] = [
     "require",
 ];
 
+/// The list of axes.
+const AXIS: &str = "axis";
+
 impl DesignFile {
-    /// Checks the text of a design file; `file` is for messages.
+    /// Checks the text of a design file with one axis; `file` is for messages.
     ///
     /// # Errors
-    /// [`FileError`]: every mistake with file, line, key, its value and what is allowed.
+    /// [`FileError`]: every mistake with file, line, key, its value and what is allowed; a file of several axes.
     pub fn parse(text: &str, file: &str, name: &str) -> Result<Self, FileError> {
-        // A document of its own, so that no mistake is told twice.
-        let document = Document::parse(text, file)?;
-        let heading = |table: &Table<'_>| table.is_text("output", lateral::SIGNALS[lateral::HEADING].name);
-        let is_lateral = document.root().tables("track").iter().any(heading);
-        let interface = if is_lateral { &lateral::INTERFACE } else { &longitudinal::INTERFACE };
-        Self::parse_for(interface, text, file, name)
+        let mut axes = Self::parse_each(text, file, name)?;
+        if axes.len() > 1 {
+            return Err(refused((text, file), 1, "a second one", "one: a single axis is asked for"));
+        }
+        Ok(axes.remove(0))
+    }
+
+    /// Checks the text of a design file: an axis for each `[[axis]]`, with what stands outside these for all; without
+    /// any, the file is one axis.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse); two axes that steer the same.
+    pub fn parse_each(text: &str, file: &str, name: &str) -> Result<Vec<Self>, FileError> {
+        let documents = Document::parse_each(text, file, AXIS)?;
+        let read = documents.iter().map(|document| {
+            let heading = lateral::SIGNALS[lateral::HEADING].name;
+            let is_lateral = document.root().has_among("track", "output", heading);
+            let interface = if is_lateral { &lateral::INTERFACE } else { &longitudinal::INTERFACE };
+            document.finish(design(document, interface, file, name))
+        });
+        let mut axes: Vec<Self> = FileError::collect(read)?;
+        if axes.len() > 1 {
+            for (place, axis) in axes.iter_mut().enumerate() {
+                (axis.name, axis.axis) = (axis.steered().to_owned(), Some(place));
+            }
+        }
+        let is_known = |place: &usize| axes[..*place].iter().any(|other| other.name == axes[*place].name);
+        match (0..axes.len()).find(is_known) {
+            Some(place) => {
+                let (found, allowed) = (format!("of {} again", axes[place].name), "of another tracked output");
+                Err(refused((text, file), place, &found, allowed))
+            }
+            None => Ok(axes),
+        }
     }
 
     /// As [`parse`](Self::parse), for a vehicle with other states and signals.
@@ -71,6 +102,28 @@ impl DesignFile {
         let document = Document::parse(text, file)?;
         document.finish(design(&document, interface, file, name))
     }
+
+    /// Checks another text of the same file, and returns the same axis of it.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_again(&self, text: &str) -> Result<Self, FileError> {
+        let axes = Self::parse_each(text, &self.file, &self.autopilot)?;
+        let own = axes.into_iter().find(|other| other.axis == self.axis);
+        own.ok_or_else(|| FileError { file: self.file.clone(), mistakes: Vec::new() })
+    }
+}
+
+/// A mistake at an axis of a file.
+fn refused((text, file): (&str, &str), place: usize, found: &str, allowed: &str) -> FileError {
+    let recorded = Document::parse(text, file).and_then(|document| {
+        if let Some(table) = document.root().tables(AXIS).get(place) {
+            let (key, found, allowed) = (AXIS.to_owned(), found.to_owned(), allowed.to_owned());
+            table.problem(FileProblem::NotAllowed { key, found, allowed });
+        }
+        document.finish(None::<()>)
+    });
+    recorded.err().unwrap_or_else(|| FileError { file: file.to_owned(), mistakes: Vec::new() })
 }
 
 /// The rise of gamma for fewer states and channels, if any; beside `rate` all are kept.
@@ -149,6 +202,8 @@ fn design(
     Some(DesignFile {
         name: name.into(),
         file: format!("{name}.toml"),
+        autopilot: name.into(),
+        axis: None,
         description: description?,
         speed_min: model.speed_min?,
         speed_max: model.speed_max?,

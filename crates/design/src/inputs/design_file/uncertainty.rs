@@ -91,6 +91,13 @@ pub struct UncertainParameter {
 }
 
 impl Uncertainty {
+    /// Leaves out what a vehicle does not have as an axis has it, where it has it as another axis has it.
+    pub fn leave_out_of(&mut self, vehicle: &Vehicle, others: &[Vehicle]) {
+        let has = |vehicle: &Vehicle, name: &str| Parameter::named(vehicle, name).is_ok();
+        let is_of_another = |name: &str| others.iter().any(|other| has(other, name));
+        self.coefficients.retain(|one| has(vehicle, &one.name) || !is_of_another(&one.name));
+    }
+
     /// The coefficients and their ranges for a vehicle, in the order of the vehicle file; `file` is for messages.
     ///
     /// # Errors

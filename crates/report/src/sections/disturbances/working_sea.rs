@@ -164,7 +164,7 @@ mod tests {
     #[ignore = "night: flies hundreds of minutes at sea"]
     fn it_pays() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100");
-        let mut inputs = Inputs::read(&folder, "design").unwrap();
+        let mut inputs = Inputs::read(&folder, "pitch").unwrap();
         let spectrum = Spectrum::jonswap(1.0, 6.0, 3.3).unwrap();
         let waves = WaveParameters { spectrum, heading: std::f64::consts::PI, components: Waves::USUAL };
         let sea = Some(WorkingSea { depth: 1.0, waves, weight: 5.0 });
