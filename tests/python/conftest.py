@@ -16,7 +16,7 @@ from types import ModuleType
 import pytest
 from filelock import FileLock
 from fly import build, stamp, wheel
-from fly.package import Designs, Packages, design_and_package
+from fly.package import Design, Packages, design_and_package
 from fly.stages import BUILD, ROOT
 from native import compile_host, program
 from tiers import check
@@ -44,7 +44,25 @@ UNBROKEN = "100000"
 """So many columns that no line of the command is broken."""
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
+"""With an autopilot of depth, speed and heading: two axes."""
+PITCHING = KEPT / "vehicles" / "remus100"
+"""REMUS 100 with its design of pitch alone as the default; see `remus_in_pitch`."""
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
+
+
+def remus_in_pitch() -> Path:
+    """Write the folder of REMUS 100 with its design of pitch as the default, and return it."""
+    PITCHING.mkdir(parents=True, exist_ok=True)
+    with FileLock(PITCHING.with_suffix(".lock")):
+        for name, source in (("vehicle", "vehicle"), ("design", "pitch")):
+            text = (REMUS100 / f"{source}.toml").read_text(encoding="utf-8")
+            path = PITCHING / f"{name}.toml"
+            if not path.is_file() or path.read_text(encoding="utf-8") != text:
+                path.write_text(text, encoding="utf-8")
+    return PITCHING
+
+
+remus_in_pitch()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -101,7 +119,12 @@ def package(run_squid: Run, vehicle: Path, folder: Path, *options: str) -> Packa
     """Design and package a vehicle into a folder; what each verb prints is in a file of its name."""
     design(run_squid, vehicle, folder, *options)
     written(run_squid, folder, "package", vehicle, *options)
-    return Packages.found_in(folder)
+    return Packages.found_in(of_axis(folder, options))
+
+
+def of_axis(folder: Path, options: tuple[str, ...]) -> Path:
+    """Return the folder of the axis that is named, in that of all, or that itself if none is."""
+    return folder / options[options.index("--axis") + 1] if "--axis" in options else folder
 
 
 def written(run_squid: Run, folder: Path, verb: str, vehicle: Path, *options: str) -> None:
@@ -128,27 +151,20 @@ def once(made_from: Iterable[Path], words: Iterable[str], make: Callable[[Path],
 def designed(run_squid: Run, vehicle: Path, *options: str) -> Path:
     """Return the folder of a design, made once; not to be changed."""
     made_from = [build.squid(), *sorted(vehicle.glob("*.toml"))]
-    return once(made_from, ["design", *options], lambda folder: design(run_squid, vehicle, folder, *options))
+    make = lambda folder: design(run_squid, vehicle, folder, *options)  # noqa: E731
+    return of_axis(once(made_from, ["design", *options], make), options)
 
 
 def kept(run_squid: Run, vehicle: Path, *options: str) -> Packages:
     """Return the packages of a vehicle, made once; not to be changed."""
     made_from = [build.squid(), *build.binaries(), *sorted(vehicle.glob("*.toml"))]
-    return Packages.found_in(
-        once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
-    )
+    made = once(made_from, options, lambda folder: package(run_squid, vehicle, folder, *options))
+    return Packages.found_in(of_axis(made, options))
 
 
 def heading_alone(run_squid: Run) -> Path:
-    """Return the folder of the design of heading of REMUS 100 with its package, made once; not to be changed."""
-    words = ("--design", "heading")
-
-    def make(folder: Path) -> None:
-        design(run_squid, REMUS100, folder, *words)
-        written(run_squid, folder, "package", REMUS100, *words)
-
-    made_from = [build.squid(), *build.binaries(), *sorted(REMUS100.glob("*.toml"))]
-    return once(made_from, ["package", *words], make)
+    """Return the folder of the axis of heading of REMUS 100 with its package, made once; not to be changed."""
+    return kept(run_squid, REMUS100, "--axis", "heading").folder
 
 
 def rewritten(fmu: Path, copy: Path, name: str, change: Callable[[bytes], bytes | None]) -> Path:
@@ -164,7 +180,7 @@ def rewritten(fmu: Path, copy: Path, name: str, change: Callable[[bytes], bytes 
 
 def with_rate(vehicle: Path) -> Path:
     """Make REMUS 100 with a limit of 60 deg/s on the rate of its planes, which is an example, and return it."""
-    shutil.copytree(REMUS100, vehicle, ignore=shutil.ignore_patterns("frozen"))
+    shutil.copytree(PITCHING, vehicle)
     path, head = vehicle / "vehicle.toml", 'name = "stern_planes"\n'
     text = path.read_text(encoding="utf-8")
     assert text.count(head) == 1
@@ -173,12 +189,12 @@ def with_rate(vehicle: Path) -> Path:
     return vehicle
 
 
-def of_main_job(run_squid: Run, vehicle: Path, heading: str | None = None) -> Packages:
+def of_main_job(run_squid: Run, vehicle: Path) -> Packages:
     """Return what the main job made of a vehicle, made if it has not run; not to be changed."""
-    designs = Designs(vehicle, "design", heading)
+    default = Design(vehicle, "design")
     KEPT.mkdir(parents=True, exist_ok=True)
     with FileLock(KEPT / f"{vehicle.name}.lock"):
-        return design_and_package(designs, designs.folder, [])
+        return design_and_package(default, default.folder, [])
 
 
 def reported(run_squid: Run, vehicle: Path) -> str:
@@ -209,14 +225,14 @@ def squid(run_squid: Run) -> Packages:
 
 @pytest.fixture(scope="session")
 def remus100(run_squid: Run) -> Packages:
-    """Return the FMUs of REMUS 100, which steers by stern planes."""
-    return of_main_job(run_squid, REMUS100)
+    """Return the FMUs of REMUS 100 in pitch, which steers by stern planes."""
+    return kept(run_squid, PITCHING)
 
 
 @pytest.fixture(scope="session")
 def turning(run_squid: Run) -> Packages:
-    """Return the FMUs of REMUS 100 in six degrees of freedom, with its designs of pitch and of heading."""
-    return of_main_job(run_squid, REMUS100, "heading")
+    """Return the FMUs of REMUS 100 in six degrees of freedom, with its axes of depth and of heading."""
+    return of_main_job(run_squid, REMUS100)
 
 
 @pytest.fixture(scope="session")

@@ -93,7 +93,7 @@ def documentation() -> None:
 
 def fly(name: str) -> None:
     """Run the main job for a vehicle."""
-    main_job.run(package.Designs(ROOT / "vehicles" / name, "design"))
+    main_job.run(package.Design(ROOT / "vehicles" / name, "design"))
 
 
 def published_cases() -> None:

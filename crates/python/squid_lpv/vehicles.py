@@ -56,14 +56,19 @@ class Vehicle:
         self._core = core
 
     @classmethod
-    def read(cls, directory: str | Path, design: str = "design") -> Vehicle:
+    def read(cls, directory: str | Path, design: str = "design", axis: str | None = None) -> Vehicle:
         """Read `vehicle.toml` and a design file of a directory, as `squid new` writes them.
+
+        Args:
+            directory: where the files are.
+            design: the name of the design file, without `.toml`.
+            axis: the axis of a file with several, by what it steers: pitch, depth or heading.
 
         Raises:
             InputError: which file, line and key is wrong.
 
         """
-        return cls(_core.Vehicle.read(str(directory), design))
+        return cls(_core.Vehicle.read(str(directory), design, axis))
 
     @classmethod
     def of(cls, vehicle: str, design: str) -> Vehicle:

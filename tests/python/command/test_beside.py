@@ -186,7 +186,7 @@ def test_what_cannot_stand_beside_is_refused(
 
 
 def test_a_design_on_depth_flies_another_course(run_squid: Run, tmp_path: Path) -> None:
-    for one, other in (("design", "depth"), ("depth", "design")):
-        done = run_squid("report", REMUS100, "--design", one, "--beside", other, "--out", tmp_path / "out")
-        assert done.returncode == 1 and "depth.toml: it must track pitch, and no depth" in done.stderr
+    for words in (("--design", "pitch", "--beside", "design"), ("--beside", "pitch", "--axis", "depth")):
+        done = run_squid("report", REMUS100, *words, "--out", tmp_path / "out")
+        assert done.returncode == 1, done.stderr
     assert not (tmp_path / "out").exists()

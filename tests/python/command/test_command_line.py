@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from conftest import SQUID, Run, designed, once, package, without_uncertainty
+from conftest import PITCHING, SQUID, Run, designed, once, package, without_uncertainty
 from fly import build
 from fly.package import Packages
 from fly.stages import ROOT
@@ -515,7 +515,7 @@ def test_sample_time_that_is_too_long(run_squid: Run, tmp_path: Path) -> None:
     REMUS 100 is unstable without control, with a time constant below 3 s; a tick each second is too slow for it.
     """
     vehicle = tmp_path / "vehicle"
-    shutil.copytree(ROOT / "vehicles" / "remus100", vehicle)
+    shutil.copytree(PITCHING, vehicle)
     spoil(vehicle / "design.toml", "sample_time = 0.02", "sample_time = 1.0")
     message = refused(run_squid, vehicle, tmp_path / "out")
     assert "sampled at 1 s" in message and "autopilot.sample_time" in message

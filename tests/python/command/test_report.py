@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from conftest import REMUS100, SQUID, Run, design, designed, once, reported
+from conftest import PITCHING, SQUID, Run, design, designed, once, reported
 from conftest import written as write
 from fly import build
 from fly.package import Packages
@@ -47,6 +47,7 @@ FIGURES = {
 }
 OF_THE_DESIGN = {"pitch-steps", "speed-steps", "margins-over-speed", "noise-over-speed"}
 OF_THE_PAPER = {"fig5-pitch-responses", "fig6-open-loop", "scheduled-and-switched"}
+VEHICLES = {"squid": SQUID, "remus100": PITCHING}
 ACTUATORS = {"squid": 3, "remus100": 2}
 ALL = ("--paper", "--beside", "proved")
 CLAIMS = (
@@ -79,7 +80,7 @@ def written(request: pytest.FixtureRequest, run_squid: Run) -> Written:
     """Return the report on each of two vehicles, and that on Squid with the paper's claims."""
     if request.param == "--paper":
         return Written("squid", with_the_paper(run_squid), paper=True)
-    vehicle = {"squid": SQUID, "remus100": REMUS100}[request.param]
+    vehicle = VEHICLES[request.param]
     reported(run_squid, vehicle)
     return Written(request.param, designed(run_squid, vehicle), paper=False)
 
@@ -108,7 +109,7 @@ def test_is_not_computed_again(written: Written, run_squid: Run, tmp_path: Path)
     name, first, paper = written
     folder = shutil.copytree(first, tmp_path / name)
     before = (folder / "report.html").read_bytes()
-    again = run_squid("report", ROOT / "vehicles" / name, "--out", folder, *(ALL if paper else []))
+    again = run_squid("report", VEHICLES[name], "--out", folder, *(ALL if paper else []))
     assert again.returncode == 0, again.stderr
     assert "as it was computed for these files before" in again.stdout
     assert "Robust stability" not in again.stdout
@@ -183,7 +184,7 @@ def test_the_page_says_what_it_is_made_from(written: Written, page: ET.Element) 
     name = written.name
     origin = next(words(p) for p in page.iter(f"{XHTML}p") if p.attrib.get("class") == "origin")
     for file in ("vehicle.toml", "design.toml"):
-        content = (ROOT / "vehicles" / name / file).read_bytes()
+        content = (VEHICLES[name] / file).read_bytes()
         assert hashlib.sha256(content).hexdigest() in origin
     assert re.search(r"^squid \d+\.\d+\.\d+; .*; files of \d{4}-\d\d-\d\d$", origin)
     assert origin in "".join(words(style) for style in page.iter(f"{XHTML}style"))
@@ -363,7 +364,7 @@ def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) ->
     The verdict's table is that of `design.json` and of the whole report, to the last digit.
     """
     name = packages.folder.parent.name
-    whole = ET.fromstring(reported(run_squid, {"squid": SQUID, "remus100": REMUS100}[name]))
+    whole = ET.fromstring(reported(run_squid, VEHICLES[name]))
     for fmu, what in zip(
         packages.fmus, ("is the vehicle", "is the autopilot", "is vehicle and autopilot"), strict=True
     ):

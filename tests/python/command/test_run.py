@@ -203,7 +203,7 @@ def test_the_command_of_the_whole_report_is_exact(
     """What follows `cargo squid` is what the command takes: it says that there is no such vehicle, and no more."""
     monkeypatch.chdir(ROOT)
     cargo, name, *words = shlex.split(
-        package.report_of(package.Designs(tmp_path / "no where", design), BUILD / "none")
+        package.report_of(package.Design(tmp_path / "no where", design), BUILD / "none")
     )
     assert (cargo, name) == ("cargo", "squid") and ("--design" in words) == (design != "design")
     done = run_squid(*words)

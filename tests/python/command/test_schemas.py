@@ -59,7 +59,9 @@ def tables(schema: dict, path: str = "") -> Iterator[tuple[str, dict]]:
     if inner.get("additionalProperties") is False:
         yield path, inner
         for key, value in inner["properties"].items():
-            yield from tables(value, f"{path}.{key}".lstrip("."))
+            # An axis has the tables of the file.
+            if key != "axis":
+                yield from tables(value, f"{path}.{key}".lstrip("."))
 
 
 def with_unknown_keys(schema: dict) -> object:
@@ -68,7 +70,7 @@ def with_unknown_keys(schema: dict) -> object:
     found = {
         key: with_unknown_keys(value)
         for key, value in inner["properties"].items()
-        if value.get("items", value).get("additionalProperties") is False
+        if value.get("items", value).get("additionalProperties") is False and key != "axis"
     } | {"zzz": 0}
     return [found] if "items" in schema else found
 

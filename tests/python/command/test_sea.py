@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomllib
-from conftest import REMUS100, Run
+from conftest import PITCHING, Run
 from fly.package import Packages
 from fly.stages import ROOT
 from fmpy import simulate_fmu
@@ -140,7 +140,7 @@ def test_a_sea_that_is_not_there(run_squid: Run, tmp_path: Path) -> None:
 def designed(run_squid: Run, remus100: Packages, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the design of REMUS 100 and its flight in the sea that is shipped."""
     folder = Path(shutil.copytree(remus100.folder, tmp_path_factory.mktemp("remus100") / "out"))
-    done = run_squid("simulate", REMUS100, "--sea", SEA, "--out", folder)
+    done = run_squid("simulate", PITCHING, "--sea", SEA, "--out", folder)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -160,7 +160,7 @@ def test_the_record_is_that_of_the_sea(run_squid: Run, designed: Path) -> None:
     assert np.allclose(steps, np.round(steps), atol=1e-6)
     assert np.count_nonzero(np.diff(column["speed_read"])) <= 5 * column["time"][-1] + 1
 
-    again = run_squid("simulate", REMUS100, "--sea", SEA, "--out", designed)
+    again = run_squid("simulate", PITCHING, "--sea", SEA, "--out", designed)
     assert again.returncode == 0, again.stderr
     assert (designed / "sea.csv").read_text(encoding="utf-8") == text
 
@@ -172,7 +172,7 @@ def test_a_flight_that_leaves_the_range_of_speed_says_so(
     sea = tmp_path / "sea.toml"
     sea.write_text('seed = 1\n[[sensor]]\nsignal = "speed"\nunit = "m/s"\nbias = 0.3\n', encoding="utf-8")
     folder = Path(shutil.copytree(designed, tmp_path / "out"))
-    done = run_squid("simulate", REMUS100, "--sea", sea, "--out", folder)
+    done = run_squid("simulate", PITCHING, "--sea", sea, "--out", folder)
     assert done.returncode == 0, done.stderr
     with (folder / "sea.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -189,14 +189,14 @@ def test_a_flight_that_leaves_the_range_of_speed_says_so(
 
 
 def test_what_is_said_is_what_was_flown(run_squid: Run, designed: Path, tmp_path: Path) -> None:
-    found = json.loads(run_squid("simulate", REMUS100, "--sea", SEA, "--out", designed, "--json").stdout)
+    found = json.loads(run_squid("simulate", PITCHING, "--sea", SEA, "--out", designed, "--json").stdout)
     assert found["surfacing"] is None
     assert found["at_sea"]["pitch_error"] > found["still_water"]["pitch_error"] > 0.0
     assert (designed / "sea.svg").stat().st_size > 1000
 
     high = tmp_path / "high.toml"
     high.write_text(SEA.read_text(encoding="utf-8").replace("depth = 10.0", "depth = 1.0"), encoding="utf-8")
-    done = run_squid("simulate", REMUS100, "--sea", high, "--out", designed)
+    done = run_squid("simulate", PITCHING, "--sea", high, "--out", designed)
     assert done.returncode == 0, done.stderr
     assert "In the sea the vehicle reaches the surface at " in done.stdout
 
@@ -207,7 +207,7 @@ def test_the_fmu_meets_the_same_waves(run_squid: Run, remus100: Packages, tmp_pa
     sea = {"seed": 3, "depth": 4.0, "waves": shipped()["waves"] | {"height": 0.5, "heading": 150.0}}
     file = tmp_path / "sea.toml"
     file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in sea.items()), encoding="utf-8")
-    done = run_squid("simulate", REMUS100, "--sea", file, "--out", folder)
+    done = run_squid("simulate", PITCHING, "--sea", file, "--out", folder)
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader((folder / "sea.csv").read_text(encoding="utf-8").splitlines()))
     flown = {key.split(" ")[0]: np.array([float(row[key]) for row in rows]) for key in rows[0]}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import tomllib
-from conftest import REMUS100, ROOT, SQUID, Run
+from conftest import PITCHING, REMUS100, ROOT, SQUID, Run
 
 pytestmark = pytest.mark.night
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.night
 @pytest.fixture
 def vehicles(tmp_path: Path) -> Path:
     """Return copies of vehicles, with designs whose weights stay."""
-    weights = {REMUS100: ROOT / "tests" / "designs" / "remus100_for_pid.toml", SQUID: SQUID / "proved.toml"}
+    weights = {PITCHING: ROOT / "tests" / "designs" / "remus100_for_pid.toml", SQUID: SQUID / "proved.toml"}
     for vehicle, design in weights.items():
         to = tmp_path / vehicle.name
         to.mkdir()
@@ -58,8 +58,8 @@ def test_what_does_not_go_together_is_refused(run_squid: Run, vehicles: Path) ->
     vehicle = vehicles / "remus100"
     for arguments in (["--controller", "pid", "--designs", "3"], ["--degree", "1"], ["--controller", "lead"]):
         assert run_squid("tune", vehicle, *arguments).returncode == 64
-    shutil.copy(REMUS100 / "depth.toml", vehicle)
-    done = run_squid("tune", vehicle, "--design", "depth", "--controller", "pid")
+    shutil.copy(REMUS100 / "design.toml", vehicle / "both.toml")
+    done = run_squid("tune", vehicle, "--design", "both", "--axis", "depth", "--controller", "pid")
     assert done.returncode == 1
     assert "[controller.depth]" in done.stderr
     assert not (vehicle / "tuned.toml").exists()

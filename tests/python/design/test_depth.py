@@ -20,7 +20,7 @@ from squid_campaign import worker
 
 pytestmark = pytest.mark.change
 
-DESIGN = ["--design", "depth"]
+DESIGN = ["--axis", "depth"]
 
 
 @pytest.fixture(scope="module")

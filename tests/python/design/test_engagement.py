@@ -33,7 +33,7 @@ EXCURSION = 3.0 * DEGREE
 
 @pytest.fixture(scope="module")
 def deep(run_squid: Run) -> Packages:
-    return kept(run_squid, REMUS100, "--design", "depth")
+    return kept(run_squid, REMUS100, "--axis", "depth")
 
 
 @pytest.fixture(params=["squid", "remus100", "deep"])

@@ -145,7 +145,7 @@ def test_a_speed_outside_the_range_is_its_end(squid: Packages, wanted: float) ->
 
 @pytest.fixture(scope="module")
 def deep(run_squid: Run) -> Packages:
-    return kept(run_squid, REMUS100, "--design", "depth")
+    return kept(run_squid, REMUS100, "--axis", "depth")
 
 
 @pytest.mark.parametrize("step", [10.0, 20.0, 30.0, 50.0, -10.0, -20.0, -30.0, -50.0])

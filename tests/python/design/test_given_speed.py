@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import tomllib
-from conftest import Run, kept, reported
+from conftest import PITCHING, Run, kept, reported
 from flights import engagement, fly_alone, sample_time
 from fly.flight import AGREEMENT
 from fly.master import Slave, couple
@@ -167,7 +167,7 @@ def test_the_proof_is_of_this_vehicle(run_squid: Run, nps: Packages) -> None:
     found = [json.loads(run_squid("verify", *run, "--json").stdout)["pitch_step_deg"] for run in runs]
     assert found[0] == found[1] and found[2:] == [None, None]
     assert 3.0 < found[0] < 90.0 and f"of up to {found[0]} deg" in done.stdout
-    other = run_squid("verify", nps.loop, "--vehicle", ROOT / "vehicles" / "remus100")
+    other = run_squid("verify", nps.loop, "--vehicle", PITCHING)
     assert other.returncode != 0
 
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from conftest import REMUS100, SQUID, Run, designed, heading_alone
 from fly.master import Slave
-from fly.package import Designs, design_and_package
+from fly.package import Design, design_and_package
 from fly.stages import ROOT, StageError
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 pytestmark = pytest.mark.change
 
-HEADING = ("--design", "heading")
+HEADING = ("--axis", "heading")
 
 
 @pytest.fixture(scope="session")
@@ -88,17 +88,7 @@ def test_it_turns_the_shorter_way_through_a_compass_that_wraps(
 def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, tmp_path: Path) -> None:
     """A turn of 60 degrees with a depth step, in a current: what it does to each, and the loop of both in turns."""
     assert packed.is_dir()
-    words = [
-        "simulate",
-        REMUS100,
-        "--design",
-        "depth",
-        "--heading",
-        "heading",
-        "--current",
-        "0.43,0.25",
-        "--json",
-    ]
+    words = ["simulate", REMUS100, "--current", "0.43,0.25", "--json"]
     done = run_squid(*words, "--out", tmp_path, timeout=900.0)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -122,8 +112,9 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
 
 def test_squid_turns_by_two_of_its_thrusters(run_squid: Run, tmp_path: Path) -> None:
     """Beside pitch steps of 10 degrees, within the 15 N that are kept for it; the others never yaw it."""
-    out = Path(shutil.copytree(designed(run_squid, SQUID), tmp_path / "out"))
-    done = run_squid("simulate", SQUID, "--heading", "heading", "--json", "--out", out, timeout=900.0)
+    both = ("--design", "heading")
+    out = Path(shutil.copytree(designed(run_squid, SQUID, *both), tmp_path / "out"))
+    done = run_squid("simulate", SQUID, *both, "--json", "--out", out, timeout=900.0)
     assert done.returncode == 0, done.stderr
     turns = json.loads(done.stdout)["turns"]
     assert len(turns) == 6 and turns[0]["speed"] == 0.5 and turns[-1]["speed"] == 3.0
@@ -140,16 +131,16 @@ def test_squid_turns_by_two_of_its_thrusters(run_squid: Run, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--heading", "design"], "--heading is design; it must be a design that tracks heading"),
-        ([*HEADING, "--heading", "heading"], "--design is heading; it must be a design of pitch or depth"),
-        (["--heading", "heading", "--turn", "0"], "--turn is 0; it must be other than 0 and below 180 deg"),
-        (["--heading", "heading", "--turn", "-180"], "--turn is -180; it must be"),
-        (["--heading", "heading", "--current", "0.3"], "it must be two numbers with a comma between"),
-        (["--turn", "30"], "--heading <NAME>"),
-        (["--heading", "none"], "none.toml"),
+        (["--turn", "0"], "--turn is 0; it must be other than 0 and below 180 deg"),
+        (["--turn", "-180"], "--turn is -180; it must be"),
+        (["--current", "0.3"], "it must be two numbers with a comma between"),
+        ([*HEADING, "--turn", "30"], "cannot be used with"),
+        (["--design", "pitch", "--turn", "30"], "--turn is given; it must be left out of a design that has no axis"),
+        (["--axis", "pitch"], "--axis is pitch; design.toml has depth, heading"),
+        (["--design", "none"], "none.toml"),
     ],
 )
-def test_what_cannot_be_flown_together_says_why(
+def test_what_cannot_be_flown_says_why(
     run_squid: Run, tmp_path: Path, words: list[str], said: str
 ) -> None:
     done = run_squid("simulate", REMUS100, "--out", tmp_path, *words)
@@ -170,27 +161,33 @@ def test_the_paper_has_no_heading(run_squid: Run, tmp_path: Path) -> None:
 
 
 def test_the_main_job_says_what_flies_heading(squid_command: Path, tmp_path: Path) -> None:
+    """A design of heading alone is packed as a controller."""
     assert squid_command.is_file()
-    with pytest.raises(
-        StageError, match=r"a design of heading.*run.py fly \S*remus100 --design NAME --heading heading"
-    ):
-        design_and_package(Designs(REMUS100, "heading"), tmp_path, [])
+    with pytest.raises(StageError, match=r"a design of heading alone.*each as an \[\[axis\]\]"):
+        design_and_package(Design(ROOT / "vehicles" / "lauv", "heading"), tmp_path, [])
+
+
+@pytest.mark.parametrize("verb", [["tune"], ["prove"], ["report"], ["campaign"]])
+def test_what_takes_one_axis_says_which_there_are(run_squid: Run, tmp_path: Path, verb: list[str]) -> None:
+    done = run_squid(*verb, REMUS100, cwd=tmp_path)
+    assert done.returncode == 1 and "has the axes depth, heading; name one of them with --axis" in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) -> None:
     """The report has no section that is about pitch, and records have the signals of the axis."""
     folder = designed(run_squid, REMUS100, *HEADING)
     for verb in (["export"], ["simulate"], ["report"], ["campaign", "--flights", "4"]):
-        copy = tmp_path / verb[0]
-        copy.mkdir()
+        copy = tmp_path / verb[0] / "heading"
+        copy.mkdir(parents=True)
         for path in folder.glob("*.json"):
             (copy / path.name).write_bytes(path.read_bytes())
-        done = run_squid(*verb, REMUS100, "--out", copy, *HEADING, timeout=900.0)
+        done = run_squid(*verb, REMUS100, "--out", copy.parent, *HEADING, timeout=900.0)
         assert done.returncode == 0, done.stderr
-    assert (tmp_path / "export" / "c" / "remus100_heading.c").is_file()
-    header = (tmp_path / "export" / "c" / "remus100_heading.h").read_text(encoding="utf-8")
+    assert (tmp_path / "export" / "heading" / "c" / "remus100_heading.c").is_file()
+    header = (tmp_path / "export" / "heading" / "c" / "remus100_heading.h").read_text(encoding="utf-8")
     assert "positive deflection, ahead, pushes to starboard and turns the bow to port" in header
-    columns = (tmp_path / "simulate" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
+    columns = (tmp_path / "simulate" / "heading" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
     assert columns.startswith("time [s],heading [rad],heading_reference_used [rad],speed [m/s]")
-    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report" / "heading" / "report.html").read_text(encoding="utf-8")
     assert "heading step" in page and "pitch step" not in page and "pitch after a gust" not in page

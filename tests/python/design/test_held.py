@@ -26,7 +26,7 @@ CASES = [(1.4, 0.35), (1.4, 0.4), (1.5, 0.5), (1.7, 0.9), (2.1, 1.0)]
 
 @pytest.fixture(scope="module")
 def deep(run_squid: Run) -> Packages:
-    return kept(run_squid, REMUS100, "--design", "depth")
+    return kept(run_squid, REMUS100, "--axis", "depth")
 
 
 def fly(packages: Packages, speed: float, current: float, duration: float = DURATION) -> Signals:

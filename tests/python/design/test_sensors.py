@@ -35,7 +35,7 @@ BACK = 0.02
 
 @pytest.fixture(scope="module")
 def deep(run_squid: Run) -> Packages:
-    return kept(run_squid, REMUS100, "--design", "depth")
+    return kept(run_squid, REMUS100, "--axis", "depth")
 
 
 @dataclass

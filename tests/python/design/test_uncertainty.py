@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from claims import claim
-from conftest import REMUS100, Run, designed, package, report_in
+from conftest import PITCHING, Run, designed, package, report_in
 from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
@@ -33,7 +33,7 @@ def test_a_vehicle_without_uncertainty(run_squid: Run, quick_vehicle: Path, tmp_
 
 def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
     """As a design begun by `squid tune` declares: none is dropped, and where none is left nothing is claimed."""
-    vehicle = Path(shutil.copytree(REMUS100, tmp_path / "remus100", ignore=shutil.ignore_patterns("frozen")))
+    vehicle = Path(shutil.copytree(PITCHING, tmp_path / "remus100", ignore=shutil.ignore_patterns("frozen")))
     file = vehicle / "design.toml"
     design = file.read_text(encoding="utf-8").split("\n[uncertainty]\n")[0]
     file.write_text(f"{design}\n[uncertainty]\nactuator_gain = 0.05\n", encoding="utf-8")
@@ -50,7 +50,7 @@ def test_gains_of_actuators_alone(run_squid: Run, tmp_path: Path) -> None:
 @pytest.mark.night
 def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> None:
     """More at the same gain, proved; and a nominal design takes the robust one's files away."""
-    made = designed(run_squid, REMUS100, "--robust")
+    made = designed(run_squid, PITCHING, "--robust")
     found = json.loads((made / "robust.json").read_text(encoding="utf-8"))
     assert found["robust_bears"] > 1.15 * found["nominal_bears"] > 0.0
     certificate = made / "robust_certificate.json"
@@ -62,13 +62,13 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     )
     done = run_squid("verify", certificate)
     assert (done.returncode, "PROVED" in done.stdout) == (0, True)
-    done = run_squid("verify", certificate, "--vehicle", REMUS100)
+    done = run_squid("verify", certificate, "--vehicle", PITCHING)
     assert done.returncode == 0, done.stderr
     part = (
         f"for {100 * found['robust_bears']:.1f} % of the declared uncertainty without that of Z_uq and X_uu, "
     )
     assert (
-        f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {REMUS100}"
+        f"robust_certificate.json: its plant is the uncertain model of vehicle.toml and design 'design' in {PITCHING}"
         in done.stdout
     )
     assert part in done.stdout and "its controller is that of controller.json beside it" in done.stdout
@@ -79,17 +79,17 @@ def test_the_robust_controller_bears_more(run_squid: Run, tmp_path: Path) -> Non
     assert (
         "The proof is about the model. It leaves out the error of the model against the vehicle: " in printed
     )
-    page = report_in(run_squid, REMUS100, made)
+    page = report_in(run_squid, PITCHING, made)
     assert "The controller of this report is the robust one" in page
     assert f"the gain of the robust controller is below {math.ceil(1e4 * found['proved']) / 1e4:.4f}" in page
     copy = Path(shutil.copytree(made, tmp_path / "out"))
-    done = run_squid("show", REMUS100, "--controller", "--out", copy)
+    done = run_squid("show", PITCHING, "--controller", "--out", copy)
     bound = json.loads((copy / "controller.json").read_text(encoding="utf-8"))["gamma"]["bound"]
     assert (
         "made with --robust" in done.stdout
         and f"bound of the finished loop {math.ceil(1e4 * bound) / 1e4:.4f}" in done.stdout
     )
-    assert run_squid("design", REMUS100, "--no-advise", "--out", copy).returncode == 0
+    assert run_squid("design", PITCHING, "--no-advise", "--out", copy).returncode == 0
     assert not list(copy.glob("robust*"))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import REMUS100, SQUID, Run, designed, kept
+from conftest import PITCHING, SQUID, Run, designed, kept
 from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
@@ -51,7 +51,7 @@ def test_references_may_ask_for_twice_the_pitch_step(shipped: Packages) -> None:
     assert np.all(least < level - 2.0 * abs(step)) and np.all(largest > level + 2.0 * abs(step))
 
 
-@pytest.mark.parametrize("vehicle", [SQUID, REMUS100], ids=["squid", "remus100"])
+@pytest.mark.parametrize("vehicle", [SQUID, PITCHING], ids=["squid", "remus100"])
 def test_actuator_use_is_that_of_the_table(vehicle: Path, run_squid: Run, tmp_path: Path) -> None:
     """The worst of the steps at constant speeds, within 1 of 100."""
     row = next(line.split("|") for line in ROWS if f"`vehicles/{vehicle.name}`" in line)

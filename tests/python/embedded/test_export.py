@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from claims import claim
-from conftest import SQUID, Run, kept
+from conftest import PITCHING, SQUID, Run, kept
 from embedded import Exported
 from fly.stages import ROOT
 
@@ -189,7 +189,7 @@ def test_what_is_not_beside_the_source_is_asked_for(copied: Exported, run_squid:
 
 def test_scales_of_another_vehicle_are_reported(copied: Exported, run_squid: Run) -> None:
     """Without the vehicle, what the proof does not cover is taken from the design beside the source."""
-    done = run_squid("verify", "--c", copied.source, "--vehicle", ROOT / "vehicles" / "remus100")
+    done = run_squid("verify", "--c", copied.source, "--vehicle", PITCHING)
     assert done.returncode == 1 and "the vehicle file differs" in done.stderr
 
 

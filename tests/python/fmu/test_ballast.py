@@ -32,7 +32,7 @@ HELD = 0.3
 
 @pytest.fixture(scope="module")
 def deep(run_squid: Run) -> Packages:
-    return kept(run_squid, REMUS100, "--design", "depth")
+    return kept(run_squid, REMUS100, "--axis", "depth")
 
 
 def started(fmu: Path, name: str = "one", **values: float) -> Slave:

@@ -46,7 +46,7 @@ def test_coupled_is_the_same_flight(packages: Packages, fidelity: int) -> None:
 
 
 def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages) -> None:
-    """Two certificates, one flight: a turn by 10 degrees beside a pitch step, from a heading of its own."""
+    """Two certificates, one flight: a turn by 10 degrees beside a depth step, from a heading of its own."""
     start = {"initial_heading": 0.7}
     loop = fly_alone(turning.loop, 40.0, sample_time(turning), start)
     found = differences(loop, couple_like(turning, loop, **start))
@@ -57,7 +57,7 @@ def test_coupled_is_the_same_flight_in_six_degrees_of_freedom(turning: Packages)
 
 
 def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> None:
-    """`squid simulate --heading` flies both axes without FMI; on the ramp of speed it records the flight.
+    """`squid simulate` flies both axes without FMI; on the ramp of speed it records the flight.
 
     Here in the waves of a file, of which the FMU has the numbers.
     """
@@ -65,7 +65,7 @@ def test_it_is_the_flight_of_the_command(turning: Packages, run_squid: Run) -> N
     waves = {"height": 0.5, "period": 6.0, "gamma": 3.3, "heading": 60.0}
     numbers = "".join(f"{key} = {value}\n" for key, value in waves.items())
     sea.write_text(f'seed = 3\n[waves]\nspectrum = "jonswap"\n{numbers}', encoding="utf-8")
-    words = ("--heading", "heading", "--turn", "10", "--sea", sea, "--out", turning.folder)
+    words = ("--turn", "10", "--sea", sea, "--out", turning.folder)
     done = run_squid("simulate", REMUS100, *words, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     found = read(turning.folder / "turn.csv")

@@ -12,7 +12,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from claims import claim, robust_gain, without_limits, without_model_error
-from conftest import SQUID, Run, rewritten
+from conftest import PITCHING, SQUID, Run, rewritten
 from fly.master import Slave
 from fly.package import Packages
 from fly.stages import ROOT
@@ -225,7 +225,7 @@ def test_verify_against_the_vehicle(
         done = run_squid("verify", file, "--vehicle", of)
         assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
         assert "computed again" in done.stdout
-    other = ROOT / "vehicles" / ("remus100" if packages.vehicle == "squid" else "squid")
+    other = PITCHING if packages.vehicle == "squid" else SQUID
     done = run_squid("verify", packages.loop, "--vehicle", other)
     assert done.returncode == 1 and "the vehicle file differs from the one" in done.stderr
     done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)
@@ -240,7 +240,7 @@ def test_the_sampled_certificate_is_of_its_vehicle(stored_design: Path, run_squi
     assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
     assert "maps ticks of 0.02 s; what is proved holds for the sampled loop" in done.stdout
     assert "its controller is that of controller.json beside it, with a delay of 0 ticks" in done.stdout
-    done = run_squid("verify", file, "--vehicle", ROOT / "vehicles/remus100")
+    done = run_squid("verify", file, "--vehicle", PITCHING)
     assert done.returncode == 1 and "does not belong to this plant" in done.stderr
     beside = stored_design / "controller.json"
     controller = json.loads(beside.read_text(encoding="utf-8"))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from claims import claim
-from conftest import REMUS100, ROOT, SQUID, Run, with_rate
+from conftest import PITCHING, ROOT, SQUID, Run, with_rate
 from decimals import DIGITS, closed_loop, exact, is_positive, zeros
 from fly.package import Packages
 
@@ -304,7 +304,7 @@ def test_limits_wider_than_those_of_the_vehicle_are_refused(
     path = tmp_path / "certificate.json"
     path.write_text(json.dumps(certificate), encoding="utf-8")
     assert run_squid("verify", path).returncode == 0
-    done = run_squid("verify", path, "--vehicle", REMUS100)
+    done = run_squid("verify", path, "--vehicle", PITCHING)
     assert done.returncode == 1 and "a limit of the claim with limits differs" in done.stderr
     assert "PROVED" not in done.stdout
 

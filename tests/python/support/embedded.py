@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from conftest import Run
+from conftest import PITCHING, Run
 from fly import platforms
 from fly.package import Packages
 from fly.stages import ROOT
@@ -58,7 +58,7 @@ class Exported:
     @classmethod
     def of(cls, run_squid: Run, packages: Packages, folder: Path, *options: str) -> Exported:
         """Export the design of some FMUs."""
-        vehicle = ROOT / "vehicles" / packages.vehicle
+        vehicle = PITCHING if packages.vehicle == "remus100" else ROOT / "vehicles" / packages.vehicle
         done = run_squid("export", vehicle, "--out", packages.folder, "--to", folder, *options)
         assert done.returncode == 0, done.stderr
         (header,) = folder.glob("*.h")

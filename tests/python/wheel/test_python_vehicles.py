@@ -15,7 +15,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from conftest import REMUS100, SQUID, Run
-from fly.package import Designs, Packages
+from fly.package import Design, Packages
 from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
@@ -55,11 +55,11 @@ def test_models_are_those_of_the_command(sq: ModuleType, run_squid: Run) -> None
 def test_heading(sq: ModuleType, turning: Packages) -> None:
     """The axis of sway and yaw, in the folder of the main job: its model, its proof, a turn."""
     assert turning.controller.is_file()
-    vehicle = sq.Vehicle.read(REMUS100, "heading")
+    vehicle = sq.Vehicle.read(REMUS100, axis="heading")
     found = vehicle.linearise(1.8)
     assert found.states == ["v", "r", "psi"] and vehicle.actuators == ["rudder"] == found.inputs
     assert found.B[1, 0] < 0.0, "the rudder is positive to port"
-    design = sq.Design.read(vehicle, Designs(REMUS100, "design", "heading").heading_folder)
+    design = sq.Design.read(vehicle, Design(REMUS100, "design").folder / "heading")
     assert design.certificate.verify().gamma == design.gamma < 0.3
     flight = design.simulate({"heading_step": -0.5})
     assert flight["heading"][-1] == pytest.approx(-0.5, abs=1e-3)

@@ -81,7 +81,10 @@ fn of_axis(
         say(&tables::speed(&inputs.vehicle, &found));
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
         let (depth, pitch) = inputs.design.level();
-        show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
+        // Once, with the first axis.
+        if inputs.design.axis.is_none_or(|place| place == 0) {
+            show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
+        }
     }
     if asked.fit || all {
         let model = Model::new(&inputs.axis(), &inputs.design)?;

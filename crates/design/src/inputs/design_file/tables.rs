@@ -26,7 +26,8 @@ const FREE: &str = "free";
 /// The largest pitch that can be held in level trim, deg: with steeper pitch it is not level flight at an incidence.
 const STEEPEST: f64 = 60.0;
 
-const SECTIONS: [&str; 15] = [
+const SECTIONS: [&str; 16] = [
+    AXIS,
     "description",
     "model",
     "trim",
@@ -100,6 +101,9 @@ impl DesignFile {
         name: &str,
     ) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
+        if document.root().has(AXIS) {
+            document.root().not_allowed(AXIS, "a list", "left out here: a single axis is asked for");
+        }
         document.finish(design(&document, interface, file, name))
     }
 
