@@ -15,6 +15,7 @@ from abi_peers import COUNT, HERE, TURNS, compiled_driver, from_fmu
 from page import ROOT, in_environment, put, squid
 
 VEHICLE = ROOT / "vehicles" / "lauv"
+BOTH_AXES = ("--design", "heading")
 STEP = 0.02
 ONE, BOTH = ("propeller", "stern_planes"), ("propeller", "stern_planes", "rudder")
 
@@ -25,12 +26,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.chdir(folder)
-        for design in ("design", "heading"):
-            squid("design", VEHICLE, "--design", design)
-        fmu = folder / "build" / VEHICLE.name / "design" / f"{VEHICLE.name}_controller.fmu"
+        squid("design", VEHICLE, *BOTH_AXES)
+        made = folder / "build" / VEHICLE.name / "heading"
         found = []
-        for title, outputs, more in (("one", ONE, []), ("both", BOTH, ["--heading", "heading"])):
-            squid("package", VEHICLE, *more)
+        for title, outputs, more, there in (("one", ONE, ["--axis", "pitch"], "pitch"), ("both", BOTH, [], "")):
+            squid("package", VEHICLE, *BOTH_AXES, *more)
+            fmu = made / there / f"{VEHICLE.name}_controller.fmu"
             found.append(from_fmu(title, fmu, folder / title, list(outputs), COUNT))
         driver = compiled_driver(folder)
         turns = [[peer.measure(driver, STEP, peer.count, 5)[0] for peer in found] for _ in range(TURNS)]

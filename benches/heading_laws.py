@@ -101,7 +101,7 @@ class Peer:
 SIM = "`CRAFT/AUV/SIMremus100.m` of [MSS](https://github.com/cybergalactic/MSS)"
 FAST, TURN_RATE = 0.6, math.radians(8.0)
 """Frequency (rad/s) and rate of turn of the reference model of MSS for fast turns; ours. The rate is that to which
-vehicles/remus100/heading.toml limits the reference."""
+vehicles/remus100/design.toml limits the reference."""
 
 PEERS = (
     Peer(

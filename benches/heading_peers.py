@@ -1,6 +1,6 @@
 """Fly the heading autopilot of REMUS 100 and the heading laws of others through the FMUs, in six degrees of freedom.
 
-Run `python3 run.py fly vehicles/remus100 --design depth --heading heading` first; another folder with its FMUs may be
+Run `python3 run.py fly vehicles/remus100` first; another folder with its FMUs may be
 given. Depth, pitch and speed are squid's in every flight: a peer commands the rudder alone. Writes a table to
 docs/benchmarks.md.
 """
@@ -222,7 +222,7 @@ def made(name: str) -> Law | None:
 
 
 def corners(folder: Path) -> list[Corner]:
-    """Draw corners of the uncertainty that heading.toml declares."""
+    """Draw corners of the uncertainty that design.toml declares."""
     import numpy as np
     from fly.master import Slave
 
@@ -230,10 +230,10 @@ def corners(folder: Path) -> list[Corner]:
         plant.begin()
         plant.ready()
         start = plant.start_values()
-    declared = tomllib.loads((VEHICLE / "heading.toml").read_text(encoding="utf-8"))["uncertainty"]
+    declared = tomllib.loads((VEHICLE / "design.toml").read_text(encoding="utf-8"))["uncertainty"]
     surfaces = tomllib.loads((VEHICLE / "vehicle.toml").read_text(encoding="utf-8"))["control_surface"]
     effect = next(one["N_uu_delta"]["value"] for one in surfaces if one["name"] == "rudder")
-    ranges = dict(declared["coefficients"])
+    ranges = {name: part for name, part in declared["coefficients"].items() if name[0] in "YN" or name[:6] == "rudder"}
     of_rudder = ranges.pop("rudder.N_uu_delta")
     drawn = np.random.default_rng(SEED).choice((-1.0, 1.0), size=(CORNERS, len(ranges) + 2)).tolist()
     return [

@@ -35,6 +35,17 @@ pub fn answer(found: &impl Serialize) -> Result<(), files::Error> {
     Ok(())
 }
 
+/// As [`answer`], with what is said of each axis of a design: the object of the only one, or a list `axes`.
+///
+/// # Errors
+/// As [`answer`].
+pub fn answer_each(axes: &[impl Serialize]) -> Result<(), files::Error> {
+    match axes {
+        [one] => answer(one),
+        all => answer(&serde_json::json!({ "axes": all })),
+    }
+}
+
 /// A value as one line of JSON.
 ///
 /// # Errors

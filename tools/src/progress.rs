@@ -39,6 +39,34 @@ pub fn show(event: Event) {
     }
 }
 
+/// What is said of work that runs beside other work, until it can be shown.
+#[derive(Default)]
+pub struct Later(Mutex<Vec<(Option<String>, String)>>);
+
+impl Later {
+    /// Keeps an event; that a stage began or ended is not kept.
+    pub fn keep(&self, event: Event) {
+        let said = match event {
+            Event::Warning { words } => (None, words.to_owned()),
+            Event::Done { stage, figures } => (Some(stage.to_owned()), figures.to_owned()),
+            Event::Began { .. } | Event::Ended => return,
+        };
+        if let Ok(mut all) = self.0.lock() {
+            all.push(said);
+        }
+    }
+
+    /// Shows what was kept.
+    pub fn show(self) {
+        for (stage, words) in self.0.into_inner().unwrap_or_default() {
+            show(match &stage {
+                Some(stage) => Event::Done { stage, figures: &words },
+                None => Event::Warning { words: &words },
+            });
+        }
+    }
+}
+
 /// A moving line that counts up to a number; it is cleared with `finish_and_clear`, or when it is dropped.
 pub fn counter(stage: &str, up_to: u64) -> ProgressBar {
     moving(ProgressBar::new(up_to), "{spinner} {msg:<12} {pos} of {len} {wide_bar} {eta}", stage)

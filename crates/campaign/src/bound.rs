@@ -6,7 +6,7 @@
 //! vehicle has one of these values: its coefficients, the gains of its actuators, and the parameters of its own trim.
 
 use crate::error::Error;
-use crate::plan::Plan;
+use crate::plan::{Axis, Plan};
 use lpv::controller::Controller;
 use lpv::mu::CMat;
 use lpv::mu::worst_case::worst_case_gain;
@@ -25,6 +25,8 @@ const SPEEDS: usize = 6;
 /// Gains at a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gains {
+    /// What the axis steers.
+    pub axis: &'static str,
     /// Speed along the path, m/s.
     pub speed: f64,
     /// The flight and gain of each vehicle; infinite if its loop is unstable.
@@ -42,42 +44,52 @@ impl Gains {
     }
 }
 
-/// The gains of the vehicles of some flights and the guaranteed gain at each speed; empty if nothing is uncertain.
+/// The gains of the vehicles of some flights and the guaranteed gain at each speed, of each axis alone; empty if nothing
+/// is uncertain.
 ///
 /// # Errors
 /// The errors of trim and linearisation at a speed.
 pub fn gains(plan: &Plan<'_>, flights: &[u64]) -> Result<Vec<Gains>, Error> {
-    if plan.uncertain.is_empty() {
-        return Ok(Vec::new());
+    let mut found = vec![];
+    for axis in plan.axes.iter().filter(|axis| !axis.uncertain.is_empty()) {
+        let controller = controller_of(&axis.stored.controller.lft).map_err(DesignError::from)?;
+        let speeds = axis.inputs.design.spread(SPEEDS);
+        let of_axis = speeds.par_iter().map(|speed| at((plan, axis), flights, &controller, *speed));
+        found.extend(of_axis.collect::<Result<Vec<Gains>, Error>>()?);
     }
-    let controller = controller_of(&plan.stored.controller.lft).map_err(DesignError::from)?;
-    let speeds = plan.inputs.design.spread(SPEEDS);
-    speeds.par_iter().map(|speed| at(plan, flights, &controller, *speed)).collect()
+    Ok(found)
 }
 
-fn at(plan: &Plan<'_>, flights: &[u64], controller: &Controller, speed: f64) -> Result<Gains, Error> {
-    let frozen = at_speed(plan.inputs, speed)?;
-    let all = uncertain_loop(plan.inputs, &frozen, controller)?;
+fn at(
+    (plan, axis): (&Plan<'_>, &Axis<'_>),
+    flights: &[u64],
+    controller: &Controller,
+    speed: f64,
+) -> Result<Gains, Error> {
+    let frozen = at_speed(axis.inputs, speed)?;
+    let all = uncertain_loop(axis.inputs, &frozen, controller)?;
     let guaranteed = worst_case_gain(&all).ok().map(|found| found.upper);
     let one = |flight: &u64| {
-        let delta = delta_of(plan, &frozen, *flight)?;
+        let delta = delta_of((plan, axis), &frozen, *flight)?;
         Some((*flight, all.closed(&delta).map_or(f64::INFINITY, |closed| closed.hinf_norm().value)))
     };
     let drawn: Vec<(u64, f64)> = flights.par_iter().filter_map(one).collect();
-    Ok(Gains { speed, outside: flights.len() - drawn.len(), drawn, guaranteed })
+    Ok(Gains { axis: axis.steered().name, speed, outside: flights.len() - drawn.len(), drawn, guaranteed })
 }
 
 /// The uncertainty matrix of the vehicle of a flight; `None` if its trim is outside the ranges of the model.
-fn delta_of(plan: &Plan<'_>, frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
-    let (drawn, nominal) = (plan.draw(flight), &frozen.nominal.trim);
-    let (vehicle, trim) = retrim(&plan.inputs.vehicle, nominal, &plan.uncertain, &drawn.delta).ok()?;
+fn delta_of((plan, axis): (&Plan<'_>, &Axis<'_>), frozen: &FrozenUncertain, flight: u64) -> Option<CMat> {
+    let (drawn, nominal) = (plan.draw(flight).delta, &frozen.nominal.trim);
+    let drawn: Vec<f64> = axis.places.iter().map(|place| drawn[*place]).collect();
+    let own = &axis.inputs.vehicle;
+    let (vehicle, trim) = retrim(own, nominal, &axis.uncertain, &drawn).ok()?;
     let of = |uncertain: Uncertain| match uncertain {
         Uncertain::Parameter(parameter) if uncertain.is_of_trim() => {
             let block = frozen.parameters.iter().find(|block| block.uncertain == uncertain)?;
-            let moved = parameter.value(&vehicle, &trim) - parameter.value(&plan.inputs.vehicle, nominal);
+            let moved = parameter.value(&vehicle, &trim) - parameter.value(own, nominal);
             Some(moved / block.half_range).filter(|part| part.abs() <= 1.0)
         }
-        _ => plan.uncertain.iter().position(|block| block.uncertain == uncertain).map(|i| drawn.delta[i]),
+        _ => axis.uncertain.iter().position(|block| block.uncertain == uncertain).map(|i| drawn[i]),
     };
     let repeated = |block: &Channels| Some(vec![Complex::from(of(block.uncertain)?); block.repetitions]);
     let entries: Vec<Vec<_>> = frozen.model.blocks.iter().map(repeated).collect::<Option<_>>()?;

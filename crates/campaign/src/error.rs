@@ -29,6 +29,12 @@ pub enum Error {
     /// The campaign contains something that FMUs do not support.
     #[error("FMUs cannot fly {what}; fly the campaign without them")]
     NotOfFmus { what: String },
+    /// A campaign of no design.
+    #[error("there is no axis to fly")]
+    NoAxis,
+    /// An uncertain number that the vehicle does not have in six degrees of freedom.
+    #[error("{name} is uncertain in the vertical plane alone: fly one axis, by --axis")]
+    NotWhole { name: String },
     /// Rows that cannot be written as Parquet.
     #[cfg(feature = "parquet")]
     #[error("the results cannot be written as Parquet: {0}")]

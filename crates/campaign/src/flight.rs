@@ -1,7 +1,7 @@
 //! One flight of a campaign.
 
 use crate::error::Error;
-use crate::plan::{Drawn, Plan};
+use crate::plan::{Axis, Drawn, Plan};
 use auv::longitudinal::{PITCH, SPEED};
 use auv::{Pose, Speed, Surroundings, Vehicle, trim_with};
 use scheduled::Manoeuvre;
@@ -12,7 +12,9 @@ use squid_design::uncertain::vehicle::gains;
 use squid_flight::error::Error as FlightError;
 use squid_flight::flight::{Flight, Row as Tick, Surfacing, Variations, fly_varied, out_of_water};
 use squid_flight::metrics::{StepFigures, rms};
+use squid_flight::record::Record;
 use squid_flight::sea::Sea;
+use squid_flight::whole::{WholeFlight, fly_whole};
 
 /// A flight is lost if its mean error over the last tenth of the time after the step is above this fraction of the
 /// step.
@@ -46,29 +48,29 @@ impl Outcome {
     }
 }
 
-/// Names and units of the figures of a row, in order. A figure is NaN if unknown, and a time infinite if it is never
-/// reached. See [`Plan::figures`].
-const FIGURES: [(&str, &str); FIGURES_OF_A_ROW] = [
-    ("time", "s"),
+/// The first figure of a row, with its unit: the duration of the flight.
+pub const TIME: (&str, &str) = ("time", "s");
+
+/// Names and units of the figures of an axis that follow, in order; the sixth is the error of what it steers. A figure is
+/// NaN if unknown, and a time infinite if it is never reached. See [`Plan::figures`].
+const FIGURES: [(&str, &str); 9] = [
     ("overshoot", "1"),
     ("rise_time", "s"),
     ("settling_time", "s"),
     ("steady_error", "1"),
-    ("speed_deviation", "m/s"),
+    (SPEED_DEVIATION, "m/s"),
     ("actuator_use", "1"),
-    ("pitch_error_rms", "rad"),
-    ("speed_error_rms", "m/s"),
+    ("error_rms", "rad"),
+    (SPEED_ERROR, "m/s"),
     ("saturated", "1"),
 ];
 
-/// The number of figures in a row.
-pub const FIGURES_OF_A_ROW: usize = 10;
+/// The figures of the speed, which are those of the first axis alone.
+const SPEED_DEVIATION: &str = "speed_deviation";
+const SPEED_ERROR: &str = "speed_error_rms";
 
-/// The index of the error of the stepped output.
+/// The index of the error of what the first axis steers.
 pub const ERROR: usize = 7;
-
-/// All figures unknown.
-const UNKNOWN: [f64; FIGURES_OF_A_ROW] = [f64::NAN; FIGURES_OF_A_ROW];
 
 /// The drawn speeds, with units.
 const SPEEDS: [(&str, &str); 2] = [("speed_from", "m/s"), ("speed_to", "m/s")];
@@ -83,7 +85,7 @@ pub struct Row {
     /// The two speeds, the step, the initial deviations from trim, and the uncertain numbers, in their units.
     pub drawn: Vec<f64>,
     /// The figures, as in [`Plan::figures`].
-    pub figures: [f64; FIGURES_OF_A_ROW],
+    pub figures: Vec<f64>,
 }
 
 impl Row {
@@ -135,54 +137,56 @@ impl Plan<'_> {
         let end = rows.iter().zip(distance).position(|(row, x)| out_of_water(clearance(row, *x)));
         let surfacing = end.map(|k| Surfacing { time: rows[k].time, speed: rows[k].measured(SPEED) });
         rows.truncate(end.unwrap_or(rows.len()));
-        let ticks = (drawn.manoeuvre.duration / self.stored.controller.sample_time).round() as usize + 1;
+        let sample_time = self.first().stored.controller.sample_time;
+        let ticks = (drawn.manoeuvre.duration / sample_time).round() as usize + 1;
         let (outcome, figures) = match (rows.len(), surfacing) {
-            (0, None) if self.starts_out_of_water(&vehicle, &drawn) => (Outcome::Surfaced, UNKNOWN),
-            (0, None) => (Outcome::NoTrim, UNKNOWN),
-            (0, Some(_)) => (Outcome::Surfaced, UNKNOWN),
-            (found, None) if found < ticks => (Outcome::Lost, UNKNOWN),
-            _ => self.judged(&Flight { rows, surfacing, sea: Vec::new() }, &drawn),
+            (0, None) if self.starts_out_of_water(&vehicle, &drawn) => (Outcome::Surfaced, self.unknown()),
+            (0, None) => (Outcome::NoTrim, self.unknown()),
+            (0, Some(_)) => (Outcome::Surfaced, self.unknown()),
+            (found, None) if found < ticks => (Outcome::Lost, self.unknown()),
+            _ => self.judged(&[Flight { rows, surfacing, sea: Vec::new() }], &drawn),
         };
         Ok(self.row_of(number, &drawn, outcome, figures))
     }
 
     /// Whether a flight could not start because of the waves, since the vehicle has a trim.
     fn starts_out_of_water(&self, vehicle: &Vehicle, drawn: &Drawn) -> bool {
-        let (depth, rule) = self.inputs.design.level();
+        let (depth, rule) = self.first().inputs.design.level();
         let speed = Speed::Path(drawn.manoeuvre.speed_reference(0.0));
         let sea = self.sea.as_ref().filter(|sea| sea.waves.is_some());
         sea.is_some_and(|sea| trim_with(&vehicle.in_plane(), speed, sea.depth.unwrap_or(depth), rule).is_ok())
     }
 
-    /// The index of the stepped output among the signals of the axis.
-    pub fn stepped(&self) -> usize {
-        self.inputs.design.stepped()
-    }
-
-    /// The stepped output.
-    pub fn signal(&self) -> &'static Signal {
-        &self.inputs.design.interface.signals[self.stepped()]
-    }
-
-    /// Names and units of the figures of a row; the error is that of the stepped output.
-    pub fn figures(&self) -> [(&'static str, &'static str); FIGURES_OF_A_ROW] {
-        let mut figures = FIGURES;
-        match self.signal().name {
-            "depth" => figures[ERROR] = ("depth_error_rms", "m"),
-            "heading" => figures[ERROR] = ("heading_error_rms", "rad"),
-            _ => {}
+    /// Names and units of the figures of a row: of several axes, each with the name of its axis. The error is that of
+    /// what the axis steers.
+    pub fn figures(&self) -> Vec<(String, &'static str)> {
+        let mut all = vec![(TIME.0.to_owned(), TIME.1)];
+        for (place, axis) in self.axes.iter().enumerate() {
+            let steered = axis.steered();
+            for (name, unit) in FIGURES.into_iter().filter(|(name, _)| place == 0 || !is_of_speed(name)) {
+                all.push(match name {
+                    "error_rms" => (format!("{}_error_rms", steered.name), steered.unit),
+                    _ if self.axes.len() == 1 || is_of_speed(name) => (name.to_owned(), unit),
+                    _ => (format!("{}_{name}", steered.name), unit),
+                });
+            }
         }
-        figures
+        all
+    }
+
+    /// All figures unknown.
+    fn unknown(&self) -> Vec<f64> {
+        vec![f64::NAN; self.figures().len()]
     }
 
     /// Names and units of the drawn numbers of a row.
     pub fn drawn(&self) -> Vec<(String, &'static str)> {
-        let stepped = self.signal();
-        let step = (format!("{}_step", stepped.name), stepped.unit);
-        let speeds_and_step = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain([step]);
+        let steps =
+            self.axes.iter().map(|axis| (format!("{}_step", axis.steered().name), axis.steered().unit));
+        let speeds_and_steps = SPEEDS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).chain(steps);
         let starts = self.identity.starts.off();
         let starts = starts.map(|(_, signal)| (format!("{}_off_trim", signal.name), signal.unit));
-        speeds_and_step
+        speeds_and_steps
             .chain(starts)
             .chain(self.uncertain.iter().map(|block| (block.name.clone(), block.unit)))
             .collect()
@@ -192,27 +196,27 @@ impl Plan<'_> {
     ///
     /// # Errors
     /// An error in the inputs; the failure of a vehicle is an [`Outcome`].
-    pub fn fly(&self, number: u64) -> Result<(Row, Option<Flight>), FlightError> {
+    pub fn fly(&self, number: u64) -> Result<(Row, Option<WholeFlight>), FlightError> {
         let drawn = self.draw(number);
         let (outcome, figures, flight) = match self.flown(&drawn) {
             Ok(flight) => {
-                let (outcome, figures) = self.judged(&flight, &drawn);
+                let (outcome, figures) = self.judged(&flight.axes, &drawn);
                 (outcome, figures, Some(flight))
             }
-            Err(FlightError::Trim { .. }) => (Outcome::NoTrim, UNKNOWN, None),
-            Err(FlightError::AtTheSurface { .. }) => (Outcome::Surfaced, UNKNOWN, None),
-            Err(FlightError::Simulation(_) | FlightError::Tick(_)) => (Outcome::Lost, UNKNOWN, None),
+            Err(FlightError::Trim { .. }) => (Outcome::NoTrim, self.unknown(), None),
+            Err(FlightError::AtTheSurface { .. }) => (Outcome::Surfaced, self.unknown(), None),
+            Err(FlightError::Simulation(_) | FlightError::Tick(_)) => (Outcome::Lost, self.unknown(), None),
             Err(reason) => return Err(reason),
         };
         Ok((self.row_of(number, &drawn, outcome, figures), flight))
     }
 
-    fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: [f64; FIGURES_OF_A_ROW]) -> Row {
+    fn row_of(&self, flight: u64, drawn: &Drawn, outcome: Outcome, figures: Vec<f64>) -> Row {
         let Manoeuvre { speed_from, speed_to, .. } = drawn.manoeuvre;
-        let step = drawn.manoeuvre.step(self.signal().name);
+        let steps = self.axes.iter().map(|axis| drawn.manoeuvre.step(axis.steered().name));
         let values = self.values(drawn).map(|(_, value)| value);
         let starts = self.identity.starts.off().map(|(place, _)| drawn.off_trim[place]);
-        let drawn = [speed_from, speed_to, step].into_iter().chain(starts).chain(values).collect();
+        let drawn = [speed_from, speed_to].into_iter().chain(steps).chain(starts).chain(values).collect();
         Row { flight, outcome, drawn, figures }
     }
 
@@ -224,7 +228,7 @@ impl Plan<'_> {
 
     /// The ratio of output to command of each actuator.
     pub fn gains(&self, drawn: &Drawn) -> Vec<f64> {
-        gains(self.inputs.vehicle.actuators.len(), &self.uncertain, &drawn.delta)
+        gains(self.vehicle.actuators.len(), &self.uncertain, &drawn.delta)
     }
 
     /// The sea of a flight.
@@ -233,27 +237,67 @@ impl Plan<'_> {
     }
 
     fn vehicle_of(&self, drawn: &Drawn) -> Vehicle {
-        perturbed(&self.inputs.vehicle, &self.uncertain, &drawn.delta)
+        perturbed(self.vehicle, &self.uncertain, &drawn.delta)
     }
 
-    fn flown(&self, drawn: &Drawn) -> Result<Flight, FlightError> {
+    fn flown(&self, drawn: &Drawn) -> Result<WholeFlight, FlightError> {
         let (vehicle, gains, sea) = (self.vehicle_of(drawn), self.gains(drawn), self.sea_of(drawn));
-        let level = self.inputs.design.level();
+        let Axis { inputs, stored, .. } = self.first();
+        let level = inputs.design.level();
         let variations =
             Variations { sea: sea.as_ref(), gains: &gains, off_trim: drawn.off_trim, disturbance: None };
-        fly_varied(&vehicle, &self.stored.controller, level, &drawn.manoeuvre, &variations)
+        if self.axes.len() > 1 {
+            let designs: Vec<_> = self.axes.iter().map(|axis| &axis.stored.controller).collect();
+            return fly_whole(&vehicle, &designs, level, &drawn.manoeuvre, &variations);
+        }
+        let flight = fly_varied(&vehicle, &stored.controller, level, &drawn.manoeuvre, &variations)?;
+        Ok(WholeFlight { states: Vec::new(), axes: vec![flight], held: Vec::new() })
     }
 
-    fn judged(&self, flight: &Flight, drawn: &Drawn) -> (Outcome, [f64; FIGURES_OF_A_ROW]) {
-        let rows = &flight.rows;
-        let limits: Vec<(f64, f64)> = self.inputs.vehicle.actuators.iter().map(|a| (a.min, a.max)).collect();
-        let stepped = self.stepped();
-        let step = (drawn.manoeuvre.step_time, drawn.manoeuvre.step(self.signal().name));
+    /// The record of a flight.
+    pub fn record(&self, flight: &WholeFlight) -> Record {
+        let designs: Vec<_> = self
+            .axes
+            .iter()
+            .map(|axis| (&axis.inputs.vehicle.actuators[..], &axis.stored.controller))
+            .collect();
+        match (&flight.axes[..], &designs[..]) {
+            ([alone], [(actuators, design)]) => Record::of(alone, actuators, design),
+            _ => Record::of_whole(flight, &self.vehicle.actuators, &designs),
+        }
+    }
+
+    fn judged(&self, flights: &[Flight], drawn: &Drawn) -> (Outcome, Vec<f64>) {
+        let time = flights.first().and_then(|flight| flight.rows.last()).map_or(0.0, |row| row.time);
+        let (mut all, mut outcome) = (vec![time], Outcome::Flown);
+        for (place, (axis, flight)) in self.axes.iter().zip(flights).enumerate() {
+            let (own, figures) = axis.judged(flight, &drawn.manoeuvre);
+            outcome = outcome.max(own);
+            let named = FIGURES.iter().zip(figures).filter(|((name, _), _)| place == 0 || !is_of_speed(name));
+            all.extend(named.map(|(_, figure)| figure));
+        }
+        (outcome, all)
+    }
+}
+
+/// Whether a figure is one of the speed.
+fn is_of_speed(name: &str) -> bool {
+    [SPEED_DEVIATION, SPEED_ERROR].contains(&name)
+}
+
+impl Axis<'_> {
+    /// What it steers.
+    pub fn steered(&self) -> &'static Signal {
+        &self.inputs.design.interface.signals[self.inputs.design.stepped()]
+    }
+
+    fn judged(&self, flight: &Flight, manoeuvre: &Manoeuvre) -> (Outcome, [f64; FIGURES.len()]) {
+        let (rows, limits, stepped) = (&flight.rows, self.inputs.limits(), self.inputs.design.stepped());
+        let step = (manoeuvre.step_time, manoeuvre.step(self.steered().name));
         let figures = StepFigures::of_flight(flight, stepped, step, &limits);
         let at_limit =
             |commands: &[f64]| commands.iter().zip(&limits).any(|(c, (low, high))| c <= low || c >= high);
         let saturated = rows.iter().filter(|row| at_limit(&row.commands)).count() as f64 / rows.len() as f64;
-        let time = rows.last().map_or(0.0, |row| row.time);
         let outcome = match () {
             () if flight.surfacing.is_some() => Outcome::Surfaced,
             () if figures.steady_error.abs() <= LOST => Outcome::Flown,
@@ -262,7 +306,6 @@ impl Plan<'_> {
         let StepFigures { overshoot, rise_time, settling_time, steady_error, speed_deviation, actuator_use } =
             figures;
         let figures = [
-            time,
             overshoot,
             rise_time,
             settling_time,

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::starts::Starts;
 use auv::longitudinal::Each;
-use auv::{Parameter, Speed, trim_with};
+use auv::{Parameter, Speed, Vehicle, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 use scheduled::Manoeuvre;
@@ -14,6 +14,7 @@ use squid_design::store::Stored;
 use squid_design::uncertain::model::{Block, Uncertain};
 use squid_design::uncertain::trim::blocks;
 use squid_flight::sea::Sea;
+use std::collections::BTreeMap;
 
 /// The distribution of the vehicles over the box of the declared uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,18 +70,33 @@ impl Identity {
     }
 }
 
-/// A campaign.
+/// An axis of a campaign.
 #[derive(Debug)]
-pub struct Plan<'a> {
+pub struct Axis<'a> {
     /// The vehicle and its design.
     pub inputs: &'a Inputs,
     /// The finished design.
     pub stored: &'a Stored,
+    /// Its uncertain numbers, by the actuators of the axis.
+    pub uncertain: Vec<Block>,
+    /// Their places among those of the plan.
+    pub(crate) places: Vec<usize>,
+}
+
+/// A campaign.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// The axes that fly, one at least.
+    pub axes: Vec<Axis<'a>>,
+    /// The vehicle that flies: as its only axis has it, or in six degrees of freedom.
+    pub vehicle: &'a Vehicle,
+    /// The manoeuvre from whose range of speed flights are drawn.
+    pub manoeuvre: Manoeuvre,
     /// The sea, drawn for each flight.
     pub sea: Option<Sea>,
     /// Its identity.
     pub identity: Identity,
-    /// The uncertain numbers.
+    /// The uncertain numbers, by the actuators of the vehicle.
     pub uncertain: Vec<Block>,
 }
 
@@ -97,11 +113,49 @@ pub struct Drawn {
     pub sea_seed: u64,
 }
 
+/// The uncertain numbers of an axis; none if it declares none.
+fn uncertain_of(inputs: &Inputs, stored: &Stored) -> Result<Vec<Block>, Error> {
+    if !inputs.is_uncertain() {
+        return Ok(Vec::new());
+    }
+    let ((depth, rule), speed) = (inputs.design.level(), stored.manoeuvre.speed_from);
+    let trim = trim_with(&inputs.plane, Speed::Path(speed), depth, rule)
+        .map_err(|reason| squid_flight::error::Error::Trim { speed, reason })?;
+    Ok(blocks(inputs, &trim, &[]).map_err(squid_design::error::Error::from)?)
+}
+
+/// An uncertain number of an axis by the actuators of the vehicle that flies.
+fn of_vehicle(block: &Block, axis: &Vehicle, vehicle: &Vehicle) -> Result<Block, Error> {
+    let not_whole = || Error::NotWhole { name: block.name.clone() };
+    let place = |actuator: usize| {
+        let name = &axis.actuators[actuator].name;
+        vehicle.actuators.iter().position(|one| one.name == *name).ok_or_else(not_whole)
+    };
+    let uncertain = match block.uncertain {
+        Uncertain::Gain(actuator) => Uncertain::Gain(place(actuator)?),
+        Uncertain::Parameter(Parameter::Effect { actuator, key }) => {
+            let parameter = Parameter::Effect { actuator: place(actuator)?, key };
+            // In the plane a thruster that points sideways has other numbers.
+            if parameter.coefficient(vehicle) != Some(block.value) {
+                return Err(not_whole());
+            }
+            Uncertain::Parameter(parameter)
+        }
+        coefficient => coefficient,
+    };
+    Ok(Block { uncertain, ..block.clone() })
+}
+
 impl<'a> Plan<'a> {
-    /// A campaign of a design, optionally in a sea, which comes with the text of its file.
+    /// The only axis, or the first.
+    pub fn first(&self) -> &Axis<'a> {
+        &self.axes[0]
+    }
+
+    /// A campaign of a design with one axis, optionally in a sea, which comes with the text of its file.
     ///
     /// # Errors
-    /// [`Error::Flight`]: waves, but no size of the hull; [`Error::Design`].
+    /// As [`of_axes`](Self::of_axes).
     pub fn new(
         inputs: &'a Inputs,
         stored: &'a Stored,
@@ -109,17 +163,46 @@ impl<'a> Plan<'a> {
         seed: u64,
         points: Points,
     ) -> Result<Self, Error> {
+        Self::of_axes(&[(inputs, stored)], sea, seed, points)
+    }
+
+    /// A campaign of a design, optionally in a sea, which comes with the text of its file. One axis flies alone, several
+    /// fly in six degrees of freedom.
+    ///
+    /// # Errors
+    /// [`Error::Flight`]: waves, but no size of the hull; [`Error::Design`]; [`Error::NotWhole`]; [`Error::NoAxis`].
+    pub fn of_axes(
+        axes: &[(&'a Inputs, &'a Stored)],
+        sea: Option<(Sea, String)>,
+        seed: u64,
+        points: Points,
+    ) -> Result<Self, Error> {
+        let Some((inputs, _)) = axes.first() else { return Err(Error::NoAxis) };
         let (sea, text) = sea.unzip();
-        sea.iter().try_for_each(|sea| sea.check(&inputs.vehicle))?;
-        let (depth, rule) = inputs.design.level();
-        let speed = stored.manoeuvre.speed_from;
-        let uncertain = if !inputs.is_uncertain() {
-            Vec::new()
-        } else {
-            let trim = trim_with(&inputs.plane, Speed::Path(speed), depth, rule)
-                .map_err(|reason| squid_flight::error::Error::Trim { speed, reason })?;
-            blocks(inputs, &trim, &[]).map_err(squid_design::error::Error::from)?
-        };
+        let vehicle = if axes.len() > 1 { &inputs.whole } else { &inputs.vehicle };
+        sea.iter().try_for_each(|sea| match axes.len() {
+            1 => sea.check(vehicle),
+            _ => sea.check_geometry(vehicle),
+        })?;
+        let (mut uncertain, mut planned) = (Vec::<Block>::new(), vec![]);
+        for (inputs, stored) in axes {
+            let own = uncertain_of(inputs, stored)?;
+            let mut places = vec![];
+            for block in &own {
+                let block = of_vehicle(block, &inputs.vehicle, vehicle)?;
+                let known = uncertain.iter().position(|other| other.uncertain == block.uncertain);
+                places.push(known.unwrap_or(uncertain.len()));
+                uncertain.extend(known.is_none().then_some(block));
+            }
+            planned.push(Axis { inputs, stored, uncertain: own, places });
+        }
+        let mut manoeuvre = axes[0].1.manoeuvre.clone();
+        for (inputs, stored) in &axes[1..] {
+            manoeuvre.steps.extend(stored.manoeuvre.steps.clone());
+            let within = |speed: f64| speed.clamp(inputs.design.speed_min, inputs.design.speed_max);
+            (manoeuvre.speed_from, manoeuvre.speed_to) =
+                (within(manoeuvre.speed_from), within(manoeuvre.speed_to));
+        }
         let identity = Identity {
             vehicle: inputs.hashes.vehicle_sha256.clone(),
             design: inputs.hashes.design_sha256.clone(),
@@ -130,7 +213,7 @@ impl<'a> Plan<'a> {
             fmus: false,
             version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        Ok(Self { inputs, stored, sea, identity, uncertain })
+        Ok(Self { axes: planned, vehicle, manoeuvre, sea, identity, uncertain })
     }
 
     /// This campaign with initial deviations from trim.
@@ -149,12 +232,13 @@ impl<'a> Plan<'a> {
         let effect =
             |block: &&Block| matches!(block.uncertain, Uncertain::Parameter(Parameter::Effect { .. }));
         let curve = |block: &&Block| match block.uncertain {
-            Uncertain::Gain(actuator) => self.inputs.vehicle.actuators[actuator].curve.is_some(),
+            Uncertain::Gain(actuator) => self.vehicle.actuators[actuator].curve.is_some(),
             Uncertain::Parameter(_) => false,
         };
         let uncertain = || self.uncertain.iter();
         let beyond = self.sea.as_ref().and_then(Sea::beyond_steady);
         let what = match (beyond, uncertain().find(effect), uncertain().find(curve)) {
+            _ if self.axes.len() > 1 => "several axes; name one with --axis".to_owned(),
             _ if !self.identity.starts.in_trim() => "starts off the trim".to_owned(),
             (Some(beyond), ..) => beyond,
             (_, Some(block), _) => {
@@ -203,12 +287,16 @@ impl<'a> Plan<'a> {
             }
         };
         let delta: Vec<f64> = self.uncertain.iter().map(|_| delta()).collect();
-        let default = &self.stored.manoeuvre;
+        let default = &self.manoeuvre;
         let mut speed =
             || default.speed_from + uniform(&mut numbers) * (default.speed_to - default.speed_from);
         let (speed_from, speed_to) = (speed(), speed());
-        let sign = if uniform(&mut numbers) < 0.5 { -1.0 } else { 1.0 };
-        let steps = default.steps.iter().map(|(name, height)| (name.clone(), sign * height)).collect();
+        let mut steps = BTreeMap::new();
+        for axis in &self.axes {
+            let sign = if uniform(&mut numbers) < 0.5 { -1.0 } else { 1.0 };
+            let own = axis.stored.manoeuvre.steps.iter().map(|(name, height)| (name.clone(), sign * height));
+            steps.extend(own);
+        }
         let manoeuvre = Manoeuvre { speed_from, speed_to, steps, ..default.clone() };
         let sea_seed = numbers.next_u64() >> 33;
         // Last, so that the other numbers are the same with and without initial deviations.

@@ -27,7 +27,7 @@ pub struct Share {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// Name, as in [`Plan::figures`].
-    pub figure: &'static str,
+    pub figure: String,
     /// Its unit.
     pub unit: &'static str,
     /// The [`QUANTILES`].
@@ -64,7 +64,7 @@ fn wilson(found: usize, of: usize) -> [f64; 2] {
 /// The distribution of each figure.
 pub fn spreads(plan: &Plan<'_>, rows: &[Row]) -> Vec<Spread> {
     let names: Vec<String> = plan.drawn().into_iter().map(|(name, _)| name).collect();
-    let of = |(place, (figure, unit)): (usize, (&'static str, &'static str))| {
+    let of = |(place, (figure, unit)): (usize, (String, &'static str))| {
         let mut known: Vec<(f64, &Row)> =
             rows.iter().map(|row| (row.figures[place], row)).filter(|(value, _)| !value.is_nan()).collect();
         known.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -118,7 +118,6 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::FIGURES_OF_A_ROW;
 
     /// Ten of a hundred: 0.1148 +- 0.0596.
     #[test]
@@ -131,7 +130,7 @@ mod tests {
     #[test]
     fn the_worst_come_first() {
         let row = |flight, outcome, error| {
-            let mut figures = [0.0; FIGURES_OF_A_ROW];
+            let mut figures = vec![0.0; ERROR + 1];
             figures[ERROR] = error;
             Row { flight, outcome, drawn: vec![], figures }
         };

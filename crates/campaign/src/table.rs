@@ -3,7 +3,7 @@
 //! column.
 
 use crate::error::Error;
-use crate::flight::{FIGURES_OF_A_ROW, Outcome, Row};
+use crate::flight::{Outcome, Row, TIME};
 use crate::plan::{Identity, Plan};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::get_typed_column_reader;
@@ -58,7 +58,7 @@ pub fn bytes(plan: &Plan<'_>, rows: &[Row]) -> Result<Vec<u8>, Error> {
     let words = rows.iter().map(|row| row.outcome.word()).collect();
     let first = [("flight", Values::Whole(whole)), ("outcome", Values::Words(words))];
     let first = first.map(|(name, values)| Column { name: name.into(), unit: String::new(), values });
-    let names = plan.drawn().into_iter().chain(plan.figures().map(|(name, unit)| (name.to_owned(), unit)));
+    let names = plan.drawn().into_iter().chain(plan.figures());
     let numbers = names.enumerate().map(|(place, (name, unit))| {
         let number = |row: &Row| row.drawn.iter().chain(&row.figures).nth(place).copied().unwrap_or(f64::NAN);
         Column { name, unit: unit.into(), values: Values::Numbers(rows.iter().map(number).collect()) }
@@ -154,7 +154,9 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
     let text = text.ok_or_else(|| format!("its metadata has no '{IDENTITY}'"))?;
     let identity = serde_json::from_str(text).map_err(|why| format!("'{IDENTITY}': {why}"))?;
     let columns = metadata.schema_descr().num_columns();
-    let drawn = columns.checked_sub(FIRST + FIGURES_OF_A_ROW).ok_or("it has too few columns")?;
+    let is_first = |column: &usize| metadata.schema_descr().column(*column).name() == TIME.0;
+    let drawn = (FIRST..columns).position(|column| is_first(&column));
+    let drawn = drawn.ok_or_else(|| format!("it has no column '{}'", TIME.0))?;
     let mut found = Vec::new();
     for place in 0..reader.num_row_groups() {
         let group = reader.get_row_group(place).map_err(words)?;
@@ -167,13 +169,11 @@ fn rows(reader: &SerializedFileReader<File>) -> Result<(Identity, Vec<Row>), Str
             let word = word.as_utf8().map_err(words)?;
             let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.word() == word);
             let values: Vec<f64> = numbers.iter().map(|values| values[k]).collect();
-            let mut figures = [f64::NAN; FIGURES_OF_A_ROW];
-            figures.copy_from_slice(&values[drawn..]);
             found.push(Row {
                 flight: u64::try_from(*flight).map_err(|why| why.to_string())?,
                 outcome: outcome.ok_or_else(|| format!("the outcome '{word}' is unknown"))?,
                 drawn: values[..drawn].to_vec(),
-                figures,
+                figures: values[drawn..].to_vec(),
             });
         }
     }

@@ -10,7 +10,7 @@ use squid_campaign::run::{BATCH, missing, results, run};
 use squid_campaign::starts::Starts;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, load};
-use squid_flight::flight::Flight;
+use squid_flight::whole::WholeFlight;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -51,7 +51,8 @@ fn cores_and_interruptions_change_nothing() {
     assert!(rows.iter().all(|row| row.outcome == Outcome::Flown), "{rows:?}");
     for row in &rows {
         let again = plan.fly(row.flight).unwrap().0;
-        assert_eq!(again.figures.map(f64::to_bits), row.figures.map(f64::to_bits));
+        let bits = |figures: &[f64]| figures.iter().map(|figure| figure.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&again.figures), bits(&row.figures));
         assert_eq!((&again.drawn, again.flight), (&row.drawn, row.flight));
     }
 
@@ -137,7 +138,7 @@ fn flights_start_off_trim() {
     let (row, flight) = off.fly(5).unwrap();
     let names: Vec<String> = off.drawn().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
-    let began = |flight: &Option<Flight>| flight.as_ref().unwrap().rows[0].signals.measured;
+    let began = |flight: &Option<WholeFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
     let trim = began(&in_trim.fly(5).unwrap().1);
     let [pitch, speed, _, pitch_rate, heave] = began(&flight);
     assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);

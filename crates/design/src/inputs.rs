@@ -166,7 +166,10 @@ impl Inputs {
         let design_sha256 = sha256(&format!("{design:?}"));
         let hashes = InputHashes { design_sha256, ..self.hashes.clone() };
         let vehicles = [&self.whole, &self.plane, &self.vehicle];
-        Ok(Self { directory: self.directory.clone(), ..Self::of_axis(vehicles, design, hashes, "the design")? })
+        Ok(Self {
+            directory: self.directory.clone(),
+            ..Self::of_axis(vehicles, design, hashes, "the design")?
+        })
     }
 
     /// Checks the design of an axis against the vehicle: as its file has it, in the vertical plane, and as the axis has

@@ -158,8 +158,14 @@ pub struct Spell {
 }
 
 impl Spell {
+    /// A steady current.
+    pub fn steady(current: Current) -> Self {
+        let disturbance = Disturbance { current, ..Disturbance::default() };
+        Self { disturbance, from: f64::NEG_INFINITY, to: f64::INFINITY, rise: 0.0 }
+    }
+
     /// The disturbance at a time, s.
-    fn at(&self, time: f64) -> Disturbance {
+    pub(crate) fn at(&self, time: f64) -> Disturbance {
         let Self { disturbance: Disturbance { current, load }, from, to, rise } = *self;
         let way =
             |since: f64| if rise > 0.0 { (since / rise).clamp(0.0, 1.0) } else { f64::from(since >= 0.0) };

@@ -1,7 +1,9 @@
 //! The record of a flight; its columns are named as the outputs of `squid.fmu`.
 
 use crate::flight::{Flight, Row, SeaRow};
-use auv::Actuator;
+use crate::whole::WholeFlight;
+use auv::longitudinal::SPEED;
+use auv::{Actuator, State};
 use scheduled::ControllerDesign;
 
 /// Time histories of the variables, SI; the heading in a CSV file is `name [unit]`, or `name` without a unit.
@@ -26,6 +28,9 @@ impl Column {
         split.map_or((&self.heading, "1"), |(name, unit)| (name, unit.trim_end_matches(']')))
     }
 }
+
+/// The heading of a column, and its value in a row.
+type Named<T> = (&'static str, fn(&T) -> f64);
 
 impl Record {
     /// A record of columns of equal length, each with its heading.
@@ -62,6 +67,68 @@ impl Record {
             add("current_vertical [m/s]".into(), &|row| row.water.vertical);
             for (place, signal) in design.signals.iter().enumerate() {
                 add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[place]);
+            }
+        }
+        Self::new(columns)
+    }
+
+    /// The record of a flight in six degrees of freedom, with the actuators of the vehicle, and those of each axis with
+    /// its design; its columns are named as those of [`Record::of`]. At sea there are also the elevation, the velocity of
+    /// the water and the readings.
+    pub fn of_whole(
+        flight: &WholeFlight,
+        actuators: &[Actuator],
+        axes: &[(&[Actuator], &ControllerDesign)],
+    ) -> Self {
+        let Some(first) = flight.axes.first() else { return Self(Vec::new()) };
+        let mut columns = vec![("time [s]".into(), first.rows.iter().map(|row| row.time).collect())];
+        let of_state: [Named<State>; 9] = [
+            ("pitch [rad]", |state| state.motion.theta),
+            ("roll [rad]", |state| state.motion.phi),
+            ("heading [rad]", |state| state.heading),
+            ("speed [m/s]", |state| state.motion.u),
+            ("sway [m/s]", |state| state.motion.v),
+            ("heave [m/s]", |state| state.motion.w),
+            ("depth [m]", |state| state.depth),
+            ("north [m]", |state| state.x),
+            ("east [m]", |state| state.east),
+        ];
+        columns.extend(of_state.map(|(name, of)| (name.into(), flight.states.iter().map(of).collect())));
+        let flown = || axes.iter().zip(&flight.axes).enumerate();
+        // Reference and sensor of the speed are those of all axes.
+        let is_own = |axis: usize, place: usize| axis == 0 || place != SPEED;
+        for (axis, ((_, design), flown)) in flown() {
+            for (place, (signal, reference)) in design.references().enumerate() {
+                if design.has_reference(place) && is_own(axis, place) {
+                    let used = flown.rows.iter().map(|row| row.used[place]).collect();
+                    columns.push((format!("{}_used [{}]", reference.name, signal.unit), used));
+                }
+            }
+        }
+        for (actuator, held) in actuators.iter().zip(&flight.held) {
+            let own = flown().find_map(|(_, ((own, _), flown))| {
+                let place = own.iter().position(|one| one.name == actuator.name)?;
+                Some(flown.rows.iter().map(|row| actuator.taken(row.commands[place]).0).collect())
+            });
+            let idle = || vec![actuator.taken(*held).0; flight.states.len()];
+            let heading = format!("{} [{}]", actuator.name, actuator.taken_unit());
+            columns.push((heading, own.unwrap_or_else(idle)));
+        }
+        if !first.sea.is_empty() {
+            let of_sea: [Named<SeaRow>; 4] = [
+                ("wave_elevation [m]", |row| row.elevation),
+                ("current_north [m/s]", |row| row.water.horizontal),
+                ("current_east [m/s]", |row| row.water.east),
+                ("current_vertical [m/s]", |row| row.water.vertical),
+            ];
+            columns.extend(of_sea.map(|(name, of)| (name.into(), first.sea.iter().map(of).collect())));
+            for (axis, ((_, design), flown)) in flown() {
+                for (place, signal) in
+                    design.signals.iter().enumerate().filter(|(place, _)| is_own(axis, *place))
+                {
+                    let read = flown.sea.iter().map(|row| row.read[place]).collect();
+                    columns.push((format!("{}_read [{}]", signal.name, signal.unit), read));
+                }
             }
         }
         Self::new(columns)

@@ -75,7 +75,11 @@ impl Sea {
         self.check_geometry(vehicle)
     }
 
-    fn check_geometry(&self, vehicle: &Vehicle) -> Result<(), Error> {
+    /// Checks that a vehicle in six degrees of freedom can be simulated in this sea.
+    ///
+    /// # Errors
+    /// [`Error::NoGeometry`].
+    pub fn check_geometry(&self, vehicle: &Vehicle) -> Result<(), Error> {
         if self.waves.is_none() || vehicle.geometry.is_some() {
             Ok(())
         } else {

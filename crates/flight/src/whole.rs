@@ -1,39 +1,29 @@
 //! Closed-loop simulation in six degrees of freedom: one autopilot for each axis.
 
 use crate::error::Error;
-use crate::sea::Sea;
+use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
-use auv::longitudinal::{Each, SPEED};
-use auv::{Current, LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
-use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre};
-
-/// A row of a flight, one a tick.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WholeRow {
-    /// Time, s.
-    pub time: f64,
-    /// Position and motion; the heading counts on.
-    pub state: State,
-    /// The references of each axis as its law used them, SI.
-    pub used: Vec<Vec<f64>>,
-    /// The command of each actuator of the vehicle, N or rad.
-    pub commands: Vec<f64>,
-    /// What the sensors of each axis read, of surge, heave and pitch first, SI.
-    pub read: [Each<f64>; 2],
-    /// Velocity of the water at the vehicle.
-    pub water: Current,
-    /// Elevation of the surface above still water at the vehicle, m.
-    pub elevation: f64,
-}
+use auv::longitudinal::{Each, EachTracked, SPEED};
+use auv::{LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
+use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// A flight from trim to the end of its manoeuvre, or to the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WholeFlight {
-    /// One row a tick, all in the water.
-    pub rows: Vec<WholeRow>,
+    /// Position and motion at each tick, all in the water; the heading counts on.
+    pub states: Vec<State>,
+    /// The flight as each axis has it, in the order of the designs: its signals, and its actuators' commands.
+    pub axes: Vec<Flight>,
+    /// The output of each actuator in the trim at the start, where those stay that no axis commands.
+    pub held: Vec<f64>,
+}
+
+impl WholeFlight {
     /// When the vehicle left the water, if it did.
-    pub surfacing: Option<Surfacing>,
+    pub fn surfacing(&self) -> Option<Surfacing> {
+        self.axes.first().and_then(|flight| flight.surfacing)
+    }
 }
 
 /// What the axes control, in the order of the readings of their sensors.
@@ -46,10 +36,11 @@ struct Axis {
     /// Its place among [`VIEWS`].
     view: usize,
     actuators: Vec<usize>,
+    flight: Flight,
 }
 
 impl Axis {
-    fn new(vehicle: &Vehicle, design: &ControllerDesign) -> Result<Self, Error> {
+    fn new(vehicle: &Vehicle, design: &ControllerDesign, ticks: usize) -> Result<Self, Error> {
         let place = |name: &String| vehicle.actuators.iter().position(|one| one.name == *name);
         let known = |one: &scheduled::Actuator| {
             place(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
@@ -62,21 +53,34 @@ impl Axis {
             },
             view: VIEWS.iter().position(|view| is_of(design, view)).unwrap_or_default(),
             actuators: design.actuators.iter().map(known).collect::<Result<_, _>>()?,
+            flight: Flight { rows: Vec::with_capacity(ticks), surfacing: None, sea: Vec::new() },
         })
     }
 
-    /// Takes what the sensors of both axes read, and the demand of a manoeuvre above a start.
-    fn look(&mut self, read: &[Each<f64>; 2], (start, manoeuvre, time): (&State, &Manoeuvre, f64)) {
-        let Self { autopilot, inputs, view, .. } = self;
-        inputs.measured.copy_from_slice(&read[*view]);
-        let view = VIEWS[*view];
-        let trims = autopilot.trim();
+    /// The references of a manoeuvre above a start.
+    fn references(&self, start: &State, manoeuvre: &Manoeuvre, time: f64) -> EachTracked<f64> {
+        let (view, trims) = (VIEWS[self.view], self.autopilot.trim());
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
         let (origin, signals) = (view.origin(start), view.interface.signals);
-        for (place, reference) in inputs.references.iter_mut().enumerate() {
+        std::array::from_fn(|place| {
             let above = if place == SPEED { 0.0 } else { manoeuvre.above_trim(time, signals[place].name) };
-            *reference = trims.signal(forward, place, origin) + above;
+            trims.signal(forward, place, origin) + above
+        })
+    }
+
+    /// Runs a tick on what the sensors of the vehicle read.
+    fn tick(&mut self, read: &Each<f64>, signals: Signals, (time, depth): (f64, f64)) -> Result<(), Error> {
+        let Self { autopilot, inputs, flight, .. } = self;
+        inputs.measured.copy_from_slice(read);
+        inputs.references.iter_mut().zip(signals.references).for_each(|(to, from)| *to = from);
+        if flight.rows.is_empty() {
+            autopilot.initialise(0.0, inputs)?;
         }
+        autopilot.tick(inputs)?;
+        let Outputs { commands, scheduling_parameter: rho, out_of_range, .. } = autopilot.outputs().clone();
+        let used = used(autopilot);
+        flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
+        Ok(())
     }
 }
 
@@ -85,25 +89,25 @@ fn is_of(design: &ControllerDesign, view: &View) -> bool {
     design.signals.iter().map(|port| port.name.as_str()).eq(view.interface.signals.iter().map(|one| one.name))
 }
 
-/// Simulates a vehicle that leaves the vertical plane under an autopilot of surge, heave and pitch and one of heading,
-/// in a steady current and, beside it, a sea, from level trim through the water at a depth \[m\], that of the sea if it
-/// has one, with a rule for its pitch. The vehicle faces north at the start. The steps of the manoeuvre are those of
-/// both axes, and begin at the same time. The flight ends at the surface, since the equations of motion hold in deep
-/// water only.
+/// Simulates a vehicle in six degrees of freedom under the autopilots of its axes, from level trim through the water at
+/// a depth \[m\], that of the sea if it has one, with a rule for its pitch; what varies is as for an axis alone, with a
+/// gain for each actuator of the vehicle, and deviations from trim of surge, heave and pitch. The vehicle faces north
+/// at the start. The steps of the manoeuvre are those of all axes, and begin at the same time. The flight ends at the
+/// surface, since the equations of motion hold in deep water only.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`]; those of the autopilots and of the sea; [`Error::NoSuchActuator`];
 /// [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
 pub fn fly_whole(
     vehicle: &Vehicle,
-    designs: [&ControllerDesign; 2],
+    designs: &[&ControllerDesign],
     (depth, pitch): (f64, &Pitch),
     manoeuvre: &Manoeuvre,
-    (current, sea): (Current, Option<&Sea>),
+    &Variations { sea, gains, off_trim, disturbance }: &Variations<'_>,
 ) -> Result<WholeFlight, Error> {
-    let [sample_time, other] = designs.map(|design| design.sample_time);
-    if sample_time != other {
-        return Err(Error::OtherSampleTime { one: sample_time, other });
+    let sample_time = designs.first().map_or(f64::NAN, |design| design.sample_time);
+    if let Some(design) = designs.iter().find(|design| design.sample_time != sample_time) {
+        return Err(Error::OtherSampleTime { one: sample_time, other: design.sample_time });
     }
     let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let depth = sea.and_then(|sea| sea.depth).unwrap_or(depth);
@@ -111,43 +115,62 @@ pub fn fly_whole(
     let plane = vehicle.in_plane();
     let level = trim_with(&plane, Speed::Path(speed), depth, pitch)
         .map_err(|reason| Error::Trim { speed, reason })?;
-    let mut axes = [Axis::new(vehicle, designs[0])?, Axis::new(vehicle, designs[1])?];
+    let duration = manoeuvre.duration;
+    let ticks = (duration / sample_time).round() as usize + 1;
+    let axes = designs.iter().map(|design| Axis::new(vehicle, design, ticks));
+    let mut axes: Vec<Axis> = axes.collect::<Result<_, _>>()?;
+    let trims = axes.first().map(|axis| axis.autopilot.trim().clone());
     let mut plant = Plant::new(vehicle)?;
     if let Some(sea) = &conditions {
         plant = plant.with_water(sea.water());
     }
-    plant.set_current(current)?;
     let actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
-    plant.start(0.0, &auv::Trim { actuators, ..level })?;
+    let first = disturbance.map(|spell| spell.at(0.0)).unwrap_or_default();
+    plant.set_current(first.current)?;
+    plant.start(0.0, &auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
-    let duration = manoeuvre.duration;
-    let steps = (duration / sample_time).round() as usize;
-    let mut flight = WholeFlight { rows: Vec::with_capacity(steps + 1), surfacing: None };
-    let tick = |Tick { time, state, plant, conditions }: Tick<'_>, ()| {
-        let mut read = VIEWS.map(|view| (view.measured)(&state));
-        let mut elevation = 0.0;
-        if let Some(sea) = conditions {
-            read = sea.read_both(&read);
-            elevation = sea.surroundings().elevation(time, [state.x, state.east]);
+    plant.set_state(&(LONGITUDINAL.displaced)(start, off_trim));
+    let mut states = Vec::with_capacity(ticks);
+    let outside = |time: f64, plant: &mut Plant| {
+        let now = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
+        plant.set_load(now.load)?;
+        if let Some(trims) = &trims {
+            plant.set_given_speed(trims.forward_speed(manoeuvre.speed_reference(time)))?;
         }
-        let water = plant.flow();
-        let mut commands = plant.outputs().to_vec();
-        for axis in &mut axes {
-            axis.look(&read, (&start, manoeuvre, time));
-            if flight.rows.is_empty() {
-                axis.autopilot.initialise(0.0, &axis.inputs)?;
+        Ok((now.current, ()))
+    };
+    let tick = |Tick { time, state, plant, conditions }: Tick<'_>, ()| {
+        let measured = VIEWS.map(|view| (view.measured)(&state));
+        let mut read = measured;
+        if let Some(sea) = conditions {
+            read = sea.read_both(&measured);
+            let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
+            for axis in &mut axes {
+                axis.flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read[axis.view] });
             }
-            axis.autopilot.tick(&axis.inputs)?;
-            for (place, command) in axis.actuators.iter().zip(&axis.autopilot.outputs().commands) {
-                commands[*place] = *command;
+        }
+        for axis in &mut axes {
+            let references = axis.references(&start, manoeuvre, time);
+            let signals = Signals { measured: measured[axis.view], references };
+            axis.tick(&read[axis.view], signals, (time, state.depth))?;
+            let Some(Row { commands, .. }) = axis.flight.rows.last_mut() else { continue };
+            for (place, command) in axis.actuators.iter().zip(commands) {
+                let (actuator, gain) = (&vehicle.actuators[*place], gains.get(*place).copied());
+                if let Some(gain) = gain {
+                    *command = (*command * gain).clamp(actuator.min, actuator.max);
+                }
                 plant.set_command(*place, *command)?;
             }
         }
-        let used = axes.iter().map(|axis| axis.autopilot.references().to_vec()).collect();
-        flight.rows.push(WholeRow { time, state, used, commands, read, water, elevation });
+        states.push(state);
         Ok(())
     };
-    flight.surfacing =
-        Ticks { plant, conditions, sample_time, duration }.fly(|_, _| Ok((current, ())), tick)?;
-    if flight.rows.is_empty() { Err(Error::AtTheSurface { depth }) } else { Ok(flight) }
+    let surfacing = Ticks { plant, conditions, sample_time, duration }.fly(outside, tick)?;
+    let mut axes: Vec<Flight> = axes.into_iter().map(|axis| axis.flight).collect();
+    axes.iter_mut().for_each(|flight| flight.surfacing = surfacing);
+    if states.is_empty() {
+        Err(Error::AtTheSurface { depth })
+    } else {
+        Ok(WholeFlight { states, axes, held: actuators })
+    }
 }

@@ -1,6 +1,6 @@
 //! What turns couple of two axes that fly one vehicle: proved before they are packed, and again of an FMU.
 
-use crate::axes::Designs;
+use crate::axes::{Designs, inputs};
 use crate::error::Error;
 use certificate::Certificate;
 use fmi2::Resources;
@@ -11,7 +11,8 @@ use squid_design::certify::verify::same_controller;
 use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
-use squid_design::store::{Stored, StoredCoupling};
+use squid_design::inputs::together::level_and_heading;
+use squid_design::store::StoredCoupling;
 use std::path::Path;
 
 /// Bounds what turns couple of two certified designs, of pitch or depth and of heading, and proves it; nothing of
@@ -20,7 +21,9 @@ use std::path::Path;
 /// # Errors
 /// Those of the designs.
 pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Error> {
-    let Some([(inputs, level), (_, heading)]) = level_and_heading(designs) else { return Ok(None) };
+    let (Some(_), [(inputs, level), (_, heading)]) = (level_and_heading(&inputs(designs)), designs) else {
+        return Ok(None);
+    };
     let controllers = [&level.controller, &heading.controller];
     if !controllers.iter().all(|one| one.gamma.certified) {
         return Ok(None);
@@ -34,14 +37,6 @@ pub fn coupled(designs: Designs<'_>) -> Result<Option<[StoredCoupling; 2]>, Erro
         Ok::<_, Error>(StoredCoupling { certificate, words: words.clone() })
     });
     Ok(Some([one?, other?]))
-}
-
-/// A design of pitch or depth and one of heading; `None` of other axes.
-fn level_and_heading<'a>(designs: Designs<'a>) -> Option<[(&'a Inputs, &'a Stored); 2]> {
-    match designs {
-        [one, other] if !one.0.design.is_lateral() && other.0.design.is_lateral() => Some([*one, *other]),
-        _ => None,
-    }
 }
 
 /// Proves again what an FMU has of two axes. If their files are given, that the plants are those of turns of the

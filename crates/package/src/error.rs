@@ -52,7 +52,9 @@ pub enum Error {
     )]
     OfHeading,
     /// The axes of a file are not those of the design.
-    #[error("{path}: it is of {found}, and {design} is of {axes}; name one of these with --axis, or another --design")]
+    #[error(
+        "{path}: it is of {found}, and {design} is of {axes}; name one of these with --axis, or another --design"
+    )]
     OtherAxes { path: String, found: String, design: String, axes: String },
     /// The FMU contains no certificate.
     #[error("{path}: it contains no resources/{name}, so there is nothing to verify")]

@@ -241,7 +241,6 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 /// The first paragraphs of the page that importers show: the content, and whether it is certified.
 fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered()).collect();
-    let several = designs.len() > 1;
     let what = match kind {
         Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.is_lateral()) => {
             "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
@@ -253,17 +252,12 @@ fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
         ),
         Kind::Squid => "This FMU is vehicle and autopilot in one loop, flying a manoeuvre.".to_owned(),
     };
-    let each = || designs.iter().zip(&steered);
-    let bounds = each().map(|((_, stored), name)| said(designs.len(), name, &bound(stored)));
-    let of_first = steered.first().map(|name| format!("What follows is of the design of {name}."));
-    let of_first = of_first.filter(|_| several);
+    let bounds =
+        designs.iter().zip(&steered).map(|((_, stored), name)| said(designs.len(), name, &bound(stored)));
     let coupling = designs.iter().find_map(|(_, stored)| stored.coupling.as_ref());
     let coupled = coupling.map(|coupling| format!("Proved: {}.", coupling.words));
     let unproved = unproved(designs.len(), coupled.is_some()).map(str::to_owned);
-    // The page has the verdict of the first.
-    let others = each().skip(1);
-    let missed = others.filter_map(|((_, stored), name)| Some(format!("{name}: {}", stored.missed()?)));
-    std::iter::once(what).chain(bounds).chain(missed).chain(coupled).chain(unproved).chain(of_first).collect()
+    std::iter::once(what).chain(bounds).chain(coupled).chain(unproved).collect()
 }
 
 /// The bound of a design, and whether it is certified.
@@ -329,10 +323,9 @@ mod tests {
 
     /// The members of a plug.
     fn plug(kind: Kind, of: &Packed, designs: Designs<'_>) -> Vec<String> {
-        let text = String::from_utf8(
-            terminals(kind, &of.description, &controllers(designs)).unwrap().unwrap(),
-        )
-        .unwrap();
+        let text =
+            String::from_utf8(terminals(kind, &of.description, &controllers(designs)).unwrap().unwrap())
+                .unwrap();
         let members = text.split("memberName=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
         members.map(str::to_owned).collect()
     }
@@ -459,7 +452,6 @@ mod tests {
         let page = about(Kind::Controller, both);
         assert!(page[0].contains("an LPV controller of depth and one of heading"), "{page:?}");
         assert!(page[1].starts_with("depth: UNCERTIFIED") && page[2].starts_with("heading: UNCERTIFIED"));
-
     }
 
     #[test]

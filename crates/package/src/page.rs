@@ -26,7 +26,7 @@ pub(crate) fn page(
     path: &Path,
     kind: Kind,
     (given, controllers): (Given<'_>, &[&ControllerDesign]),
-    proof: &Theorem,
+    proofs: &[&Theorem],
     coupling: Option<&str>,
 ) -> Option<Vec<u8>> {
     let directory = path.parent()?;
@@ -40,7 +40,9 @@ pub(crate) fn page(
     };
     let stored: Vec<Stored> = given.inputs.iter().zip(controllers).map(stored).collect::<Option<_>>()?;
     let designs: Vec<_> = given.inputs.iter().copied().zip(&stored).collect();
-    let (inputs, first) = designs.first()?;
-    let page = brief(inputs, first, &Ok(proof.clone()), given.report, &Progress::default()).ok()?;
+    let proofs: Vec<Result<Theorem, String>> = proofs.iter().map(|proof| Ok((*proof).clone())).collect();
+    let axes: Vec<_> =
+        designs.iter().zip(&proofs).map(|((inputs, stored), proof)| (*inputs, *stored, proof)).collect();
+    let page = brief(&axes, given.report, &Progress::default()).ok()?;
     Some(documentation(kind, &designs, &Rendered::of(&page)))
 }

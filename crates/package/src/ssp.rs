@@ -15,7 +15,6 @@
 mod types;
 
 use crate::axes::{Designs, inputs};
-use squid_design::inputs::together;
 use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
@@ -26,6 +25,7 @@ use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
 use scheduled::Manoeuvre;
 use signals::Signal;
+use squid_design::inputs::together;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -14,8 +14,7 @@ fn members<'a>(of: &ModelDescription, designs: &[&'a ControllerDesign]) -> Vec<&
         let places = design.signals.iter().enumerate().filter(|(place, _)| design.measures(*place));
         places.map(|(_, signal)| signal.name.as_str())
     });
-    let commands =
-        designs.iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
+    let commands = designs.iter().flat_map(|design| design.actuators.iter().map(|one| one.name.as_str()));
     let mut members = vec![];
     for name in measured.chain(commands).filter(|name| of.position(name).is_some()) {
         // The axes measure the speed, each of them.

@@ -287,7 +287,7 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
         return Err(Error::WrongDescription { path: of_path() });
     }
     let inputs = given.map(|given| given.inputs);
-    let names = |all: &[Proved]| all.iter().map(|one| one.design.design.clone()).collect::<Vec<_>>();
+    let names = |all: &[Proved]| all.iter().map(|one| one.design.steered()).collect::<Vec<_>>();
     if let Some(inputs) = inputs.filter(|inputs| inputs.len() != proved.len()) {
         return Err(other_axes(&of_path(), &names(&proved).join(" and "), inputs));
     }
@@ -317,8 +317,8 @@ fn verify_fmu(path: &Path, given: Option<Given<'_>>) -> Result<Verification, Err
     // After the axes, because other files than those of the design are told as such.
     inputs.map_or(Ok(()), |inputs| same_files(resources, inputs)).map_err(not_of_inputs)?;
     let (coupling, about) = coupling::verify(path, resources, &controllers, inputs)?;
-    let proof = &axes[0].theorem;
-    let page = given.and_then(|given| page(path, kind, (given, &controllers), proof, coupling.as_deref()));
+    let proofs: Vec<&Theorem> = axes.iter().map(|axis| &axis.theorem).collect();
+    let page = given.and_then(|given| page(path, kind, (given, &controllers), &proofs, coupling.as_deref()));
     let contents = Contents::of(archive, (kind, &description), &controllers, page)
         .map_err(|reason| files::Error::Unreadable { path: of_path(), reason })?;
     Ok(Verification { axes, coupling, about: about.into_iter().collect(), contents })

@@ -38,7 +38,7 @@ fn packed(change: impl FnOnce(&mut Stored)) -> (tempfile::TempDir, PathBuf, Inpu
     let mut stored = load(folder.path(), &inputs).unwrap();
     let page = PAGE_OF_DESIGN.get_or_init(|| {
         let proof = stored.prove(&inputs);
-        Rendered::of(&brief(&inputs, &stored, &proof, REPORT, &Progress::default()).unwrap())
+        Rendered::of(&brief(&[(&inputs, &stored, &proof)], REPORT, &Progress::default()).unwrap())
     });
     change(&mut stored);
     let library = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", Kind::Controller.library().replace('-', "_"));

@@ -98,5 +98,5 @@ fn judged(claims: Vec<Claim>, subject: &str) -> Section {
     };
     let head = [Part::Words(words.into()), Part::Table(table)];
     let parts = head.into_iter().chain(claims.into_iter().map(boxed)).collect();
-    Section { id: "claims", title: "The paper's claims", parts }
+    Section::new("claims", "The paper's claims", parts)
 }

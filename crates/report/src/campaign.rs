@@ -21,7 +21,11 @@ pub const STRONG: f64 = 0.2;
 
 /// The page of a campaign, from its rows, their statistics, and the gains of its first vehicles.
 pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread], gains: &[Gains]) -> String {
-    let inputs = plan.inputs;
+    let inputs = plan.first().inputs;
+    let steered: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
+    let unproved = plan.axes.iter().filter_map(|axis| axis.stored.unproved(axis.inputs));
+    let unproved = unproved.reduce(|one, other| format!("{one}. {other}"));
+    let flown = if steered.len() > 1 { ", in six degrees of freedom" } else { "" };
     let where_ = match plan.identity.points {
         Points::Uniform => "all over",
         Points::Sobol => "on a Sobol sequence all over",
@@ -34,11 +38,11 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
     let introduction = vec![
         format!(
             "{} flights, seed {}: vehicles {where_} the declared uncertainty ({} numbers), the default manoeuvre \
-             between two speeds drawn from its range, the {} step up or down, {at_sea}{}.",
+             between two speeds drawn from its range, the {} step up or down, {at_sea}{}{flown}.",
             rows.len(),
             plan.identity.seed,
             plan.uncertain.len(),
-            plan.inputs.design.interface.signals[plan.stepped()].name,
+            steered.join(" and the "),
             plan.identity.starts.words()
         ),
         "Flights are samples: they prove nothing about other vehicles. `squid replay` simulates one again \
@@ -51,7 +55,7 @@ pub fn page(plan: &Plan<'_>, rows: &[Row], shares: &[Share], spreads: &[Spread],
         heading: format!("{}: {} flights", heading(inputs), rows.len()),
         introduction,
         sections,
-        ..Report::without_sections(inputs, plan.stored.unproved(inputs))
+        ..Report::without_sections(inputs, unproved)
     };
     Rendered::of(&report).page(&[])
 }
@@ -75,12 +79,14 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
         "without a gain",
     ];
     let mut table = Table::new(head);
+    let several = gains.iter().any(|at| Some(at.axis) != gains.first().map(|first| first.axis));
     for at in gains {
+        let of_axis = if several { format!("{}, ", at.axis) } else { String::new() };
         let mut sorted: Vec<f64> = at.drawn.iter().map(|(_, gain)| *gain).collect();
         sorted.sort_by(f64::total_cmp);
         let shown = |gain: f64| if gain.is_finite() { decimals(gain, 4) } else { "unstable".to_owned() };
         table.rows.push(vec![
-            format!("{} m/s", decimals(at.speed, 2)),
+            format!("{of_axis}{} m/s", decimals(at.speed, 2)),
             sorted.get(sorted.len() / 2).map_or_else(String::new, |gain| shown(*gain)),
             at.largest().map_or_else(String::new, |(_, gain)| shown(gain)),
             at.largest().map_or_else(String::new, |(flight, _)| flight.to_string()),
@@ -91,7 +97,7 @@ fn guaranteed(vehicles: usize, gains: &[Gains]) -> Section {
     let without = "Without a gain: vehicles that do not trim at that speed, or whose trim moves beyond the range that \
                    was found for it at corners of the declared uncertainty, so that the bound is not about them.";
     let parts = vec![Part::Words(words), Part::Table(table), Part::Words(without.into())];
-    Section { id: "guaranteed", title: "The largest sampled gain and the guaranteed gain", parts }
+    Section::new("guaranteed", "The largest sampled gain and the guaranteed gain", parts)
 }
 
 fn ended(shares: &[Share]) -> Section {
@@ -102,7 +108,7 @@ fn ended(shares: &[Share]) -> Section {
     }
     let words =
         "The interval is Wilson's (1927), of the probability of the outcome with a confidence of 95 %.";
-    Section { id: "outcomes", title: "Outcomes", parts: vec![Part::Table(table), Part::Words(words.into())] }
+    Section::new("outcomes", "Outcomes", vec![Part::Table(table), Part::Words(words.into())])
 }
 
 /// The display of a figure: its name in words, its unit, and the factor to that unit.
@@ -122,7 +128,7 @@ fn varied(spreads: &[Spread]) -> impl Iterator<Item = &Spread> {
 
 /// The finite values of a figure, each with its row.
 fn known<'r>(plan: &Plan<'_>, rows: &'r [Row], figure: &str) -> Vec<(f64, &'r Row)> {
-    let place = plan.figures().iter().position(|(name, _)| *name == figure);
+    let place = plan.figures().iter().position(|(name, _)| name == figure);
     let value = |row: &'r Row| place.map(|place| (row.figures[place], row));
     rows.iter().filter_map(value).filter(|(value, _)| value.is_finite()).collect()
 }
@@ -160,11 +166,8 @@ fn spread(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
          below. Vertical: all are alike; a long tail to the right: a few are much worse than the rest.";
     let figure =
         Figure { name: "distributions".into(), caption: caption.into(), keys: vec![Key::nth(0, "")], charts };
-    Section {
-        id: "figures",
-        title: "Distributions of the figures",
-        parts: vec![Part::Table(table), Part::Figure(figure)],
-    }
+    let parts = vec![Part::Table(table), Part::Figure(figure)];
+    Section::new("figures", "Distributions of the figures", parts)
 }
 
 fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
@@ -204,7 +207,7 @@ fn pushed(plan: &Plan<'_>, rows: &[Row], spreads: &[Spread]) -> Section {
         let keys = vec![Key::nth(0, "").dotted()];
         parts.push(Part::Figure(Figure { name: "pushed".into(), caption, keys, charts }));
     }
-    Section { id: "pushed", title: "Correlations of the figures", parts }
+    Section::new("pushed", "Correlations of the figures", parts)
 }
 
 const _: () = assert!(QUANTILES.len() == 3, "the table's head names three");

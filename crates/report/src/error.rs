@@ -29,9 +29,9 @@ pub enum Error {
     /// A section needs a pitch step.
     #[error("it is about steps of pitch, and the design does not track the pitch")]
     PitchNotTracked,
-    /// Two axes that no speed has in common.
-    #[error("{one} and {other} have no speed in common, so that nothing can be flown with both")]
-    NoCommonSpeed { one: String, other: String },
+    /// A report on nothing.
+    #[error("there is no axis to report on")]
+    NoAxis,
     /// The report needs a step of pitch or depth.
     #[error("the design tracks neither pitch nor depth, so that there is no response to show")]
     NothingSteps,

@@ -5,16 +5,15 @@ use auv::Actuator;
 use squid_flight::record::Record;
 
 /// Pitch, heading, roll, speed, commands and depth over time, as far as they are recorded. Commands are shown as
-/// actuator outputs, in one panel per unit.
+/// actuator outputs, in one panel per unit. Of a vehicle that turns also the track.
 pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
     let mapped = |name: &str, key: &str, kind: Kind, of: &dyn Fn(f64) -> f64| {
         let points = record.get("time")?.iter().zip(record.get(key)?).map(|(t, v)| (*t, of(*v))).collect();
         Some(Line { name: name.into(), points, kind })
     };
     let line = |name: &str, key: &str, factor: f64, kind: Kind| mapped(name, key, kind, &|v| factor * v);
-    let panel = |label: &str, lines: Vec<Option<Line>>| Panel {
-        label: label.into(),
-        lines: lines.into_iter().flatten().collect(),
+    let panel = |label: &str, lines: Vec<Option<Line>>| {
+        Panel::over_time(label, lines.into_iter().flatten().collect())
     };
     let commands = |unit: &str, factor: f64| {
         let of_unit = actuators.iter().filter(|a| a.unit() == unit);
@@ -46,6 +45,14 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
             ],
         ),
         panel("surface (m)", vec![line("elevation", "wave_elevation", 1.0, Kind::Own)]),
+        Panel::from_above(track(record).into_iter().collect()),
     ];
     panels.into_iter().filter(|panel| !panel.lines.is_empty()).collect()
+}
+
+/// The track of a vehicle that steers its heading.
+fn track(record: &Record) -> Option<Line> {
+    record.get("heading_reference_used")?;
+    let points = record.get("east")?.iter().copied().zip(record.get("north")?.iter().copied()).collect();
+    Some(Line { name: "track".into(), points, kind: Kind::Own })
 }

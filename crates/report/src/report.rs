@@ -63,6 +63,8 @@ pub struct Report {
     pub warning: Option<String>,
     /// The part of the warning on the proof.
     pub unproved: Option<String>,
+    /// The part of the warning on the vehicle.
+    pub surrogate: Option<String>,
     /// The program and the input files.
     pub origin: String,
     /// The introduction of the page.
@@ -93,22 +95,23 @@ pub fn report(subject: &Subject) -> Report {
     report
 }
 
-/// The brief report of a design after `squid design`, with the result of the repeated proof; `whole` is the command
-/// that writes the full report.
+/// An axis as it is reported on: its files, its stored design, and the result of the repeated proof.
+pub type Proved<'a> = (&'a Inputs, &'a Stored, &'a Result<Theorem, String>);
+
+/// The brief report of a design after `squid design`, of one axis or more; `whole` is the command that writes the full
+/// report.
 ///
 /// # Errors
-/// As [`Subject::new`].
-pub fn brief(
-    inputs: &Inputs,
-    stored: &Stored,
-    proof: &Result<Theorem, String>,
-    whole: &str,
-    progress: &Progress,
-) -> Result<Report, Error> {
-    let mut subject = Subject::new(inputs, stored, progress)?.proved(proof);
-    subject.brief = true;
-    let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
-    let mut report = with_sections(&subject, &makers);
+/// As [`Subject::new`]; [`Error::NoAxis`].
+pub fn brief(axes: &[Proved<'_>], whole: &str, progress: &Progress) -> Result<Report, Error> {
+    let of_axis = |(inputs, stored, proof): &Proved<'_>| {
+        let mut subject = Subject::new(inputs, stored, progress)?.proved(proof);
+        subject.brief = true;
+        let makers: Vec<&Maker> = SECTIONS.iter().filter(|maker| BRIEF.contains(&maker.0)).collect();
+        Ok((inputs.design.steered(), with_sections(&subject, &makers)))
+    };
+    let axes = axes.iter().map(of_axis).collect::<Result<_, Error>>()?;
+    let mut report = Report::together(axes, vec![]).ok_or(Error::NoAxis)?;
     report.introduction.push(format!("The full report is written by `{whole}`."));
     Ok(report)
 }
@@ -144,7 +147,7 @@ pub fn section(
     let started = Instant::now();
     let parts = make().unwrap_or_else(failed);
     progress.done("report", &format!("{title} ({:.1} s)", started.elapsed().as_secs_f64()));
-    Section { id, title, parts }
+    Section::new(id, title, parts)
 }
 
 /// Version, input files and their hashes.
@@ -155,7 +158,7 @@ fn origin(inputs: &Inputs) -> String {
         env!("CARGO_PKG_VERSION"),
         inputs.vehicle.name,
         hashes.vehicle_sha256,
-        inputs.design.source(),
+        inputs.design.source_of_all(),
         hashes.design_sha256
     )
 }
@@ -171,7 +174,6 @@ impl Report {
                 vehicle.name
             )
         });
-        let warnings = [unproved.clone(), surrogate].into_iter().flatten();
         let subject = name(vehicle);
         let introduction = vec![
             format!(
@@ -180,12 +182,13 @@ impl Report {
                 vehicle.status.word(),
                 vehicle.description
             ),
-            format!("Design '{}': {}", inputs.design.name, inputs.design.description),
+            format!("Design '{}': {}", inputs.design.autopilot, inputs.design.description),
         ];
         Self {
             heading: format!("Report: {subject}"),
-            warning: warnings.reduce(|first, second| format!("{first}. {second}")),
+            warning: join(unproved.clone(), surrogate.clone()),
             unproved,
+            surrogate,
             origin: origin(inputs),
             introduction,
             subject,
@@ -194,11 +197,41 @@ impl Report {
         }
     }
 
+    /// The reports of the axes of one autopilot on one page, the sections that are of all of them first; `axes` says
+    /// what each steers.
+    pub fn together(axes: Vec<(&str, Self)>, of_all: Vec<Section>) -> Option<Self> {
+        let several = axes.len() > 1;
+        let mut all: Option<Self> = None;
+        for (axis, report) in axes {
+            let own = |section: Section| if several { section.of_axis(axis) } else { section };
+            let named = |words: String| if several { format!("{axis}: {words}") } else { words };
+            let sections: Vec<Section> = report.sections.into_iter().map(own).collect();
+            let unproved = report.unproved.map(named);
+            match &mut all {
+                None => all = Some(Self { sections, unproved, ..report }),
+                Some(all) => {
+                    all.sections.extend(sections);
+                    all.words += &report.words;
+                    all.unproved = join(all.unproved.take(), unproved);
+                }
+            }
+        }
+        let mut all = all?;
+        all.sections.splice(0..0, of_all);
+        all.warning = join(all.unproved.clone(), all.surrogate.clone());
+        Some(all)
+    }
+
     /// All figures.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         let parts = self.sections.iter().flat_map(|section| &section.parts);
         parts.filter_map(|part| if let Part::Figure(figure) = part { Some(figure) } else { None })
     }
+}
+
+/// Two warnings as one.
+fn join(first: Option<String>, second: Option<String>) -> Option<String> {
+    first.into_iter().chain(second).reduce(|first, second| format!("{first}. {second}"))
 }
 
 #[cfg(test)]

@@ -158,7 +158,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
         actuator.unit()
     );
     let angle = frequency::angle(inputs.design.states).name;
-    Ok((title, Panel { label: format!("{angle} from trim (deg)"), lines }))
+    Ok((title, Panel::over_time(format!("{angle} from trim (deg)"), lines)))
 }
 
 /// The line of a flight at a speed.
@@ -174,19 +174,17 @@ fn step_panels(inputs: &Inputs, step: &Step, responses: &[(f64, Vec<Row>)], unti
         responses.iter().map(|(speed, rows)| line(inputs, *speed, points(rows))).collect()
     };
     let mut panels = vec![
-        Panel {
-            label: step.from_trim(),
-            lines: each(&|r, first| step.factor * (r.measured(step.place) - first.reference(step.place))),
-        },
-        Panel { label: "speed error (m/s)".into(), lines: each(&|r, _| -r.error(SPEED)) },
+        Panel::over_time(
+            step.from_trim(),
+            each(&|r, first| step.factor * (r.measured(step.place) - first.reference(step.place))),
+        ),
+        Panel::over_time("speed error (m/s)", each(&|r, _| -r.error(SPEED))),
     ];
     for (j, actuator) in inputs.vehicle.actuators.iter().enumerate() {
         let (factor, unit) = readable(actuator.unit());
         let [min, max] = [actuator.min, actuator.max].map(|limit| tidy(factor * limit, 1));
-        panels.push(Panel {
-            label: format!("{} ({unit}), from {min} to {max}", actuator.name),
-            lines: each(&|r, _| factor * r.commands[j]),
-        });
+        let label = format!("{} ({unit}), from {min} to {max}", actuator.name);
+        panels.push(Panel::over_time(label, each(&|r, _| factor * r.commands[j])));
     }
     panels
 }

@@ -1,12 +1,11 @@
 //! Simulations in six degrees of freedom: a design of pitch or depth and one of heading, in one vehicle.
 
 use crate::error::Error;
-use crate::page::{draw, known};
+use crate::page::{Chart, Curve, Figure, Key, Part, Section, Table, draw, known};
 use crate::record::panels;
 use crate::simulate::early_end;
 use crate::threads::in_parallel;
-use auv::Current;
-use auv::longitudinal::SPEED;
+use auv::{Current, State};
 use base::files::Files;
 use proof::claim::text;
 use scheduled::Manoeuvre;
@@ -15,11 +14,12 @@ use squid_design::check::coupled::frozen::largest_real_part;
 use squid_design::check::coupled::gain::{CERTIFICATES, Coupling, coupling};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
+use squid_design::inputs::together::common_speeds;
 use squid_design::store::Stored;
-use squid_flight::flight::Surfacing;
+use squid_flight::flight::{Row, Spell, Surfacing, Variations};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
-use squid_flight::whole::{WholeFlight, WholeRow, fly_whole};
+use squid_flight::whole::{WholeFlight, fly_whole};
 use std::path::Path;
 
 /// The number of speeds.
@@ -65,8 +65,13 @@ pub struct Turns {
     pub turned: Vec<Turned>,
     /// What is proved of both axes together; `None` if no bound was found.
     pub coupling: Option<Coupling>,
-    /// The text for a terminal.
-    pub words: String,
+    /// The turn, rad.
+    turn: f64,
+    /// The record of the flight on the ramp of speed.
+    record: Record,
+    surfacing: Option<Surfacing>,
+    is_at_sea: bool,
+    has_waves: bool,
 }
 
 /// The two designs, each with its inputs: of pitch or depth, and of heading.
@@ -85,6 +90,13 @@ impl<'a> Both<'a> {
         Ok(Turning::new(&inputs.whole, inputs.design.level(), designs)?)
     }
 
+    /// The record of a flight.
+    fn record(&self, flight: &WholeFlight) -> Record {
+        let axes = [self.level, self.heading];
+        let axes = axes.map(|(inputs, stored)| (&inputs.vehicle.actuators[..], &stored.controller));
+        Record::of_whole(flight, &self.level.0.whole.actuators, &axes)
+    }
+
     /// What each axis is called.
     fn names(&self) -> [String; 2] {
         [self.level.1, self.heading.1].map(|stored| stored.controller.steered())
@@ -92,55 +104,195 @@ impl<'a> Both<'a> {
 }
 
 /// Simulates a turn \[rad\] at several speeds in a steady current and a sea, in six degrees of freedom, while the other
-/// axis makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple. Writes a
-/// record and a plot of this to `directory`, and the certificates of the bounds.
+/// axis makes the step of its default flight, and once on the ramp of speed of that; bounds what turns couple.
 ///
 /// # Errors
-/// [`Error::NoCommonSpeed`], [`Error::Flight`], [`Error::Plot`].
-pub fn run(both: Both<'_>, turn: f64, water: Around<'_>, directory: &Path) -> Result<Turns, Error> {
-    let (inputs, stored) = both.level;
-    let speeds = common(both);
-    if speeds[0] > speeds[SPEEDS - 1] {
-        let [one, other] = [inputs, both.heading.0].map(|inputs| inputs.design.source());
-        return Err(Error::NoCommonSpeed { one, other });
-    }
-    let each = in_parallel(speeds.iter(), |speed| at(both, *speed, turn, water));
+/// [`Error::Flight`].
+pub fn turns(both: Both<'_>, turn: f64, water: Around<'_>) -> Result<Turns, Error> {
+    let each = in_parallel(common(both).iter(), |speed| at(both, *speed, turn, water));
     let turned: Vec<Turned> = each.into_iter().collect::<Result<_, Error>>()?;
     let flight = fly(both, &flown(both, None, turn), water)?;
-    let record = record(both, &flight.rows, water.1.is_some());
-    let title = format!(
-        "{}, {} and {}: in six degrees of freedom{}",
-        inputs.vehicle.name,
-        inputs.design.source(),
-        both.heading.0.design.source(),
-        at_sea(water)
-    );
-    let svg = draw(&directory.join("turn.svg"), &title, &panels(&record, &inputs.whole.actuators))?;
-    let mut files = Files::default();
-    files.add(directory.join("turn.svg"), svg);
-    files.add(directory.join("turn.csv"), record.csv());
-    let coupling = coupling(&both.turning()?)?;
-    for (axis, name) in CERTIFICATES.iter().enumerate() {
-        let path = directory.join(name);
-        match &coupling {
-            Some(found) => files.add(path.clone(), text(&found.axes[axis].certificate, &path)?),
-            None => files.remove(path),
+    Ok(Turns {
+        turned,
+        coupling: coupling(&both.turning()?)?,
+        turn,
+        record: both.record(&flight),
+        surfacing: flight.surfacing(),
+        is_at_sea: water.1.is_some(),
+        has_waves: water.1.is_some_and(|sea| sea.waves.is_some()),
+    })
+}
+
+impl Turns {
+    /// Writes a record and a plot of the flight on the ramp of speed to a directory, and the certificates of what is
+    /// proved of both axes; returns the text for a terminal.
+    ///
+    /// # Errors
+    /// [`Error::Plot`], those of the files.
+    pub fn save(&self, both: Both<'_>, directory: &Path) -> Result<String, Error> {
+        let inputs = both.level.0;
+        let title = format!(
+            "{}, {}: in six degrees of freedom{}",
+            inputs.vehicle.name,
+            inputs.design.file,
+            self.at_sea()
+        );
+        let panels = panels(&self.record, &inputs.whole.actuators);
+        let mut files = Files::default();
+        files.add(directory.join("turn.svg"), draw(&directory.join("turn.svg"), &title, &panels)?);
+        files.add(directory.join("turn.csv"), self.record.csv());
+        for (axis, name) in CERTIFICATES.iter().enumerate() {
+            let path = directory.join(name);
+            match &self.coupling {
+                Some(found) => files.add(path.clone(), text(&found.axes[axis].certificate, &path)?),
+                None => files.remove(path),
+            }
+        }
+        files.save(directory)?;
+        let files = directory.join("{turn.csv,turn.svg}").display().to_string();
+        Ok(format!("{}Record and plot: {files}\n", self.words(both)))
+    }
+
+    /// The section of a report.
+    pub fn section(&self, both: Both<'_>) -> Section {
+        let mut table = Table::new(HEAD);
+        table.rows = self.turned.iter().map(|one| one.cells().to_vec()).collect();
+        let mut words = self.remarks();
+        words.insert(0, format!("{}. {NOTES}", self.title(both)));
+        let mut parts: Vec<Part> = vec![Part::Table(table)];
+        parts.extend(words.into_iter().map(Part::Words));
+        parts.push(Part::Words(self.proved(both)));
+        let curve = |name: &str, factor: f64, key: usize| {
+            let values = self.record.get("time").into_iter().flatten().zip(self.record.get(name)?);
+            Some(Curve { key, points: values.map(|(time, value)| (*time, factor * value)).collect() })
+        };
+        let deg = 1f64.to_degrees();
+        let shown =
+            [("heading", "deg", deg), ("roll", "deg", deg), ("speed", "m/s", 1.0), ("depth", "m", 1.0)];
+        let mut charts: Vec<Chart> = shown
+            .iter()
+            .map(|(name, unit, factor)| {
+                let reference = curve(&format!("{name}_reference_used"), *factor, 1);
+                let curves = reference.into_iter().chain(curve(name, *factor, 0)).collect();
+                Chart::over_time("", format!("{name} ({unit})"), curves)
+            })
+            .collect();
+        let track = self.record.get("east").zip(self.record.get("north"));
+        let points = track.map(|(east, north)| east.iter().copied().zip(north.iter().copied()).collect());
+        charts.push(Chart::from_above(
+            "track",
+            points.map(|points| Curve { key: 0, points }).into_iter().collect(),
+        ));
+        let caption = format!(
+            "A turn by {} deg at {STEP_TIME} s, with the other steps, while the speed ramps{}.",
+            auv::rounded(self.turn.to_degrees()),
+            self.at_sea()
+        );
+        let keys = vec![Key::nth(0, "flown"), Key::reference("reference")];
+        parts.push(Part::Figure(Figure { name: "turn".into(), caption, keys, charts }));
+        Section::new("turns", "Turns in six degrees of freedom", parts)
+    }
+
+    /// What a flight in a sea is called.
+    fn at_sea(&self) -> &'static str {
+        if self.is_at_sea { ", at sea" } else { "" }
+    }
+
+    /// What the table is of.
+    fn title(&self, both: Both<'_>) -> String {
+        let steps: Vec<String> = both.level.1.manoeuvre.steps.keys().cloned().collect();
+        format!(
+            "Turns by {} deg in six degrees of freedom{}, each with the default step of {}",
+            auv::rounded(self.turn.to_degrees()),
+            self.at_sea(),
+            steps.join(" and ")
+        )
+    }
+
+    /// Flights that end at the surface, and what the waves are.
+    fn remarks(&self) -> Vec<String> {
+        let early = early_end("the flight on the ramp of speed", self.surfacing);
+        let mut out: Vec<String> =
+            (!early.is_empty()).then_some(early.trim_end().to_owned()).into_iter().collect();
+        out.extend(self.turned.iter().filter_map(|one| {
+            Some(format!(
+                "At {:.2} m/s the vehicle reaches the surface at {:.2} s; the figures are of the flight up to there.",
+                one.speed, one.surfacing?
+            ))
+        }));
+        let waves = "The flight without the turn meets the waves elsewhere.".to_owned();
+        out.extend(self.has_waves.then_some(waves));
+        out
+    }
+
+    /// What is proved of both axes.
+    fn proved(&self, both: Both<'_>) -> String {
+        let names = both.names();
+        match &self.coupling {
+            Some(found) => format!("PROVED: {}", found.words(names.each_ref().map(String::as_str))),
+            None => "Nothing is proved of both axes together in turns.".to_owned(),
         }
     }
-    files.save(directory)?;
-    let names = both.names();
-    let coupled = coupling.as_ref().map(|coupling| coupling.words(names.each_ref().map(String::as_str)));
-    let words = words(&turned, (turn, water), (&stored.manoeuvre, flight.surfacing), coupled, directory);
-    Ok(Turns { turned, coupling, words })
+
+    fn words(&self, both: Both<'_>) -> String {
+        let mut out: String = self.remarks().iter().map(|line| format!("{line}\n")).collect();
+        out += &format!(
+            "{}\n\n\
+             \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\
+             \x20   m/s               s           %             m          m/s     deg   % of reach       deg/s\n",
+            self.title(both)
+        );
+        for one in &self.turned {
+            let [speed, settled, overshoot, depth, lost, roll, travel, stable] = one.cells();
+            out += &format!(
+                "  {speed:>5}   {settled:>13}   {overshoot:>9}   {depth:>11}   {lost:>10}   {roll:>5}   {travel:>10}   \
+                 {stable:>9}\n"
+            );
+        }
+        out + &format!("\n{NOTES}\n{}\n", self.proved(both))
+    }
 }
+
+impl Turned {
+    /// The row of the table, in the units of its head.
+    fn cells(&self) -> [String; 8] {
+        [
+            format!("{:.2}", self.speed),
+            known(self.settling_time.unwrap_or(f64::INFINITY), 2),
+            known(100.0 * self.overshoot, 2),
+            known(self.depth_by_turn, 4),
+            known(self.speed_by_turn, 3),
+            known(self.roll.to_degrees(), 2),
+            known(100.0 * self.travel, 0),
+            known(self.stable_to.to_degrees(), 2),
+        ]
+    }
+}
+
+/// The head of the table of turns.
+const HEAD: [&str; 8] = [
+    "speed m/s",
+    "settled (2 %) s",
+    "overshoot %",
+    "depth moved m",
+    "speed lost m/s",
+    "roll deg",
+    "travel % of reach",
+    "stable to deg/s",
+];
+
+/// What the columns are.
+const NOTES: &str = "Depth moved and speed lost are against the same flight without the turn; travel is the sum of all \
+                     changes of the commands of heading, back and forth, relative to the largest output of each \
+                     actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to the \
+                     limit of the reference.";
 
 /// A steady current, and a sea beside it.
 pub type Around<'a> = (Current, Option<&'a Sea>);
 
 /// Speeds in the range of both designs.
 fn common(both: Both<'_>) -> Vec<f64> {
-    let [one, other] = [both.level.0, both.heading.0].map(|inputs| &inputs.design);
-    let (low, high) = (one.speed_min.max(other.speed_min), one.speed_max.min(other.speed_max));
+    let [low, high] = common_speeds([both.level.0, both.heading.0].map(|inputs| &inputs.design));
     (0..SPEEDS).map(|i| low + (high - low) * i as f64 / (SPEEDS - 1) as f64).collect()
 }
 
@@ -167,39 +319,39 @@ fn flown(both: Both<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
     }
 }
 
-fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, water: Around<'_>) -> Result<WholeFlight, Error> {
+fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<WholeFlight, Error> {
     let (inputs, stored) = both.level;
     let designs = [&stored.controller, &both.heading.1.controller];
-    Ok(fly_whole(&inputs.whole, designs, inputs.design.level(), manoeuvre, water)?)
+    let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
+    Ok(fly_whole(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
 }
 
 fn at(both: Both<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {
-    let WholeFlight { rows: turned, surfacing } = fly(both, &flown(both, Some(speed), turn), water)?;
-    let WholeFlight { rows: straight, surfacing: other } = fly(both, &flown(both, Some(speed), 0.0), water)?;
-    let surfacing = surfacing.or(other).map(|surfacing| surfacing.time);
-    let start = turned.first().map_or(0.0, |row| row.state.heading);
-    let off = |row: &WholeRow| (row.state.heading - start) / turn - 1.0;
-    let late = turned.iter().rposition(|row| off(row).abs() > SETTLED);
+    let turning = fly(both, &flown(both, Some(speed), turn), water)?;
+    let other = fly(both, &flown(both, Some(speed), 0.0), water)?;
+    let surfacing = turning.surfacing().or(other.surfacing()).map(|surfacing| surfacing.time);
+    let (turned, straight, steered) = (&turning.states, &other.states, &turning.axes[1].rows);
+    let start = turned.first().map_or(0.0, |state| state.heading);
+    let off = |state: &State| (state.heading - start) / turn - 1.0;
+    let late = turned.iter().rposition(|state| off(state).abs() > SETTLED);
     let to_the_end = |last: &usize| last + 1 < turned.len() && surfacing.is_none();
-    let settling_time = late.filter(to_the_end).map(|last| turned[last].time - STEP_TIME);
-    let pairs = || turned.iter().zip(&straight);
-    let most = |of: &dyn Fn(&WholeRow, &WholeRow) -> f64| pairs().map(|(a, b)| of(a, b)).fold(0.0, f64::max);
-    let own = |name: &String| both.level.0.whole.actuators.iter().position(|one| one.name == *name);
-    let places: Vec<usize> =
-        both.heading.1.controller.actuators.iter().filter_map(|one| own(&one.name)).collect();
-    let moved = |pair: &[WholeRow]| -> f64 {
-        let by = |place: &usize| (pair[1].commands[*place] - pair[0].commands[*place]).abs();
-        places.iter().map(|place| by(place) / both.level.0.whole.actuators[*place].reach()).sum()
+    let settling_time = late.filter(to_the_end).map(|last| steered[last].time - STEP_TIME);
+    let pairs = || turned.iter().zip(straight);
+    let most = |of: &dyn Fn(&State, &State) -> f64| pairs().map(|(a, b)| of(a, b)).fold(0.0, f64::max);
+    let actuators = &both.heading.0.vehicle.actuators;
+    let moved = |pair: &[Row]| -> f64 {
+        let commands = pair[0].commands.iter().zip(&pair[1].commands).zip(actuators);
+        commands.map(|((from, to), actuator)| (to - from).abs() / actuator.reach()).sum()
     };
     let (stable_to, fastest) = stable(both, speed)?;
     Ok(Turned {
         speed,
         settling_time,
         overshoot: turned.iter().map(off).fold(0.0, f64::max),
-        depth_by_turn: most(&|a, b| (a.state.depth - b.state.depth).abs()),
-        speed_by_turn: most(&|a, b| b.state.motion.u - a.state.motion.u),
-        roll: most(&|a, _| a.state.motion.phi.abs()),
-        travel: turned.windows(2).map(moved).sum(),
+        depth_by_turn: most(&|a, b| (a.depth - b.depth).abs()),
+        speed_by_turn: most(&|a, b| b.motion.u - a.motion.u),
+        roll: most(&|a, _| a.motion.phi.abs()),
+        travel: steered.windows(2).map(moved).sum(),
         stable_to,
         fastest,
         surfacing,
@@ -226,109 +378,3 @@ fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
 
 /// The number of rates to each side at which the loop is checked, besides straight flight.
 const RATES: u32 = 5;
-
-/// The record of a flight; its columns are named as those of `flight.csv`. At sea there are also the elevation, the
-/// velocity of the water and the readings.
-fn record(both: Both<'_>, flight: &[WholeRow], is_at_sea: bool) -> Record {
-    let mut columns: Vec<(String, Vec<f64>)> = vec![];
-    let mut add = |heading: String, of: &dyn Fn(&WholeRow) -> f64| {
-        columns.push((heading, flight.iter().map(of).collect()));
-    };
-    add("time [s]".into(), &|row| row.time);
-    add("pitch [rad]".into(), &|row| row.state.motion.theta);
-    add("roll [rad]".into(), &|row| row.state.motion.phi);
-    add("heading [rad]".into(), &|row| row.state.heading);
-    add("speed [m/s]".into(), &|row| row.state.motion.u);
-    add("sway [m/s]".into(), &|row| row.state.motion.v);
-    add("heave [m/s]".into(), &|row| row.state.motion.w);
-    add("depth [m]".into(), &|row| row.state.depth);
-    add("north [m]".into(), &|row| row.state.x);
-    add("east [m]".into(), &|row| row.state.east);
-    for (axis, (_, stored)) in [both.level, both.heading].into_iter().enumerate() {
-        let design = &stored.controller;
-        for (place, (signal, reference)) in design.references().enumerate() {
-            // The reference of the speed is that of both.
-            if design.has_reference(place) && (axis == 0 || place != SPEED) {
-                add(format!("{}_used [{}]", reference.name, signal.unit), &|row| row.used[axis][place]);
-            }
-        }
-    }
-    for (place, actuator) in both.level.0.whole.actuators.iter().enumerate() {
-        let taken = |row: &WholeRow| actuator.taken(row.commands[place]).0;
-        add(format!("{} [{}]", actuator.name, actuator.taken_unit()), &taken);
-    }
-    if is_at_sea {
-        add("wave_elevation [m]".into(), &|row| row.elevation);
-        add("current_north [m/s]".into(), &|row| row.water.horizontal);
-        add("current_east [m/s]".into(), &|row| row.water.east);
-        add("current_vertical [m/s]".into(), &|row| row.water.vertical);
-        for (axis, (_, stored)) in [both.level, both.heading].into_iter().enumerate() {
-            for (place, signal) in stored.controller.signals.iter().enumerate() {
-                // The sensor of the speed is that of both.
-                if axis == 0 || place != SPEED {
-                    add(format!("{}_read [{}]", signal.name, signal.unit), &|row| row.read[axis][place]);
-                }
-            }
-        }
-    }
-    Record::new(columns)
-}
-
-/// What a flight in a sea is called.
-fn at_sea((_, sea): Around<'_>) -> &'static str {
-    if sea.is_some() { ", at sea" } else { "" }
-}
-
-fn words(
-    turned: &[Turned],
-    (turn, water): (f64, Around<'_>),
-    (manoeuvre, surfacing): (&Manoeuvre, Option<Surfacing>),
-    coupled: Option<String>,
-    directory: &Path,
-) -> String {
-    let steps: Vec<String> = manoeuvre.steps.keys().cloned().collect();
-    let mut out = early_end("the flight on the ramp of speed", surfacing);
-    for one in turned {
-        if let Some(time) = one.surfacing {
-            out += &format!(
-                "At {:.2} m/s the vehicle reaches the surface at {time:.2} s; the figures are of the flight up to \
-                 there.\n",
-                one.speed
-            );
-        }
-    }
-    out += &format!(
-        "Turns by {} deg in six degrees of freedom{}, each with the default step of {}\n\n\
-         \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\
-         \x20   m/s               s           %             m          m/s     deg   % of reach       deg/s\n",
-        auv::rounded(turn.to_degrees()),
-        at_sea(water),
-        steps.join(" and ")
-    );
-    for one in turned {
-        out += &format!(
-            "  {:>5.2}   {:>13}   {:>9}   {:>11}   {:>10}   {:>5}   {:>10}   {:>9}\n",
-            one.speed,
-            known(one.settling_time.unwrap_or(f64::INFINITY), 2),
-            known(100.0 * one.overshoot, 2),
-            known(one.depth_by_turn, 4),
-            known(one.speed_by_turn, 3),
-            known(one.roll.to_degrees(), 2),
-            known(100.0 * one.travel, 0),
-            known(one.stable_to.to_degrees(), 2)
-        );
-    }
-    let waves = water.1.is_some_and(|sea| sea.waves.is_some());
-    let elsewhere = if waves { ", which meets the waves elsewhere" } else { "" };
-    out += &format!(
-        "\nDepth moved and speed lost are against the same flight without the turn{elsewhere}; travel is the sum of \
-         all changes of the commands of heading, back and forth, relative to the largest output of each actuator.\n"
-    );
-    out += "Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to the limit \
-            of the reference.\n";
-    out += &match coupled {
-        Some(proved) => format!("PROVED: {proved}\n"),
-        None => "Nothing is proved of both axes together in turns.\n".to_owned(),
-    };
-    out + &format!("Record and plot: {}\n", directory.join("{turn.csv,turn.svg}").display())
-}

@@ -131,7 +131,9 @@ fn begin(inputs: &Inputs, text: &str) -> Result<(Pid, String), Error> {
         match structure(&inputs.vehicle.actuators, &inputs.design, &pid) {
             Ok(_) => {
                 let text = with_section(text, &table, inputs.design.axis);
-                return text.map(|text| (pid, text)).ok_or_else(|| refused("it is not a list of tables".into()));
+                return text
+                    .map(|text| (pid, text))
+                    .ok_or_else(|| refused("it is not a list of tables".into()));
             }
             Err(error) => reason = error.to_string(),
         }

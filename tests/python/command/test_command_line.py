@@ -14,7 +14,6 @@ import pytest
 from conftest import PITCHING, SQUID, Run, designed, once, package, without_uncertainty
 from fly import build
 from fly.package import Packages
-from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
 

@@ -144,8 +144,10 @@ def test_completions_and_pages_know_every_verb(run_squid: Run, tmp_path: Path) -
 def test_show_has_sway_roll_and_yaw(run_squid: Run) -> None:
     """Of a vehicle that turns, beside the plane; the rudder of a directionally unstable hull changes its sign."""
     done = run_squid("show", ROOT / "vehicles" / "remus100", "--speed", "1.54", "--json")
-    shown = json.loads(done.stdout)
+    shown, turning = json.loads(done.stdout)["axes"]
     assert list(shown["at_speed"]["trim"]["actuators"]) == ["propeller", "stern_planes"]
+    assert (shown["axis"], turning["axis"]) == ("depth", "heading") and "lateral" not in turning
+    assert turning["at_speed"]["states"] == ["v", "r", "psi"]
     lateral = shown["lateral"]
     assert lateral["states"] == ["v", "p", "r", "phi"] and lateral["actuators"][2] == "rudder"
     assert lateral["supposed"]["N_uv"] == pytest.approx(10.57) and "N_rr" not in lateral["supposed"]

@@ -16,7 +16,6 @@ from conftest import PITCHING, SQUID, Run, design, designed, once, reported
 from conftest import written as write
 from fly import build
 from fly.package import Packages
-from fly.stages import ROOT
 
 pytestmark = pytest.mark.change
 
@@ -363,8 +362,7 @@ def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) ->
 
     The verdict's table is that of `design.json` and of the whole report, to the last digit.
     """
-    name = packages.folder.parent.name
-    whole = ET.fromstring(reported(run_squid, VEHICLES[name]))
+    whole = ET.fromstring(reported(run_squid, VEHICLES[packages.vehicle]))
     for fmu, what in zip(
         packages.fmus, ("is the vehicle", "is the autopilot", "is vehicle and autopilot"), strict=True
     ):
@@ -381,7 +379,7 @@ def test_fmus_carry_what_the_design_found(packages: Packages, run_squid: Run) ->
             "theorem",
         ]
         assert "The full report is written by squid report VEHICLE_DIR" in words(page)
-        assert ("SURROGATE" in words(page)) == (name == "squid")
+        assert ("SURROGATE" in words(page)) == (packages.vehicle == "squid")
         assert "could not be computed" not in words(page)
         assert any("mu of the declared uncertainty" in row for row in rows_of(page, "verdict"))
         for section in ("verdict", "flown"):

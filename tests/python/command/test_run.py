@@ -41,7 +41,7 @@ def test_help_is_as_wide_as_the_terminal(columns: int) -> None:
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= columns
     assert columns < 160 or max(map(len, lines)) > 120
-    assert sum(line.startswith("  python3 run.py ") for line in lines) == 8
+    assert sum(line.startswith("  python3 run.py ") for line in lines) == 7
 
 
 WORDS = " ".join(f"word{index}" for index in range(30))
@@ -190,7 +190,7 @@ def test_the_main_job_ends_by_naming_plot_and_report(
     gammas = {"gamma_bound": 0.5, "gamma_optimum": 0.4, "back_off": 0.1, "gamma_bound_with_model_error": None}
     (tmp_path / FIGURES).write_text(json.dumps({"certified": True, **gammas}), encoding="utf-8")
     figures = {"speed_error": 0.1, "surface": None, "actuator_use": 0.5, "plot": tmp_path / "flight.svg"}
-    flight.report(Packages(tmp_path, "squid"), None, figures, 1e-12, "cargo squid report somewhere")
+    flight.report(Packages(tmp_path, "squid"), figures, 1e-12, "cargo squid report somewhere")
     plot, page = (line.strip() for line in capsys.readouterr().out.splitlines()[-2:])
     assert plot.split() == ["plot", os.path.relpath(tmp_path / "flight.svg")]
     assert page.split(maxsplit=3) == ["the", "whole", "report", "cargo squid report somewhere"]

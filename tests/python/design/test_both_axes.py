@@ -419,10 +419,22 @@ def test_verify_wants_the_axes_that_are_there(run_squid: Run, made: Made) -> Non
     certificate = made.build / "remus100" / "design" / "depth" / "certificate.json"
     whole = ("--vehicle", REMUS100)
     for words, code, said in [
-        ((made.both, *whole, "--axis", "depth"), 1, "it is of depth and heading, and design.toml is of depth"),
-        ((made.depth, *whole), 1, "it is of depth, and design.toml is of depth and heading; name one of these"),
+        (
+            (made.both, *whole, "--axis", "depth"),
+            1,
+            "it is of depth and heading, and design.toml is of depth",
+        ),
+        (
+            (made.depth, *whole),
+            1,
+            "it is of depth, and design.toml is of depth and heading; name one of these",
+        ),
         ((certificate, *whole), 1, "it is of one axis, and design.toml is of depth and heading"),
-        ((made.both, *whole, "--design", "pitch"), 1, "it is of depth and heading, and pitch.toml is of pitch"),
+        (
+            (made.both, *whole, "--design", "pitch"),
+            1,
+            "it is of depth and heading, and pitch.toml is of pitch",
+        ),
         ((made.both, "--axis", "heading"), 64, "--vehicle <DIR>"),
     ]:
         done = run_squid("verify", *words)
@@ -430,3 +442,48 @@ def test_verify_wants_the_axes_that_are_there(run_squid: Run, made: Made) -> Non
         assert "PROVED" not in done.stdout
     done = run_squid("verify", certificate, *whole, "--axis", "depth")
     assert done.returncode == 0, done.stderr
+
+
+def test_a_campaign_flies_both(run_squid: Run, made: Made, tmp_path: Path) -> None:
+    """What is uncertain of either axis is drawn for each flight, which is in six degrees of freedom."""
+    here = made.copy(tmp_path)
+    done = run_squid("campaign", REMUS100, "--flights", "8", "--json", cwd=here, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    names = [one["figure"] for one in found["figures"]]
+    assert {"depth_overshoot", "depth_error_rms", "heading_overshoot", "heading_error_rms"} <= set(names)
+    assert names.count("speed_error_rms") == 1 and not {"overshoot", "heading_speed_error_rms"} & set(names)
+    pushed = {name for one in found["figures"] for name, _ in one["pushed_by"]}
+    assert {"Z_uq", "N_uv", "rudder.N_uu_delta", "gain of stern_planes", "gain of rudder"} <= pushed
+    assert {"depth_step", "heading_step"} <= pushed
+    assert {one["axis"] for one in found["gains"]} == {"depth", "heading"}
+    for one in found["gains"]:
+        assert one["largest"] < one["guaranteed"], one
+    assert next(one for one in found["outcomes"] if one["outcome"] == "flown")["flights"] == 8
+    results = here / found["directory"]
+    done = run_squid("replay", results, "--flight", "3", "--json", cwd=here)
+    assert done.returncode == 0 and json.loads(done.stdout)["same"], done.stderr
+    columns = (results / "flight-3.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert {"heading [rad]", "roll [rad]", "east [m]", "rudder [rad]", "propeller [N]"} <= set(columns)
+    done = run_squid("campaign", REMUS100, "--flights", "8", "--records", tmp_path, "--to", tmp_path / "by", cwd=here)
+    assert done.returncode == 1 and "FMUs cannot fly several axes; name one with --axis" in done.stderr
+
+
+def test_the_report_has_both_on_one_page(run_squid: Run, made: Made, tmp_path: Path) -> None:
+    """Each section is of an axis, but that of turns, which is of both; no two have one anchor."""
+    here = made.copy(tmp_path)
+    done = run_squid("report", REMUS100, "--json", cwd=here, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    page = here / json.loads(done.stdout)["report"]
+    assert page == here / "build" / "remus100" / "design" / "report.html"
+    text = page.read_text(encoding="utf-8")
+    anchors = re.findall(r'<section id="([\w-]+)"', text)
+    assert anchors[0] == "turns" and len(set(anchors)) == len(anchors)
+    assert {name.split("-")[0] for name in anchors[1:]} == {"depth", "heading"}
+    figures = re.findall(r'<figure id="([\w-]+)"', text)
+    assert "turn" in figures and len(set(figures)) == len(figures)
+    assert text.count("PROVED: in turns of up to 10.22 to 12 deg/s") == 1
+    assert "could not be computed" not in text
+    for words, said in ((["--paper"], "the paper has no heading"), (["--beside", "pitch"], "name it with --axis")):
+        done = run_squid("report", REMUS100, *words, cwd=here)
+        assert done.returncode == 64 and said in done.stderr, done.stderr

@@ -220,12 +220,11 @@ def test_verify_against_the_vehicle(
     packages: Packages, run_squid: Run, copied_vehicle: Path, tmp_path: Path
 ) -> None:
     """With vehicle and design file at hand, all that the FMU flies is computed anew."""
-    of = ROOT / "vehicles" / packages.vehicle
+    of, other = (SQUID, PITCHING) if packages.vehicle == "squid" else (PITCHING, SQUID)
     for file in (packages.controller, packages.loop, packages.controller.parent / "certificate.json"):
         done = run_squid("verify", file, "--vehicle", of)
         assert done.returncode == 0 and "PROVED" in done.stdout, done.stderr
         assert "computed again" in done.stdout
-    other = PITCHING if packages.vehicle == "squid" else SQUID
     done = run_squid("verify", packages.loop, "--vehicle", other)
     assert done.returncode == 1 and "the vehicle file differs from the one" in done.stderr
     done = run_squid("verify", packages.controller.parent / "certificate.json", "--vehicle", other)

@@ -2,7 +2,7 @@
 
 mod fmus;
 
-use crate::cli::{Campaign, MOST_FLIGHTS, Where, Which, read_sea};
+use crate::cli::{Asked, Campaign, MOST_FLIGHTS, Where, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, json, say, say_path};
 use crate::progress::{counter, show};
@@ -23,7 +23,7 @@ use squid_campaign::summary::{Share, Spread, shares, spreads, worst};
 use squid_campaign::table::{Column, Values, file};
 use squid_design::inputs::Inputs;
 use squid_design::numbers::{above, decimals, readable};
-use squid_flight::record::Record;
+use squid_design::store::Stored;
 use squid_flight::sea::Sea;
 use squid_report::campaign::{STRONG, page};
 use squid_report::page::draw;
@@ -99,26 +99,29 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         let (found, allowed) = (asked.flights.to_string(), format!("at least 1 and at most {MOST_FLIGHTS}"));
         return Err(Error::Argument { name: "--flights", found, allowed });
     }
-    let (inputs, directory) = which.read_one_to_write()?;
+    let Asked { axes, directory } = which.read_to_write()?;
+    let first = &axes[0].0;
     let starts = asked.starts.unwrap_or_default();
-    check_starts(&starts, &inputs)?;
+    check_starts(&starts, first)?;
     let to = asked.to.clone().unwrap_or_else(|| directory.join("campaign"));
     check_directory(&to)?;
-    let sea = asked.sea.as_ref().map(|path| read_sea(path, &inputs)).transpose()?;
-    let stored = load_or_design(&inputs, &directory)?;
+    let sea = asked.sea.as_ref().map(|path| read_sea(path, first)).transpose()?;
+    let load = |(inputs, directory): &(Inputs, PathBuf)| load_or_design(inputs, directory);
+    let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
+    let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
     let points = match asked.points {
         Where::Uniform => Points::Uniform,
         Where::Sobol => Points::Sobol,
         Where::Corners => Points::Corners,
     };
-    let plan = Plan::new(&inputs, &stored, sea, asked.seed, points)?;
+    let plan = Plan::of_axes(&designs, sea, asked.seed, points)?;
     let plan = plan.starting(starts);
     let plan = if asked.records.is_some() { plan.by_fmus()? } else { plan };
     let parts = missing(&plan, flights.clone(), &to)?;
     let left: u64 = parts.iter().map(|part| part.end() + 1 - part.start()).sum();
     let full = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let about = About {
-        vehicle: inputs.directory.clone(),
+        vehicle: first.directory.clone(),
         design: which.design.clone(),
         axis: which.axis.clone(),
         bandwidth: which.bandwidth,
@@ -140,7 +143,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         )?);
     }
     if asked.only.is_none() {
-        stored.unproved(&inputs).iter().for_each(|words| say(words));
+        designs.iter().filter_map(|(inputs, stored)| stored.unproved(inputs)).for_each(|words| say(&words));
     }
     write(&to.join(ABOUT), json(&about)?.as_bytes())?;
     let flown = flights.end - flights.start - left;
@@ -186,6 +189,7 @@ pub fn run(which: &Which, asked: &Campaign) -> Result<(), Error> {
         "outcomes": shares,
         "figures": spreads,
         "gains": gains.iter().map(|at| json!({
+            "axis": at.axis,
             "speed": at.speed,
             "largest": at.largest().map(|(_, gain)| gain),
             "flight": at.largest().map(|(flight, _)| flight),
@@ -203,13 +207,16 @@ fn gains_in_words(gains: &[Gains]) -> String {
     let vehicles = first.drawn.len() + first.outside;
     let mut out =
         format!("\nspeed (m/s)   worst gain of {vehicles} vehicles   in flight   guaranteed for the model\n");
+    let several = gains.iter().any(|at| at.axis != first.axis);
     for at in gains {
+        let speed = decimals(at.speed, 2);
+        let speed = if several { format!("{} {speed}", at.axis) } else { speed };
         let (gain, flight) = at.largest().map_or_else(Default::default, |(flight, gain)| {
             (if gain.is_finite() { decimals(gain, 4) } else { "unstable".into() }, flight.to_string())
         });
         let bound =
             at.guaranteed.map_or_else(|| "no bound".into(), |bound| format!("below {}", above(bound)));
-        out += &format!("{:<14}{gain:<28}{flight:<12}{bound}\n", decimals(at.speed, 2));
+        out += &format!("{:<14}{gain:<28}{flight:<12}{bound}\n", speed);
     }
     out
 }
@@ -221,12 +228,13 @@ fn trajectory(plan: &Plan<'_>, to: &Path, flight: u64) -> Result<(), Error> {
         return Ok(());
     }
     let Some(flown) = plan.fly(flight)?.1 else { return Ok(()) };
-    let record = Record::of(&flown, &plan.inputs.vehicle.actuators, &plan.stored.controller);
+    let record = plan.record(&flown);
     let number = |(name, unit, values): (&str, &str, &[f64])| {
         let values = Values::Numbers(values.to_vec());
         Column { name: name.into(), unit: unit.into(), values }
     };
-    let which = Values::Whole(vec![flight as i64; flown.rows.len()]);
+    let ticks = flown.axes.first().map_or(0, |flight| flight.rows.len());
+    let which = Values::Whole(vec![flight as i64; ticks]);
     let first = Column { name: "flight".into(), unit: String::new(), values: which };
     let columns: Vec<Column> = [first].into_iter().chain(record.columns().map(number)).collect();
     Ok(write(&path, &file(plan, &columns)?)?)
@@ -240,8 +248,9 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
         Points::Corners => "at corners of the declared uncertainty",
     };
     let at_sea = if plan.sea.is_some() { ", at sea" } else { "" };
+    let flown = if plan.axes.len() > 1 { ", in six degrees of freedom" } else { "" };
     let mut out = format!(
-        "{flights} flights of vehicles {what}{at_sea}{}: {} uncertain numbers\n\n\
+        "{flights} flights of vehicles {what}{at_sea}{flown}{}: {} uncertain numbers\n\n\
          outcome      flights     share   95 % interval\n",
         plan.identity.starts.words(),
         plan.uncertain.len()
@@ -257,7 +266,7 @@ fn words(plan: &Plan<'_>, flights: usize, shares: &[Share], spreads: &[Spread]) 
             quantiles.iter().chain([largest]).map(|v| format!("{:>10}", known(*v, 4))).collect();
         let strong = pushed_by.iter().filter(|(_, r)| r.abs() >= STRONG).take(3);
         let pushed: Vec<String> = strong.map(|(name, r)| format!("{name} ({r:+.2})")).collect();
-        let heading = if *unit == "1" { (*figure).to_owned() } else { format!("{figure} ({unit})") };
+        let heading = if *unit == "1" { figure.clone() } else { format!("{figure} ({unit})") };
         out += &format!("{heading:<24}{cells}{flight:>12}   {}\n", pushed.join(", "));
     }
     out.trim_end().to_owned()
@@ -275,10 +284,12 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let unreadable = |reason| files::Error::Json { path: path.display().to_string(), reason };
     let about: About = serde_json::from_str(&read(&path)?).map_err(unreadable)?;
     let About { vehicle, design, axis, bandwidth, out, sea, seed, points, starts, fmus } = about;
-    let (inputs, designed) = Which { vehicle, design, axis, bandwidth, out }.read_one()?;
-    let stored = squid_design::store::load(&designed, &inputs)?;
+    let Asked { axes, .. } = Which { vehicle, design, axis, bandwidth, out }.read()?;
+    let load = |(inputs, directory): &(Inputs, PathBuf)| squid_design::store::load(directory, inputs);
+    let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
+    let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
     let parsed = sea.map(|text| Ok::<_, Error>((Sea::parse(&text, ABOUT)?, text))).transpose()?;
-    let plan = Plan::new(&inputs, &stored, parsed, seed, points)?.starting(starts);
+    let plan = Plan::of_axes(&designs, parsed, seed, points)?.starting(starts);
     let plan = if fmus { plan.by_fmus()? } else { plan };
     let rows = results(&plan, directory)?;
     let no_flight = || squid_campaign::error::Error::NoFlight {
@@ -292,10 +303,9 @@ pub fn replay(directory: &Path, flight: u64) -> Result<(), Error> {
     let outcome = row.outcome.word();
     let mut written = Vec::new();
     if let Some(flown) = flown {
-        let actuators = &inputs.vehicle.actuators;
-        let record = Record::of(&flown, actuators, &plan.stored.controller);
+        let (actuators, record) = (&plan.vehicle.actuators, plan.record(&flown));
         let to = |kind: &str| directory.join(format!("flight-{flight}.{kind}"));
-        let title = format!("{}, flight {flight} of the campaign: {outcome}", inputs.vehicle.name);
+        let title = format!("{}, flight {flight} of the campaign: {outcome}", plan.vehicle.name);
         let svg = draw(&to("svg"), &title, &panels(&record, actuators))?;
         write(&to("svg"), svg.as_bytes())?;
         write(&to("csv"), record.csv().as_bytes())?;

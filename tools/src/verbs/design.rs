@@ -3,9 +3,10 @@
 use crate::cli::{Asked, Design, Which};
 use crate::error::Error;
 use crate::output::{answer, say};
-use crate::progress::show;
+use crate::progress::{Later, show};
 use base::files::read;
-use base::progress::Progress;
+use base::progress::{Event, Progress};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use squid_design::certify::constant::{CERTIFICATE as CONSTANT_CERTIFICATE, constant};
 use squid_design::error::{Error as DesignError, StoreError};
@@ -19,7 +20,7 @@ use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
 use squid_tune::advise::advise;
 use squid_tune::attempt::ControllerKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Designs a controller, writes the files of the design, and prints the result.
 ///
@@ -27,13 +28,17 @@ use std::path::Path;
 /// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
 pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     let Asked { axes, directory } = which.read_to_write()?;
-    let made = axes.iter().map(|(inputs, directory)| {
-        if axes.len() > 1 {
+    let mut made = side_by_side(&axes, asked);
+    let mut of_axes = vec![];
+    for (place, (inputs, directory)) in axes.iter().enumerate() {
+        if axes.len() > 1 && place > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        of_axis(inputs, directory, asked)
-    });
-    let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = made.collect::<Result<Vec<_>, Error>>()?.into_iter().unzip();
+        let (later, finished) = made.remove(0);
+        later.show();
+        of_axes.push(of_axis((inputs, directory), finished?, asked)?);
+    }
+    let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = of_axes.into_iter().unzip();
     match &figures[..] {
         [one] => answer(one)?,
         all => answer(&json!({ "directory": directory, "axes": all }))?,
@@ -42,11 +47,30 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
-/// Designs the controller of an axis; returns the figures that were written, for programs, and the requirements that
-/// are missed.
-fn of_axis(inputs: &Inputs, directory: &Path, asked: &Design) -> Result<(Value, Vec<String>), Error> {
+/// Designs all axes at once; what is said of the others is kept until the first is shown.
+fn side_by_side(axes: &[(Inputs, PathBuf)], asked: &Design) -> Vec<(Later, Result<Finished, Error>)> {
+    let several = axes.len() > 1;
+    let one = |(place, (inputs, directory)): (usize, &(Inputs, PathBuf))| {
+        let later = Later::default();
+        let keep = |event: Event| later.keep(event);
+        let progress = if place == 0 { Progress::new(&show) } else { Progress::new(&keep) };
+        if several && place == 0 {
+            say(&format!("Axis of {}", inputs.design.steered()));
+        }
+        let finished = designed(inputs, directory, asked, &progress);
+        (later, finished)
+    };
+    axes.par_iter().enumerate().map(one).collect()
+}
+
+/// Shows what else is asked for of the design of an axis; returns the figures that were written, for programs, and the
+/// requirements that are missed.
+fn of_axis(
+    (inputs, directory): (&Inputs, &Path),
+    finished: Finished,
+    asked: &Design,
+) -> Result<(Value, Vec<String>), Error> {
     let progress = Progress::new(&show);
-    let finished = designed(inputs, directory, asked, &progress)?;
     if let Some(robust_design) = &finished.robust {
         say(&format!(
             "\n{}PROVED in exact arithmetic: {}",

@@ -2,7 +2,7 @@
 
 use crate::cli::{Asked, Export, Language, Real, Which};
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer_each, say};
 use crate::progress::show;
 use base::files::check_directory;
 use base::progress::Progress;
@@ -54,8 +54,5 @@ pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
         files.save(&to)?;
         paths.iter().for_each(|path| say(path));
     }
-    Ok(match &objects[..] {
-        [one] => answer(one)?,
-        all => answer(&json!({ "axes": all }))?,
-    })
+    Ok(answer_each(&objects)?)
 }

@@ -50,10 +50,10 @@ pub enum Like {
 impl Like {
     fn template(self) -> Template {
         match self {
-            Self::Squid => template!("squid", "heading.toml" of "heading"),
+            Self::Squid => template!("squid", "heading.toml" of "pitch, speed and heading"),
             Self::Remus100 => template!("remus100", "pitch.toml" of "pitch"),
-            Self::Lauv => template!("lauv", "heading.toml" of "heading"),
-            Self::Tethys => template!("tethys", "heading.toml" of "heading"),
+            Self::Lauv => template!("lauv", "heading.toml" of "pitch, speed and heading"),
+            Self::Tethys => template!("tethys", "heading.toml" of "pitch, speed and heading"),
             Self::Sparus2 => template!("sparus2"),
             Self::Bluerov2Heavy => template!("bluerov2_heavy"),
         }

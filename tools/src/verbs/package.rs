@@ -96,8 +96,8 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
             described.map(|made| made.map(file)).collect::<Result<_, _>>()?
         }
         None => {
-            let (inputs, stored, proof) = &proved[0];
-            let write = || brief(inputs, stored, proof, &which.report_of("VEHICLE_DIR"), &progress);
+            let axes: Vec<_> = proved.iter().map(|(inputs, stored, proof)| (inputs, stored, proof)).collect();
+            let write = || brief(&axes, &which.report_of("VEHICLE_DIR"), &progress);
             let page = Rendered::of(&progress.timed("page", "writing the documentation", write).0?);
             let packing = progress.begin("package", "compressing");
             let packed = |kind| -> Result<Packed, PackageError> {

@@ -1,57 +1,79 @@
 //! `squid report`: the report on a stored design.
 
-use crate::cli::{Which, read_sea};
+use crate::cli::{Asked, Which, read_sea};
 use crate::error::Error;
 use crate::output::{answer, say, say_path};
 use crate::progress::show;
 use crate::verbs::design::load_or_design;
+use crate::verbs::simulate::TURN;
+use auv::Current;
 use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::json;
 use squid_design::inputs::Inputs;
+use squid_design::inputs::together::level_and_heading;
 use squid_design::store::{Stored, default_directory};
+use squid_report::error::Error as ReportError;
 use squid_report::peers::beside::check;
 use squid_report::rendered::rendered;
-use squid_report::report::report;
+use squid_report::report::{Report, report};
 use squid_report::subject::Subject;
+use squid_report::turning::{Both, turns};
 use std::path::{Path, PathBuf};
 
-/// Writes the report on a design, with the paper's sections and claims if `paper`, flown at sea if a file says one, and
-/// with other designs beside it.
+/// Writes the report on a design, all its axes on one page, with the paper's sections and claims if `paper`, flown at
+/// sea if a file says one, and with other designs beside it.
 ///
 /// # Errors
-/// Those of the files, the design and the figures.
+/// Those of the files, the design and the figures; [`Error::Argument`] for what is of one axis alone.
 pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) -> Result<(), Error> {
-    let (inputs, directory) = which.read_one_to_write()?;
-    let sea = sea.map(|path| read_sea(path, &inputs)).transpose()?;
-    if paper && inputs.design.is_lateral() {
-        let (found, allowed) =
-            (inputs.design.source(), "given with a design of pitch: the paper has no heading");
-        return Err(Error::Argument { name: "--paper", found, allowed: allowed.into() });
+    let Asked { axes, directory } = which.read_to_write()?;
+    let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
+    let first = &axes[0].0;
+    if paper && axes.iter().any(|(inputs, _)| inputs.design.is_lateral()) {
+        let found = first.design.file.clone();
+        let allowed = "given with a design of pitch alone, or one by --axis: the paper has no heading".into();
+        return Err(Error::Argument { name: "--paper", found, allowed });
     }
-    let others = others(which, &inputs, &directory, beside)?;
-    let stored = load_or_design(&inputs, &directory)?;
-    let load = |(inputs, directory): (Inputs, PathBuf)| {
-        let stored = load_or_design(&inputs, &directory)?;
-        Ok((inputs, stored))
-    };
-    let others = others.into_iter().map(load).collect::<Result<Vec<(Inputs, Stored)>, Error>>()?;
+    if axes.len() > 1 && !beside.is_empty() {
+        let (found, allowed) = ("given".into(), "given with one axis: name it with --axis".into());
+        return Err(Error::Argument { name: "--beside", found, allowed });
+    }
+    let others = others(which, first, &directory, beside)?;
+    let load = |(inputs, directory): &(Inputs, PathBuf)| load_or_design(inputs, directory);
+    let stored: Vec<Stored> = axes.iter().map(load).collect::<Result<_, _>>()?;
+    let beside: Vec<Stored> = others.iter().map(load).collect::<Result<_, _>>()?;
     let progress = Progress::new(&show);
+    let all: Vec<&Inputs> = axes.iter().map(|(inputs, _)| inputs).collect();
     let make = || {
-        let mut subject = Subject::new(&inputs, &stored, &progress)?;
-        subject.sea.clone_from(&sea);
-        for (inputs, stored) in &others {
-            let mut other = Subject::new(inputs, stored, &progress)?;
-            other.brief = true;
-            subject.beside.push(other);
+        let mut reports = vec![];
+        for (inputs, stored) in all.iter().zip(&stored) {
+            let mut subject = Subject::new(inputs, stored, &progress)?;
+            subject.sea.clone_from(&sea);
+            for ((inputs, _), stored) in others.iter().zip(&beside) {
+                let mut other = Subject::new(inputs, stored, &progress)?;
+                other.brief = true;
+                subject.beside.push(other);
+            }
+            let made = if paper { squid_paper::report(&subject) } else { report(&subject) };
+            reports.push((inputs.design.steered(), made));
         }
-        Ok(if paper { squid_paper::report(&subject) } else { report(&subject) })
+        let turned = level_and_heading(&all).map(|[level, heading]| {
+            let both = Both { level: (level, &stored[0]), heading: (heading, &stored[1]) };
+            let around = (Current::default(), sea.as_ref().map(|(sea, _)| sea));
+            let found =
+                progress.timed("turns", "flying turns", || turns(both, TURN.to_radians(), around)).0?;
+            Ok::<_, ReportError>(found.section(both))
+        });
+        let sections = turned.transpose()?.into_iter().collect();
+        Report::together(reports, sections).ok_or(ReportError::NoAxis)
     };
-    let others: Vec<_> =
-        others.iter().map(|(inputs, stored)| (&inputs.design.name, &inputs.hashes, stored)).collect();
-    let found = rendered(&inputs, &stored, &directory, &(paper, &sea, others), make, &progress)?;
+    let rest = axes[1..].iter().zip(&stored[1..]).chain(others.iter().zip(&beside));
+    let rest: Vec<_> =
+        rest.map(|((inputs, _), stored)| (&inputs.design.name, &inputs.hashes, stored)).collect();
+    let found = rendered(first, &stored[0], &directory, &(paper, &sea, rest), make, &progress)?;
     say(&format!("\n{}", found.words));
-    let page = found.save(&inputs, &directory)?;
+    let page = found.save(first, &directory)?;
     say_path(&page);
     Ok(answer(&json!({ "report": page, "unproved": found.unproved, "said": found.words }))?)
 }

@@ -7,7 +7,7 @@ mod values;
 
 use crate::cli::{Asked, Show, Which, read_vehicle};
 use crate::error::Error;
-use crate::output::{answer, say};
+use crate::output::{answer, answer_each, say};
 use crate::progress::show;
 use auv::{Lateral, Pitch, Vehicle};
 use base::progress::Progress;
@@ -47,10 +47,7 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
         }
         shown.push(of_axis((inputs, directory), which.out.is_some(), asked)?);
     }
-    Ok(match &shown[..] {
-        [one] => answer(one)?,
-        all => answer(&json!({ "axes": all }))?,
-    })
+    Ok(answer_each(&shown)?)
 }
 
 /// What is asked for of an axis; `is_named` is whether its directory is.
@@ -66,8 +63,7 @@ fn of_axis(
         (Err(DesignError::Store(StoreError::NotDesigned { .. } | StoreError::Stale { .. })), false) => None,
         (loaded, _) => Some(loaded?),
     };
-    let controller =
-        (asked.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
+    let controller = (asked.controller || all).then(|| shown_controller(inputs, stored.as_ref(), directory));
     let controller = controller.transpose()?;
     let unproved = stored.and_then(|stored| stored.unproved(inputs));
     unproved.iter().for_each(|words| say(words));

@@ -8,13 +8,13 @@ use crate::verbs::design::load_or_design;
 use auv::Current;
 use base::progress::Progress;
 use serde_json::{Value, json};
-use squid_design::inputs::Inputs;
+use squid_design::inputs::{Inputs, together};
 use squid_design::store::Stored;
 use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
-use squid_report::turning::{self, Both, Turns};
+use squid_report::turning::{Both, Turns, turns};
 use std::path::Path;
 
 /// Flies each axis of a design, at sea if a file says one, and writes records and plots; with one of heading beside one
@@ -32,10 +32,11 @@ pub fn run(
         return Err(Error::Argument { name: "--turn", found: found.to_string(), allowed });
     }
     let Asked { axes, directory } = which.read_to_write()?;
-    let turns = matches!(&axes[..], [one, other] if !one.0.design.is_lateral() && other.0.design.is_lateral());
+    let both = together::level_and_heading(&axes.iter().map(|(inputs, _)| inputs).collect::<Vec<_>>());
     let given = [("--turn", turn.is_some()), ("--current", current.is_some())];
-    if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && !turns) {
-        let (found, allowed) = ("given".to_owned(), "left out of a design that has no axis of heading beside another");
+    if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && both.is_none()) {
+        let (found, allowed) =
+            ("given".to_owned(), "left out of a design that has no axis of heading beside another");
         return Err(Error::Argument { name, found, allowed: allowed.into() });
     }
     let mut stored = vec![];
@@ -48,7 +49,7 @@ pub fn run(
     let mut found = vec![];
     for ((inputs, directory), stored) in axes.iter().zip(&stored) {
         // Alone it is flown in still water.
-        if turns && sea.is_some() && inputs.design.is_lateral() {
+        if both.is_some() && sea.is_some() && inputs.design.is_lateral() {
             continue;
         }
         let mut flown = alone((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;
@@ -61,16 +62,18 @@ pub fn run(
         return Ok(answer(one)?);
     }
     let mut answered = json!({ "directory": directory, "axes": found });
-    if let ([level, heading], true) = (&axes[..], turns) {
+    if let Some([level, heading]) = both {
         let [north, east] = current.unwrap_or_default();
         let current = Current { horizontal: north, east, ..Current::default() };
         let running = Progress::new(&show).begin("simulate", "flying");
-        let both = Both { level: (&level.0, &stored[0]), heading: (&heading.0, &stored[1]) };
+        let both = Both { level: (level, &stored[0]), heading: (heading, &stored[1]) };
         let around = (current, sea.as_ref().map(|(sea, _)| sea));
         let turn = turn.unwrap_or(TURN).to_radians();
-        let Turns { turned, coupling, words } = turning::run(both, turn, around, &directory)?;
+        let turns = turns(both, turn, around)?;
+        let words = turns.save(both, &directory)?;
         drop(running);
         say(words.trim_end());
+        let Turns { turned, coupling, .. } = turns;
         answered["turns"] = json!(turned);
         answered["coupling"] = json!(coupling.map(|found| {
             let [low, high] = found.rates.map(f64::to_degrees);
@@ -81,11 +84,7 @@ pub fn run(
 }
 
 /// Flies an axis alone; returns the figures.
-fn alone(
-    (inputs, stored): (&Inputs, &Stored),
-    sea: Option<&Sea>,
-    directory: &Path,
-) -> Result<Value, Error> {
+fn alone((inputs, stored): (&Inputs, &Stored), sea: Option<&Sea>, directory: &Path) -> Result<Value, Error> {
     let running = Progress::new(&show).begin("simulate", "flying");
     if let Some(sea) = sea {
         let flown = at_sea::run(inputs, stored, sea, directory)?;
@@ -93,7 +92,9 @@ fn alone(
         say(flown.words.trim_end());
         let [at_sea, still] = [flown.at_sea, flown.still].map(|figures| errors(inputs, &figures));
         let surfacing = flown.surfacing;
-        return Ok(json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing }));
+        return Ok(
+            json!({ "directory": directory, "at_sea": at_sea, "still_water": still, "surfacing": surfacing }),
+        );
     }
     let flown = simulate::run(inputs, stored, directory)?;
     drop(running);
@@ -103,7 +104,7 @@ fn alone(
 }
 
 /// The default turn, deg.
-const TURN: f64 = 60.0;
+pub const TURN: f64 = 60.0;
 
 /// A turn by as much is as short to either side, deg.
 const HALF_A_TURN: f64 = 180.0;

@@ -10,8 +10,8 @@ use proof::claim::parse;
 use serde_json::{Value, json};
 use squid_design::certify::constant::{check_inputs, rate_of};
 use squid_design::certify::limits::ClaimedStep;
-use squid_design::numbers::above;
 use squid_design::inputs::Inputs;
+use squid_design::numbers::above;
 use squid_package::axes::{said, unproved};
 use squid_package::page::Given;
 use squid_package::verify::{Verification, Verified, named, verify, verify_source};
@@ -28,7 +28,8 @@ pub fn run(asked: &Verify) -> Result<(), Error> {
         Ok::<_, Error>((which.read()?.axes, which.report_of("VEHICLE_DIR")))
     });
     let files = files.transpose()?;
-    let all: Vec<&Inputs> = files.iter().flat_map(|(axes, _)| axes.iter().map(|(inputs, _)| inputs)).collect();
+    let all: Vec<&Inputs> =
+        files.iter().flat_map(|(axes, _)| axes.iter().map(|(inputs, _)| inputs)).collect();
     let given = files.as_ref().map(|(_, report)| Given { inputs: &all, report });
     // What is of one axis alone.
     let one = || match &all[..] {

@@ -83,7 +83,9 @@ pub enum FileProblem {
     #[error("'{key}' stands here a second time; each key and each table of keys may stand once")]
     Twice { key: String },
     /// A key that stands in a table of a list and outside the list.
-    #[error("'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two")]
+    #[error(
+        "'{key}' stands outside [[{list}]], too, where it holds for each; it may stand in one of the two"
+    )]
     InAndOutside { key: String, list: String },
     /// An unknown key.
     #[error("unknown key '{key}'{}; allowed here: {allowed}", suggest(suggestion))]

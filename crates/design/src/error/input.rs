@@ -65,11 +65,8 @@ pub enum InputError {
     )]
     SharedActuator { file: String, actuator: String, one: &'static str, other: &'static str },
     /// Two axes that do not share what one vehicle has.
-    #[error(
-        "{file}: '{key}' is {} for {} and {} for {}; it must be the same for each axis: give it outside of [[axis]]",
-        values[0], axes[0], values[1], axes[1]
-    )]
-    AxesDiffer { file: String, key: &'static str, axes: [&'static str; 2], values: [String; 2] },
+    #[error("{file}: '{key}' is {values}; it must be the same for each axis: give it outside of [[axis]]")]
+    AxesDiffer { file: String, key: &'static str, values: String },
     /// Axes without a common speed.
     #[error("{file}: no speed is in the range of every axis: {ranges}")]
     NoCommonSpeed { file: String, ranges: String },

@@ -419,10 +419,14 @@ impl DesignFile {
 
     /// The file name, with the axis in a file of several, and the autopilot's name if the command line changed it.
     pub fn source(&self) -> String {
-        let Self { autopilot, file, axis, .. } = self;
-        let own = axis.map(|_| format!("{} of ", self.steered())).unwrap_or_default();
-        let changed = if *file == format!("{autopilot}.toml") { String::new() } else { format!(" as {autopilot}") };
-        format!("{own}{file}{changed}")
+        let own = self.axis.map(|_| format!("{} of ", self.steered())).unwrap_or_default();
+        own + &self.source_of_all()
+    }
+
+    /// The file name, and the autopilot's name if the command line changed it.
+    pub fn source_of_all(&self) -> String {
+        let Self { autopilot, file, .. } = self;
+        if *file == format!("{autopilot}.toml") { file.clone() } else { format!("{file} as {autopilot}") }
     }
 
     /// The design under another name: the changes from the command line after those of design and autopilot.

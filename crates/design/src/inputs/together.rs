@@ -6,6 +6,9 @@ use crate::inputs::design_file::DesignFile;
 use auv::{Pitch, Vehicle, number};
 use scheduled::Manoeuvre;
 
+/// A key that all axes share, and its value in words.
+type Shared = (&'static str, fn(&DesignFile) -> String);
+
 /// Checks that the axes command different actuators, at one rate, from one level flight, and have speeds in common;
 /// `file` is for messages.
 ///
@@ -22,10 +25,15 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
         for actuator in &vehicles[place].actuators {
             if let Some((other, _)) = taken(&actuator.name) {
                 let (one, other) = (other.steered(), design.steered());
-                return Err(InputError::SharedActuator { file: file(), actuator: actuator.name.clone(), one, other });
+                return Err(InputError::SharedActuator {
+                    file: file(),
+                    actuator: actuator.name.clone(),
+                    one,
+                    other,
+                });
             }
         }
-        let shared: [(_, fn(&DesignFile) -> String); 3] = [
+        let shared: [Shared; 3] = [
             ("autopilot.sample_time", |one| number(one.sample_time)),
             ("model.depth", |one| number(one.depth)),
             ("trim.pitch", |one| match &one.pitch_asked {
@@ -35,10 +43,10 @@ pub(super) fn check(designs: &[DesignFile], vehicles: &[Vehicle], file: &str) ->
             }),
         ];
         for (key, of) in shared {
-            let values = [first, design].map(of);
-            if values[0] != values[1] {
-                let axes = [first, design].map(DesignFile::steered);
-                return Err(InputError::AxesDiffer { file: file(), key, axes, values });
+            if of(first) != of(design) {
+                let said = |axis: &DesignFile| format!("{} for {}", of(axis), axis.steered());
+                let values = format!("{} and {}", said(first), said(design));
+                return Err(InputError::AxesDiffer { file: file(), key, values });
             }
         }
     }
@@ -58,14 +66,24 @@ pub fn common_speeds<'a>(designs: impl IntoIterator<Item = &'a DesignFile>) -> [
     })
 }
 
+/// An axis of pitch or depth and one of heading; `None` of other axes.
+pub fn level_and_heading<'a>(axes: &[&'a Inputs]) -> Option<[&'a Inputs; 2]> {
+    match axes {
+        [one, other] if !one.design.is_lateral() && other.design.is_lateral() => Some([*one, *other]),
+        _ => None,
+    }
+}
+
 /// That the axes are proved at different speeds, and whether the default manoeuvre leaves those that they have in
 /// common; `None` of axes with one range.
 pub fn narrower(axes: &[&Inputs]) -> Option<String> {
     let first = &axes.first()?.design;
-    let is_other = |one: &&Inputs| [one.design.speed_min, one.design.speed_max] != [first.speed_min, first.speed_max];
+    let is_other =
+        |one: &&Inputs| [one.design.speed_min, one.design.speed_max] != [first.speed_min, first.speed_max];
     axes.iter().any(is_other).then(|| {
         let [low, high] = common_speeds(axes.iter().map(|one| &one.design));
-        let leaves = [first.manoeuvre.speed_from, first.manoeuvre.speed_to].iter().any(|v| *v < low || *v > high);
+        let leaves =
+            [first.manoeuvre.speed_from, first.manoeuvre.speed_to].iter().any(|v| *v < low || *v > high);
         let flown = if leaves { "; the default manoeuvre of the loop leaves that range" } else { "" };
         let names: Vec<&str> = axes.iter().map(|one| one.design.steered()).collect();
         format!("{} have the speeds {low} to {high} m/s in common{flown}", names.join(" and "))

@@ -67,12 +67,12 @@ pub fn read(name: &str, design: &str) -> Inputs {
     Inputs::read(&vehicles.join(name), design).unwrap()
 }
 
-/// The input files of an axis of a vehicle: of its default design, or of the file of that name.
+/// The input files of an axis of a vehicle: of its default design, or of `heading.toml`.
 pub fn read_axis(name: &str, axis: &str) -> Inputs {
     let vehicle = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name);
-    let all = Inputs::read_axes(&vehicle, "design").unwrap();
-    let own = all.into_iter().find(|inputs| inputs.design.steered() == axis);
-    own.unwrap_or_else(|| Inputs::read(&vehicle, axis).unwrap())
+    let all = ["design", "heading"].into_iter().filter(|name| vehicle.join(format!("{name}.toml")).exists());
+    let mut all = all.flat_map(|name| Inputs::read_axes(&vehicle, name).unwrap());
+    all.find(|inputs| inputs.design.steered() == axis).unwrap()
 }
 
 /// The committed design of Squid.

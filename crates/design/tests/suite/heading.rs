@@ -19,8 +19,9 @@ use squid_design::inputs::Inputs;
 use squid_design::run::{Finished, run};
 use squid_design::store::freeze::{frozen, gamma};
 use squid_design::uncertain::trim::random_corners;
+use squid_flight::flight::{Row, Spell, Variations};
 use squid_flight::sea::Sea;
-use squid_flight::whole::{WholeFlight, WholeRow, fly_whole};
+use squid_flight::whole::{WholeFlight, fly_whole};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -181,7 +182,7 @@ static DIVING: LazyLock<ControllerDesign> = LazyLock::new(|| {
 });
 
 /// A turn \[deg\] at 10 s in six degrees of freedom and in a current of half a metre a second, with a depth step \[m\].
-fn turned(whole: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> Vec<WholeRow> {
+fn turned(whole: &Vehicle, speed: f64, turn: f64, depth_step: f64) -> WholeFlight {
     turned_by(&MADE.1.frozen.controller, whole, speed, turn, depth_step)
 }
 
@@ -192,11 +193,11 @@ fn turned_by(
     speed: f64,
     turn: f64,
     depth_step: f64,
-) -> Vec<WholeRow> {
+) -> WholeFlight {
     let current = Current { horizontal: 0.43, east: 0.25, ..Current::default() };
     let flight = flown_in((current, None), [&*DIVING, heading], whole, &steps(speed, turn, depth_step));
-    assert_eq!(flight.surfacing, None);
-    flight.rows
+    assert_eq!(flight.surfacing(), None);
+    flight
 }
 
 /// Steps of heading \[deg\] and depth \[m\] at 10 s.
@@ -214,12 +215,13 @@ fn steps(speed: f64, turn: f64, depth_step: f64) -> Manoeuvre {
 
 /// A flight in a current and a sea.
 fn flown_in(
-    water: (Current, Option<&Sea>),
+    (current, sea): (Current, Option<&Sea>),
     designs: [&ControllerDesign; 2],
     whole: &Vehicle,
     manoeuvre: &Manoeuvre,
 ) -> WholeFlight {
-    fly_whole(whole, designs, (10.0, &MADE.0.design.pitch), manoeuvre, water).unwrap()
+    let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
+    fly_whole(whole, &designs, (10.0, &MADE.0.design.pitch), manoeuvre, &varied).unwrap()
 }
 
 /// The autopilots get what the sensors read: a bias of the compass is in the true heading with the other sign, one of
@@ -236,45 +238,48 @@ fn both_axes_fly_at_sea() {
         flown_in((water, Some(&sea)), designs, whole, &steps(1.8, 30.0, climb))
     };
     let still = flown_in((Current::default(), None), designs, whole, &steps(1.8, 30.0, 0.0));
-    let heading = |flight: &WholeFlight| flight.rows.last().unwrap().state.heading.to_degrees();
-    assert_eq!(at_sea("", [0.0; 2], 0.0), still);
+    let heading = |flight: &WholeFlight| flight.states.last().unwrap().heading.to_degrees();
+    let calm = at_sea("", [0.0; 2], 0.0);
+    let rows = |flight: &WholeFlight| flight.axes.iter().map(|axis| axis.rows.clone()).collect::<Vec<_>>();
+    assert_eq!((&calm.states, rows(&calm)), (&still.states, rows(&still)));
     assert!((heading(&still) - 30.0).abs() < 0.01, "{}", heading(&still));
 
     let biased = at_sea("[[sensor]]\nsignal = \"heading\"\nunit = \"deg\"\nbias = 2.0", [0.0; 2], 0.0);
     assert!((heading(&biased) - 28.0).abs() < 0.01, "{}", heading(&biased));
-    let last = biased.rows.last().unwrap();
-    assert!((last.read[1][HEADING] - last.state.heading - 2f64.to_radians()).abs() < 1e-12);
+    let read = biased.axes[1].sea.last().unwrap().read[HEADING];
+    assert!((read - biased.states.last().unwrap().heading - 2f64.to_radians()).abs() < 1e-12);
 
-    let states = |flight: WholeFlight| flight.rows.into_iter().map(|row| row.state).collect::<Vec<_>>();
     let [layers, given] = [("[current]\nhorizontal = 0.3", [0.0, 0.1]), ("", [0.3, 0.1])]
-        .map(|(text, current)| states(at_sea(text, current, 0.0)));
+        .map(|(text, current)| at_sea(text, current, 0.0).states);
     for (one, other) in layers.iter().zip(&given) {
         let apart = (one.x - other.x).abs().max((one.east - other.east).abs());
         assert!(apart < 1e-9, "{apart} m");
     }
-    assert!(given.last().unwrap().east > still.rows.last().unwrap().state.east + 5.0);
+    assert!(given.last().unwrap().east > still.states.last().unwrap().east + 5.0);
 
     let waves = "[waves]\nspectrum = \"jonswap\"\nheight = 0.5\nperiod = 6.0\ngamma = 3.3\nheading = 120.0";
     let climb = at_sea(waves, [0.0; 2], -15.0);
-    let end = climb.surfacing.unwrap().time;
+    let end = climb.surfacing().unwrap().time;
     assert!((15.0..60.0).contains(&end), "{end} s");
-    assert!(climb.rows.iter().all(|row| row.state.depth > -0.5 && row.time < end));
-    let sway = climb.rows.iter().map(|row| row.water.east.abs()).fold(0.0, f64::max);
+    assert!(climb.states.iter().all(|state| state.depth > -0.5));
+    assert!(climb.axes[0].rows.iter().all(|row| row.time < end));
+    let sway = climb.axes[0].sea.iter().map(|row| row.water.east.abs()).fold(0.0, f64::max);
     assert!((0.02..0.5).contains(&sway), "{sway} m/s");
 }
 
 /// When heading is within 2 % of a turn for good, after the step \[s\], and how far it goes beyond, relative to the
 /// turn.
-fn settled(rows: &[WholeRow], turn: f64) -> (f64, f64) {
-    let part = |row: &WholeRow| row.state.heading.to_degrees() / turn - 1.0;
+fn settled(flight: &WholeFlight, turn: f64) -> (f64, f64) {
+    let rows = &flight.axes[1].rows;
+    let part = |row: &Row| row.measured(HEADING).to_degrees() / turn - 1.0;
     let last = rows.iter().rposition(|row| part(row).abs() > 0.02).unwrap();
     let time = if last + 1 < rows.len() { rows[last].time - 10.0 } else { f64::INFINITY };
     (time, rows.iter().map(part).fold(0.0, f64::max))
 }
 
 /// The largest difference of depth between two flights, m.
-fn apart(one: &[WholeRow], other: &[WholeRow]) -> f64 {
-    one.iter().zip(other).map(|(a, b)| (a.state.depth - b.state.depth).abs()).fold(0.0, f64::max)
+fn apart(one: &WholeFlight, other: &WholeFlight) -> f64 {
+    one.states.iter().zip(&other.states).map(|(a, b)| (a.depth - b.depth).abs()).fold(0.0, f64::max)
 }
 
 /// The vehicle dives by 20 m and turns by 60 degrees at 8 degrees a second. The turn hardly moves the depth, and a dive
@@ -287,13 +292,13 @@ fn the_vehicle_turns_while_it_dives() {
         let (time, overshoot) = settled(&both, -60.0);
         assert!(time < 12.5 && overshoot < 0.02, "{speed}: {time} s, {overshoot}");
         assert!(apart(&both, &dive) < 0.01, "{speed}: {} m", apart(&both, &dive));
-        let dived = both.last().unwrap().state.depth - 10.0;
+        let dived = both.states.last().unwrap().depth - 10.0;
         assert!((dived - 20.0).abs() < 0.05, "{speed}: {dived} m");
-        let travel = both.windows(2).map(|pair| (pair[1].commands[2] - pair[0].commands[2]).abs());
-        let (travel, roll) =
-            (travel.sum::<f64>(), both.iter().map(|row| row.state.motion.phi.abs()).fold(0.0, f64::max));
+        let rudder = both.axes[1].rows.windows(2);
+        let travel: f64 = rudder.map(|pair| (pair[1].commands[0] - pair[0].commands[0]).abs()).sum();
+        let roll = both.states.iter().map(|state| state.motion.phi.abs()).fold(0.0, f64::max);
         assert!(travel.to_degrees() < 20.0 && roll.to_degrees() < 5.0, "{speed}: {travel}, {roll}");
-        assert!(dive.last().unwrap().state.heading.abs() < 1e-8, "{speed}");
+        assert!(dive.states.last().unwrap().heading.abs() < 1e-8, "{speed}");
     }
 }
 
@@ -305,10 +310,10 @@ fn it_turns_under_the_torque_of_its_propeller() {
     for side in [-60.0, 60.0] {
         let (both, straight) = (turned(&torque, 1.54, side, 5.0), turned(&torque, 1.54, 0.0, 5.0));
         let (time, overshoot) = settled(&both, side);
-        let roll = straight.last().unwrap().state.motion.phi.to_degrees();
+        let roll = straight.states.last().unwrap().motion.phi.to_degrees();
         assert!(time < 13.0 && overshoot < 0.03 && roll < -4.0, "{side}: {time} s, {overshoot}, {roll} deg");
         assert!(apart(&both, &straight) < 0.02, "{side}: {} m", apart(&both, &straight));
-        let off = both.last().unwrap().state.heading.to_degrees() - side;
+        let off = both.states.last().unwrap().heading.to_degrees() - side;
         assert!(off.abs() < 0.1, "{side}: {off} deg");
     }
 }
@@ -538,7 +543,7 @@ fn other_vehicles_hold_their_heading() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let others = [("vehicles/tethys", 0.28), ("tests/vehicles/nps_auv_ii", 0.35), ("vehicles/squid", 0.33)];
     for (folder, gain) in others {
-        let inputs = Inputs::read(&root.join(folder), "heading").unwrap();
+        let inputs = Inputs::read_axis(&root.join(folder), "heading", Some("heading")).unwrap();
         let finished = run(&inputs, &Progress::default()).unwrap();
         assert_eq!(finished.verdict.missed().count(), 0, "{folder}: {}", finished.verdict);
         let theorem = &finished.proof.as_ref().unwrap().theorem;
@@ -554,7 +559,8 @@ fn what_has_no_heading_says_so() {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles"));
         std::fs::read_to_string(folder.join(path)).unwrap()
     };
-    let (vehicle, design) = (file("remus100/vehicle.toml"), file("lauv/heading.toml"));
+    let (vehicle, design) =
+        (file("remus100/vehicle.toml"), file("../tests/vehicles/nps_auv_ii/heading.toml"));
     let refused = |vehicle: &str, design: &str| Inputs::parse(vehicle, design).unwrap_err().to_string();
     let sparus = refused(&file("sparus2/vehicle.toml"), &design);
     assert!(

@@ -22,23 +22,32 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
     /// The smallest length of the default range, in axis coordinates.
     pub least: f64,
+    /// Whether a unit is as long on the page as one of the other axis.
+    pub is_equal: bool,
 }
 
 impl Axis {
     /// A linear axis with the range of the curves.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), scale: Scale::Linear, range: None, least: 0.0 }
+        Self { label: label.into(), scale: Scale::Linear, range: None, least: 0.0, is_equal: false }
     }
 
     /// A logarithmic axis with the range of the curves.
     pub fn logarithmic(label: impl Into<String>) -> Self {
-        Self { label: label.into(), scale: Scale::Logarithmic, range: None, least: 0.0 }
+        Self { label: label.into(), scale: Scale::Logarithmic, range: None, least: 0.0, is_equal: false }
     }
 
     /// This axis with a given range.
     #[must_use]
     pub fn over(mut self, from: f64, to: f64) -> Self {
         self.range = Some((from, to));
+        self
+    }
+
+    /// This axis with units as long on the page as those of the other.
+    #[must_use]
+    pub fn equal(mut self) -> Self {
+        self.is_equal = true;
         self
     }
 

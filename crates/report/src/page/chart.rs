@@ -89,6 +89,16 @@ impl Chart {
         Self { title: title.into(), x: Axis::logarithmic("frequency (rad/s)"), y, curves }
     }
 
+    /// A track seen from above, north upwards: points are (east, north), m.
+    pub fn from_above(title: impl Into<String>, curves: Vec<Curve>) -> Self {
+        Self {
+            title: title.into(),
+            x: Axis::linear("east (m)"),
+            y: Axis::linear("north (m)").equal(),
+            curves,
+        }
+    }
+
     /// The chart as an `svg` element with further attributes.
     pub fn svg(&self, keys: &[Key], size: Size, attributes: &str) -> String {
         let placed: Vec<(usize, Vec<(f64, f64)>)> = self
@@ -105,6 +115,7 @@ impl Chart {
         let last = self.x.words(x, X_TICKS).last().map_or(0.0, |(_, word)| breadth(word));
         let (left, right) = (left.max((widest + WORD + 2.0).ceil()), right.max((0.5 * last).ceil() + 1.0));
         let (width, height) = (f64::from(size.0) - left - right, f64::from(size.1) - top - bottom);
+        let (x, y) = if self.y.is_equal { equal((x, y), width / height) } else { (x, y) };
         let frame = Frame { left, top, width, height, x, y };
         format!(
             "<svg {attributes} viewBox=\"0 0 {} {}\"{}>{}{}</svg>",
@@ -169,6 +180,16 @@ impl Chart {
             escaped(&self.x.label)
         )
     }
+}
+
+/// Two ranges, of which one is widened about its middle until their units are equally long in a frame of this width
+/// over height.
+fn equal((x, y): ((f64, f64), (f64, f64)), shape: f64) -> ((f64, f64), (f64, f64)) {
+    let widened = |(from, to): (f64, f64), length: f64| {
+        let (middle, half) = (0.5 * (from + to), 0.5 * length.max(to - from));
+        (middle - half, middle + half)
+    };
+    (widened(x, shape * (y.1 - y.0)), widened(y, (x.1 - x.0) / shape))
 }
 
 /// The curves, in a nested SVG that clips them at the frame.
@@ -256,6 +277,24 @@ mod tests {
             let widest = chart.y.words((2.5e-5 * scale, 3.8e-5 * scale), Y_TICKS);
             assert!(widest.iter().all(|(_, word)| breadth(word) + WORD < left), "{widest:?} {left}");
             assert!(left + width + 0.5 * breadth("0.38") <= f64::from(SMALL.0), "{left} {width}");
+        }
+    }
+
+    /// A square from above is as wide as high, in a frame of any shape, and wholly inside it.
+    #[test]
+    fn a_square_from_above_is_a_square() {
+        for scale in [(1.0, 1.0), (200.0, 3.0), (3.0, 200.0)] {
+            let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (scale.0, scale.1)];
+            let chart = Chart::from_above("", vec![Curve { key: 0, points: corners.to_vec() }]);
+            let places = places(&chart.svg(&[Key::nth(0, "one")], SMALL, ""));
+            let (wide, high) = (places[1].0 - places[0].0, places[1].1 - places[2].1);
+            assert!((wide - high).abs() < 0.02 * wide.max(1.0), "{places:?}");
+            let [left, right, top, bottom] = FRAME.map(f64::from);
+            let inside = |p: &(f64, f64)| {
+                (0.0..=f64::from(SMALL.0) - left - right).contains(&p.0)
+                    && (0.0..=f64::from(SMALL.1) - top - bottom).contains(&p.1)
+            };
+            assert!(places.iter().all(inside), "{places:?}");
         }
     }
 

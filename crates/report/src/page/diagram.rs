@@ -7,7 +7,7 @@ use std::fmt::Write;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagram {
     /// Anchor in the page.
-    pub name: &'static str,
+    pub name: String,
     /// Caption.
     pub caption: String,
     size: (u32, u32),
@@ -21,8 +21,8 @@ const HEAD: (f64, f64) = (3.5, 9.0);
 
 impl Diagram {
     /// An empty diagram with a width and a height in units of the page.
-    pub fn new(name: &'static str, caption: String, size: (u32, u32)) -> Self {
-        Self { name, caption, size, drawn: String::new() }
+    pub fn new(name: &str, caption: String, size: (u32, u32)) -> Self {
+        Self { name: name.into(), caption, size, drawn: String::new() }
     }
 
     /// A box with a centre, a width and height, and lines of text.
@@ -71,7 +71,7 @@ impl Diagram {
 
     /// The diagram as part of a page.
     pub fn html(&self) -> String {
-        let (name, caption, (width, height)) = (self.name, escaped(&self.caption), self.size);
+        let (name, caption, (width, height)) = (&self.name, escaped(&self.caption), self.size);
         format!(
             "<figure id=\"{name}\" class=\"diagram\">\n<svg role=\"img\" aria-label=\"{caption}\" viewBox=\"0 0 \
                 {width} {height}\" width=\"{width}\" font-size=\"14\" text-anchor=\"middle\">{}</svg>\n\

@@ -91,7 +91,9 @@ impl Figure {
         let head = LINE * lines.len() as u32;
         let (legend, rows) = self.legend(f64::from(width), head);
         let top = head + LINE * rows + 12;
-        let height = top + size.1 * self.charts.len().div_ceil(across) as u32;
+        // What is seen from above is twice as high.
+        let high = |row: &[Chart]| if row.iter().any(|chart| chart.y.is_equal) { 2 * size.1 } else { size.1 };
+        let height = top + self.charts.chunks(across).map(high).sum::<u32>();
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
                 {height}\" class=\"sheet\" font-family=\"{FONT}\">\n<style>{STYLE}</style>\n<rect width=\"{width}\" \
@@ -102,10 +104,15 @@ impl Figure {
             let _ = writeln!(out, "<text x=\"6\" y=\"{y}\" font-size=\"15\">{}</text>", escaped(line));
         }
         out += &legend;
-        for (i, chart) in self.charts.iter().enumerate() {
-            let (x, y) = (size.0 * (i % across) as u32, top + size.1 * (i / across) as u32);
-            let place = format!("x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"", size.0, size.1);
-            let _ = writeln!(out, "{}", chart.svg(&self.keys, size, &place));
+        let mut y = top;
+        for row in self.charts.chunks(across) {
+            let size = (size.0, high(row));
+            for (i, chart) in row.iter().enumerate() {
+                let x = size.0 * i as u32;
+                let place = format!("x=\"{x}\" y=\"{y}\" width=\"{}\" height=\"{}\"", size.0, size.1);
+                let _ = writeln!(out, "{}", chart.svg(&self.keys, size, &place));
+            }
+            y += size.1;
         }
         out + "</svg>\n"
     }

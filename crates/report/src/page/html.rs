@@ -64,13 +64,13 @@ fn prose(text: &str) -> String {
 fn overview(report: &Report) -> String {
     let mut out = "</header>\n<nav><ul>\n".to_owned();
     for section in &report.sections {
-        let _ = writeln!(out, "<li><a href=\"#{}\">{}</a></li>", section.id, escaped(section.title));
+        let _ = writeln!(out, "<li><a href=\"#{}\">{}</a></li>", section.id, escaped(&section.title));
     }
     out + "</ul></nav>\n<main>\n"
 }
 
 fn section(section: &Section) -> String {
-    let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(section.title));
+    let mut out = format!("<section id=\"{}\">\n<h2>{}</h2>\n", section.id, escaped(&section.title));
     for part in &section.parts {
         out += &match part {
             Part::Words(words) => paragraph(words),

@@ -1,4 +1,4 @@
-//! Plots over time: stacked charts with a common axis.
+//! Plots of a flight: stacked charts over time, and its track from above.
 
 use crate::error::Error;
 use crate::page::{Chart, Curve, Figure, Key, WIDTH, extent};
@@ -33,12 +33,26 @@ pub struct Panel {
     pub label: String,
     /// The lines.
     pub lines: Vec<Line>,
+    /// Whether it is a track seen from above: points are (east, north), m.
+    pub is_from_above: bool,
+}
+
+impl Panel {
+    /// A panel over time (s).
+    pub fn over_time(label: impl Into<String>, lines: Vec<Line>) -> Self {
+        Self { label: label.into(), lines, is_from_above: false }
+    }
+
+    /// A track seen from above.
+    pub fn from_above(lines: Vec<Line>) -> Self {
+        Self { label: String::new(), lines, is_from_above: true }
+    }
 }
 
 /// Larger numbers come from a diverged flight and would overflow the axes.
 const LARGEST_DRAWN: f64 = 1e100;
 
-/// Draws panels over time (s) as SVG for a file. Lines with the same name have the same colour in all panels.
+/// Draws panels as SVG for a file. Lines with the same name have the same colour in all panels.
 ///
 /// # Errors
 /// [`Error::Plot`] with the file.
@@ -56,7 +70,11 @@ pub fn draw(path: &Path, title: &str, panels: &[Panel]) -> Result<String, Error>
         let wider = |nth: usize| if nth + 1 < panel.lines.len() { 2.0 * WIDTH } else { WIDTH };
         let lines = panel.lines.iter().enumerate();
         let curves = lines.map(|(nth, line)| curve(line, wider(nth), &mut keys)).collect();
-        charts.push(Chart::over_time("", panel.label.as_str(), curves));
+        charts.push(if panel.is_from_above {
+            Chart::from_above("track", curves)
+        } else {
+            Chart::over_time("", panel.label.as_str(), curves)
+        });
     }
     let figure = Figure { name: String::new(), caption: String::new(), keys, charts };
     Ok(figure.stacked(title))
@@ -110,7 +128,7 @@ mod tests {
     #[test]
     fn values_too_large_for_an_axis_are_rejected() {
         let line = Line { name: "pitch".into(), points: vec![(0.0, 1e308), (1.0, -1e308)], kind: Kind::Own };
-        let panel = Panel { label: "rad".into(), lines: vec![line] };
+        let panel = Panel::over_time("rad", vec![line]);
         let folder = tempfile::tempdir().unwrap();
         let message = draw(&folder.path().join("a.svg"), "a", &[panel]).unwrap_err().to_string();
         assert!(message.contains("no axis can be drawn from -1e308 to 1e308"), "{message}");

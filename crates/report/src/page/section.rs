@@ -1,6 +1,6 @@
 //! A section of the report: text, figures, diagrams, tables and boxes, in order.
 
-use crate::page::{Diagram, Figure};
+use crate::page::{Diagram, Figure, capital};
 
 /// A table of text and numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,9 +46,34 @@ pub enum Part {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
     /// Anchor.
-    pub id: &'static str,
+    pub id: String,
     /// Heading.
-    pub title: &'static str,
+    pub title: String,
     /// Content.
     pub parts: Vec<Part>,
+}
+
+impl Section {
+    /// A section with an anchor and a heading.
+    pub fn new(id: &str, title: &str, parts: Vec<Part>) -> Self {
+        Self { id: id.into(), title: title.into(), parts }
+    }
+
+    /// The section on a page with those of other axes: its anchors begin with what its own axis steers, as its heading
+    /// does.
+    #[must_use]
+    pub fn of_axis(mut self, axis: &str) -> Self {
+        for part in &mut self.parts {
+            match part {
+                Part::Figure(figure) => figure.name = format!("{axis}-{}", figure.name),
+                Part::Diagram(diagram) => diagram.name = format!("{axis}-{}", diagram.name),
+                Part::Words(_) | Part::Table(_) | Part::Boxed(_) => {}
+            }
+        }
+        Self {
+            id: format!("{axis}-{}", self.id),
+            title: format!("{}: {}", capital(axis), self.title),
+            ..self
+        }
+    }
 }

@@ -17,7 +17,7 @@ pub(super) fn drawn(plan: &Plan<'_>, flight: u64) -> Value {
     let named = |(block, value): (&Block, f64)| (block.name.clone(), value.into());
     let coefficients = plan.values(&drawn).filter(parameter).map(named);
     let start: Map<String, Value> = coefficients.chain(sea(plan, &drawn)).collect();
-    let actuators = plan.inputs.vehicle.actuators.iter().map(|actuator| actuator.name.clone());
+    let actuators = plan.vehicle.actuators.iter().map(|actuator| actuator.name.clone());
     let gains: Map<String, Value> = actuators.zip(plan.gains(&drawn).into_iter().map(Value::from)).collect();
     json!({ "flight": flight, "manoeuvre": drawn.manoeuvre, "start": start, "gains": gains })
 }
@@ -47,7 +47,7 @@ fn sea(plan: &Plan<'_>, drawn: &Drawn) -> Vec<(String, Value)> {
 pub(super) fn judged(plan: &Plan<'_>, records: &Path, flight: u64) -> Result<Row, Error> {
     let path = records.join(format!("flight-{flight}.csv"));
     let record = read_record(&path)?;
-    let actuators = &plan.inputs.vehicle.actuators;
+    let actuators = &plan.vehicle.actuators;
     let rows = rows(&record, actuators, &longitudinal::SIGNALS).map_err(|reason| wrong(&path, reason))?;
     let distance = record.get("distance").ok_or_else(|| wrong(&path, "there is no column 'distance'"))?;
     Ok(plan.judge(flight, rows, distance)?)

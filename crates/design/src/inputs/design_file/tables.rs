@@ -83,7 +83,8 @@ impl DesignFile {
         let is_known = |place: &usize| axes[..*place].iter().any(|other| other.name == axes[*place].name);
         match (0..axes.len()).find(is_known) {
             Some(place) => {
-                let (found, allowed) = (format!("of {} again", axes[place].name), "of another tracked output");
+                let (found, allowed) =
+                    (format!("of {} again", axes[place].name), "of another tracked output");
                 Err(refused((text, file), place, &found, allowed))
             }
             None => Ok(axes),
