@@ -88,14 +88,14 @@ pub enum Verb {
         /// The initial design: NAME.toml in the vehicle's directory, created if it does not exist
         #[arg(long, value_name = "NAME", default_value = DEFAULT_DESIGN, value_parser = design_name)]
         design: String,
-        /// The axis of a design file with several, by what it steers
+        /// The axis of a design file with several, by what it steers; by default each in turn
         #[arg(long, value_name = "NAME")]
         axis: Option<String>,
-        /// What a design file that is created tracks: pitch and speed, or heading, at the speeds of design.toml if
-        /// there is one. None is created that tracks depth: write `[[track]]` of depth into one of pitch, see
-        /// docs/guide.md
-        #[arg(long, value_enum, value_name = "OUTPUT", default_value_t = Track::Pitch, conflicts_with = "controller")]
-        track: Track,
+        /// What a design file that is created tracks alone: pitch and speed, or heading, at the speeds of design.toml if
+        /// there is one. By default all that the vehicle can steer, each as an axis. None is created that tracks depth:
+        /// write `[[track]]` of depth into one of pitch, see docs/guide.md
+        #[arg(long, value_enum, value_name = "OUTPUT", conflicts_with = "controller")]
+        track: Option<Track>,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
         #[arg(long, value_name = "NAME", value_parser = design_name)]
         to: Option<String>,

@@ -80,6 +80,21 @@ impl Inputs {
         Ok(Self::of(parsed.0, vec![parsed.1], hashes(vehicle, design), files)?.remove(0))
     }
 
+    /// The axes of a vehicle and the text of a design file that is not written yet; `files` are the names of both in
+    /// messages.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and that of the text.
+    pub fn parse_axes(
+        vehicle: &Vehicle,
+        design: &str,
+        files: [&str; 2],
+        name: &str,
+    ) -> Result<Vec<Self>, InputError> {
+        let designs = DesignFile::parse_each(design, files[1], name)?;
+        Self::of(vehicle.clone(), designs, hashes(&format!("{vehicle:?}"), design), files)
+    }
+
     /// Reads `vehicle.toml` and the design `name` from a vehicle's directory, and returns each axis.
     ///
     /// # Errors

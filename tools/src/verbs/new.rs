@@ -109,7 +109,7 @@ pub fn run(directory: &Path, like: Like) -> Result<(), Error> {
          {more}Next: squid show {shown} --speed {speed}; squid design {shown}\n\
          With your own numbers in vehicle.toml: squid tune {shown} --design own, which begins own.toml from them, with \
          a range of speed, steps and weights that suit the vehicle; then squid design {shown} --design own. \
-         design.toml is still that of {whose}: remove it then. With --track heading it begins one of heading."
+         design.toml is still that of {whose}: remove it then."
     ));
     let names = ["vehicle.toml", "design.toml"].into_iter().chain(others.iter().map(|(file, ..)| *file));
     let files: Vec<_> = names.map(|name| directory.join(name)).collect();

@@ -2,15 +2,14 @@
 
 use crate::cli::{Track, read_vehicle};
 use crate::error::Error;
-use crate::output::answer;
+use crate::output::{answer, answer_each, say};
 use crate::progress::show;
 use base::files::{self, check_directory, write};
 use base::progress::Progress;
 use scheduled::DEFAULT_DESIGN;
-use serde_json::json;
+use serde_json::{Value, json};
 use squid_design::error::InputError;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::design_file::DesignFile;
 use squid_design::run::Finished;
 use squid_design::store::Stored;
 use squid_report::peers::against_pid;
@@ -20,7 +19,7 @@ use squid_tune::candidate::Candidate;
 use squid_tune::gain::TunedGain;
 use squid_tune::pid::tune_pid;
 use squid_tune::search::{CandidateStatus, Tuned, search};
-use squid_tune::start::{Beside, start, start_heading};
+use squid_tune::start::{Beside, start, start_heading, start_whole};
 use std::path::Path;
 
 /// Rows of the table of the front.
@@ -32,7 +31,7 @@ const SHOWN: usize = 12;
 /// Those of the files and of the search; [`Error::Missed`] where what was found misses a requirement.
 pub fn run(
     (vehicle, design, axis): (&Path, &str, Option<&str>),
-    begun_for: Track,
+    begun_for: Option<Track>,
     to: Option<&str>,
     designs: usize,
 ) -> Result<(), Error> {
@@ -40,22 +39,43 @@ pub fn run(
         let allowed = "at least 1".into();
         return Err(Error::Argument { name: "--designs", found: auv::number(0.0), allowed });
     }
-    let (inputs, text, begun) = read(vehicle, (design, axis), begun_for)?;
-    if inputs.design.controller.is_some() {
-        let (file, what) = (inputs.design.file.clone(), "there are no weights to search");
+    let (axes, text, begun) = read(vehicle, (design, axis), begun_for)?;
+    if let Some(given) = axes.iter().find(|inputs| inputs.design.controller.is_some()) {
+        let (file, what) = (given.design.file.clone(), "there are no weights to search");
         return Err(InputError::GivenController { file, what }.into());
     }
     let name = target(to, design, begun);
-    let to = vehicle.join(format!("{name}.toml"));
+    let written = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    for words in inputs.doubts() {
-        progress.done("", &format!("WARNING: {words}"));
+    let mut doubts: Vec<String> = axes.iter().flat_map(Inputs::doubts).collect();
+    doubts.dedup();
+    doubts.iter().for_each(|words| progress.done("", &format!("WARNING: {words}")));
+    let (mut text, mut figures, mut missed) = (text, vec![], vec![]);
+    for inputs in &axes {
+        if axes.len() > 1 {
+            say(&format!("\nAxis of {}", inputs.design.steered()));
+        }
+        let tuned = search(inputs, &text, designs, &progress)?;
+        write(&written, tuned.text.as_bytes())?;
+        let to = (vehicle, name, written.as_path(), begun);
+        figures.push(of_axis(inputs, &tuned, to, &progress)?);
+        missed.extend(tuned.finished.verdict.missed().map(crate::verbs::design::missed));
+        text = tuned.text;
     }
-    let tuned = search(&inputs, &text, designs, &progress)?;
-    write(&to, tuned.text.as_bytes())?;
+    answer_each(&figures)?;
+    if missed.is_empty() { Ok(()) } else { Err(Error::Missed { missed }) }
+}
+
+/// Prints what was found for an axis, and returns it for programs.
+fn of_axis(
+    inputs: &Inputs,
+    tuned: &Tuned,
+    (vehicle, name, to, begun): (&Path, &str, &Path, bool),
+    progress: &Progress,
+) -> Result<Value, Error> {
     progress.done("verdict", &tuned.finished.verdict.to_string());
-    progress.done("front", &front(&tuned));
+    progress.done("front", &front(tuned));
     let proved = match &tuned.finished.proof {
         Ok(proof) => format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
         Err(reason) => format!("NOT PROVED: {reason}"),
@@ -66,17 +86,17 @@ pub fn run(
             tuned.tried
         )
     } else {
-        not_found(&tuned)
+        not_found(tuned)
     };
-    let against = against(&inputs, &tuned.text, &tuned.finished, &progress)?;
-    let end = end(&tuned, vehicle, name);
-    let next = next(&inputs, vehicle, name, begun);
+    let against = against(inputs, &tuned.text, &tuned.finished, progress)?;
+    let end = end(tuned, vehicle, name);
+    let next = next(inputs, vehicle, name, begun);
     progress.done("tuned", &format!("{best}; {proved}\n{against}\n{end}\n{}\n{next}", to.display()));
     let point = |(p, standing): &(Candidate, CandidateStatus)| {
         let (rise, disk_margin, meets_all) = (p.rise, p.disk, p.meets_all());
         json!({ "rise": rise, "disk_margin": disk_margin, "meets_all": meets_all, "remark": remark(standing) })
     };
-    answer(&json!({
+    let mut found = json!({
         "file": to,
         "tried": tuned.tried,
         "ended": tuned.ended,
@@ -84,8 +104,11 @@ pub fn run(
         "verdict": tuned.finished.verdict,
         "against_pid": against,
         "front": tuned.front.iter().map(point).collect::<Vec<_>>(),
-    }))?;
-    missed(&tuned.finished)
+    });
+    if inputs.design.axis.is_some() {
+        found["axis"] = json!(inputs.design.steered());
+    }
+    Ok(found)
 }
 
 /// The name of the design to write: a file that people wrote is not overwritten unless they name it.
@@ -114,7 +137,12 @@ pub fn pid(
     to: Option<&str>,
     degree: usize,
 ) -> Result<(), Error> {
-    let (inputs, text, begun) = read(vehicle, (design, axis), Track::Pitch)?;
+    let (axes, text, begun) = read(vehicle, (design, axis), Some(Track::Pitch))?;
+    let [inputs] = &axes[..] else {
+        let steered: Vec<&str> = axes.iter().map(|one| one.design.steered()).collect();
+        let (file, axes) = (axes[0].design.file.clone(), steered.join(", "));
+        return Err(InputError::SeveralAxes { file, axes }.into());
+    };
     let name = target(to, design, begun);
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
@@ -184,42 +212,55 @@ fn not_found(tuned: &Tuned) -> String {
     words
 }
 
-/// The files; without a design file one that is begun from the vehicle.
+/// The files of each axis; without a design file one that is begun from the vehicle.
 fn read(
     directory: &Path,
     (design, axis): (&str, Option<&str>),
-    track: Track,
-) -> Result<(Inputs, String, bool), Error> {
+    track: Option<Track>,
+) -> Result<(Vec<Inputs>, String, bool), Error> {
     if !directory.is_dir() {
         return Err(InputError::NoVehicle { directory: directory.display().to_string() }.into());
     }
     let path = directory.join(format!("{design}.toml"));
     if path.exists() {
-        let inputs = Inputs::read_axis(directory, design, axis)?;
-        if track == Track::Heading && !inputs.design.is_lateral() {
+        let axes = match axis {
+            Some(_) => vec![Inputs::read_axis(directory, design, axis)?],
+            None => Inputs::read_axes(directory, design)?,
+        };
+        if track == Some(Track::Heading) && !axes.iter().any(|inputs| inputs.design.is_lateral()) {
             let found = format!("heading, and {} tracks something else", path.display());
             return Err(Error::Argument { name: "--track", found, allowed: "what the file tracks".into() });
         }
-        return Ok((inputs, files::read(&path)?, false));
+        return Ok((axes, files::read(&path)?, false));
     }
     let file = directory.join("vehicle.toml");
     let vehicle = read_vehicle(&file)?;
+    let files = [&file, &path].map(|file| file.display().to_string());
+    let named = files.each_ref().map(String::as_str);
+    let progress = Progress::new(&show);
     let text = match track {
-        Track::Pitch => start(&vehicle)?,
-        Track::Heading => {
-            let files = [&file, &path].map(|file| file.display().to_string());
-            start_heading(&vehicle, files.each_ref().map(String::as_str), beside(directory)?)?
+        Some(Track::Pitch) => start(&vehicle)?,
+        Some(Track::Heading) => start_heading(&vehicle, named, beside(directory)?)?,
+        None => {
+            let (text, left_out) = start_whole(&vehicle, named)?;
+            if let Some(reason) = left_out {
+                progress.done("start", &format!("without an axis of heading: {reason}"));
+            }
+            text
         }
     };
-    let parsed = DesignFile::parse(&text, &path.display().to_string(), design)?;
-    let words = format!(
-        "begun from the vehicle: {} to {} m/s, steps of {:.1} deg",
-        auv::number(parsed.speed_min),
-        auv::number(parsed.speed_max),
-        parsed.manoeuvre.step(parsed.interface.signals[parsed.stepped()].name).to_degrees()
-    );
-    Progress::new(&show).done("start", &words);
-    Ok((Inputs::new(vehicle, parsed)?, text, true))
+    let axes = Inputs::parse_axes(&vehicle, &text, named, design)?;
+    for Inputs { design, .. } in &axes {
+        let step = design.manoeuvre.step(design.steered()).to_degrees();
+        let words = format!(
+            "begun from the vehicle: {}, {} to {} m/s, steps of {step:.1} deg",
+            design.steered(),
+            auv::number(design.speed_min),
+            auv::number(design.speed_max),
+        );
+        progress.done("start", &words);
+    }
+    Ok((axes, text, true))
 }
 
 /// What heading shares with the design of level flight, if there is one.

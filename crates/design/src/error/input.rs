@@ -11,8 +11,7 @@ pub enum InputError {
     NoVehicle { directory: String },
     /// There is no design of that name.
     #[error(
-        "{path}: there is no such file; `squid tune {directory} --design {name}` begins one from the vehicle alone, \
-         with --track heading one of heading"
+        "{path}: there is no such file; `squid tune {directory} --design {name}` begins one from the vehicle alone"
     )]
     NoDesign { path: String, directory: String, name: String },
     /// The vehicle file or the design file is wrong.

@@ -578,7 +578,7 @@ fn what_has_no_heading_says_so() {
     let both = refused(&vehicle, &both);
     assert!(
         both.contains(
-            "'track.output' is \"depth\"; it must be in a design file of its own: it is not of the axis"
+            "'track.output' is \"depth\"; it must be in an [[axis]] of its own: it is not of the axis"
         ),
         "{both}"
     );
@@ -591,7 +591,7 @@ fn what_has_no_heading_says_so() {
         measured.contains("it must be \"heading\" or \"heading_rate\" or \"roll\" or \"sway\""),
         "{measured}"
     );
-    let fast = refused(&vehicle, &design.replacen("turn_rate = 8.0", "turn_rate = 800.0", 1));
+    let fast = refused(&vehicle, &design.replacen("turn_rate = 1.5", "turn_rate = 800.0", 1));
     assert!(fast.contains("'envelope.turn_rate' is 800; it must be above 0, at most 90 deg"), "{fast}");
     let sea = "[sea]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\ndepth = 3.0\n";
     let sea = refused(&vehicle, &(design + sea));

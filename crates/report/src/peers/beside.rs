@@ -286,6 +286,7 @@ mod tests {
         let mut slow = first.clone();
         "slow.toml".clone_into(&mut slow.design.file);
         "slow".clone_into(&mut slow.design.name);
+        "slow".clone_into(&mut slow.design.autopilot);
         slow.design.speed_min = 0.75;
         slow.design.manoeuvre.duration = 50.0;
         assert_eq!(

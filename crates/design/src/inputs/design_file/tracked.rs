@@ -144,7 +144,7 @@ fn signal(
         let other =
             longitudinal::tracked().map(|(signal, _)| signal.name).find(|name| table.is_text(key, name));
         if let Some(other) = other {
-            let own = format!("in a design file of its own: it is not of the axis of \"{heading}\"");
+            let own = format!("in an [[axis]] of its own: it is not of the axis of \"{heading}\"");
             table.not_allowed(key, format!("\"{other}\""), own);
             return None;
         }
