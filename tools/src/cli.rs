@@ -567,13 +567,13 @@ impl Which {
     /// # Errors
     /// [`Error::Argument`], those of the files.
     pub fn read(&self) -> Result<Asked, Error> {
+        let (vehicle, design) = (&self.vehicle, &self.design);
         let read = match &self.axis {
-            Some(_) => vec![inputs((&self.vehicle, &self.design), self.axis.as_deref(), self.bandwidth)?],
-            None => {
-                let all = Inputs::read_axes(&self.vehicle, &self.design)?;
-                all.into_iter().map(|one| with_bandwidth(one, self.bandwidth)).collect::<Result<_, _>>()?
-            }
+            Some(_) => vec![Inputs::read_axis(vehicle, design, self.axis.as_deref())?],
+            None => Inputs::read_axes(vehicle, design)?,
         };
+        let read = read.into_iter().map(|one| with_bandwidth(one, self.bandwidth));
+        let read: Vec<Inputs> = read.collect::<Result<_, _>>()?;
         let all = self.out.clone().unwrap_or_else(|| store::default_directory(&read[0]));
         let of = |inputs: Inputs| {
             let directory = store::axis_directory(&all, &inputs);
@@ -582,17 +582,6 @@ impl Which {
         let axes: Vec<(Inputs, PathBuf)> = read.into_iter().map(of).collect();
         let directory = if let [(_, own)] = &axes[..] { own.clone() } else { all };
         Ok(Asked { axes, directory })
-    }
-
-    /// Reads the vehicle and design files of one axis; also returns the directory of its design.
-    ///
-    /// # Errors
-    /// As [`Which::read`], of a file with several axes if none is named.
-    pub fn read_one(&self) -> Result<(Inputs, PathBuf), Error> {
-        let inputs = inputs((&self.vehicle, &self.design), self.axis.as_deref(), self.bandwidth)?;
-        let all = self.out.clone().unwrap_or_else(|| store::default_directory(&inputs));
-        let directory = store::axis_directory(&all, &inputs);
-        Ok((inputs, directory))
     }
 
     /// The command that writes the report of this design.
@@ -619,16 +608,6 @@ impl Which {
         all.into_iter().try_for_each(|directory| check_directory(directory))?;
         Ok(asked)
     }
-
-    /// As [`Which::read_one`] and [`Which::read_to_write`].
-    ///
-    /// # Errors
-    /// Those of both.
-    pub fn read_one_to_write(&self) -> Result<(Inputs, PathBuf), Error> {
-        let (inputs, directory) = self.read_one()?;
-        check_directory(&directory)?;
-        Ok((inputs, directory))
-    }
 }
 
 /// A path as typed in a shell.
@@ -637,18 +616,7 @@ fn shown(path: &Path) -> String {
     if path.contains(char::is_whitespace) { format!("'{path}'") } else { path }
 }
 
-/// The files of a design with one axis, or of one of its axes.
-///
-/// # Errors
-/// [`Error::Argument`] of `--bandwidth`, those of the files.
-pub fn inputs(
-    (vehicle, design): (&Path, &str),
-    axis: Option<&str>,
-    bandwidth: Option<f64>,
-) -> Result<Inputs, Error> {
-    with_bandwidth(Inputs::read_axis(vehicle, design, axis)?, bandwidth)
-}
-
+/// The inputs with another bandwidth, if one is given.
 fn with_bandwidth(read: Inputs, bandwidth: Option<f64>) -> Result<Inputs, Error> {
     bandwidth.map_or(Ok(read.clone()), |bandwidth| read.with_bandwidth(bandwidth)).map_err(|reason| {
         match reason {

@@ -170,7 +170,10 @@ impl Inputs {
         let one = |(design, vehicle): (DesignFile, &Vehicle)| {
             Self::of_axis([&whole, &plane, vehicle], design, hashes.clone(), files[1])
         };
-        designs.into_iter().zip(&vehicles).map(one).collect()
+        let mut axes: Vec<Self> = designs.into_iter().zip(&vehicles).map(one).collect::<Result<_, _>>()?;
+        // In whatever order they stand in the file: what holds level flight comes first.
+        axes.sort_by_key(|axis| axis.design.is_lateral());
+        Ok(axes)
     }
 
     /// The same vehicle with another design of the axis, identified by a hash of its content.

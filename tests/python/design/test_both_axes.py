@@ -406,6 +406,34 @@ def test_axes_of_one_vehicle(
     assert not (tmp_path / "build").exists()
 
 
+def test_the_order_of_axes_does_not_matter(run_squid: Run, tmp_path: Path) -> None:
+    """What holds level flight comes first; names of axes, folders and certificates do not depend on the file."""
+    vehicle = changed(tmp_path, {})
+    show = ("show", vehicle, "--speed", "1.8", "--json")
+    before = run_squid(*show, cwd=tmp_path)
+    design = vehicle / "design.toml"
+    shared, depth, heading = design.read_text(encoding="utf-8").split("[[axis]]\n")
+    design.write_text("[[axis]]\n".join((shared, heading, f"\n{depth}")), encoding="utf-8")
+    after = run_squid(*show, cwd=tmp_path)
+    assert [axis["axis"] for axis in json.loads(after.stdout)["axes"]] == ["depth", "heading"]
+    assert after.stdout == before.stdout
+
+
+def test_what_was_packed_of_another_design_goes(run_squid: Run, made: Made, tmp_path: Path) -> None:
+    """An axis that is designed anew takes the FMUs of all axes with it, and the certificates of both."""
+    vehicle, here = changed(tmp_path / "other", {}, {}, {"back_off = 0.04": "back_off = 0.05"}), made.copy(tmp_path)
+    folder = here / "build" / "remus100" / "design"
+    shutil.move(vehicle, here / "remus100")
+    shutil.copy(made.both, folder)
+    for mark in folder.glob("*/.squid-vehicle"):
+        mark.unlink()
+    done = run_squid("design", here / "remus100", "--axis", "heading", "--no-advise", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert f"{NAME}: it was of an earlier design" in done.stdout and not (folder / NAME).exists()
+    done = run_squid("package", here / "remus100", cwd=here)
+    assert done.returncode == 1 and "depth" in done.stderr and "the design file" in done.stderr, done.stderr
+
+
 def test_two_axes_do_not_steer_the_same(run_squid: Run, tmp_path: Path) -> None:
     vehicle = changed(tmp_path, {})
     design = vehicle / "design.toml"

@@ -113,7 +113,10 @@ def test_both_axes_fly_in_six_degrees_of_freedom(run_squid: Run, packed: Path, t
 def test_squid_turns_by_two_of_its_thrusters(run_squid: Run, tmp_path: Path) -> None:
     """Beside pitch steps of 10 degrees, within the 15 N that are kept for it; the others never yaw it."""
     both = ("--design", "heading")
-    out = Path(shutil.copytree(designed(run_squid, SQUID, *both), tmp_path / "out"))
+    made = designed(run_squid, SQUID, *both)
+    printed = (made / "design.txt").read_text(encoding="utf-8")
+    assert "24 of 24 flights end at their references: steps of pitch and heading" in printed
+    out = Path(shutil.copytree(made, tmp_path / "out"))
     done = run_squid("simulate", SQUID, *both, "--json", "--out", out, timeout=900.0)
     assert done.returncode == 0, done.stderr
     turns = json.loads(done.stdout)["turns"]

@@ -5,9 +5,13 @@ use crate::error::Error;
 use crate::output::{answer, say};
 use crate::progress::{Later, show};
 use base::files::read;
+use base::numbers::percent;
 use base::progress::{Event, Progress};
 use rayon::prelude::*;
+use serde::Serialize;
 use serde_json::{Value, json};
+use squid_campaign::flight::Outcome;
+use squid_campaign::plan::{Plan, Points};
 use squid_design::certify::constant::{CERTIFICATE as CONSTANT_CERTIFICATE, constant};
 use squid_design::error::{Error as DesignError, StoreError};
 use squid_design::inputs::Inputs;
@@ -20,6 +24,7 @@ use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
 use squid_tune::advise::advise;
 use squid_tune::attempt::ControllerKind;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Designs a controller, writes the files of the design, and prints the result.
@@ -28,22 +33,30 @@ use std::path::{Path, PathBuf};
 /// Those of the files and of the stages; [`Error::NotProved`]; [`Error::Missed`] with `strict`.
 pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
     let Asked { axes, directory } = which.read_to_write()?;
-    let mut made = side_by_side(&axes, asked);
-    let mut of_axes = vec![];
-    for (place, (inputs, directory)) in axes.iter().enumerate() {
+    let (mut of_axes, mut stored) = (vec![], vec![]);
+    for (place, (later, finished)) in side_by_side(&axes, asked).into_iter().enumerate() {
+        let (inputs, directory) = &axes[place];
         if axes.len() > 1 && place > 0 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        let (later, finished) = made.remove(0);
         later.show();
-        of_axes.push(of_axis((inputs, directory), finished?, asked)?);
+        of_axes.push(finished.and_then(|finished| {
+            stored.push((inputs, Stored::of(&finished.frozen, inputs)));
+            of_axis((inputs, directory), finished, asked)
+        }));
     }
+    // After all of them were shown.
+    let of_axes = of_axes.into_iter().collect::<Result<Vec<_>, Error>>()?;
     let (figures, missed): (Vec<Value>, Vec<Vec<String>>) = of_axes.into_iter().unzip();
-    match &figures[..] {
-        [one] => answer(one)?,
-        all => answer(&json!({ "directory": directory, "axes": all }))?,
+    let mut missed = missed.concat();
+    if let [one] = &figures[..] {
+        answer(one)?;
+    } else {
+        say("\nAll axes");
+        let whole = whole(&stored)?;
+        missed.extend(whole.missed());
+        answer(&json!({ "directory": directory, "axes": figures, "whole": whole }))?;
     }
-    let missed = missed.concat();
     if asked.strict && !missed.is_empty() { Err(Error::Missed { missed }) } else { Ok(()) }
 }
 
@@ -61,6 +74,60 @@ fn side_by_side(axes: &[(Inputs, PathBuf)], asked: &Design) -> Vec<(Later, Resul
         (later, finished)
     };
     axes.par_iter().enumerate().map(one).collect()
+}
+
+/// Flights of all axes in six degrees of freedom at random corners of what is uncertain of any of them.
+#[derive(Debug, Serialize)]
+struct Whole {
+    flights: usize,
+    /// Those that end at their references.
+    flown: usize,
+    /// The largest overshoot of each axis, relative to its step; `None` if no flight has one.
+    overshoot: BTreeMap<&'static str, Option<f64>>,
+}
+
+impl Whole {
+    fn missed(&self) -> Option<String> {
+        let lost = self.flights - self.flown;
+        (lost > 0).then(|| format!("MISSED: {lost} of {} flights of all axes do not end at their references", self.flights))
+    }
+}
+
+/// The corners that are flown.
+const CORNERS: u64 = 24;
+
+/// Flies all axes, and says how the flights end.
+fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
+    let progress = Progress::new(&show);
+    let designs: Vec<(&Inputs, &Stored)> = stored.iter().map(|(inputs, stored)| (*inputs, stored)).collect();
+    let plan = Plan::of_axes(&designs, None, 1, Points::Corners)?;
+    let fly = || (0..CORNERS).into_par_iter().map(|flight| plan.row(flight)).collect::<Result<Vec<_>, _>>();
+    let rows = progress.timed("whole", "flying all axes in six degrees of freedom", fly).0?;
+    let figures = plan.figures();
+    let largest = |name: &str| {
+        let place = figures.iter().position(|(figure, _)| *figure == format!("{name}_overshoot"))?;
+        rows.iter().map(|row| row.figures[place]).filter(|figure| figure.is_finite()).reduce(f64::max)
+    };
+    let names: Vec<&str> = plan.axes.iter().map(|axis| axis.steered().name).collect();
+    let found = Whole {
+        flights: rows.len(),
+        flown: rows.iter().filter(|row| row.outcome == Outcome::Flown).count(),
+        overshoot: plan.axes.iter().map(|axis| axis.steered().name).map(|name| (name, largest(name))).collect(),
+    };
+    let of = |name: &&str| {
+        let overshoot = found.overshoot.get(name).copied().flatten();
+        format!("{} of {name}", overshoot.map_or_else(|| "unknown".to_owned(), |part| percent(part, 2)))
+    };
+    let words = format!(
+        "{} of {} flights end at their references: steps of {} in six degrees of freedom,\nat corners of all that is \
+         uncertain; overshoot at most {}",
+        found.flown,
+        found.flights,
+        names.join(" and "),
+        names.iter().map(of).collect::<Vec<_>>().join(" and ")
+    );
+    progress.done("whole", &words);
+    Ok(found)
 }
 
 /// Shows what else is asked for of the design of an axis; returns the figures that were written, for programs, and the

@@ -124,7 +124,9 @@ fn next(from: &Inputs, vehicle: &Path, name: &str, begun: bool) -> String {
     let own = if alone { name } else { design };
     let design = if own == DEFAULT_DESIGN { String::new() } else { format!(" --design {own}") };
     let beside = if alone { String::new() } else { format!(" --beside {name}") };
-    let axis = from.design.axis.map(|_| format!(" --axis {}", from.design.steered())).unwrap_or_default();
+    // Side by side stand designs of one axis.
+    let axis = from.design.axis.filter(|_| !alone);
+    let axis = axis.map(|_| format!(" --axis {}", from.design.steered())).unwrap_or_default();
     format!("next: squid report {}{design}{axis}{beside}", vehicle.display())
 }
 
@@ -341,7 +343,7 @@ mod tests {
             ("squid", "proved", "pid", false, " --design proved --beside pid"),
             ("squid", "design", "design", false, ""),
             ("remus100", "pitch", "mine", true, " --design mine"),
-            ("remus100", "design", "tuned", false, " --design tuned --axis depth"),
+            ("remus100", "design", "tuned", false, " --design tuned"),
         ] {
             let axis = (from, vehicle) == ("design", "remus100");
             let from = Inputs::read_axis(&vehicles.join(vehicle), from, axis.then_some("depth")).unwrap();

@@ -1,5 +1,6 @@
 //! The owner of a design's directory, and its files of an earlier design.
 
+use crate::check::coupled::gain::CERTIFICATES;
 use crate::error::{Error, StoreError};
 use crate::inputs::Inputs;
 use crate::run::Finished;
@@ -50,7 +51,8 @@ pub fn check_owner(directory: &Path, inputs: &Inputs) -> Result<(), StoreError> 
     }
 }
 
-/// The FMUs and the SSP in a directory that belong to an earlier design.
+/// The FMUs and the SSP in a directory that belong to an earlier design; of one of several axes also those of all axes,
+/// in the directory above, and what is proved of all.
 ///
 /// # Errors
 /// The errors of the files.
@@ -60,7 +62,11 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
     }
     let name = model_description::identifier(&inputs.vehicle.name);
     let packed = ["_plant.fmu", "_controller.fmu", ".fmu", ".ssp"].map(|end| format!("{name}{end}"));
-    Ok(packed.iter().map(|file| directory.join(file)).filter(|path| path.is_file()).collect())
+    let own = packed.iter().map(|file| directory.join(file));
+    let above = directory.parent().filter(|_| inputs.design.axis.is_some());
+    let of_all = packed.iter().map(String::as_str).chain(CERTIFICATES);
+    let of_all = above.into_iter().flat_map(|above| of_all.clone().map(|file| above.join(file)));
+    Ok(own.chain(of_all).filter(|path| path.is_file()).collect())
 }
 
 /// Whether the source in the folder of `squid export` belongs to an earlier design.
