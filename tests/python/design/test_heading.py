@@ -171,7 +171,7 @@ def test_the_main_job_says_what_flies_heading(squid_command: Path, tmp_path: Pat
         design_and_package(Design(ROOT / "tests" / "vehicles" / "nps_auv_ii", "heading"), tmp_path, [])
 
 
-@pytest.mark.parametrize("verb", [["tune"], ["prove"]])
+@pytest.mark.parametrize("verb", [["prove"], ["tune", "--controller", "pid"]])
 def test_what_takes_one_axis_says_which_there_are(run_squid: Run, tmp_path: Path, verb: list[str]) -> None:
     done = run_squid(*verb, REMUS100, cwd=tmp_path)
     assert done.returncode == 1 and "has the axes depth, heading; name one of them with --axis" in done.stderr

@@ -58,10 +58,20 @@ impl<M> Variable<M> {
         get: impl Fn(&M) -> f64 + Send + Sync + 'static,
         role: Role<M, f64>,
     ) -> Self {
+        Self::of_real(name.into(), description.into(), Box::new(get), role)
+    }
+
+    /// Compiled once, not for each variable: an FMU is small.
+    #[inline(never)]
+    fn of_real(
+        name: Cow<'_, str>,
+        description: Cow<'_, str>,
+        get: Get<M, f64>,
+        role: Role<M, f64>,
+    ) -> Self {
         let kind =
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
-        let usual = Variability::Continuous;
-        Self::of(name.into(), description.into(), usual, kind, Box::new(get), role, &Access::Real)
+        Self::of(name, description, Variability::Continuous, kind, get, role, &Access::Real)
     }
 
     /// A variable of any type, compiled once for all the ways to read; `usual` is the variability where the role has
