@@ -44,8 +44,8 @@ impl Gains {
     }
 }
 
-/// The gains of the vehicles of some flights and the guaranteed gain at each speed, of each axis alone; empty if nothing
-/// is uncertain.
+/// The gains of the vehicles of some flights and the guaranteed gain at each speed, of each axis alone; empty if
+/// nothing is uncertain.
 ///
 /// # Errors
 /// The errors of trim and linearisation at a speed.

@@ -51,8 +51,8 @@ impl Outcome {
 /// The first figure of a row, with its unit: the duration of the flight.
 pub const TIME: (&str, &str) = ("time", "s");
 
-/// Names and units of the figures of an axis that follow, in order; the sixth is the error of what it steers. A figure is
-/// NaN if unknown, and a time infinite if it is never reached. See [`Plan::figures`].
+/// Names and units of the figures of an axis that follow, in order; the sixth is the error of what it steers. A figure
+/// is NaN if unknown, and a time infinite if it is never reached. See [`Plan::figures`].
 const FIGURES: [(&str, &str); 9] = [
     ("overshoot", "1"),
     ("rise_time", "s"),

@@ -166,8 +166,8 @@ impl<'a> Plan<'a> {
         Self::of_axes(&[(inputs, stored)], sea, seed, points)
     }
 
-    /// A campaign of a design, optionally in a sea, which comes with the text of its file. One axis flies alone, several
-    /// fly in six degrees of freedom.
+    /// A campaign of a design, optionally in a sea, which comes with the text of its file. One axis flies alone,
+    /// several fly in six degrees of freedom.
     ///
     /// # Errors
     /// [`Error::Flight`]: waves, but no size of the hull; [`Error::Design`]; [`Error::NotWhole`]; [`Error::NoAxis`].

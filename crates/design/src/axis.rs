@@ -1,5 +1,7 @@
 //! What the design needs of a vehicle: one axis, scheduled on one parameter.
 
+pub mod several;
+
 use crate::error::ModelError;
 use auv::{Actuator, Status};
 use lpv::matrix::Mat;

@@ -73,8 +73,8 @@ impl Record {
     }
 
     /// The record of a flight in six degrees of freedom, with the actuators of the vehicle, and those of each axis with
-    /// its design; its columns are named as those of [`Record::of`]. At sea there are also the elevation, the velocity of
-    /// the water and the readings.
+    /// its design; its columns are named as those of [`Record::of`]. At sea there are also the elevation, the velocity
+    /// of the water and the readings.
     pub fn of_whole(
         flight: &WholeFlight,
         actuators: &[Actuator],

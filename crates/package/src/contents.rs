@@ -69,7 +69,8 @@ impl Contents {
     }
 }
 
-/// Whether a resource of an FMU with so many axes is one that is proved, compared with vehicle and design file, or said not to be.
+/// Whether a resource of an FMU with so many axes is one that is proved, compared with vehicle and design file, or said
+/// not to be.
 fn is_verified(resource: &str, axes: usize) -> bool {
     let of_axes = (0..axes).flat_map(|axis| [CONTROLLER, CERTIFICATE].map(|name| of_axis(name, axis)));
     let others = ["plant.json", "manoeuvre.json", fmu_plant::VEHICLE_RESOURCE, INTERFACE_RESOURCE];

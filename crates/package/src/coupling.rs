@@ -7,11 +7,11 @@ use fmi2::Resources;
 use proof::claim::{parse, text};
 use proof::error::ProofError;
 use scheduled::ControllerDesign;
+use squid_design::axis::several::level_and_heading;
 use squid_design::certify::verify::same_controller;
 use squid_design::check::coupled::gain::{CERTIFICATES, coupling, share_of, words};
 use squid_design::check::coupled::turn::Turning;
 use squid_design::inputs::Inputs;
-use squid_design::inputs::together::level_and_heading;
 use squid_design::store::StoredCoupling;
 use std::path::Path;
 

@@ -14,9 +14,10 @@ use fmu_controller::of_axis;
 use model_description::{Interfaces, ModelDescription};
 use proof::error::ProofError;
 use scheduled::ControllerDesign;
+use squid_design::axis::several;
 use squid_design::certify::claims::{self, Terms};
 use squid_design::check::coupled::gain::CERTIFICATES;
-use squid_design::inputs::{Inputs, together};
+use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::store::Stored;
 use squid_report::rendered::Rendered;
@@ -142,10 +143,10 @@ pub fn prepare(kind: Kind, designs: Designs<'_>, interfaces: Interfaces) -> Resu
     if kind != Kind::Controller {
         let plant = designs.iter().find_map(|(_, stored)| stored.plant.as_ref()).ok_or(Error::OfHeading)?;
         resources.insert("plant.json", plant.to_json()?);
-        resources.insert("vehicle.json", together::vehicle(&inputs).ok_or(Error::OfHeading)?.to_json()?);
+        resources.insert("vehicle.json", several::vehicle(&inputs).ok_or(Error::OfHeading)?.to_json()?);
     }
     if kind == Kind::Squid {
-        let manoeuvre = together::manoeuvre(&inputs).ok_or(Error::OfHeading)?;
+        let manoeuvre = several::manoeuvre(&inputs).ok_or(Error::OfHeading)?;
         resources.insert("manoeuvre.json", manoeuvre.to_json()?);
     }
     match kind {
@@ -419,8 +420,8 @@ mod tests {
         assert!(prepared.xml.contains("name=\"heading_gamma\""), "{}", prepared.xml);
 
         let inputs = inputs(both);
-        assert_eq!(together::vehicle(&inputs), Some(&depth.0.whole));
-        let steps = together::manoeuvre(&inputs).unwrap().steps;
+        assert_eq!(several::vehicle(&inputs), Some(&depth.0.whole));
+        let steps = several::manoeuvre(&inputs).unwrap().steps;
         assert_eq!(steps.keys().collect::<Vec<_>>(), ["depth", "heading"]);
 
         let (plant, controller) = (unpacked(Kind::Plant, alone), unpacked(Kind::Controller, both));

@@ -25,7 +25,7 @@ use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
 use scheduled::Manoeuvre;
 use signals::Signal;
-use squid_design::inputs::together;
+use squid_design::axis::several;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -61,7 +61,7 @@ pub fn pack(
     for (_, packed) in components {
         entries.insert(source(packed), packed.bytes.clone());
     }
-    let Some(((_, stored), manoeuvre)) = designs.first().zip(together::manoeuvre(&inputs(designs))) else {
+    let Some(((_, stored), manoeuvre)) = designs.first().zip(several::manoeuvre(&inputs(designs))) else {
         return Err(Error::OfHeading);
     };
     let model = stored.plant.as_ref().ok_or(Error::OfHeading)?;

@@ -18,12 +18,13 @@ use fmi2::Resources;
 use fmu_controller::of_axis;
 use proof::claim::parse;
 use scheduled::{ControllerDesign, Manoeuvre};
+use squid_design::axis::several;
 use squid_design::certify::claims::{Terms, lines, unproved};
 use squid_design::certify::limits::{ClaimedStep, check_autopilot};
 use squid_design::certify::sampled;
 use squid_design::certify::verify::{check_design, check_inputs, same_controller};
 use squid_design::fit::Model;
-use squid_design::inputs::{Inputs, together};
+use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, freeze};
 use squid_design::synthesise::robust::stored;
 use std::io::{self, Read};
@@ -382,7 +383,7 @@ fn other_axes(path: &str, found: &str, inputs: &[&Inputs]) -> Error {
 
 /// Checks that vehicle and manoeuvre of an FMU are those of the files.
 fn same_files(resources: &Resources, inputs: &[&Inputs]) -> Result<(), String> {
-    let Some((vehicle, manoeuvre)) = together::vehicle(inputs).zip(together::manoeuvre(inputs)) else {
+    let Some((vehicle, manoeuvre)) = several::vehicle(inputs).zip(several::manoeuvre(inputs)) else {
         return Ok(());
     };
     let texts = [

@@ -284,8 +284,8 @@ const HEAD: [&str; 8] = [
 /// What the columns are.
 const NOTES: &str = "Depth moved and speed lost are against the same flight without the turn; travel is the sum of all \
                      changes of the commands of heading, back and forth, relative to the largest output of each \
-                     actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to the \
-                     limit of the reference.";
+                     actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to \
+                     the limit of the reference.";
 
 /// A steady current, and a sea beside it.
 pub type Around<'a> = (Current, Option<&'a Sea>);

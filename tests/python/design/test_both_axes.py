@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import zipfile
 from collections.abc import Callable
@@ -421,7 +422,10 @@ def test_the_order_of_axes_does_not_matter(run_squid: Run, tmp_path: Path) -> No
 
 def test_what_was_packed_of_another_design_goes(run_squid: Run, made: Made, tmp_path: Path) -> None:
     """An axis that is designed anew takes the FMUs of all axes with it, and the certificates of both."""
-    vehicle, here = changed(tmp_path / "other", {}, {}, {"back_off = 0.04": "back_off = 0.05"}), made.copy(tmp_path)
+    vehicle, here = (
+        changed(tmp_path / "other", {}, {}, {"back_off = 0.04": "back_off = 0.05"}),
+        made.copy(tmp_path),
+    )
     folder = here / "build" / "remus100" / "design"
     shutil.move(vehicle, here / "remus100")
     shutil.copy(made.both, folder)
@@ -493,7 +497,9 @@ def test_a_campaign_flies_both(run_squid: Run, made: Made, tmp_path: Path) -> No
     assert done.returncode == 0 and json.loads(done.stdout)["same"], done.stderr
     columns = (results / "flight-3.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert {"heading [rad]", "roll [rad]", "east [m]", "rudder [rad]", "propeller [N]"} <= set(columns)
-    done = run_squid("campaign", REMUS100, "--flights", "8", "--records", tmp_path, "--to", tmp_path / "by", cwd=here)
+    done = run_squid(
+        "campaign", REMUS100, "--flights", "8", "--records", tmp_path, "--to", tmp_path / "by", cwd=here
+    )
     assert done.returncode == 1 and "FMUs cannot fly several axes; name one with --axis" in done.stderr
 
 
@@ -512,6 +518,9 @@ def test_the_report_has_both_on_one_page(run_squid: Run, made: Made, tmp_path: P
     assert "turn" in figures and len(set(figures)) == len(figures)
     assert text.count("PROVED: in turns of up to 10.22 to 12 deg/s") == 1
     assert "could not be computed" not in text
-    for words, said in ((["--paper"], "the paper has no heading"), (["--beside", "pitch"], "name it with --axis")):
+    for words, said in (
+        (["--paper"], "the paper has no heading"),
+        (["--beside", "pitch"], "name it with --axis"),
+    ):
         done = run_squid("report", REMUS100, *words, cwd=here)
         assert done.returncode == 64 and said in done.stderr, done.stderr

@@ -89,7 +89,9 @@ struct Whole {
 impl Whole {
     fn missed(&self) -> Option<String> {
         let lost = self.flights - self.flown;
-        (lost > 0).then(|| format!("MISSED: {lost} of {} flights of all axes do not end at their references", self.flights))
+        (lost > 0).then(|| {
+            format!("MISSED: {lost} of {} flights of all axes do not end at their references", self.flights)
+        })
     }
 }
 
@@ -112,7 +114,12 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
     let found = Whole {
         flights: rows.len(),
         flown: rows.iter().filter(|row| row.outcome == Outcome::Flown).count(),
-        overshoot: plan.axes.iter().map(|axis| axis.steered().name).map(|name| (name, largest(name))).collect(),
+        overshoot: plan
+            .axes
+            .iter()
+            .map(|axis| axis.steered().name)
+            .map(|name| (name, largest(name)))
+            .collect(),
     };
     let of = |name: &&str| {
         let overshoot = found.overshoot.get(name).copied().flatten();

@@ -8,7 +8,8 @@ use crate::verbs::design::load_or_design;
 use auv::Current;
 use base::progress::Progress;
 use serde_json::{Value, json};
-use squid_design::inputs::{Inputs, together};
+use squid_design::axis::several;
+use squid_design::inputs::Inputs;
 use squid_design::store::Stored;
 use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
@@ -32,7 +33,7 @@ pub fn run(
         return Err(Error::Argument { name: "--turn", found: found.to_string(), allowed });
     }
     let Asked { axes, directory } = which.read_to_write()?;
-    let both = together::level_and_heading(&axes.iter().map(|(inputs, _)| inputs).collect::<Vec<_>>());
+    let both = several::level_and_heading(&axes.iter().map(|(inputs, _)| inputs).collect::<Vec<_>>());
     let given = [("--turn", turn.is_some()), ("--current", current.is_some())];
     if let Some((name, _)) = given.into_iter().find(|(_, given)| *given && both.is_none()) {
         let (found, allowed) =

@@ -63,12 +63,7 @@ impl<M> Variable<M> {
 
     /// Compiled once, not for each variable: an FMU is small.
     #[inline(never)]
-    fn of_real(
-        name: Cow<'_, str>,
-        description: Cow<'_, str>,
-        get: Get<M, f64>,
-        role: Role<M, f64>,
-    ) -> Self {
+    fn of_real(name: Cow<'_, str>, description: Cow<'_, str>, get: Get<M, f64>, role: Role<M, f64>) -> Self {
         let kind =
             Kind::Real { unit: None, display_unit: None, min: None, max: None, nominal: None, start: None };
         Self::of(name, description, Variability::Continuous, kind, get, role, &Access::Real)

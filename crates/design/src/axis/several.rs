@@ -1,0 +1,45 @@
+//! What the axes of one autopilot have in common.
+
+use crate::inputs::Inputs;
+use crate::inputs::together::common_speeds;
+use auv::Vehicle;
+use scheduled::Manoeuvre;
+
+/// An axis of pitch or depth and one of heading; `None` of other axes.
+pub fn level_and_heading<'a>(axes: &[&'a Inputs]) -> Option<[&'a Inputs; 2]> {
+    match axes {
+        [one, other] if !one.design.is_lateral() && other.design.is_lateral() => Some([*one, *other]),
+        _ => None,
+    }
+}
+
+/// That the axes are proved at different speeds, and whether the default manoeuvre leaves those that they have in
+/// common; `None` of axes with one range.
+pub fn narrower(axes: &[&Inputs]) -> Option<String> {
+    let first = &axes.first()?.design;
+    let is_other =
+        |one: &&Inputs| [one.design.speed_min, one.design.speed_max] != [first.speed_min, first.speed_max];
+    axes.iter().any(is_other).then(|| {
+        let [low, high] = common_speeds(axes.iter().map(|one| &one.design));
+        let leaves =
+            [first.manoeuvre.speed_from, first.manoeuvre.speed_to].iter().any(|v| *v < low || *v > high);
+        let flown = if leaves { "; the default manoeuvre of the loop leaves that range" } else { "" };
+        let names: Vec<&str> = axes.iter().map(|one| one.design.steered()).collect();
+        format!("{} have the speeds {low} to {high} m/s in common{flown}", names.join(" and "))
+    })
+}
+
+/// The vehicle as plant and loop have it: in the vertical plane, if no axis steers it out of that.
+pub fn vehicle<'a>(axes: &[&'a Inputs]) -> Option<&'a Vehicle> {
+    let first = axes.first()?;
+    Some(if axes.iter().any(|one| one.design.is_lateral()) { &first.whole } else { &first.plane })
+}
+
+/// The default manoeuvre: that of the first axis, with the steps of all.
+pub fn manoeuvre(axes: &[&Inputs]) -> Option<Manoeuvre> {
+    let mut manoeuvre = axes.first()?.design.manoeuvre.clone();
+    for axis in axes {
+        manoeuvre.steps.extend(axis.design.manoeuvre.steps.clone());
+    }
+    Some(manoeuvre)
+}

@@ -1,0 +1,37 @@
+//! A first design file with all axes of a vehicle.
+
+use crate::error::Error;
+use crate::start::heading::{Beside, start_heading};
+use crate::start::start;
+use auv::Vehicle;
+use squid_design::inputs::design_file::DesignFile;
+
+/// The text of a first design file with all axes that a vehicle has: pitch and speed, and heading where it can be
+/// steered; `files` are the names of vehicle and design in messages. Also returns why heading is left out of a vehicle
+/// that leaves the vertical plane.
+///
+/// # Errors
+/// As [`start`].
+pub fn start_whole(vehicle: &Vehicle, files: [&str; 2]) -> Result<(String, Option<Error>), Error> {
+    let level = start(vehicle)?;
+    if !vehicle.coefficients.has_lateral() {
+        return Ok((level, None));
+    }
+    let design = DesignFile::parse(&level, "design.toml", "design")?;
+    let speeds = [design.speed_min, design.speed_max];
+    let beside = Beside { speeds, depth: design.depth, sample_time: design.sample_time };
+    Ok(match start_heading(vehicle, files, Some(beside)) {
+        Ok(heading) => ([level, heading].map(|text| as_axis(&text)).join("\n"), None),
+        Err(reason) => (level, Some(reason)),
+    })
+}
+
+/// The text of a design file of one axis as an axis of a file with several.
+fn as_axis(text: &str) -> String {
+    let moved = |line: &str| {
+        let opened = line.len() - line.trim_start_matches('[').len();
+        let (opened, rest) = line.split_at(opened);
+        if opened.is_empty() { format!("{line}\n") } else { format!("{opened}axis.{rest}\n") }
+    };
+    format!("[[axis]]\n{}", text.lines().map(moved).collect::<String>())
+}
