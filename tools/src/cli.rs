@@ -91,9 +91,9 @@ pub enum Verb {
         /// The axis of a design file with several, by what it steers; by default each in turn
         #[arg(long, value_name = "NAME")]
         axis: Option<String>,
-        /// What a design file that is created tracks alone: pitch and speed, or heading, at the speeds of design.toml if
-        /// there is one. By default all that the vehicle can steer, each as an axis. None is created that tracks depth:
-        /// write `[[track]]` of depth into one of pitch, see docs/guide.md
+        /// What a design file that is created tracks alone: pitch and speed, or heading, at the speeds of design.toml
+        /// if there is one. By default all that the vehicle can steer, each as an axis. None is created that tracks
+        /// depth: write `[[track]]` of depth into one of pitch, see docs/guide.md
         #[arg(long, value_enum, value_name = "OUTPUT", conflicts_with = "controller")]
         track: Option<Track>,
         /// The design to write: NAME.toml in the vehicle's directory; by default `tuned`, or the created one
@@ -129,9 +129,9 @@ pub enum Verb {
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c of each axis, C99 that needs only the mathematical library
-    /// (-lm), and that only if a thruster has `T_nn` or heave is measured; the header says so. Writes controller.json
-    /// and certificate.json, too, for `squid verify --c`. Refuses what `squid package` refuses.
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c of each axis, C99 that needs only the mathematical
+    /// library (-lm), and that only if a thruster has `T_nn` or heave is measured; the header says so. Writes
+    /// controller.json and certificate.json, too, for `squid verify --c`. Refuses what `squid package` refuses.
     Export {
         #[command(flatten)]
         which: Which,
@@ -155,7 +155,8 @@ pub enum Verb {
         turn: Option<f64>,
         /// The steady current of the turns, m/s: north, the way the vehicle faces at the start, and east; added to
         /// that of --sea
-        #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true, conflicts_with = "axis")]
+        #[arg(long, value_name = "NORTH,EAST", value_parser = pair, allow_hyphen_values = true,
+            conflicts_with = "axis")]
         current: Option<[f64; 2]>,
     },
     /// Simulate a design many times: random vehicles of the declared uncertainty, speeds, steps up and down, seas
