@@ -31,6 +31,8 @@ const LONGEST_SHOWN: usize = 60;
 pub struct Document<'a> {
     text: &'a str,
     file: &'a str,
+    /// Where the mistakes of the root table are: a byte offset.
+    start: usize,
     entries: DeTable<'a>,
     /// Place in the text, and what is wrong there.
     mistakes: RefCell<Vec<(usize, FileProblem)>>,
@@ -44,7 +46,8 @@ impl<'a> Document<'a> {
     /// first is used.
     pub fn parse(text: &'a str, file: &'a str) -> Result<Self, FileError> {
         let (root, errors) = DeTable::parse_recoverable(text);
-        let document = Self { text, file, entries: root.into_inner(), mistakes: RefCell::new(Vec::new()) };
+        let (entries, mistakes) = (root.into_inner(), RefCell::new(Vec::new()));
+        let document = Self { text, file, start: 0, entries, mistakes };
         let mut errors: Vec<(usize, &Error)> =
             errors.iter().map(|error| (error.span().map_or(0, |span| span.start), error)).collect();
         errors.sort_by_key(|(at, _)| *at);
@@ -76,25 +79,26 @@ impl<'a> Document<'a> {
             return Ok(vec![first]);
         }
         first.check()?;
-        (0..count)
-            .map(|place| {
-                let mut document = Self::parse(text, file)?;
-                let tables = document.entries.remove(list).map(Spanned::into_inner);
-                if let Some(DeValue::Array(tables)) = tables
-                    && let Some(DeValue::Table(own)) = tables.into_iter().nth(place).map(Spanned::into_inner)
-                {
-                    for (at, key) in merge(&mut document.entries, own) {
-                        document.blame(at, FileProblem::InAndOutside { key, list: list.to_owned() });
-                    }
+        let mut documents = Vec::with_capacity(count);
+        for place in 0..count {
+            let mut document = Self::parse(text, file)?;
+            let tables = document.entries.remove(list).map(Spanned::into_inner);
+            let Some(DeValue::Array(tables)) = tables else { continue };
+            let Some(table) = tables.into_iter().nth(place) else { continue };
+            document.start = table.span().start;
+            if let DeValue::Table(own) = table.into_inner() {
+                for (at, key) in merge(&mut document.entries, own) {
+                    document.blame(at, FileProblem::InAndOutside { key, list: list.to_owned() });
                 }
-                Ok(document)
-            })
-            .collect()
+            }
+            documents.push(document);
+        }
+        Ok(documents)
     }
 
     /// The root table.
     pub fn root(&self) -> Table<'_> {
-        self.table(String::new(), 0..0, &self.entries)
+        self.table(String::new(), self.start..self.start, &self.entries)
     }
 
     fn table<'d>(&'d self, path: String, span: Range<usize>, entries: &'d DeTable<'d>) -> Table<'d> {

@@ -385,6 +385,7 @@ RAMP = "speed_from = 1.5\nspeed_to = 2.1\n"
             "'autopilot.sample_time' stands outside [[axis]], too, where it holds for each",
         ),
         ({"Z_ww = 0.3": "Z_wv = 0.3"}, {}, {}, "the vehicle has no coefficient 'Z_wv'"),
+        ({}, {}, {CONTROL: "[axis.contrl]\n"}, "unknown key 'contrl' (did you mean 'control'?)"),
         (
             {"sample_time = 0.02": "sample_tme = 0.02"},
             {},

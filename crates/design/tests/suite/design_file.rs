@@ -297,3 +297,41 @@ fn a_relative_weight_is_that_of_an_actuator_of_the_vehicle() {
     );
     assert_eq!(found, expected);
 }
+
+/// A mistake in an axis is on its line there, one that is missing on that of its `[[axis]]`; one outside of them is
+/// reported once. An axis has what stands outside, and knows its place and name.
+#[test]
+fn axes_are_read_with_what_stands_outside() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../vehicles/remus100/design.toml");
+    let text = base::files::read(&path).unwrap();
+    let read = |text: &str| DesignFile::parse_each(text, "design.toml", "mine");
+    let axes = read(&text).unwrap();
+    let names: Vec<_> = axes.iter().map(|axis| (axis.axis, axis.name.as_str(), axis.source())).collect();
+    let source = |axis: &str| format!("{axis} of mine.toml");
+    assert_eq!(names, [(Some(0), "depth", source("depth")), (Some(1), "heading", source("heading"))]);
+    assert!(axes.iter().all(|axis| axis.sample_time == 0.02 && axis.manoeuvre.duration == 100.0));
+    assert_eq!([axes[0].back_off, axes[1].back_off], [0.1, 0.04]);
+    assert_eq!(
+        axes[1].parse_again(&text.replace("back_off = 0.04", "back_off = 0.05")).unwrap().back_off,
+        0.05
+    );
+
+    let line = |sought: &str| text[..text.rfind(sought).unwrap()].matches('\n').count() + 1;
+    let heading = line("[[axis]]\n");
+    for (old, new, at, said) in [
+        ("[axis.synthesis]\nback_off = 0.04\n", "", heading, "missing key 'synthesis': back_off"),
+        ("back_off = 0.04", "back_off = 4.0", line("back_off = 0.04"), "'synthesis.back_off' is 4; it must"),
+        ("order = 2", "order = 7", line("order = 2"), "'model.order' is the number 7; it must be"),
+        (
+            "back_off = 0.04",
+            "back_off = 0.04\n[axis.model]\norder = 3",
+            line("back_off = 0.04") + 2,
+            "'model.order' stands outside [[axis]], too, where it holds for each; it may stand in one of the two",
+        ),
+    ] {
+        let found = read(&text.replace(old, new)).unwrap_err().to_string();
+        assert!(found.starts_with(&format!("design.toml:{at}: {said}")) && !found.contains('\n'), "{found}");
+    }
+    let alone = DesignFile::parse(&text, "design.toml", "mine").unwrap_err().to_string();
+    assert!(alone.starts_with(&format!("design.toml:{heading}: 'axis' is a second one")), "{alone}");
+}
