@@ -160,7 +160,7 @@ impl PlantModel {
 
     /// Whether the vehicle leaves the vertical plane.
     pub fn turns(&self) -> bool {
-        self.vehicle.coefficients.has_lateral()
+        self.vehicle.coefficients.leaves_plane()
     }
 
     /// The trim from which the flight starts.
@@ -296,13 +296,13 @@ impl PlantModel {
 
 /// The vehicle in the vertical plane.
 fn plane_of(vehicle: &Vehicle) -> Cow<'_, Vehicle> {
-    if vehicle.coefficients.has_lateral() { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) }
+    if vehicle.coefficients.leaves_plane() { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) }
 }
 
 /// The vehicle at rest, with the LPV model where that is its own.
 fn plant_of(vehicle: &Vehicle, lpv: &Arc<LpvModel>) -> Result<Plant, PlantError> {
     let plant = Plant::new(vehicle)?;
-    Ok(if vehicle.coefficients.has_lateral() { plant } else { plant.with_lpv(Arc::clone(lpv))? })
+    Ok(if vehicle.coefficients.leaves_plane() { plant } else { plant.with_lpv(Arc::clone(lpv))? })
 }
 
 /// The row of the trim table whose speed is nearest to the centre of the scheduled speeds; the slower of two at equal

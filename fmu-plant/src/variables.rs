@@ -383,7 +383,7 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
         ));
     }
     table.extend(waves(model));
-    let lateral = COEFFICIENTS.iter().filter(|spec| model.turns() && spec.is_lateral());
+    let lateral = COEFFICIENTS.iter().filter(|spec| model.turns() && spec.acts_out_of_plane());
     let all = model.vehicle().coefficients.acting().chain(lateral);
     table.extend(all.map(|spec| coefficient(spec, model)));
     table

@@ -55,7 +55,7 @@ pub fn states(roll: bool) -> States {
 }
 
 /// Whether states are those of sway, roll and yaw.
-pub fn is_lateral(states: States) -> bool {
+pub(crate) fn are_states(states: States) -> bool {
     states.contains(&STATES[3])
 }
 
@@ -160,6 +160,6 @@ mod tests {
             assert_eq!(signal.is_among(states(false)), signal.name != "roll", "{}", signal.name);
             assert!(signal.is_among(states(true)));
         }
-        assert!(is_lateral(states(false)) && !is_lateral(crate::longitudinal::states(false, true)));
+        assert!(are_states(states(false)) && !are_states(crate::longitudinal::states(false, true)));
     }
 }

@@ -86,5 +86,5 @@ pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
-pub use view::{LATERAL, LONGITUDINAL, View};
+pub use view::{LATERAL, LONGITUDINAL, VIEWS, View};
 pub use words::{number, readable, rounded};

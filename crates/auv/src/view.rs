@@ -6,13 +6,15 @@ use crate::motion::dynamics::Motion;
 use crate::motion::trim::Trim;
 use crate::simulation::plant::State;
 use crate::vehicle::Vehicle;
-use signals::{Interface, Level};
+use signals::{Interface, Level, States};
 
 /// A part of the motion: its table of states and signals, and how the signals follow from the motion.
 #[derive(Debug)]
 pub struct View {
     /// The states of its linear models and its signals.
     pub interface: &'static Interface,
+    /// Returns the states of the linear models of a vehicle, where signals at some places are tracked or measured.
+    pub states: fn(&Vehicle, &dyn Fn(usize) -> bool) -> States,
     /// Whether surge, heave and pitch are none of its states, and an axis alone flies while they are held at their
     /// trim.
     pub is_level_held: bool,
@@ -27,6 +29,7 @@ pub struct View {
 /// Surge, heave and pitch. What is measured is the rate of pitch, not that about the axis of the body.
 pub static LONGITUDINAL: View = View {
     interface: &longitudinal::INTERFACE,
+    states: |vehicle, uses| vehicle.coefficients.surge.states(uses(longitudinal::DEPTH)),
     is_level_held: false,
     measured: |State { motion, depth, .. }| {
         measured([motion.u, motion.w, motion.turning()[1], motion.theta, *depth])
@@ -46,6 +49,7 @@ pub static LONGITUDINAL: View = View {
 /// Sway, roll and yaw.
 pub static LATERAL: View = View {
     interface: &lateral::INTERFACE,
+    states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
     measured: |State { motion, heading, .. }| lateral::measured(motion, *heading),
     level: |trim| lateral::level(trim.forward_speed),
@@ -61,11 +65,20 @@ pub static LATERAL: View = View {
     },
 };
 
+/// Each view.
+pub static VIEWS: [&View; 2] = [&LONGITUDINAL, &LATERAL];
+
 impl View {
+    /// Returns the view of some states of linear models; the first if there is none, as of another vehicle's.
+    pub fn of_states(states: States) -> &'static Self {
+        let has_all = |view: &&&Self| states.iter().all(|state| view.interface.states.contains(state));
+        VIEWS.iter().find(has_all).copied().unwrap_or(&LONGITUDINAL)
+    }
+
     /// Returns that of the axis for which a vehicle was prepared: one that leaves the vertical plane is flown in
     /// heading.
     pub fn of(vehicle: &Vehicle) -> &'static Self {
-        if vehicle.coefficients.has_lateral() { &LATERAL } else { &LONGITUDINAL }
+        if vehicle.coefficients.leaves_plane() { &LATERAL } else { &LONGITUDINAL }
     }
 
     /// Returns the signal from whose value at the start its references count, in a state: the depth, or the heading.

@@ -158,7 +158,7 @@ impl Inputs {
     ) -> Result<Vec<Self>, InputError> {
         actuator_names::check(&whole, files[0])?;
         let plane = whole.in_plane();
-        let own = |design: &DesignFile| match design.is_lateral() {
+        let own = |design: &DesignFile| match design.view().is_level_held {
             true if design.controller.is_some() => {
                 Err(InputError::ControllerOfHeading { file: files[1].to_owned() })
             }
@@ -172,7 +172,7 @@ impl Inputs {
         };
         let mut axes: Vec<Self> = designs.into_iter().zip(&vehicles).map(one).collect::<Result<_, _>>()?;
         // In whatever order they stand in the file: what holds level flight comes first.
-        axes.sort_by_key(|axis| axis.design.is_lateral());
+        axes.sort_by_key(|axis| axis.design.view().is_level_held);
         Ok(axes)
     }
 
@@ -260,7 +260,7 @@ impl Inputs {
 /// [`InputError::NoLateral`], [`InputError::NothingYaws`].
 pub fn yawing(whole: &Vehicle, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
     let file = |file: &str| file.to_owned();
-    if !whole.coefficients.has_lateral() {
+    if !whole.coefficients.leaves_plane() {
         return Err(InputError::NoLateral { design: file(design), vehicle: file(vehicle) });
     }
     let yawing = whole.yawing();

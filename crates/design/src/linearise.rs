@@ -8,8 +8,8 @@ use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
 use auv::{
-    Actuator, Dynamics, LATERAL, LONGITUDINAL, Pitch, Speed, Status, Trim, Vehicle, lateral, linearise,
-    linearise_with, trim_with, trims,
+    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, View, lateral, linearise, linearise_with,
+    trim_with, trims,
 };
 use lpv::matrix::{Mat, block, to_rows};
 use scheduled::{ReferenceLimits, Sensor};
@@ -47,11 +47,7 @@ impl VehicleModel for LevelFlight<'_> {
     }
 
     fn states(&self) -> States {
-        if self.file.is_lateral() {
-            lateral::states(self.file.uses(lateral::ROLL))
-        } else {
-            self.vehicle.coefficients.surge.states(self.file.has_depth())
-        }
+        (self.file.view().states)(self.vehicle, &|place| self.file.uses(place))
     }
 
     fn actuators(&self) -> &[Actuator] {
@@ -60,7 +56,7 @@ impl VehicleModel for LevelFlight<'_> {
 
     /// The axis of heading takes the speed as the other one makes it.
     fn speed_given(&self) -> bool {
-        self.file.is_lateral() || self.vehicle.coefficients.surge.is_given()
+        self.file.view().is_level_held || self.vehicle.coefficients.surge.is_given()
     }
 
     fn trims(&self, speeds: &[f64]) -> Result<Vec<OperatingPoint>, ModelError> {
@@ -77,7 +73,7 @@ impl VehicleModel for LevelFlight<'_> {
 
     fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
         let trims = self.level(speeds)?;
-        if self.file.is_lateral() {
+        if self.file.view().is_level_held {
             turning::envelope(self.vehicle, self.file, self.uncertain, &trims)
         } else {
             envelope::envelope(self.vehicle, self.file, &trims)
@@ -115,7 +111,7 @@ impl LevelFlight<'_> {
 
     /// A trim with the outputs of the axis: those that yaw are at 0 in straight flight.
     fn own(&self, trim: Trim) -> Trim {
-        if self.file.is_lateral() {
+        if self.file.view().is_level_held {
             Trim { actuators: vec![0.0; self.vehicle.actuators.len()], ..trim }
         } else {
             trim
@@ -156,7 +152,7 @@ impl Linearisation {
 }
 
 fn operating_point(trim: &Trim, states: States) -> OperatingPoint {
-    let view = if lateral::is_lateral(states) { &LATERAL } else { &LONGITUDINAL };
+    let view = View::of_states(states);
     let signals = (view.level)(trim);
     OperatingPoint { speed: trim.speed, signals: signals.to_vec(), actuators: trim.actuators.clone() }
 }

@@ -311,7 +311,7 @@ pub fn load(directory: &Path, inputs: &Inputs) -> Result<Stored, Error> {
     if let Some(what) = inputs.changed_since(&controller.inputs) {
         return Err(StoreError::Stale { directory: directory.display().to_string(), what }.into());
     }
-    let plant = (!inputs.design.is_lateral()).then(|| lpv_model(directory)).transpose()?;
+    let plant = (!inputs.design.view().is_level_held).then(|| lpv_model(directory)).transpose()?;
     let certificate_path = directory.join("certificate.json");
     let certificate = if certificate_path.is_file() {
         Ok(read(&certificate_path)?)

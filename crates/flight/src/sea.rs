@@ -69,7 +69,7 @@ impl Sea {
     /// # Errors
     /// [`Error::NoGeometry`], [`Error::SeaOfHeading`].
     pub fn check(&self, vehicle: &Vehicle) -> Result<(), Error> {
-        if vehicle.coefficients.has_lateral() {
+        if vehicle.coefficients.leaves_plane() {
             return Err(Error::SeaOfHeading { vehicle: vehicle.name.clone() });
         }
         self.check_geometry(vehicle)

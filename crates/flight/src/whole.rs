@@ -5,7 +5,7 @@ use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, EachTracked, SPEED};
-use auv::{LATERAL, LONGITUDINAL, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
+use auv::{LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// A flight from trim to the end of its manoeuvre, or to the surface.
@@ -25,9 +25,6 @@ impl WholeFlight {
         self.axes.first().and_then(|flight| flight.surfacing)
     }
 }
-
-/// What the axes control, in the order of the readings of their sensors.
-const VIEWS: [&View; 2] = [&LONGITUDINAL, &LATERAL];
 
 /// The autopilot of an axis, and where its actuators are among those of the vehicle.
 struct Axis {

@@ -243,7 +243,7 @@ pub(crate) fn zipped(entries: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>, zip
 fn about(kind: Kind, designs: Designs<'_>) -> Vec<String> {
     let steered: Vec<String> = designs.iter().map(|(_, stored)| stored.controller.steered()).collect();
     let what = match kind {
-        Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.is_lateral()) => {
+        Kind::Plant if designs.iter().any(|(inputs, _)| inputs.design.view().is_level_held) => {
             "This FMU is the vehicle: nonlinear motion in six degrees of freedom.".to_owned()
         }
         Kind::Plant => "This FMU is the vehicle: nonlinear longitudinal motion, or its LPV model.".to_owned(),

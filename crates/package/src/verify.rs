@@ -408,7 +408,7 @@ fn made_of(
         return Err(format!("{what} differs from the one it was designed from (its SHA-256 differs)"));
     }
     // The LPV model is of surge, heave and pitch.
-    let plant = match plant.filter(|_| !inputs.design.is_lateral()) {
+    let plant = match plant.filter(|_| !inputs.design.view().is_level_held) {
         Some(text) => Some(LpvModel::from_json(text, "plant.json").map_err(|e| e.to_string())?),
         None => {
             let model = Model::new(&inputs.axis(), &inputs.design).map_err(|e| e.to_string())?;

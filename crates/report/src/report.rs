@@ -124,7 +124,7 @@ fn with_sections(subject: &Subject, makers: &[&Maker]) -> Report {
     let unproved = subject.stored.remark(subject.proof());
     unproved.iter().for_each(|words| progress.warn(words));
     // The slowest first, so that the others run in parallel.
-    let lateral = subject.inputs.design.is_lateral();
+    let lateral = subject.inputs.design.view().is_level_held;
     let applies = |maker: &&Maker| !(lateral && OF_THE_VERTICAL_PLANE.contains(&maker.0));
     let mut order: Vec<&Maker> = makers.iter().copied().filter(applies).collect();
     let place = |maker: &&Maker| LONGEST.iter().position(|id| *id == maker.0).unwrap_or(LONGEST.len());

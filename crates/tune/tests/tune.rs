@@ -99,7 +99,7 @@ fn a_first_design_of_heading_needs_only_the_vehicle() {
         let vehicle = whole(&vehicles().join(name).join("vehicle.toml"));
         let text = start_heading(&vehicle, FILES, None).unwrap();
         let design = DesignFile::parse(&text, "heading.toml", "heading").unwrap();
-        assert!(design.is_lateral());
+        assert!(design.view().is_level_held);
         let inputs = Inputs::new(vehicle.clone(), design).unwrap();
         Model::new(&inputs.axis(), &inputs.design).unwrap();
         if name == "remus100" {

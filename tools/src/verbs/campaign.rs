@@ -64,7 +64,7 @@ struct About {
 /// Refuses flights that begin off their trim by more than the range of speed, the depth, or a pitch upright.
 fn check_starts(starts: &Starts, inputs: &Inputs) -> Result<(), Error> {
     let design = &inputs.design;
-    if design.is_lateral() && !starts.in_trim() {
+    if design.view().is_level_held && !starts.in_trim() {
         let allowed = "left out: flights of a design of heading begin straight".to_owned();
         return Err(Error::Argument { name: "--starts", found: starts.to_string(), allowed });
     }

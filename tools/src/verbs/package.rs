@@ -31,7 +31,7 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
     let binaries = Binaries { platforms: named(&platforms)?, directory: binaries };
     let Asked { axes: read, directory } = which.read()?;
     // Of heading a controller alone: the vehicle is packed with its design of pitch or depth.
-    let alone = read.iter().all(|(inputs, _)| inputs.design.is_lateral());
+    let alone = read.iter().all(|(inputs, _)| inputs.design.view().is_level_held);
     let mut kinds = Kind::with(interfaces);
     kinds.retain(|kind| !alone || *kind == Kind::Controller);
     if kinds.is_empty() {

@@ -32,7 +32,7 @@ const POINTS: usize = 10;
 /// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
 pub fn run(asked: &Prove) -> Result<(), Error> {
     let mut inputs = Inputs::read_axis(&asked.vehicle, &asked.design, asked.axis.as_deref())?;
-    if inputs.design.is_lateral() {
+    if inputs.design.view().is_level_held {
         return Err(InputError::ControllerOfHeading { file: format!("{}.toml", asked.design) }.into());
     }
     if let Some(path) = &asked.controller {

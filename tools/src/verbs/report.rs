@@ -30,7 +30,7 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
     let Asked { axes, directory } = which.read_to_write()?;
     let sea = sea.map(|path| read_sea(path, &axes[0].0)).transpose()?;
     let first = &axes[0].0;
-    if paper && axes.iter().any(|(inputs, _)| inputs.design.is_lateral()) {
+    if paper && axes.iter().any(|(inputs, _)| inputs.design.view().is_level_held) {
         let found = first.design.file.clone();
         let allowed = "given with a design of pitch alone, or one by --axis: the paper has no heading".into();
         return Err(Error::Argument { name: "--paper", found, allowed });

@@ -133,7 +133,7 @@ fn of_the_vehicle(whole: &Vehicle, speed: f64) -> Result<(), Error> {
 
 /// Sway, roll and yaw of a vehicle that has them.
 fn show_lateral(vehicle: &Vehicle, speed: f64, depth: f64, pitch: &Pitch, shown: &mut Map<String, Value>) {
-    if !vehicle.coefficients.has_lateral() {
+    if !vehicle.coefficients.leaves_plane() {
         return;
     }
     match Lateral::at(vehicle, speed, depth, pitch) {

@@ -50,7 +50,7 @@ pub fn run(
     let mut found = vec![];
     for ((inputs, directory), stored) in axes.iter().zip(&stored) {
         // Alone it is flown in still water.
-        if both.is_some() && sea.is_some() && inputs.design.is_lateral() {
+        if both.is_some() && sea.is_some() && inputs.design.view().is_level_held {
             continue;
         }
         let mut flown = alone((inputs, stored), sea.as_ref().map(|(sea, _)| sea), directory)?;

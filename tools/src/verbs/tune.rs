@@ -229,7 +229,7 @@ fn read(
             Some(_) => vec![Inputs::read_axis(directory, design, axis)?],
             None => Inputs::read_axes(directory, design)?,
         };
-        if track == Some(Track::Heading) && !axes.iter().any(|inputs| inputs.design.is_lateral()) {
+        if track == Some(Track::Heading) && !axes.iter().any(|inputs| inputs.design.view().is_level_held) {
             let found = format!("heading, and {} tracks something else", path.display());
             return Err(Error::Argument { name: "--track", found, allowed: "what the file tracks".into() });
         }

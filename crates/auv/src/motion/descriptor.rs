@@ -3,7 +3,7 @@
 //!
 //! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
 
-use crate::lateral::is_lateral;
+use crate::lateral::are_states;
 use crate::{lateral, longitudinal};
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
@@ -76,7 +76,7 @@ fn differentiate<D: Scalar>(
     mass_part: impl Fn(&D) -> f64,
     part: impl Fn(&D) -> f64,
 ) -> Descriptor {
-    let lateral = is_lateral(states);
+    let lateral = are_states(states);
     let point = Point::new(vehicle, trim, lateral, seeds);
     let all: States = if lateral { &lateral::STATES } else { &longitudinal::STATES };
     // The states of a model lie side by side among all.

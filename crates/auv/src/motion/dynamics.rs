@@ -174,7 +174,7 @@ fn inverse_masses(c: &Coefficients) -> Result<(Matrix3<f64>, Option<Matrix3<f64>
         matrix.try_inverse().ok_or(singular)
     };
     let lateral =
-        c.has_lateral().then(|| inverse("mass, I_xx, I_zz", c.lateral_mass_matrix())).transpose()?;
+        c.leaves_plane().then(|| inverse("mass, I_xx, I_zz", c.lateral_mass_matrix())).transpose()?;
     Ok((inverse("mass, I_yy", c.mass_matrix())?, lateral))
 }
 

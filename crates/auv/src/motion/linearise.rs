@@ -1,6 +1,6 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
-use crate::lateral::is_lateral;
+use crate::lateral::are_states;
 use crate::longitudinal::{STATES, turning};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
@@ -144,7 +144,7 @@ pub fn linearise_with(
     states: States,
 ) -> Result<Linearisation, CoefficientError> {
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
-    if is_lateral(states) {
+    if are_states(states) {
         return Ok(lateral(vehicle, trim, states));
     }
     let inputs = vehicle.actuators.len();

@@ -46,14 +46,14 @@ impl Parameter {
     /// of the vehicle file; of a vehicle that leaves it those of sway, roll and yaw, on which its level trim does not
     /// depend.
     pub fn all(vehicle: &Vehicle) -> Vec<Self> {
-        let lateral = vehicle.coefficients.has_lateral();
+        let lateral = vehicle.coefficients.leaves_plane();
         let acts =
-            |key: &str, is_lateral: bool| lateral == is_lateral && vehicle.coefficients.surge.uses(key);
-        let coefficients = COEFFICIENTS.iter().filter(|spec| acts(spec.key, spec.is_lateral()));
+            |key: &str, out_of_plane: bool| lateral == out_of_plane && vehicle.coefficients.surge.uses(key);
+        let coefficients = COEFFICIENTS.iter().filter(|spec| acts(spec.key, spec.acts_out_of_plane()));
         let coefficients = coefficients.map(|spec| Self::Coefficient(spec.key));
         let effects = vehicle.actuators.iter().enumerate().flat_map(|(actuator, a)| {
             let keys = a.effect.numbers().into_iter().map(|(key, _)| key);
-            keys.filter(|key| acts(key, Effect::is_lateral(key)))
+            keys.filter(|key| acts(key, Effect::acts_out_of_plane(key)))
                 .map(move |key| Self::Effect { actuator, key })
         });
         coefficients.chain(effects).collect()

@@ -63,7 +63,7 @@ const EQUATIONS: usize = 8;
 /// # Errors
 /// [`TrimError`]: as of [`trim_with`]; no such turn; a vehicle that stays in the vertical plane.
 pub fn turn(vehicle: &Vehicle, speed: f64, rate: f64, depth: f64, pitch: &Pitch) -> Result<Turn, TrimError> {
-    if !vehicle.coefficients.has_lateral() {
+    if !vehicle.coefficients.leaves_plane() {
         return Err(TrimError::NoLateral);
     }
     let level = trim_with(vehicle, Speed::Path(speed), depth, pitch)?;

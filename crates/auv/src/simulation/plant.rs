@@ -109,7 +109,7 @@ impl Plant {
             fidelity: Fidelity::Nonlinear,
             time: 0.0,
             body: [0.0; 6],
-            side: vehicle.coefficients.has_lateral().then_some([0.0; 6]),
+            side: vehicle.coefficients.leaves_plane().then_some([0.0; 6]),
             is_held: false,
             outputs: vec![0.0; inputs],
             commands: vec![0.0; inputs],

@@ -347,7 +347,7 @@ mod tests {
     fn moves_as_its_rates_say(mut plant: Plant, vehicle: &Vehicle, depth: f64) {
         let level = trim(vehicle, Speed::Path(1.5), depth).unwrap();
         plant.start(0.0, &level).unwrap();
-        let turns = vehicle.coefficients.has_lateral();
+        let turns = vehicle.coefficients.leaves_plane();
         let mut state = plant.state();
         state.heading = 2.5;
         plant.set_state(&state);

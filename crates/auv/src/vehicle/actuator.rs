@@ -289,12 +289,12 @@ impl Effect {
         [Self::thruster(0.0, 0.0, 0.0), Self::thruster_group(0.0, 0.0, 0.0), Self::planes(0.0, 0.0, 0.0)];
 
     /// Returns whether it has a sway force, roll moment or yaw moment.
-    pub(crate) fn has_lateral(&self) -> bool {
+    pub(crate) fn leaves_plane(&self) -> bool {
         self.lateral_force(1.0, 1.0).into_iter().any(|one| one != 0.0)
     }
 
     /// Returns whether a number acts in sway, roll and yaw alone, by its key in a vehicle file.
-    pub(crate) fn is_lateral(key: &str) -> bool {
+    pub(crate) fn acts_out_of_plane(key: &str) -> bool {
         const LATERAL: [&str; 9] =
             ["y", "azimuth", "torque", "Y_T", "K_T", "N_T", "Y_uu_delta", "K_uu_delta", "N_uu_delta"];
         LATERAL.contains(&key)

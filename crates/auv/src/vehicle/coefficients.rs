@@ -60,7 +60,7 @@ impl CoefficientSpec {
     }
 
     /// Returns whether it acts in sway, roll and yaw alone.
-    pub fn is_lateral(&self) -> bool {
+    pub fn acts_out_of_plane(&self) -> bool {
         self.subsystem == Subsystem::Lateral
     }
 }
@@ -304,21 +304,21 @@ impl Coefficients {
     /// the hull do not.
     pub fn acting(&self) -> impl Iterator<Item = &'static CoefficientSpec> + use<> {
         let surge = self.surge;
-        COEFFICIENTS.iter().filter(move |spec| !spec.is_lateral() && surge.uses(spec.key))
+        COEFFICIENTS.iter().filter(move |spec| !spec.acts_out_of_plane() && surge.uses(spec.key))
     }
 
     /// Returns whether the vehicle moves out of the vertical plane: whether I_xx is given.
-    pub fn has_lateral(&self) -> bool {
+    pub fn leaves_plane(&self) -> bool {
         self.I_xx > 0.0
     }
 
     /// Gives the lateral coefficients that are not `given` their values of an axisymmetric hull, and returns their
     /// keys; of a vehicle that stays in the vertical plane all are zero.
     pub fn complete(&mut self, given: impl Fn(&str) -> bool) -> Vec<&'static str> {
-        if !self.has_lateral() {
+        if !self.leaves_plane() {
             return vec![];
         }
-        let missing = COEFFICIENTS.iter().filter(|spec| spec.is_lateral() && !given(spec.key));
+        let missing = COEFFICIENTS.iter().filter(|spec| spec.acts_out_of_plane() && !given(spec.key));
         let missing: Vec<&CoefficientSpec> = missing.collect();
         for spec in &missing {
             if let Axisymmetric(key, factor) = spec.default {
@@ -352,7 +352,7 @@ impl Coefficients {
             mass[(2, 0)] = 0.0;
         }
         is_positive("mass, I_yy", mass)?;
-        if self.has_lateral() { is_positive("mass, I_xx, I_zz", self.lateral_mass_matrix()) } else { Ok(()) }
+        if self.leaves_plane() { is_positive("mass, I_xx, I_zz", self.lateral_mass_matrix()) } else { Ok(()) }
     }
 
     /// Splits combined lift coefficients, as many theses print them, and keeps the lift and viscous parts.
@@ -370,7 +370,7 @@ impl Coefficients {
         self.Z_uq += self.X_u_dot;
         self.M_uw += self.Z_w_dot - self.X_u_dot;
         self.M_uq += self.Z_q_dot;
-        if !self.has_lateral() {
+        if !self.leaves_plane() {
             return;
         }
         self.Y_ur -= self.X_u_dot;

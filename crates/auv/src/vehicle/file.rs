@@ -147,7 +147,7 @@ fn check_lateral(
         let key = format!("{section}.{key}");
         root.table(section).as_ref().unwrap_or(root).problem(FileProblem::MissingKey { key, meaning });
     };
-    if coefficients.has_lateral() {
+    if coefficients.leaves_plane() {
         let damping = ["K_up", "K_p", "K_pp"];
         if !damping.iter().any(|key| sources.contains_key(*key)) {
             let meaning =
@@ -156,7 +156,7 @@ fn check_lateral(
         }
         return;
     }
-    let of_roll = |spec: &&CoefficientSpec| spec.is_lateral() && spec.key != INERTIA_IN_ROLL;
+    let of_roll = |spec: &&CoefficientSpec| spec.acts_out_of_plane() && spec.key != INERTIA_IN_ROLL;
     let given = COEFFICIENTS.iter().filter(of_roll).find(|spec| sources.contains_key(spec.key));
     let given = given.map(|spec| spec.key);
     let moved = actuators.iter().find(|one| one.acts_out_of_plane()).map(|one| one.name.as_str());

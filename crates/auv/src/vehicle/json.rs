@@ -121,7 +121,7 @@ impl Vehicle {
             description: self.description.clone(),
             coefficients: COEFFICIENTS
                 .iter()
-                .filter(|spec| self.coefficients.has_lateral() || !spec.is_lateral())
+                .filter(|spec| self.coefficients.leaves_plane() || !spec.acts_out_of_plane())
                 .map(|spec| (spec.key.to_owned(), (spec.get)(&self.coefficients)))
                 .collect(),
             stations: self.coefficients.hull.stations().to_vec(),
@@ -145,7 +145,7 @@ fn row(actuator: &Actuator) -> Row {
     let mut numbers: Numbers = LIMITS.iter().map(|&key| key.to_owned()).zip([*min, *max, *lag]).collect();
     numbers.extend(rate.map(|rate| (RATE.to_owned(), rate)));
     let of_effect =
-        effect.numbers().into_iter().filter(|(key, value)| !Effect::is_lateral(key) || *value != 0.0);
+        effect.numbers().into_iter().filter(|(key, value)| !Effect::acts_out_of_plane(key) || *value != 0.0);
     numbers.extend(of_effect.map(|(key, value)| (key.to_owned(), value)));
     Row { name: name.clone(), kind: effect.kind().to_owned(), numbers, curve: curve.clone() }
 }
@@ -245,7 +245,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
     };
     let of_effect = effect.numbers().map(|(key, _)| key);
     let (optional, required): (Vec<&str>, Vec<&str>) =
-        of_effect.into_iter().partition(|key| Effect::is_lateral(key));
+        of_effect.into_iter().partition(|key| Effect::acts_out_of_plane(key));
     let required: Vec<&str> = LIMITS.into_iter().chain(required).collect();
     let optional: Vec<&str> = optional.into_iter().chain([RATE]).collect();
     only(&name, &numbers, &required, &optional)?;

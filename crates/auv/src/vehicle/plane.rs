@@ -13,7 +13,7 @@ impl Vehicle {
     #[must_use]
     pub fn in_plane(&self) -> Self {
         let mut plane = self.clone();
-        let lateral = || COEFFICIENTS.iter().filter(|spec| spec.is_lateral());
+        let lateral = || COEFFICIENTS.iter().filter(|spec| spec.acts_out_of_plane());
         for spec in lateral() {
             (spec.set)(&mut plane.coefficients, 0.0);
         }
@@ -25,7 +25,7 @@ impl Vehicle {
             Some((name, number)) => {
                 let number = number.rsplit('.').next().unwrap_or(number);
                 let gone = all().any(|one| one.name == name && !one.acts_in_plane());
-                !(gone || Effect::is_lateral(number))
+                !(gone || Effect::acts_out_of_plane(number))
             }
             None => lateral().all(|spec| spec.key != key),
         };
@@ -55,10 +55,11 @@ impl Vehicle {
     /// or zero, with their values; none of a vehicle that stays in the vertical plane.
     pub fn supposed(&self) -> Vec<(&'static str, f64)> {
         let c = &self.coefficients;
-        let missing =
-            COEFFICIENTS.iter().filter(|spec| spec.is_lateral() && !self.sources.contains_key(spec.key));
+        let missing = COEFFICIENTS
+            .iter()
+            .filter(|spec| spec.acts_out_of_plane() && !self.sources.contains_key(spec.key));
         let all = missing.map(|spec| (spec.key, (spec.get)(c)));
-        if c.has_lateral() { all.collect() } else { vec![] }
+        if c.leaves_plane() { all.collect() } else { vec![] }
     }
 }
 
@@ -66,12 +67,12 @@ impl Actuator {
     /// Returns whether it moves the vehicle in the vertical plane, or does nothing at all.
     pub fn acts_in_plane(&self) -> bool {
         let alone = self.effect.map(|key, value| if key == "X_uu_delta2" { 0.0 } else { value });
-        alone.force(1.0, 1.0) != [0.0; 3] || !self.effect.has_lateral()
+        alone.force(1.0, 1.0) != [0.0; 3] || !self.effect.leaves_plane()
     }
 
     /// Returns whether it sways, rolls or yaws the vehicle.
     pub fn acts_out_of_plane(&self) -> bool {
-        self.effect.has_lateral()
+        self.effect.leaves_plane()
     }
 
     /// Returns whether it yaws the vehicle and does nothing in the vertical plane.
@@ -85,7 +86,7 @@ impl Actuator {
                 let [X_T, Z_T, M_T] = self.effect.force(0.0, 1.0);
                 Effect::thruster_group(X_T, Z_T, M_T)
             }
-            _ => self.effect.map(|key, value| if Effect::is_lateral(key) { 0.0 } else { value }),
+            _ => self.effect.map(|key, value| if Effect::acts_out_of_plane(key) { 0.0 } else { value }),
         };
         Self { effect, ..self.clone() }
     }

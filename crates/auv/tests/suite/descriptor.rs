@@ -2,7 +2,8 @@
 
 use crate::common::{remus100, squid, whole};
 use auv::{
-    Descriptor, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, lateral, linearise_with, longitudinal, trim,
+    Descriptor, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, View, lateral, linearise_with, longitudinal,
+    trim,
 };
 use nalgebra::DMatrix;
 use signals::States;
@@ -125,7 +126,7 @@ fn second_derivatives_hold_what_two_coefficients_do_together() {
             }
         }
         // At least mass with the centre of gravity, weight with it, buoyancy with its centre; in sway and yaw none.
-        assert!(pairs >= if lateral::is_lateral(states) { 0 } else { 6 }, "{pairs}");
+        assert!(pairs >= if View::of_states(states).is_level_held { 0 } else { 6 }, "{pairs}");
     }
 }
 

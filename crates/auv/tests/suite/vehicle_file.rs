@@ -456,8 +456,11 @@ fn the_table_of_coefficients_is_sound() {
             DefaultValue::Required => {}
             DefaultValue::Number(default) => assert!(spec.allowed.contains(default), "{}", spec.key),
             DefaultValue::Axisymmetric(of, factor) => {
-                assert!(spec.is_lateral() && factor.abs() == 1.0, "{}", spec.key);
-                assert!(COEFFICIENTS.iter().any(|other| other.key == of && !other.is_lateral()), "{of}");
+                assert!(spec.acts_out_of_plane() && factor.abs() == 1.0, "{}", spec.key);
+                assert!(
+                    COEFFICIENTS.iter().any(|other| other.key == of && !other.acts_out_of_plane()),
+                    "{of}"
+                );
             }
         }
         let mut coefficients = squid().coefficients;

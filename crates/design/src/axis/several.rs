@@ -8,7 +8,9 @@ use scheduled::Manoeuvre;
 /// An axis of pitch or depth and one of heading; `None` of other axes.
 pub fn level_and_heading<'a>(axes: &[&'a Inputs]) -> Option<[&'a Inputs; 2]> {
     match axes {
-        [one, other] if !one.design.is_lateral() && other.design.is_lateral() => Some([*one, *other]),
+        [one, other] if !one.design.view().is_level_held && other.design.view().is_level_held => {
+            Some([*one, *other])
+        }
         _ => None,
     }
 }
@@ -32,7 +34,7 @@ pub fn narrower(axes: &[&Inputs]) -> Option<String> {
 /// The vehicle as plant and loop have it: in the vertical plane, if no axis steers it out of that.
 pub fn vehicle<'a>(axes: &[&'a Inputs]) -> Option<&'a Vehicle> {
     let first = axes.first()?;
-    Some(if axes.iter().any(|one| one.design.is_lateral()) { &first.whole } else { &first.plane })
+    Some(if axes.iter().any(|one| one.design.view().is_level_held) { &first.whole } else { &first.plane })
 }
 
 /// The default manoeuvre: that of the first axis, with the steps of all.

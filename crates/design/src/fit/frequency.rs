@@ -4,7 +4,8 @@ use crate::fit::Model;
 use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
 use auv::Actuator;
-use auv::lateral::{self, HEADING, is_lateral};
+use auv::View;
+use auv::lateral::{self, HEADING};
 use auv::longitudinal::{PITCH, SIGNALS, SPEED, turning};
 use lpv::matrix::{Mat, largest_complex_singular_value as largest};
 use lpv::polynomial::MatrixPolynomial;
@@ -32,12 +33,16 @@ fn to(ab: &Mat, c: Mat) -> StateSpace {
 
 /// The outputs of [`system`]: speed and pitch, or heading; the angle last.
 pub fn outputs(states: States) -> Vec<&'static Signal> {
-    if is_lateral(states) { vec![&lateral::SIGNALS[HEADING]] } else { vec![&SIGNALS[SPEED], &SIGNALS[PITCH]] }
+    if View::of_states(states).is_level_held {
+        vec![&lateral::SIGNALS[HEADING]]
+    } else {
+        vec![&SIGNALS[SPEED], &SIGNALS[PITCH]]
+    }
 }
 
 /// The angle of [`outputs`].
 pub fn angle(states: States) -> &'static Signal {
-    if is_lateral(states) { &lateral::SIGNALS[HEADING] } else { &SIGNALS[PITCH] }
+    if View::of_states(states).is_level_held { &lateral::SIGNALS[HEADING] } else { &SIGNALS[PITCH] }
 }
 
 /// The largest errors of the fit of one order over the speeds of the grid and the frequencies.

@@ -121,7 +121,7 @@ mod tests {
         for name in vehicle.in_plane().actuators.iter().flat_map(|one| variables_of(&one.name)) {
             assert!(found.remove(&name), "{name}");
         }
-        for spec in COEFFICIENTS.iter().filter(|spec| !spec.is_lateral()) {
+        for spec in COEFFICIENTS.iter().filter(|spec| !spec.acts_out_of_plane()) {
             assert!(found.remove(spec.key), "{}", spec.key);
         }
         assert_eq!(found, RESERVED.map(str::to_owned).into());

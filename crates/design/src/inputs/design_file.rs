@@ -18,9 +18,8 @@ mod tracked;
 mod uncertainty;
 mod values;
 
-use auv::Pitch;
-use auv::lateral;
 use auv::longitudinal::DEPTH;
+use auv::{Pitch, View};
 use lpv::matrix::Mat;
 use lpv::weights::{ReferenceModel, ReferenceWeight, RisingWeight};
 use pid::Pid;
@@ -352,12 +351,12 @@ impl DesignFile {
 
     /// Whether depth is tracked or measured, and therefore a state of the linear models.
     pub fn has_depth(&self) -> bool {
-        !self.is_lateral() && self.uses(DEPTH)
+        !self.view().is_level_held && self.uses(DEPTH)
     }
 
-    /// Whether the axis is that of heading: sway and yaw, not surge, heave and pitch.
-    pub fn is_lateral(&self) -> bool {
-        lateral::is_lateral(self.interface.states)
+    /// How the axis sees the motion of the vehicle.
+    pub fn view(&self) -> &'static View {
+        View::of_states(self.interface.states)
     }
 
     /// The index among the tracked outputs of one by its name.

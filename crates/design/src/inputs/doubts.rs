@@ -28,7 +28,7 @@ impl Inputs {
                 auv::number(depth)
             )
         });
-        let is_held = self.design.is_lateral() || self.design.tracks("depth").is_some();
+        let is_held = self.design.view().is_level_held || self.design.tracks("depth").is_some();
         let adrift = (self.design.speed_min <= 0.0 && !is_held).then(|| {
             format!(
                 "{file}: nothing holds the depth at {} m/s ('model.speed_min'), where no pitch changes it: track \

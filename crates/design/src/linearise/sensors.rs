@@ -19,7 +19,7 @@ use crate::error::ModelError;
 use crate::inputs::design_file::DesignFile;
 use crate::numbers::decimals;
 use auv::longitudinal::{PITCH, SIGNALS};
-use auv::{Trim, Vehicle, lateral, linearise, linearise_with};
+use auv::{Trim, Vehicle, View, linearise, linearise_with};
 use scheduled::{ControllerDesign, Sensor, Source, Without};
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ pub fn sensors(
 ) -> Result<BTreeMap<String, Sensor>, ModelError> {
     let own = |trim: &Trim| linearise_with(vehicle, trim, file.states);
     let mut all = trims.iter().map(own).collect::<Result<Vec<_>, _>>()?;
-    if file.is_lateral() {
+    if file.view().is_level_held {
         // The speed is that of the other axis.
         let speeds: Vec<f64> = trims.iter().map(|trim| trim.speed).collect();
         let (depth, rule) = file.level();
@@ -58,7 +58,8 @@ pub fn sensors(
     let given = |symbol: &str| {
         let of = |l: &auv::Linearisation| {
             let Some(row) = l.states.iter().position(|state| state.symbol == symbol) else { return 0.0 };
-            let actuators = if lateral::is_lateral(l.states) { &vehicle.actuators } else { &plane.actuators };
+            let actuators =
+                if View::of_states(l.states).is_level_held { &vehicle.actuators } else { &plane.actuators };
             let reach = |(one, trim): (&auv::Actuator, &f64)| (one.max - trim).max(trim - one.min);
             let each = actuators.iter().zip(&l.trim.actuators).map(reach);
             each.enumerate().map(|(j, reach)| l.b[(row, j)].abs() * reach).sum()

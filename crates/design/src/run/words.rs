@@ -21,7 +21,7 @@ pub(super) fn vehicle_line(inputs: &Inputs) -> String {
 }
 
 pub(super) fn trim_line(inputs: &Inputs, model: &Model) -> String {
-    if inputs.design.is_lateral() {
+    if inputs.design.view().is_level_held {
         let (low, high) = (inputs.design.speed_min, inputs.design.speed_max);
         return format!(
             "straight and level at {} speeds, {low:.2} to {high:.2} m/s, {:.0} m deep: another autopilot keeps speed, \

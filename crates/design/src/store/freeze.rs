@@ -51,7 +51,7 @@ pub fn frozen(inputs: &Inputs, model: &Model, lft: LftMatrices, gamma: Gamma) ->
 /// [`StoreError::LpvModel`](crate::error::StoreError::LpvModel), [`ModelError::Trim`](crate::error::ModelError::Trim).
 pub fn lpv_model(inputs: &Inputs, model: &Model) -> Result<Option<LpvModel>, Error> {
     let (vehicle, file) = (&inputs.vehicle, &inputs.design);
-    if file.is_lateral() {
+    if file.view().is_level_held {
         return Ok(None);
     }
     let trims = inputs.axis().level(&file.spread(TRIM_ROWS))?;

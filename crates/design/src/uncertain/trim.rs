@@ -100,7 +100,7 @@ pub fn retrim(
 ) -> Result<(Vehicle, Trim), UncertainError> {
     let changed = perturbed(vehicle, blocks, delta);
     // The coefficients of sway, roll and yaw do not move a level trim.
-    if vehicle.coefficients.has_lateral() {
+    if vehicle.coefficients.leaves_plane() {
         return Ok((changed, nominal.clone()));
     }
     let mut free = changed.clone();

@@ -181,7 +181,7 @@ impl Back {
 /// which the actuators hold from trim at an unchanged force along the hull. Of a pitching moment at most half of the
 /// righting moment of the hull is not held; where the actuators have none, that is the load. `None` without either.
 pub fn load(inputs: &Inputs, trims: &Trim, forward: f64, sign: f64) -> Option<(usize, Load)> {
-    let axis = if inputs.design.is_lateral() { N } else { M };
+    let axis = if inputs.design.view().is_level_held { N } else { M };
     let held = largest(inputs, trims, forward, (axis, -sign));
     let held = if held > NONE * inputs.vehicle.coefficients.weight { held } else { 0.0 };
     let mut load = Load::default();

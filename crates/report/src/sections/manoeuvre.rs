@@ -34,7 +34,7 @@ pub fn manoeuvre(subject: &Subject) -> Result<Vec<Part>, Error> {
         Chart::over_time("", format!("{} (deg)", signals[PITCH].name), drawn(PITCH, 1f64.to_degrees())),
         Chart::over_time("", "forward speed (m/s)", speed),
     ];
-    if !inputs.design.is_lateral() {
+    if !inputs.design.view().is_level_held {
         charts.push(Chart::over_time("", "depth (m)", drawn(DEPTH, 1.0)));
     }
     for (unit, label, factor) in [("N", "thrust (N)", 1.0), ("rad", "deflection (deg)", 1f64.to_degrees())] {

@@ -21,7 +21,7 @@ pub fn steps(subject: &Subject) -> Result<Vec<Part>, Error> {
     subject.output()?;
     let pitched = subject.fly_steps()?;
     // The axis of heading has the speed from another.
-    let faster: &[f64] = if subject.inputs.design.is_lateral() { &[] } else { &subject.speeds };
+    let faster: &[f64] = if subject.inputs.design.view().is_level_held { &[] } else { &subject.speeds };
     let faster = faster.iter().map(|v| step_speed(subject, *v)).collect::<Result<Vec<Flight>, Error>>()?;
     let step = subject.step();
     let name = subject.name();

@@ -14,7 +14,7 @@ use squid_design::inputs::design_file::DesignFile;
 /// As [`start`].
 pub fn start_whole(vehicle: &Vehicle, files: [&str; 2]) -> Result<(String, Option<Error>), Error> {
     let level = start(vehicle)?;
-    if !vehicle.coefficients.has_lateral() {
+    if !vehicle.coefficients.leaves_plane() {
         return Ok((level, None));
     }
     let design = DesignFile::parse(&level, "design.toml", "design")?;

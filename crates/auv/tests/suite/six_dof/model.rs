@@ -154,7 +154,7 @@ proptest! {
     ) {
         let motion = Motion { u, v, w, p, q, r, phi, theta };
         for vehicle in SHIPPED.iter() {
-            let out_of_plane = vehicle.coefficients.has_lateral().then_some(motion);
+            let out_of_plane = vehicle.coefficients.leaves_plane().then_some(motion);
             for motion in [Some(Motion::in_plane(u, w, q, theta)), out_of_plane].into_iter().flatten() {
                 let (found, size) = power(vehicle, &motion, &vec![0.0; vehicle.actuators.len()]);
                 prop_assert!(found <= 1e-12 * size, "{}: {} W of {} W", vehicle.name, found, size);

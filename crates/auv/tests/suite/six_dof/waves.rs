@@ -20,7 +20,7 @@ fn flown(vehicle: &Vehicle, waves: f64, heading: f64, rudder: f64) -> State {
     level.actuators = vehicle.outputs_of_plane(&plane, &level.actuators);
     let mut plant = Plant::new(vehicle).unwrap().with_water(Arc::new(sea(vehicle, waves)));
     plant.start(0.0, &level).unwrap();
-    if vehicle.coefficients.has_lateral() {
+    if vehicle.coefficients.leaves_plane() {
         plant.set_state(&State { heading, ..plant.state() });
     }
     for (index, actuator) in vehicle.actuators.iter().enumerate() {

@@ -8,9 +8,8 @@ use crate::inputs::design_file::{
     CONTROL_WEIGHT, DEFAULT_REDUCE, DISTURBANCE, DesignFile, Envelope, Failsafe, RATE, REDUCE, Require,
     SAMPLE_TIME, WAVE_WEIGHT, WorkingSea, relative_weight, uncertainty,
 };
-use auv::Pitch;
 use auv::toml_file::{Document, FileError, FileProblem, Table};
-use auv::{lateral, longitudinal};
+use auv::{LONGITUDINAL, Pitch, VIEWS, View};
 use lpv::weights::RisingWeight;
 use scheduled::MAX_DELAY_TICKS;
 use signals::{Interface, Level, Signal};
@@ -68,12 +67,9 @@ impl DesignFile {
     /// As [`parse`](Self::parse); two axes that steer the same.
     pub fn parse_each(text: &str, file: &str, name: &str) -> Result<Vec<Self>, FileError> {
         let documents = Document::parse_each(text, file, AXIS)?;
-        let read = documents.iter().map(|document| {
-            let heading = lateral::SIGNALS[lateral::HEADING].name;
-            let is_lateral = document.root().has_among("track", "output", heading);
-            let interface = if is_lateral { &lateral::INTERFACE } else { &longitudinal::INTERFACE };
-            document.finish(design(document, interface, file, name))
-        });
+        let read = documents
+            .iter()
+            .map(|document| document.finish(design(document, interface(document), file, name)));
         let mut axes: Vec<Self> = FileError::collect(read)?;
         if axes.len() > 1 {
             for (place, axis) in axes.iter_mut().enumerate() {
@@ -117,6 +113,16 @@ impl DesignFile {
         let own = axes.into_iter().find(|other| other.axis == self.axis);
         own.ok_or_else(|| FileError { file: self.file.clone(), mistakes: Vec::new() })
     }
+}
+
+/// The states and signals of an axis: those of the view that has what it tracks besides the speed, or of the first.
+fn interface(document: &Document<'_>) -> &'static Interface {
+    let tracks = |signal: &Signal| document.root().has_among("track", "output", signal.name);
+    let has = |view: &&&View| {
+        let own = view.interface.signals.iter().filter(|one| one.level != Level::Scheduled);
+        own.into_iter().any(tracks)
+    };
+    VIEWS.iter().find(has).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
 
 /// A mistake at an axis of a file.
@@ -174,7 +180,7 @@ fn design(
     let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
-    let of_heading = lateral::is_lateral(interface.states);
+    let of_heading = View::of_states(interface.states).is_level_held;
     if of_heading && root.has("sea") {
         root.not_allowed("sea", "given", "left out of a design of heading: it is for surge, heave and pitch");
     }
