@@ -8,8 +8,8 @@ use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
 use auv::{
-    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, View, lateral, linearise, linearise_with,
-    trim_with, trims,
+    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, View, linearise, linearise_with, trim_with,
+    trims,
 };
 use lpv::matrix::{Mat, block, to_rows};
 use scheduled::{ReferenceLimits, Sensor};
