@@ -149,7 +149,7 @@ pub fn pid(
     let to = vehicle.join(format!("{name}.toml"));
     check_directory(vehicle)?;
     let progress = Progress::new(&show);
-    let tuned = tune_pid(&inputs, &text, degree, &progress)?;
+    let tuned = tune_pid(inputs, &text, degree, &progress)?;
     write(&to, tuned.text.as_bytes())?;
     let numbers = |gain: &TunedGain| {
         let all: Vec<String> = gain.coefficients.iter().map(|v| auv::rounded(*v)).collect();
@@ -164,8 +164,8 @@ pub fn pid(
         |reason| format!("NOT PROVED: {reason}"),
         |proof| format!("PROVED: gain below {}", squid_design::certify::claims::bound(&proof.theorem)),
     );
-    let against = against(&inputs, &tuned.text, &tuned.finished, &progress)?;
-    let next = next(&inputs, vehicle, name, begun);
+    let against = against(inputs, &tuned.text, &tuned.finished, &progress)?;
+    let next = next(inputs, vehicle, name, begun);
     progress.done("tuned", &format!("{words}\n{against}\n{}\n{next}", to.display()));
     let gain =
         |gain: &TunedGain| json!({ "name": gain.name, "unit": gain.unit, "coefficients": gain.coefficients });
