@@ -184,7 +184,7 @@ def test_campaigns_draw_steps_of_the_depth(deep: Packages, run_squid: Run, tmp_p
         "depth=0.2m",
         "--no-bound",
         "--out",
-        deep.folder,
+        deep.folder.parent,
         "--to",
         tmp_path,
     ]

@@ -238,7 +238,7 @@ def test_a_first_design_file_tracks_pitch_alone(run_squid: Run, tmp_path: Path) 
     vehicle = tmp_path / "nps"
     vehicle.mkdir()
     shutil.copy(NPS / "vehicle.toml", vehicle)
-    done = run_squid("tune", vehicle, "--designs", "3", timeout=600.0)
+    done = run_squid("tune", vehicle, "--designs", "3", "--track", "pitch", timeout=600.0)
     assert (vehicle / "design.toml").exists(), done.stderr
     design = tomllib.loads((vehicle / "design.toml").read_text(encoding="utf-8"))
     assert [one["output"] for one in design["track"]] == ["pitch"]

@@ -146,18 +146,20 @@ def loop_plan(packages: Packages) -> dict:
 
 
 def coupled_plan(packages: Packages) -> dict:
-    """Return the flight of plant and controller from trim to a constant pitch."""
+    """Return the flight of plant and controller from trim to a constant pitch, or to a depth and a heading."""
     with Slave(packages.plant, "plant") as plant, Slave(packages.controller, "controller") as controller:
         measured, actuators = shared(plant, controller), shared(controller, plant)
         plant.begin({"initial_speed": 1.5})
         plant.ready()
         values = {
             "plant.initial_speed": 1.5,
-            "controller.pitch_reference": plant.get("trim_pitch") + np.deg2rad(10.0),
             "controller.speed_reference": plant.get("speed"),
         }
         if turns(packages):
+            values["controller.depth_reference"] = plant.get("depth") + 3.0
             values["controller.heading_reference"] = np.deg2rad(20.0)
+        else:
+            values["controller.pitch_reference"] = plant.get("trim_pitch") + np.deg2rad(10.0)
         controller.begin()
         controller.ready()
     return {

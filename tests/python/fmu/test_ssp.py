@@ -169,7 +169,7 @@ def test_wires_every_measurement_and_every_actuator(packages: Packages, ssp: Pat
 
 
 def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
-    """Each variant starts in the trim of its speed, and asks for a pitch step above it."""
+    """Each variant starts in the trim of its speed, and asks for a step of pitch or depth above it."""
     for variant in variants(ssp):
         at_plant, at_controller = values(ssp, "plant", variant), values(ssp, "controller", variant)
         assert f"speed_{at_plant['initial_speed']:.3f}" == variant
@@ -180,7 +180,8 @@ def test_parameter_sets_are_trims(packages: Packages, ssp: Path) -> None:
             plant.ready()
             assert plant.get("pitch") == pytest.approx(at_controller["pitch"], abs=1e-9)
             assert plant.get("speed") == pytest.approx(at_controller["speed_reference"], abs=1e-9)
-        assert at_controller["pitch_reference"] - at_controller["pitch"] > 0.05
+        tracked, least = ("depth", 0.5) if turns(packages) else ("pitch", 0.05)
+        assert at_controller[f"{tracked}_reference"] - at_controller[tracked] > least
 
 
 def in_one_fmu(packages: Packages, variant: str, ssp: Path) -> Signals:

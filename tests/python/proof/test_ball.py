@@ -10,6 +10,7 @@ import pytest
 import reference_plant as reference
 import tomllib
 from claims import robust_gain
+from conftest import PITCHING
 from fly.package import Packages
 from fly.stages import ROOT
 
@@ -101,7 +102,8 @@ class Design:
 
 @pytest.fixture
 def design(packages: Packages) -> Design:
-    folder, vehicle = packages.controller.parent, ROOT / "vehicles" / packages.vehicle
+    folder = packages.controller.parent
+    vehicle = PITCHING if packages.vehicle == PITCHING.name else ROOT / "vehicles" / packages.vehicle
     read = [
         json.loads((folder / f"{name}.json").read_text("utf-8"))
         for name in ("certificate", "controller", "design")

@@ -41,19 +41,21 @@ pub fn run(which: &Which, asked: &Show) -> Result<(), Error> {
     }
     let Asked { axes, .. } = which.read()?;
     let mut shown = Vec::new();
-    for (inputs, directory) in &axes {
+    for (place, (inputs, directory)) in axes.iter().enumerate() {
         if axes.len() > 1 {
             say(&format!("\nAxis of {}", inputs.design.steered()));
         }
-        shown.push(of_axis((inputs, directory), which.out.is_some(), asked)?);
+        shown.push(of_axis((inputs, directory), which.out.is_some(), place == 0, asked)?);
     }
     Ok(answer_each(&shown)?)
 }
 
-/// What is asked for of an axis; `is_named` is whether its directory is.
+/// What is asked for of an axis; `is_named` is whether its directory is, `is_first` whether it comes first, and sway,
+/// roll and yaw with it.
 fn of_axis(
     (inputs, directory): (&Inputs, &Path),
     is_named: bool,
+    is_first: bool,
     asked: &Show,
 ) -> Result<Map<String, Value>, Error> {
     let more = asked.fit || asked.controller || asked.uncertainty;
@@ -77,8 +79,7 @@ fn of_axis(
         say(&tables::speed(&inputs.vehicle, &found));
         shown.insert("at_speed".into(), linearise::to_json(&inputs.vehicle, &found));
         let (depth, pitch) = inputs.design.level();
-        // Once, with the first axis.
-        if inputs.design.axis.is_none_or(|place| place == 0) {
+        if is_first {
             show_lateral(&inputs.whole, v, depth, pitch, &mut shown);
         }
     }

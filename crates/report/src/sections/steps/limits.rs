@@ -9,12 +9,16 @@ use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::synthesise::anti_windup::largest_step;
 use squid_flight::flight::{Flight, Row, fly, unless_lost};
 use squid_flight::metrics::StepFigures;
+use std::f64::consts::PI;
 
 /// Duration of the step (s), long enough for windup.
 const HELD: f64 = 39.0;
 
 /// End of the step, and end of the flight (s).
 const TIMES: [f64; 2] = [STEP_TIME + HELD, STEP_TIME + HELD + FLOWN];
+
+/// The largest step of an angle that comes back to itself (rad): by half a turn it has no direction.
+const HALF_TURN: f64 = PI - 1e-6;
 
 /// Depth of the flight below that of the design (m), so that no flight surfaces.
 const DEEPER: f64 = 1000.0;
@@ -42,7 +46,9 @@ pub fn limits(subject: &Subject) -> Result<Vec<Part>, Error> {
     let (Ok(output), Some(_)) = (subject.output(), &stored.anti_windup) else { return Ok(vec![]) };
     let plain = ControllerDesign { anti_windup: None, ..stored.clone() };
     let step = subject.step();
-    let size = largest_step(&subject.inputs.design, output);
+    let largest = largest_step(&subject.inputs.design, output);
+    let circular = subject.inputs.design.tracked[output].signal.circular;
+    let size = if circular { HALF_TURN.min(largest) } else { largest };
     let down = if step.name == "depth" { size } else { -size };
     let envelope = Envelope::new(subject)?;
     let mut pairs = vec![];
