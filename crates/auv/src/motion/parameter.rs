@@ -29,12 +29,14 @@ pub enum Parameter {
 /// A name that is no parameter of the vehicle.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(
-    "the vehicle has no coefficient '{name}'{}; it has {known}",
+    "the vehicle has no coefficient '{name}' of {motion}{}; it has {known}",
     suggestion.as_ref().map(|s| format!(" (did you mean '{s}'?)")).unwrap_or_default()
 )]
 pub struct UnknownParameter {
     /// The name asked for.
     pub name: String,
+    /// The motion that is asked about.
+    pub motion: &'static str,
     /// The most similar name.
     pub suggestion: Option<String>,
     /// All names.
@@ -70,8 +72,13 @@ impl Parameter {
             return Ok(all[place]);
         }
         let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let suggestion = nearest(name, &known);
-        Err(UnknownParameter { name: name.to_string(), suggestion, known: known.join(", ") })
+        let leaves_plane = vehicle.coefficients.leaves_plane();
+        Err(UnknownParameter {
+            name: name.to_string(),
+            motion: if leaves_plane { "sway, roll and yaw" } else { "surge, heave and pitch" },
+            suggestion: nearest(name, &known),
+            known: known.join(", "),
+        })
     }
 
     /// Returns its name, as [`Parameter::named`] reads it. A parameter of the trim is `incidence` or, for instance,

@@ -585,7 +585,7 @@ fn what_has_no_heading_says_so() {
     let unknown = refused(&vehicle, &design.replacen("\"heading\"", "\"yaw\"", 1));
     assert!(unknown.contains("it must be \"pitch\" or \"speed\" or \"depth\" or \"heading\""), "{unknown}");
     let other = refused(&vehicle, &design.replace("N_uv = 0.3", "Z_uw = 0.3"));
-    assert!(other.contains("the vehicle has no coefficient 'Z_uw'"), "{other}");
+    assert!(other.contains("the vehicle has no coefficient 'Z_uw' of sway, roll and yaw"), "{other}");
     let measured = refused(&vehicle, &design.replacen("signal = \"heading\"", "signal = \"pitch\"", 1));
     assert!(
         measured.contains("it must be \"heading\" or \"heading_rate\" or \"roll\" or \"sway\""),

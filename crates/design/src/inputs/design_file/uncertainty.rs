@@ -210,7 +210,7 @@ mod tests {
             ),
             (
                 coefficients("Z_vw = 0.3"),
-                "design.toml:4: [uncertainty]: the vehicle has no coefficient 'Z_vw' (did you mean 'Z_",
+                "design.toml:4: [uncertainty]: the vehicle has no coefficient 'Z_vw' of surge, heave",
             ),
             (
                 coefficients("Z_w = 1.2"),
