@@ -115,14 +115,15 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the view that has what it tracks besides the speed, or of the first.
+/// The states and signals of an axis: those of the last view that has one of what it tracks besides the speed, or of the
+/// first view.
 fn interface(document: &Document<'_>) -> &'static Interface {
     let tracks = |signal: &Signal| document.root().has_among("track", "output", signal.name);
     let has = |view: &&&View| {
         let own = view.interface.signals.iter().filter(|one| one.level != Level::Scheduled);
         own.into_iter().any(tracks)
     };
-    VIEWS.iter().find(has).map_or(LONGITUDINAL.interface, |view| view.interface)
+    VIEWS.iter().rfind(has).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
 
 /// A mistake at an axis of a file.
