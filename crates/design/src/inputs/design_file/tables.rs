@@ -115,8 +115,8 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the last view that has one of what it tracks besides the speed, or of the
-/// first view.
+/// The states and signals of an axis: those of the last view that has one of what it tracks besides the speed, or of
+/// the first view.
 fn interface(document: &Document<'_>) -> &'static Interface {
     let tracks = |signal: &Signal| document.root().has_among("track", "output", signal.name);
     let has = |view: &&&View| {
