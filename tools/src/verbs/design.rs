@@ -53,7 +53,8 @@ pub fn run(which: &Which, asked: &Design) -> Result<(), Error> {
         answer(one)?;
     } else {
         say("\nAll axes");
-        // A number that is uncertain in the vertical plane alone keeps nobody from a design.
+        // The design stands where the flights cannot be flown, as with a coefficient that is uncertain in the vertical
+        // plane alone: the reason is said.
         let whole = whole(&stored).map_err(|reason| say(&format!("not flown: {reason}"))).ok();
         missed.extend(whole.iter().filter_map(Whole::missed));
         answer(&json!({ "directory": directory, "axes": figures, "whole": whole }))?;
@@ -115,12 +116,7 @@ fn whole(stored: &[(&Inputs, Stored)]) -> Result<Whole, Error> {
     let found = Whole {
         flights: rows.len(),
         flown: rows.iter().filter(|row| row.outcome == Outcome::Flown).count(),
-        overshoot: plan
-            .axes
-            .iter()
-            .map(|axis| axis.steered().name)
-            .map(|name| (name, largest(name)))
-            .collect(),
+        overshoot: names.iter().map(|name| (*name, largest(name))).collect(),
     };
     let of = |name: &&str| {
         let overshoot = found.overshoot.get(name).copied().flatten();
