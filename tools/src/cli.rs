@@ -553,7 +553,7 @@ fn design_name(text: &str) -> Result<String, String> {
     }
 }
 
-/// What a command line asks for of a vehicle: the axes of its autopilot.
+/// The axes of a vehicle's autopilot that a command line asks for.
 #[derive(Debug)]
 pub struct Asked {
     /// The files of each axis, and the directory of its design.

@@ -39,7 +39,7 @@ pub fn show(event: Event) {
     }
 }
 
-/// What is said of work that runs beside other work, until it can be shown.
+/// The progress of work that runs beside other work, kept until it can be shown.
 #[derive(Default)]
 pub struct Later(Mutex<Vec<(Option<String>, String)>>);
 

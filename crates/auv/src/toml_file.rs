@@ -31,7 +31,7 @@ const LONGEST_SHOWN: usize = 60;
 pub struct Document<'a> {
     text: &'a str,
     file: &'a str,
-    /// Where the mistakes of the root table are: a byte offset.
+    /// The byte offset at which mistakes of the root table are reported.
     start: usize,
     entries: DeTable<'a>,
     /// Place in the text, and what is wrong there.

@@ -25,7 +25,7 @@ const SPEEDS: usize = 6;
 /// Gains at a speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gains {
-    /// What the axis steers.
+    /// The signal that the axis steers.
     pub axis: &'static str,
     /// Speed along the path, m/s.
     pub speed: f64,

@@ -280,7 +280,7 @@ impl Plan<'_> {
     }
 }
 
-/// Whether a figure is one of the speed.
+/// Returns whether a figure is one of the speed.
 fn is_of_speed(name: &str) -> bool {
     [SPEED_DEVIATION, SPEED_ERROR].contains(&name)
 }

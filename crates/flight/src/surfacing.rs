@@ -7,7 +7,7 @@ use auv::State;
 /// the surface.
 const OUT_OF_WATER: f64 = 1e-3;
 
-/// Whether a vehicle at a depth \[m\] is out of the water, where the equations are not valid.
+/// Returns whether a vehicle at a depth \[m\] is out of the water, where the equations are not valid.
 pub fn out_of_water(depth: f64) -> bool {
     depth < -OUT_OF_WATER
 }

@@ -43,7 +43,7 @@ fn as_declared(terms: &Terms, theorem: &Theorem) -> String {
 /// What was verified of a file.
 #[derive(Debug, Clone)]
 pub struct Verification {
-    /// Of each axis, one at least.
+    /// One for each axis, at least one.
     pub axes: Vec<Verified>,
     /// What is proved of both axes in turns.
     pub coupling: Option<String>,

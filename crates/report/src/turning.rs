@@ -193,12 +193,12 @@ impl Turns {
         Section::new("turns", "Turns in six degrees of freedom", parts)
     }
 
-    /// What a flight in a sea is called.
+    /// The words that follow the name of a flight at sea; empty in still water.
     fn at_sea(&self) -> &'static str {
         if self.is_at_sea { ", at sea" } else { "" }
     }
 
-    /// What the table is of.
+    /// The title of the table.
     fn title(&self, both: Both<'_>) -> String {
         let steps: Vec<String> = both.level.1.manoeuvre.steps.keys().cloned().collect();
         format!(
@@ -225,7 +225,7 @@ impl Turns {
         out
     }
 
-    /// What is proved of both axes.
+    /// The text on what is proved of both axes.
     fn proved(&self, both: Both<'_>) -> String {
         let names = both.names();
         match &self.coupling {
@@ -281,7 +281,7 @@ const HEAD: [&str; 8] = [
     "stable to deg/s",
 ];
 
-/// What the columns are.
+/// The heads of the columns.
 const NOTES: &str = "Depth moved and speed lost are against the same flight without the turn; travel is the sum of all \
                      changes of the commands of heading, back and forth, relative to the largest output of each \
                      actuator. Stable to: the linear loop of both autopilots in steady turns, at eleven rates up to \

@@ -354,7 +354,7 @@ impl DesignFile {
         !self.view().is_level_held && self.uses(DEPTH)
     }
 
-    /// How the axis sees the motion of the vehicle.
+    /// The view of the vehicle's motion that the axis has.
     pub fn view(&self) -> &'static View {
         View::of_states(self.interface.states)
     }

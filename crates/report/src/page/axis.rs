@@ -22,7 +22,7 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
     /// The smallest length of the default range, in axis coordinates.
     pub least: f64,
-    /// Whether a unit is as long on the page as one of the other axis.
+    /// True where a unit is as long on the page as one of the other axis.
     pub is_equal: bool,
 }
 

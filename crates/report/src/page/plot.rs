@@ -33,7 +33,7 @@ pub struct Panel {
     pub label: String,
     /// The lines.
     pub lines: Vec<Line>,
-    /// Whether it is a track seen from above: points are (east, north), m.
+    /// True for a track seen from above: points are (east, north), m.
     pub is_from_above: bool,
 }
 
