@@ -159,7 +159,7 @@ fn a_misspelt_name_is_told_the_nearest() {
         assert_eq!(Parameter::named(&vehicle, &parameter.name(&vehicle)), Ok(parameter));
     }
     let message = Parameter::named(&vehicle, "M_qdot").unwrap_err().to_string();
-    assert!(message.contains("no coefficient 'M_qdot' (did you mean 'M_q_dot'?)"), "{message}");
+    assert!(message.contains("'M_qdot' of surge, heave and pitch (did you mean 'M_q_dot'?)"), "{message}");
     let message = Parameter::named(&vehicle, "sternplanes.M_uu_delta").unwrap_err().to_string();
     assert!(message.contains("did you mean 'stern_planes.M_uu_delta'?"), "{message}");
 }

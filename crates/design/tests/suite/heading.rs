@@ -578,12 +578,12 @@ fn what_has_no_heading_says_so() {
     let both = refused(&vehicle, &both);
     assert!(
         both.contains(
-            "'track.output' is \"depth\"; it must be in an [[axis]] of its own: it is not of the axis"
+            "'track.output' is \"depth\"; it must be in an [[axis]] of its own: this axis is of heading"
         ),
         "{both}"
     );
     let unknown = refused(&vehicle, &design.replacen("\"heading\"", "\"yaw\"", 1));
-    assert!(unknown.contains("it must be \"pitch\" or \"speed\" or \"depth\" or \"heading\""), "{unknown}");
+    assert!(unknown.contains("it must be \"heading\" or \"pitch\" or \"speed\" or \"depth\""), "{unknown}");
     let other = refused(&vehicle, &design.replace("N_uv = 0.3", "Z_uw = 0.3"));
     assert!(other.contains("the vehicle has no coefficient 'Z_uw' of sway, roll and yaw"), "{other}");
     let measured = refused(&vehicle, &design.replacen("signal = \"heading\"", "signal = \"pitch\"", 1));

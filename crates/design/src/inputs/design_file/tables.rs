@@ -115,15 +115,18 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the last view that has one of what it tracks besides the speed, or of
-/// the first view.
+/// The states and signals of an axis: those of the first view that has most of what it tracks and measures besides the
+/// speed.
 fn interface(document: &Document<'_>) -> &'static Interface {
-    let tracks = |signal: &Signal| document.root().has_among("track", "output", signal.name);
-    let has = |view: &&&View| {
+    let root = document.root();
+    let count = |view: &View| {
         let own = view.interface.signals.iter().filter(|one| one.level != Level::Scheduled);
-        own.into_iter().any(tracks)
+        let tracked =
+            |signal: &Signal| signal.reference.is_some() && root.has_among("track", "output", signal.name);
+        let measured = |signal: &Signal| root.has_among("measure", "signal", signal.name);
+        own.filter(|signal| tracked(signal) || measured(signal)).count()
     };
-    VIEWS.iter().rfind(has).map_or(LONGITUDINAL.interface, |view| view.interface)
+    VIEWS.iter().rev().max_by_key(|view| count(view)).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
 
 /// A mistake at an axis of a file.

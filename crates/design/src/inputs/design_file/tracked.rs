@@ -5,8 +5,8 @@ use crate::inputs::design_file::{
     BANDWIDTH, DAMPING, FOLLOW, FREQUENCY, Measured, NOISE, PEAK, SCALE, Tracked,
 };
 use crate::numbers::readable;
+use auv::VIEWS;
 use auv::toml_file::Table;
-use auv::{lateral, longitudinal};
 use lpv::weights::{ReferenceModel, ReferenceWeight, TrackingWeight};
 use signals::{Interface, Level, Signal};
 
@@ -133,24 +133,21 @@ fn signal(
     interface: &'static Interface,
     taken: &mut Vec<usize>,
 ) -> Option<(usize, &'static Signal, f64)> {
-    let is_allowed = |signal: &Signal| {
+    let is_allowed = |signal: &&Signal| {
         signal.is_among(interface.states) && (key != "output" || signal.reference.is_some())
     };
-    let allowed = interface.signals.iter().filter(|signal| is_allowed(signal)).map(|signal| signal.name);
-    let mut allowed: Vec<&str> = allowed.collect();
-    let [heading, pitch] =
-        [lateral::SIGNALS[lateral::HEADING].name, longitudinal::SIGNALS[longitudinal::PITCH].name];
-    if key == "output" && allowed == [heading] {
-        let other =
-            longitudinal::tracked().map(|(signal, _)| signal.name).find(|name| table.is_text(key, name));
-        if let Some(other) = other {
-            let own = format!("in an [[axis]] of its own: it is not of the axis of \"{heading}\"");
+    let names = |of: &Interface| of.signals.iter().filter(is_allowed).map(|signal| signal.name);
+    let mut allowed: Vec<&str> = names(interface).collect();
+    if key == "output" && VIEWS.iter().any(|view| view.interface == interface) {
+        let tracked = VIEWS.iter().flat_map(|view| view.interface.tracked());
+        let others: Vec<&str> =
+            tracked.map(|(signal, _)| signal.name).filter(|name| !allowed.contains(name)).collect();
+        if let Some(other) = others.iter().find(|name| table.is_text(key, name)) {
+            let own = format!("in an [[axis]] of its own: this axis is of {}", allowed.join(", "));
             table.not_allowed(key, format!("\"{other}\""), own);
             return None;
         }
-    } else if key == "output" && allowed.contains(&pitch) {
-        // A file that tracks it is read as one of that axis.
-        allowed.push(heading);
+        allowed.extend(others);
     }
     let name = allowed[table.one_of(key, &allowed)?];
     let place = interface.place(name)?;
