@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use auv::{
-    Ballast, Coefficients, Current, Fidelity, Load, LpvModel, LpvModelError, Pitch, Plant, Slopes, Speed,
-    State, Surroundings, Trim, TrimPoint, Vehicle, trim_with,
+    Ballast, Bottom, Coefficients, Current, Fidelity, Load, LpvModel, LpvModelError, Pitch, Plant, Slopes,
+    Speed, State, Surroundings, Trim, TrimPoint, Vehicle, trim_with,
 };
 
 use crate::{PlantError, WaveParameters};
@@ -25,6 +25,8 @@ pub struct Settings {
     pub fidelity: Fidelity,
     /// The waves, for a vehicle whose size is known.
     pub waves: WaveParameters,
+    /// The bottom.
+    pub bottom: Bottom,
 }
 
 /// Inputs of the vehicle.
@@ -112,6 +114,7 @@ impl PlantModel {
                 initial_heading: 0.0,
                 fidelity: Fidelity::Nonlinear,
                 waves: WaveParameters::default(),
+                bottom: Bottom::default(),
             },
             inputs: Inputs {
                 commands: taken.collect(),
@@ -175,7 +178,8 @@ impl PlantModel {
 
     /// Position, and motion through the water.
     pub fn state(&self) -> State {
-        self.plant.state()
+        let state = self.plant.state();
+        State { bottom: self.settings.bottom.depth_at(state.x, state.east), ..state }
     }
 
     /// Speed along the path through the water, sqrt(u^2 + v^2 + w^2) \[m/s\].
@@ -196,7 +200,7 @@ impl PlantModel {
     /// # Errors
     /// Coefficients that are not allowed, waves that cannot be, a start above the surface, or no trim: [`PlantError`].
     pub fn start(&mut self, time: f64) -> Result<(), PlantError> {
-        let Settings { coefficients, initial_speed, initial_depth, initial_heading, fidelity, waves } =
+        let Settings { coefficients, initial_speed, initial_depth, initial_heading, fidelity, waves, .. } =
             &self.settings;
         coefficients.check()?;
         if *initial_depth < 0.0 {

@@ -31,12 +31,14 @@ pub enum Quantity {
     PitchRate,
     #[allow(missing_docs)]
     HeadingRate,
+    /// Over the bottom.
+    Altitude,
 }
 
 const CURRENT: usize = 3;
 const LOAD: usize = 6;
 /// Quantities that do not belong to an actuator; every actuator adds three.
-const FIXED: usize = CURRENT + LOAD + 2 * STATES + 9;
+const FIXED: usize = CURRENT + LOAD + 2 * STATES + 10;
 
 impl Quantity {
     /// Number of quantities of a vehicle with a number of actuators.
@@ -61,6 +63,7 @@ impl Quantity {
             Self::PathSpeed => others + 6,
             Self::PitchRate => others + 7,
             Self::HeadingRate => others + 8,
+            Self::Altitude => others + 9,
         }
     }
 

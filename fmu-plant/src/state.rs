@@ -73,7 +73,7 @@ fn pass_motion(snapshot: &mut Snapshot, state: &mut dyn SavedState) -> Result<()
     pass_coefficients(&mut snapshot.coefficients, state)?;
     pass_fidelity(&mut snapshot.fidelity, state)?;
     state.real(&mut snapshot.time)?;
-    let State { motion, x, depth, heading, east } = &mut snapshot.state;
+    let State { motion, x, depth, heading, east, .. } = &mut snapshot.state;
     let Motion { u, v, w, p, q, r, phi, theta } = motion;
     state.each(&mut [u, v, w, p, q, r, phi, theta, x, depth, heading, east])?;
     state.reals(&mut snapshot.outputs)?;

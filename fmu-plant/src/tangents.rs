@@ -1,6 +1,6 @@
 //! Exact derivatives of the plant, by dual numbers in the code that simulates.
 
-use auv::{Dual64, Instant, Motion, place};
+use auv::{Bottom, Dual64, Instant, Motion, place};
 
 use crate::{PlantModel, Quantity as Q};
 
@@ -38,6 +38,10 @@ impl PlantModel {
         ] {
             tangents[quantity.number()] = value.eps;
         }
+        let moved = |place: usize| tangents[Q::State(place).number()];
+        let Bottom { north, east, .. } = self.settings.bottom;
+        let altitude = north * moved(place::NORTH) + east * moved(place::EAST) - moved(place::DEPTH);
+        tangents[Q::Altitude.number()] = altitude;
         // V has no derivative at rest; 0 is the mean of those to either side.
         let square = u * u + w * w + v * v;
         tangents[Q::PathSpeed.number()] =

@@ -313,7 +313,18 @@ fn position(model: &PlantModel) -> Vec<Variable> {
     let made = |name, what, place, get: fn(&PlantModel) -> f64| {
         state(name, what, "m", place, get).initially_depends_on(&[])
     };
-    let mut table = vec![depth];
+    let (over, knowns): (&[&str], &[&str]) = if model.turns() {
+        (&["depth", "north", "east"], &["initial_depth", "bottom_depth"])
+    } else {
+        (&["depth", "distance"], &["initial_depth", "bottom_depth"])
+    };
+    let altitude = output("altitude", "height above the bottom", "m", |m| {
+        let state = m.state();
+        state.bottom - state.depth
+    });
+    let altitude =
+        altitude.depends_on(over).initially_depends_on(knowns).quantity(Quantity::Altitude.number());
+    let mut table = vec![depth, altitude];
     if model.turns() {
         table.push(made("north", "way made north over ground", place::NORTH, |m| m.state().x));
         table.push(made("east", "way made east over ground", place::EAST, |m| m.state().east));
@@ -382,10 +393,27 @@ pub fn parameters(model: &PlantModel) -> Vec<Variable> {
             Role::parameter(|m, v| m.settings.fidelity = fidelity_of(v)),
         ));
     }
+    table.extend(bottom(model));
     table.extend(waves(model));
     let lateral = COEFFICIENTS.iter().filter(|spec| model.turns() && spec.acts_out_of_plane());
     let all = model.vehicle().coefficients.acting().chain(lateral);
     table.extend(all.map(|spec| coefficient(spec, model)));
+    table
+}
+
+/// The parameters of the bottom.
+fn bottom(model: &PlantModel) -> Vec<Variable> {
+    let ahead = if model.turns() { "to the north" } else { "ahead" };
+    let north = format!("how much deeper the bottom is for each metre {ahead}");
+    let mut table = vec![
+        parameter!("bottom_depth", "m", "depth of the bottom where the flight starts", bottom.depth)
+            .nominal(100.0),
+        parameter!("bottom_slope_north", "1", north, bottom.north).nominal(0.1),
+    ];
+    if model.turns() {
+        let east = "how much deeper the bottom is for each metre to the east";
+        table.push(parameter!("bottom_slope_east", "1", east, bottom.east).nominal(0.1));
+    }
     table
 }
 

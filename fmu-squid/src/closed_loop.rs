@@ -5,23 +5,18 @@ use fmu_controller::{Axis, RESOURCE, of_axis};
 use fmu_plant::PlantModel;
 
 use crate::ClosedLoopError;
-use auv::longitudinal::{self, DEPTH, PITCH, SPEED, TRACKED};
-use auv::{LATERAL, LONGITUDINAL, lateral};
+use auv::longitudinal::{DEPTH, PITCH, SPEED};
+use auv::{REFERENCES, VIEWS, View, references};
 use scheduled::{Manoeuvre, ManoeuvreError, Trim};
-use signals::{Curve, Signal};
-
-/// References of the loop: those of [`auv::longitudinal::SIGNALS`] that can be tracked, and heading.
-pub const REFERENCES: usize = TRACKED + 1;
-
-/// The place of the reference of heading.
-pub const HEADING: usize = TRACKED;
+use signals::{Curve, Level, Signal};
+use std::collections::BTreeMap;
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Override {
     /// Whether they replace the manoeuvre.
     pub manual: bool,
-    /// Of each signal that can be tracked, absolute, SI; the speed along the body axis, through the water.
+    /// Of each of [`references`], absolute, SI; the speed along the body axis, through the water.
     pub references: [f64; REFERENCES],
     /// The rates of the references \[SI per s\]; [`ClosedLoop::advance`] advances the references.
     pub slopes: [f64; REFERENCES],
@@ -35,8 +30,11 @@ pub struct Override {
 pub struct ClosedLoop {
     /// The vehicle.
     pub plant: PlantModel,
-    /// The autopilot of surge, heave and pitch; that of heading, of a vehicle that leaves the vertical plane.
+    /// The autopilot of surge, heave and pitch; of a vehicle that leaves the vertical plane also those of other views.
     pub axes: Vec<Axis>,
+    /// The place among [`references`] of each reference of each axis.
+    pub(crate) taken: Vec<Vec<usize>>,
+    views: Vec<&'static View>,
     /// Which of the vehicle's actuators each axis commands.
     pub(crate) commanded: Vec<Vec<usize>>,
     /// The manoeuvre flown by default.
@@ -46,52 +44,72 @@ pub struct ClosedLoop {
 }
 
 /// The signal of a reference.
-pub(crate) fn signal(place: usize) -> &'static Signal {
-    if place == HEADING { &lateral::SIGNALS[lateral::HEADING] } else { &longitudinal::SIGNALS[place] }
+pub(crate) fn signal(place: usize) -> Option<&'static Signal> {
+    references().nth(place).map(|(.., signal)| signal)
 }
 
-/// Checks that an axis is one of this vehicle, with these signals.
-fn fits(axis: &Axis, index: usize, plant: &PlantModel, signals: &[Signal]) -> Result<(), ClosedLoopError> {
+/// Checks that an axis is one of this vehicle, and returns its view: the first for the first axis, and for another one
+/// that none of those before has.
+fn fits(
+    axis: &Axis,
+    index: usize,
+    plant: &PlantModel,
+    before: &[&'static View],
+) -> Result<&'static View, ClosedLoopError> {
     let (vehicle, design) = (plant.vehicle(), axis.design());
     let found: Vec<_> = design.signals.iter().map(|signal| signal.name.clone()).collect();
-    let expected: Vec<_> = signals.iter().map(|signal| signal.name.to_owned()).collect();
-    if found != expected {
+    let names =
+        |view: &View| view.interface.signals.iter().map(|one| one.name.to_owned()).collect::<Vec<_>>();
+    let mut open: Vec<&View> = VIEWS.to_vec();
+    open.retain(|view| before.iter().all(|other| other.name != view.name));
+    open.truncate(if index == 0 { 1 } else { VIEWS.len() });
+    let Some(view) = open.iter().find(|view| names(view) == found) else {
+        let expected = open.iter().map(|view| names(view).join(", ")).collect();
         return Err(ClosedLoopError::OtherSignals { file: of_axis(RESOURCE, index), found, expected });
-    }
+    };
     if design.vehicle.name != vehicle.name {
         let (found, expected) = (design.vehicle.name.clone(), vehicle.name.clone());
         return Err(ClosedLoopError::OtherVehicle { file: of_axis(RESOURCE, index), found, expected });
     }
-    Ok(())
+    Ok(*view)
+}
+
+/// The place among [`references`] of each reference of an axis of a view; the speed is that of the first view.
+fn taken(view: &View, axis: &Axis) -> Vec<usize> {
+    let of = |place: usize| {
+        let name = view.interface.signals[place].name;
+        references().position(|(.., signal)| signal.name == name).unwrap_or(SPEED)
+    };
+    (0..axis.design().references().count()).map(of).collect()
 }
 
 impl ClosedLoop {
-    /// Combines vehicle and autopilots: that of surge, heave and pitch, and that of heading for a vehicle that leaves
-    /// the vertical plane.
+    /// Combines vehicle and autopilots: that of surge, heave and pitch, and others for a vehicle that leaves the
+    /// vertical plane.
     ///
     /// # Errors
     /// [`ClosedLoopError::OtherAxes`], [`ClosedLoopError::OtherSampleTime`], [`ClosedLoopError::OtherVehicle`],
     /// [`ClosedLoopError::OtherSignals`], [`ClosedLoopError::OtherActuators`], [`ClosedLoopError::Manoeuvre`].
     pub fn new(plant: PlantModel, axes: Vec<Axis>, manoeuvre: Manoeuvre) -> Result<Self, ClosedLoopError> {
-        if axes.len() != if plant.turns() { 2 } else { 1 } {
+        if axes.is_empty() || plant.turns() != (axes.len() > 1) {
             return Err(ClosedLoopError::OtherAxes);
         }
-        for (index, (axis, signals)) in
-            axes.iter().zip([&longitudinal::SIGNALS, &lateral::SIGNALS]).enumerate()
-        {
-            fits(axis, index, &plant, signals)?;
+        let mut views: Vec<&View> = Vec::new();
+        for (index, axis) in axes.iter().enumerate() {
+            views.push(fits(axis, index, &plant, &views)?);
             let [one, other] = [&axes[0], axis].map(|axis| axis.design().sample_time);
             if one != other {
                 return Err(ClosedLoopError::OtherSampleTime { one, other });
             }
         }
         let commanded = commanded(&plant, &axes)?;
+        let taken = views.iter().zip(&axes).map(|(view, axis)| taken(view, axis)).collect();
         let references = level(axes[0].autopilot().trim(), manoeuvre.speed_from, &plant);
         let outside = Override { manual: false, references, slopes: [0.0; REFERENCES] };
-        let mut whole = Self { plant, axes, commanded, manoeuvre, outside };
+        let mut whole = Self { plant, axes, taken, views, commanded, manoeuvre, outside };
         whole.check()?;
-        for place in whole.followed().into_iter().filter(|place| *place != SPEED) {
-            whole.manoeuvre.steps.entry(signal(place).name.to_owned()).or_default();
+        for signal in whole.followed().into_iter().filter(|place| *place != SPEED).filter_map(signal) {
+            whole.manoeuvre.steps.entry(signal.name.to_owned()).or_default();
         }
         Ok(whole)
     }
@@ -100,31 +118,40 @@ impl ClosedLoop {
     /// trims for flight ahead only.
     fn check(&self) -> Result<(), ManoeuvreError> {
         self.manoeuvre.check()?;
-        let turn = signal(HEADING).name;
         let mut level = self.manoeuvre.clone();
-        if let Some(axis) = self.axes.get(1) {
-            level.steps.remove(turn);
-            level.with_step(turn, self.manoeuvre.step(turn)).check_steps(axis.design())?;
+        for (axis, taken) in self.axes.iter().zip(&self.taken).skip(1) {
+            let mut own = Manoeuvre { steps: BTreeMap::new(), ..self.manoeuvre.clone() };
+            for signal in taken.iter().filter(|place| **place != SPEED).filter_map(|place| signal(*place)) {
+                own.steps.extend(level.steps.remove_entry(signal.name));
+            }
+            own.check_steps(axis.design())?;
         }
         level.check_steps(self.axes[0].design())?;
         if self.plant.only_ahead() { level.check_ahead() } else { Ok(()) }
     }
 
-    /// Whether there is an axis of heading.
+    /// Whether there are axes beside that of level flight.
     pub(crate) fn turns(&self) -> bool {
         self.axes.len() > 1
     }
 
     /// The places of the references that the loop has.
     pub(crate) fn followed(&self) -> Vec<usize> {
-        let level = (0..TRACKED).filter(|place| self.axes[0].design().has_reference(*place));
-        level.chain(self.turns().then_some(HEADING)).collect()
+        let has = |place: &usize| {
+            self.owner(*place).is_some_and(|(axis, own)| self.axes[axis].design().has_reference(own))
+        };
+        (0..REFERENCES).filter(has).collect()
+    }
+
+    /// The axis that takes a reference, and its place there.
+    pub(crate) fn owner(&self, place: usize) -> Option<(usize, usize)> {
+        let of = |taken: &Vec<usize>| taken.iter().position(|one| *one == place);
+        self.taken.iter().enumerate().find_map(|(axis, taken)| Some((axis, of(taken)?)))
     }
 
     /// A reference as the law used it at the last tick.
     pub(crate) fn reference_used(&self, place: usize) -> f64 {
-        let (axis, place) = if place == HEADING { (1, lateral::HEADING) } else { (0, place) };
-        self.axes[axis].autopilot().references()[place]
+        self.owner(place).map_or(0.0, |(axis, own)| self.axes[axis].autopilot().references()[own])
     }
 
     /// Puts the vehicle into level trim at the manoeuvre's speed, and the autopilot's state to zero, at a time \[s\].
@@ -186,11 +213,12 @@ impl ClosedLoop {
     fn measure(&mut self, time: f64) {
         let (references, path_speed) = self.references(time);
         let state = self.plant.state();
-        let measured = [&LONGITUDINAL, &LATERAL].map(|view| (view.measured)(&state));
-        for (index, axis) in self.axes.iter_mut().enumerate() {
-            axis.inputs.measured.copy_from_slice(&measured[index]);
-            for (place, reference) in axis.inputs.references.iter_mut().enumerate() {
-                *reference = references[reference_of(index, place)];
+        for ((axis, taken), view) in self.axes.iter_mut().zip(&self.taken).zip(&self.views) {
+            for (to, sensed) in axis.inputs.measured.iter_mut().zip(view.sensed) {
+                *to = (sensed.value)(&state);
+            }
+            for (reference, place) in axis.inputs.references.iter_mut().zip(taken) {
+                *reference = references[*place];
             }
         }
         self.plant.inputs.operating_speed = path_speed;
@@ -220,16 +248,11 @@ impl ClosedLoop {
         }
         let path_speed = self.manoeuvre.speed_reference(time);
         let mut references = level(trim, path_speed, &self.plant);
-        for (place, reference) in references.iter_mut().enumerate() {
-            *reference += self.manoeuvre.above_trim(time, signal(place).name);
+        for (reference, (.., signal)) in references.iter_mut().zip(auv::references()) {
+            *reference += self.manoeuvre.above_trim(time, signal.name);
         }
         (references, path_speed)
     }
-}
-
-/// The place of a reference of an axis among those of the loop.
-pub(crate) fn reference_of(axis: usize, place: usize) -> usize {
-    if axis > 0 && place == lateral::HEADING { HEADING } else { place }
 }
 
 /// Which actuators of the vehicle each axis commands: all, in their order, in the vertical plane, and none two
@@ -261,8 +284,13 @@ fn commanded(plant: &PlantModel, axes: &[Axis]) -> Result<Vec<Vec<usize>>, Close
 fn level(trim: &Trim, path_speed: f64, plant: &PlantModel) -> [f64; REFERENCES] {
     let forward_speed = trim.forward_speed(path_speed);
     let settings = &plant.settings;
-    std::array::from_fn(|place| match place {
-        HEADING => settings.initial_heading,
-        _ => trim.signal(forward_speed, place, settings.initial_depth),
-    })
+    let mut all = [0.0; REFERENCES];
+    for (value, (view, place, signal)) in all.iter_mut().zip(references()) {
+        *value = match (view, signal.level) {
+            (0, _) => trim.signal(forward_speed, place, settings.initial_depth),
+            (_, Level::Start) => settings.initial_heading,
+            _ => 0.0,
+        };
+    }
+    all
 }

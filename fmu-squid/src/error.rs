@@ -25,9 +25,9 @@ pub enum ClosedLoopError {
     /// The parameters of the manoeuvre are not allowed.
     #[error("the manoeuvre cannot be flown: {0}")]
     Manoeuvre(#[from] ManoeuvreError),
-    /// A vehicle that turns without an axis of heading, or such an axis of one in the vertical plane.
+    /// A vehicle that turns without an axis beside level flight, or such an axis of one in the vertical plane.
     #[error(
-        "a vehicle with coefficients of sway, roll and yaw needs a design of heading in resources/{}, and one without \
+        "a vehicle with coefficients of sway, roll and yaw needs a design of another axis in resources/{}, and one without \
          has none",
         of_axis(CONTROLLER_RESOURCE, 1)
     )]
@@ -42,7 +42,7 @@ pub enum ClosedLoopError {
     #[error(
         "resources/{file} has the signals {}, and those of the vehicle are {}",
         found.join(", "),
-        expected.join(", ")
+        expected.join("; or ")
     )]
     OtherSignals { file: String, found: Vec<String>, expected: Vec<String> },
     /// The controller commands other actuators than the vehicle has.

@@ -1,5 +1,6 @@
 //! The loop behind the interface of an FMU.
 
+use auv::VIEWS;
 use fmi2::model_description::{DefaultExperiment, identifier};
 use fmi2::{About, Log, Model, Resources, SavedState, StateError, Tangents, Variable};
 use fmu_controller::{Axis, RESOURCE, healths, of_axis};
@@ -14,7 +15,7 @@ impl Model for ClosedLoop {
 
     fn load(resources: &Resources) -> Result<Self, ClosedLoopError> {
         let plant = PlantModel::load(resources)?;
-        let files = (0..2)
+        let files = (0..VIEWS.len())
             .map(|axis| of_axis(RESOURCE, axis))
             .take_while(|file| file == RESOURCE || resources.bytes(file).is_ok());
         let axes = files.map(|file| Axis::load(resources, &file)).collect::<Result<_, _>>()?;
@@ -26,8 +27,9 @@ impl Model for ClosedLoop {
     fn about(&self) -> About {
         let (vehicle, design) = (self.plant.vehicle(), self.axes[0].design());
         let steered = design.steered();
-        let heading = self.axes.get(1).map(|axis| &axis.design().design);
-        let turning = heading.map_or(String::new(), |name| format!(" and that of heading '{name}'"));
+        let other =
+            |axis: &Axis| format!(" and that of {} '{}'", axis.design().steered(), axis.design().design);
+        let turning: String = self.axes.iter().skip(1).map(other).collect();
         About {
             identifier: identifier(&vehicle.name),
             name: vehicle.name.clone(),

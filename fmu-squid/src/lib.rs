@@ -3,12 +3,12 @@
 //! ```text
 //! resources/vehicle.json, plant.json -> fmu_plant::PlantModel      -+
 //! resources/controller.json          -> fmu_controller::Axis -------+-> ClosedLoop -> table of variables -> FMU
-//! resources/controller_2.json        -> the same, of heading -------+
+//! resources/controller_2.json        -> the same, of heading; ... --+
 //! resources/manoeuvre.json           -> scheduled::Manoeuvre                  -+
 //! ```
 //!
 //! The loop gives the same flight as a master that steps the controller's FMU and then the plant's at every sample
-//! time. A vehicle with sway, roll and yaw has two axes: one of pitch or depth, and one of heading. Without connections
+//! time. A vehicle with sway, roll and yaw has several axes: one of pitch or depth, and those of other views. Without connections
 //! it flies its manoeuvre; with the input `manual` it follows the external references.
 //!
 //! The crate contains no vehicle and no manoeuvre. The C symbols are in `library`.
@@ -19,7 +19,7 @@ mod fmu;
 mod tangents;
 mod variables;
 
-pub use closed_loop::{ClosedLoop, HEADING, Override, REFERENCES};
+pub use closed_loop::{ClosedLoop, Override};
 pub use error::ClosedLoopError;
 
 use fmi2::{DescribeError, Described, Resources};

@@ -1,12 +1,11 @@
 //! Exact derivatives of the loop between two ticks, while the commands are held, and at its start.
 
 use auv::longitudinal::{DEPTH, PITCH, SPEED};
-use auv::place;
+use auv::{REFERENCES, place};
 use fmi2::Moment;
 use fmu_plant::Quantity;
 use scheduled::Inputs;
 
-use crate::closed_loop::{REFERENCES, reference_of};
 use crate::{ClosedLoop, ClosedLoopError};
 
 /// The quantities of the loop itself; they follow those of the plant.
@@ -54,17 +53,17 @@ impl ClosedLoop {
         let references: [f64; REFERENCES] = std::array::from_fn(|place| tangents[own(Own::Reference(place))]);
         tangents[own(Own::ReferenceUsed(0))..].fill(0.0);
         if moment.initial && self.outside.manual {
-            for (index, (axis, actuators)) in self.axes.iter().zip(&self.commanded).enumerate() {
+            let axes = self.axes.iter().zip(&self.commanded).zip(&self.taken);
+            for (index, ((axis, actuators), taken)) in axes.enumerate() {
                 let design = axis.design();
-                let wanted =
-                    (0..design.references().count()).map(|place| references[reference_of(index, place)]);
+                let wanted = taken.iter().map(|place| references[*place]);
                 let direction =
                     Inputs { measured: vec![0.0; design.signals.len()], references: wanted.collect() };
                 let moved = axis.tangents(moment.initial, false, &direction)?;
-                for (place, used) in moved.references.into_iter().enumerate() {
+                for (place, used) in taken.iter().zip(moved.references) {
                     // That of the speed is the first axis's.
-                    if index == 0 || place != SPEED {
-                        tangents[own(Own::ReferenceUsed(reference_of(index, place)))] = used;
+                    if index == 0 || *place != SPEED {
+                        tangents[own(Own::ReferenceUsed(*place))] = used;
                     }
                 }
                 if index == 0 {

@@ -2,14 +2,14 @@
 //!
 //! The references act at ticks only, and the current acts only on the velocities through the water.
 
-use auv::longitudinal::{DEPTH, PITCH};
+use auv::longitudinal::{DEPTH, SIGNALS, SPEED};
 use fmu_controller::{prefix, used_name};
 use fmu_plant::{WAVES, of_current};
 use signals::{Level, Reference, Signal};
 use std::f64::consts::PI;
 
 use crate::ClosedLoop;
-use crate::closed_loop::{HEADING, signal};
+use crate::closed_loop::signal;
 use crate::tangents::Own;
 
 type Variable = fmi2::Variable<ClosedLoop>;
@@ -18,21 +18,27 @@ type Role<T> = fmi2::Role<ClosedLoop, T>;
 /// The parameters on which the initial speed depends.
 const SPEED_PROFILE: [&str; 4] = ["speed_from", "speed_to", "ramp_start", "ramp_duration"];
 
-/// The parameters of the steps, by the places of what steps, with what they are and a typical size.
-const STEPS: [(usize, &str, &str, f64); 3] = [
+/// The parameters of the steps, by the names of what steps, with what they are and a typical size.
+const STEPS: [(&str, &str, &str, f64); 4] = [
     (
-        PITCH,
+        "pitch",
         "pitch_step",
         "height of the pitch step above the trim pitch; the limits themselves are excluded",
         0.1,
     ),
-    (DEPTH, "depth_step", "height of the depth step, above zero downwards, from the depth of the start", 1.0),
     (
-        HEADING,
+        "depth",
+        "depth_step",
+        "height of the depth step, above zero downwards, from the depth of the start",
+        1.0,
+    ),
+    (
+        "heading",
         "heading_step",
         "turn from the heading of the start, above zero to starboard; the limits themselves are excluded",
         0.1,
     ),
+    ("roll", "roll_step", "height of the roll step; the limits themselves are excluded", 0.1),
 ];
 
 /// The table for one loop.
@@ -69,11 +75,11 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
         "wanted speed along the path through the water before the ramp, {sign}; the flight starts in its trim"
     );
     let to = format!("wanted speed along the path through the water after the ramp, {sign}");
-    let level = if model.stepped() == PITCH { "pitch" } else { "depth" };
-    let what = if model.turns() { format!("{level} and heading") } else { level.to_owned() };
+    let what = model.followed().into_iter().filter(|place| *place != SPEED).filter_map(signal);
+    let what = what.map(|signal| signal.name).collect::<Vec<_>>().join(" and ");
     let (comes, ends) = if model.turns() { ("steps come", "steps end") } else { ("step comes", "step ends") };
-    let steps = steps(model).map(|(place, key, what, nominal)| {
-        let Signal { name, unit, range, circular, .. } = *signal(place);
+    let steps = steps(model).map(|(signal, key, what, nominal)| {
+        let Signal { name, unit, range, circular, .. } = *signal;
         let range = range.or(circular.then_some([-PI, PI]));
         let set = move |m: &mut ClosedLoop, v| {
             if let Some(step) = m.manoeuvre.steps.get_mut(name) {
@@ -101,9 +107,14 @@ fn manoeuvre(model: &ClosedLoop) -> Vec<Variable> {
 }
 
 /// The steps that the loop has references of.
-fn steps(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static str, &'static str, f64)> + use<> {
-    let followed = model.followed();
-    STEPS.into_iter().filter(move |(place, ..)| followed.contains(place))
+fn steps(
+    model: &ClosedLoop,
+) -> impl Iterator<Item = (&'static Signal, &'static str, &'static str, f64)> + use<> {
+    let followed: Vec<&Signal> = model.followed().into_iter().filter_map(signal).collect();
+    STEPS.into_iter().filter_map(move |(name, key, what, nominal)| {
+        let signal = followed.iter().find(|signal| signal.name == name)?;
+        Some((*signal, key, what, nominal))
+    })
 }
 
 /// All but the initial speed, which is that of the manoeuvre.
@@ -121,7 +132,11 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
     let actuators = actuators(model);
     let own = move |quantity: Own| quantity.number(actuators);
-    let design = model.axes[0].design();
+    let widest = |place: usize| {
+        let (axis, own) = model.owner(place)?;
+        let design = model.axes[axis].design();
+        design.widest(&design.signals[own])
+    };
     let wanted = model.outside.references;
     let names: Vec<&str> = followed(model).map(|(_, _, reference)| reference.name).collect();
     let manual = Variable::boolean(
@@ -141,8 +156,7 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         .nominal(signal.nominal)
         .quantity(own(Own::Reference(place)))
         .slope(move |m, v| m.outside.slopes[place] = v);
-        let limited = if place == HEADING { None } else { design.widest(&design.signals[place]) };
-        match (signal.level, limited.or(signal.range)) {
+        match (signal.level, widest(place).or(signal.range)) {
             // The start may lie outside: it is that of the default flight.
             (_, Some([least, most])) => one.range(least.min(wanted[place]), most.max(wanted[place])),
             (Level::Scheduled, None) => one.range(slowest.min(wanted[place]), fastest.max(wanted[place])),
@@ -154,7 +168,8 @@ fn overrides(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
 
 /// The signals that the loop has a reference of, with their places.
 fn followed(model: &ClosedLoop) -> impl Iterator<Item = (usize, &'static Signal, Reference)> + use<> {
-    model.followed().into_iter().filter_map(|place| Some((place, signal(place), signal(place).reference?)))
+    let of = |place| signal(place).and_then(|signal| Some((place, signal, signal.reference?)));
+    model.followed().into_iter().filter_map(of)
 }
 
 /// The inputs of the plant that the loop does not set: the current, and the load from outside.
@@ -177,7 +192,9 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
         match one.name() {
             // Their first values depend on the same variables as in the plant, too.
             "depth" | "distance" | "pitch_rate" | "north" | "east" | "heading" | "heading_rate" | "roll"
-            | "sway" | "angular_velocity_x" | "angular_velocity_y" | "angular_velocity_z" => one,
+            | "sway" | "roll_rate" | "angular_velocity_x" | "angular_velocity_y" | "angular_velocity_z" => {
+                one
+            }
             name if at_once.iter().any(|output| output == name) => {
                 one.initially_depends_on(&knowns_of_first_tick(model))
             }
@@ -273,7 +290,7 @@ fn references(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     let own = move |quantity: Own| quantity.number(actuators);
     let knowns = knowns_of_first_tick(model);
     let stepped = model.stepped();
-    let Signal { name, unit, nominal, .. } = *signal(stepped);
+    let Signal { name, unit, nominal, .. } = SIGNALS[stepped];
     let measured = |m: &ClosedLoop, place| {
         if place == DEPTH { m.plant.state().depth } else { m.plant.state().motion.theta }
     };

@@ -3,8 +3,8 @@
 use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
 use std::f64::consts::PI;
 
-use crate::longitudinal::{Each, SPEED_SIGNAL};
-use crate::motion::dynamics::Motion;
+use crate::longitudinal::SPEED_SENSED;
+use crate::view::{Sensed, signals_of};
 
 const DEGREE: f64 = PI / 180.0;
 
@@ -56,7 +56,7 @@ pub fn states(roll: bool) -> States {
 
 /// Whether states are those of sway, roll and yaw.
 pub(crate) fn are_states(states: States) -> bool {
-    states.contains(&STATES[3])
+    states.iter().all(|state| STATES.contains(state))
 }
 
 /// The index of heading in [`SIGNALS`].
@@ -68,77 +68,89 @@ pub const HEADING_RATE: usize = 2;
 /// The index of roll in [`SIGNALS`].
 pub const ROLL: usize = 3;
 
-/// Every signal that the axis of heading can have. The speed, which the longitudinal axis controls, has the place that
-/// it has there.
-pub static SIGNALS: Each<Signal> = [
-    Signal {
-        name: "heading",
-        unit: "rad",
-        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
-        measured: "heading, clockwise from north",
-        reference: Some(Reference { name: "heading_reference", wanted: "wanted heading" }),
-        state: "psi",
-        level: Level::Start,
-        range: None,
-        circular: true,
-        largest_step: LargestStep::Of(PI),
-        nominal: 1.0,
-        error: 15.0 * DEGREE,
+/// Every signal that the axis of heading can have; what is unwrapped is the heading.
+pub(crate) const SENSED: [Sensed; 5] = [
+    Sensed {
+        signal: Signal {
+            name: "heading",
+            unit: "rad",
+            units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+            measured: "heading, clockwise from north",
+            reference: Some(Reference { name: "heading_reference", wanted: "wanted heading" }),
+            row: &[("psi", 1.0)],
+            level: Level::Start,
+            range: None,
+            circular: true,
+            largest_step: LargestStep::Of(PI),
+            nominal: 1.0,
+            error: 15.0 * DEGREE,
+        },
+        value: |state| state.heading,
+        displace: |state, by| state.heading += by,
     },
-    SPEED_SIGNAL,
-    Signal {
-        name: "heading_rate",
-        unit: "rad/s",
-        units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
-        measured: "rate of heading",
-        reference: None,
-        state: "r",
-        level: Level::Zero,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Range,
-        nominal: 0.1,
-        error: 10.0 * DEGREE,
+    SPEED_SENSED,
+    Sensed {
+        signal: Signal {
+            name: "heading_rate",
+            unit: "rad/s",
+            units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+            measured: "rate of heading",
+            reference: None,
+            row: &[("r", 1.0)],
+            level: Level::Zero,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 10.0 * DEGREE,
+        },
+        value: |state| state.motion.turning()[2],
+        displace: |state, by| {
+            // The rate of pitch is 0, that of heading r cos(phi)/cos(theta).
+            let motion = &mut state.motion;
+            motion.r += by * motion.theta.cos() / motion.phi.cos();
+        },
     },
-    Signal {
-        name: "roll",
-        unit: "rad",
-        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
-        measured: "roll angle",
-        reference: None,
-        state: "phi",
-        level: Level::Zero,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Range,
-        nominal: 0.1,
-        error: 15.0 * DEGREE,
+    Sensed {
+        signal: Signal {
+            name: "roll",
+            unit: "rad",
+            units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+            measured: "roll angle",
+            reference: None,
+            row: &[("phi", 1.0)],
+            level: Level::Zero,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 15.0 * DEGREE,
+        },
+        value: |state| state.motion.phi,
+        displace: |state, by| state.motion.phi += by,
     },
-    Signal {
-        name: "sway",
-        unit: "m/s",
-        units: &[Unit { name: "m/s", factor: 1.0 }],
-        measured: "speed through the water, along the body y axis",
-        reference: None,
-        state: "v",
-        level: Level::Zero,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Range,
-        nominal: 0.1,
-        error: 0.3,
+    Sensed {
+        signal: Signal {
+            name: "sway",
+            unit: "m/s",
+            units: &[Unit { name: "m/s", factor: 1.0 }],
+            measured: "speed through the water, along the body y axis",
+            reference: None,
+            row: &[("v", 1.0)],
+            level: Level::Zero,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 0.3,
+        },
+        value: |state| state.motion.v,
+        displace: |state, by| state.motion.v += by,
     },
 ];
 
-/// The signals in level flight at a forward speed \[m/s\].
-pub fn level(forward_speed: f64) -> Each<f64> {
-    [0.0, forward_speed, 0.0, 0.0, 0.0]
-}
-
-/// The signals of a vehicle that moves, at a heading \[rad\] that is not wrapped.
-pub fn measured(motion: &Motion, heading: f64) -> Each<f64> {
-    [heading, motion.u, motion.turning()[2], motion.phi, motion.v]
-}
+/// The signals of [`SENSED`], in their order.
+pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
 /// The interface of the axis of heading.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
@@ -155,7 +167,7 @@ mod tests {
             [Some(HEADING), Some(HEADING_RATE), Some(ROLL)]
         );
         for signal in SIGNALS.iter().filter(|signal| signal.name != "speed") {
-            let state = STATES.iter().find(|state| state.symbol == signal.state).unwrap();
+            let state = STATES.iter().find(|state| state.symbol == signal.state()).unwrap();
             assert_eq!(state.unit, signal.unit, "{}", signal.name);
             assert_eq!(signal.is_among(states(false)), signal.name != "roll", "{}", signal.name);
             assert!(signal.is_among(states(true)));

@@ -14,7 +14,7 @@
 //! - [`trim()`]: level, steady motion at a speed and a depth; [`trims`]: over a range of speeds, on one branch, by
 //!   what is asked of the [`Pitch`];
 //! - [`linearise()`]: A and B about a trim, by exact derivatives;
-//! - [`longitudinal`], [`lateral`]: states and signals of the two axes of an autopilot;
+//! - [`View`]: the motion as an axis of an autopilot has it; [`longitudinal`], [`lateral`], [`roll`] are its tables;
 //! - [`Lateral`]: the linear motion in sway, roll and yaw; [`Vehicle::in_plane`]: the vehicle without it;
 //! - [`turn()`]: steady turns at constant depth; [`linearise_turn`]: A and B about them, in all six degrees of freedom;
 //! - [`Descriptor`]: the same before the mass matrix is inverted, and its derivatives with respect to any
@@ -40,6 +40,7 @@
 pub mod lateral;
 pub mod longitudinal;
 mod motion;
+pub mod roll;
 mod scalar;
 mod simulation;
 pub mod toml_file;
@@ -62,6 +63,7 @@ pub use num_dual::Dual64;
 pub use scalar::Scalar;
 /// The curve of a thruster, and how well a vehicle is known.
 pub use signals::{Curve, Status};
+pub use simulation::bottom::Bottom;
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
@@ -86,5 +88,5 @@ pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
-pub use view::{LATERAL, LONGITUDINAL, VIEWS, View};
+pub use view::{LATERAL, LONGITUDINAL, MOST_SIGNALS, REFERENCES, ROLL, Sensed, VIEWS, View, references};
 pub use words::{number, readable, rounded};

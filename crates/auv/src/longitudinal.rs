@@ -1,5 +1,6 @@
 //! The longitudinal vehicle: its states, its signals, and its linear model as an axis of an autopilot has it.
 
+use crate::view::{Sensed, signals_of};
 use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -46,10 +47,16 @@ pub fn states(speed_given: bool, depth: bool) -> States {
     &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
 }
 
-/// The places of w, q and theta among states, or of v, r and psi: every axis has these, one after the other.
+/// The places of w, q and theta among states, or of v, r and psi: these stand one after the other.
 pub fn turning(states: States) -> [usize; 3] {
     let across = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
     [across, across + 1, across + 2]
+}
+
+/// The place among states of the rate of turn of an axis: q, r, or p of roll alone.
+pub fn turn_rate(states: States) -> usize {
+    let place = |symbol| states.iter().position(|state| state.symbol == symbol);
+    ["q", "r", "p"].into_iter().find_map(place).unwrap_or(0)
 }
 
 /// The index of pitch in [`SIGNALS`].
@@ -71,7 +78,7 @@ pub const SPEED_SIGNAL: Signal = Signal {
         name: "speed_reference",
         wanted: "wanted forward speed through the water, along the body axis",
     }),
-    state: "u",
+    row: &[("u", 1.0)],
     level: Level::Scheduled,
     range: None,
     circular: false,
@@ -80,66 +87,114 @@ pub const SPEED_SIGNAL: Signal = Signal {
     error: 0.3,
 };
 
-/// Every signal that an autopilot can measure; first those that it can track.
-pub static SIGNALS: [Signal; 5] = [
-    Signal {
-        name: "pitch",
-        unit: "rad",
-        units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
-        measured: "pitch angle",
-        reference: Some(Reference { name: "pitch_reference", wanted: "wanted pitch angle" }),
-        state: "theta",
-        level: Level::Trim,
-        range: Some([-FRAC_PI_2, FRAC_PI_2]),
-        circular: false,
-        largest_step: LargestStep::Of(PI / 6.0),
-        nominal: 0.1,
-        error: 5.0 * DEGREE,
+/// The speed, as every view has it.
+pub(crate) const SPEED_SENSED: Sensed = Sensed {
+    signal: SPEED_SIGNAL,
+    value: |state| state.motion.u,
+    displace: |state, by| state.motion.u += by,
+};
+
+/// The index of altitude in [`SIGNALS`].
+pub const ALTITUDE: usize = 5;
+
+/// Every signal that an autopilot can measure; first those that it can track. What is measured is the rate of pitch,
+/// not that about the axis of the body.
+pub(crate) const SENSED: [Sensed; 6] = [
+    Sensed {
+        signal: Signal {
+            name: "pitch",
+            unit: "rad",
+            units: &[Unit { name: "deg", factor: DEGREE }, Unit { name: "rad", factor: 1.0 }],
+            measured: "pitch angle",
+            reference: Some(Reference { name: "pitch_reference", wanted: "wanted pitch angle" }),
+            row: &[("theta", 1.0)],
+            level: Level::Trim,
+            range: Some([-FRAC_PI_2, FRAC_PI_2]),
+            circular: false,
+            largest_step: LargestStep::Of(PI / 6.0),
+            nominal: 0.1,
+            error: 5.0 * DEGREE,
+        },
+        value: |state| state.motion.theta,
+        displace: |state, by| state.motion.theta += by,
     },
-    SPEED_SIGNAL,
-    Signal {
-        name: "depth",
-        unit: "m",
-        units: &[Unit { name: "m", factor: 1.0 }],
-        measured: "depth below the surface, downwards",
-        reference: Some(Reference { name: "depth_reference", wanted: "wanted depth" }),
-        state: "z",
-        level: Level::Start,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Depth,
-        nominal: 10.0,
-        error: 1.0,
+    SPEED_SENSED,
+    Sensed {
+        signal: Signal {
+            name: "depth",
+            unit: "m",
+            units: &[Unit { name: "m", factor: 1.0 }],
+            measured: "depth below the surface, downwards",
+            reference: Some(Reference { name: "depth_reference", wanted: "wanted depth" }),
+            row: &[("z", 1.0)],
+            level: Level::Start,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Depth,
+            nominal: 10.0,
+            error: 1.0,
+        },
+        value: |state| state.depth,
+        displace: |state, by| state.depth += by,
     },
-    Signal {
-        name: "pitch_rate",
-        unit: "rad/s",
-        units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
-        measured: "rate of pitch",
-        reference: None,
-        state: "q",
-        level: Level::Zero,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Range,
-        nominal: 0.1,
-        error: 10.0 * DEGREE,
+    Sensed {
+        signal: Signal {
+            name: "pitch_rate",
+            unit: "rad/s",
+            units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+            measured: "rate of pitch",
+            reference: None,
+            row: &[("q", 1.0)],
+            level: Level::Zero,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 10.0 * DEGREE,
+        },
+        value: |state| state.motion.turning()[1],
+        displace: |state, by| state.motion.q += by,
     },
-    Signal {
-        name: "heave",
-        unit: "m/s",
-        units: &[Unit { name: "m/s", factor: 1.0 }],
-        measured: "speed through the water, along the body z axis",
-        reference: None,
-        state: "w",
-        level: Level::Trim,
-        range: None,
-        circular: false,
-        largest_step: LargestStep::Range,
-        nominal: 0.1,
-        error: 0.3,
+    Sensed {
+        signal: Signal {
+            name: "heave",
+            unit: "m/s",
+            units: &[Unit { name: "m/s", factor: 1.0 }],
+            measured: "speed through the water, along the body z axis",
+            reference: None,
+            row: &[("w", 1.0)],
+            level: Level::Trim,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 0.3,
+        },
+        value: |state| state.motion.w,
+        displace: |state, by| state.motion.w += by,
+    },
+    Sensed {
+        signal: Signal {
+            name: "altitude",
+            unit: "m",
+            units: &[Unit { name: "m", factor: 1.0 }],
+            measured: "height above the bottom",
+            reference: None,
+            row: &[("z", -1.0)],
+            level: Level::Start,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 10.0,
+            error: 1.0,
+        },
+        value: |state| state.bottom - state.depth,
+        displace: |state, by| state.bottom += by,
     },
 ];
+
+/// The signals of [`SENSED`], in their order.
+pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
 /// The interface of the longitudinal vehicle.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
@@ -147,8 +202,8 @@ pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS
 /// How many signals can be tracked; they are the first of [`SIGNALS`].
 pub const TRACKED: usize = 3;
 
-/// A value for each signal of an axis; every axis has as many rows as [`SIGNALS`].
-pub type Each<T> = [T; SIGNALS.len()];
+/// A value for each signal of an axis, in the order of its view; the rest of one with fewer signals is not used.
+pub type Each<T> = [T; crate::view::MOST_SIGNALS];
 
 /// A value for each row of [`SIGNALS`] that can be tracked.
 pub type EachTracked<T> = [T; TRACKED];
@@ -168,16 +223,6 @@ pub fn tracked() -> impl Iterator<Item = (&'static Signal, Reference)> {
     INTERFACE.tracked()
 }
 
-/// The signals in a state `x`, in the order and units of [`STATES`]: y = C x.
-pub fn measured([u, w, q, theta, z]: [f64; STATES.len()]) -> Each<f64> {
-    [theta, u, z, q, w]
-}
-
-/// The state with these signals: the inverse of [`measured`].
-pub fn state_of([theta, u, z, q, w]: Each<f64>) -> [f64; STATES.len()] {
-    [u, w, q, theta, z]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,30 +230,18 @@ mod tests {
     #[test]
     fn the_table_fits_together() {
         assert_eq!(
-            ["pitch", "speed", "depth", "yaw"].map(place),
-            [Some(PITCH), Some(SPEED), Some(DEPTH), None]
+            ["pitch", "speed", "depth", "altitude", "yaw"].map(place),
+            [Some(PITCH), Some(SPEED), Some(DEPTH), Some(ALTITUDE), None]
         );
         assert_eq!(INTERFACE.scheduled(), Some(SPEED));
         for (place, signal) in SIGNALS.iter().enumerate() {
             assert_eq!(signal.reference.is_some(), place < TRACKED, "{}", signal.name);
-            let state = STATES.iter().find(|state| state.symbol == signal.state).unwrap();
+            let state = STATES.iter().find(|state| state.symbol == signal.state()).unwrap();
             assert_eq!(state.unit, signal.unit, "{}", signal.name);
             assert!(signal.units.iter().any(|unit| unit.name == signal.unit && unit.factor == 1.0));
         }
         for (signal, reference) in tracked() {
             assert_eq!(reference.name, format!("{}_reference", signal.name));
-        }
-    }
-
-    #[test]
-    fn a_signal_is_the_row_of_its_state() {
-        let x = [1.0, 2.0, 3.0, 4.0, 5.0];
-        for (signal, value) in SIGNALS.iter().zip(measured(x)) {
-            let row: f64 = STATES.iter().zip(x).map(|(state, x)| signal.output(state) * x).sum();
-            assert_eq!(value, row, "{}", signal.name);
-            assert_eq!(state_of(measured(x)), x);
-            assert_eq!(signal.is_among(states(true, true)), signal.name != "speed", "{}", signal.name);
-            assert_eq!(signal.is_among(states(false, false)), signal.name != "depth", "{}", signal.name);
         }
     }
 }

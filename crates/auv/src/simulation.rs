@@ -1,5 +1,6 @@
 //! A vehicle in motion over time.
 
+pub(crate) mod bottom;
 pub(crate) mod current;
 pub(crate) mod error;
 mod flow;

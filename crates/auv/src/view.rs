@@ -1,115 +1,264 @@
 //! The motion of a vehicle as an axis of an autopilot has it.
 
-use crate::lateral;
-use crate::longitudinal::{self, Each, measured, state_of};
-use crate::motion::dynamics::Motion;
-use crate::motion::trim::Trim;
+use crate::longitudinal::{self, Each};
 use crate::simulation::plant::State;
 use crate::vehicle::Vehicle;
-use signals::{Interface, Level, States};
+use crate::vehicle::actuator::Actuator;
+use crate::{lateral, roll};
+use signals::{Interface, Level, Signal, States};
 
-/// A part of the motion: its table of states and signals, and how the signals follow from the motion.
+/// A signal of a view, and how it follows from the motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensed {
+    /// Its names, its unit and its state.
+    pub signal: Signal,
+    /// Returns its value, SI; angles are not wrapped.
+    pub value: fn(&State) -> f64,
+    /// Adds to it, SI, in a state in which the rate of pitch is 0.
+    pub displace: fn(&mut State, f64),
+}
+
+/// Returns the signals of a table.
+pub(crate) const fn signals_of<const N: usize>(table: &[Sensed; N]) -> [Signal; N] {
+    let mut all = [table[0].signal; N];
+    let mut place = 1;
+    while place < N {
+        all[place] = table[place].signal;
+        place += 1;
+    }
+    all
+}
+
+/// The number of signals of the view that has most.
+pub const MOST_SIGNALS: usize = {
+    let counts = [longitudinal::SENSED.len(), lateral::SENSED.len(), roll::SENSED.len()];
+    let (mut most, mut place) = (0, 0);
+    while place < counts.len() {
+        if counts[place] > most {
+            most = counts[place];
+        }
+        place += 1;
+    }
+    most
+};
+
+/// The number of [`references`].
+pub const REFERENCES: usize = {
+    const fn own(table: &[Sensed]) -> usize {
+        let (mut count, mut place) = (0, 0);
+        while place < table.len() {
+            let Signal { reference, level, .. } = &table[place].signal;
+            if reference.is_some() && !matches!(level, Level::Scheduled) {
+                count += 1;
+            }
+            place += 1;
+        }
+        count
+    }
+    1 + own(&longitudinal::SENSED) + own(&lateral::SENSED) + own(&roll::SENSED)
+};
+
+/// Returns every signal that can be tracked, with the index of its view and its place there; the speed, which each view
+/// has, is that of the first.
+pub fn references() -> impl Iterator<Item = (usize, usize, &'static Signal)> {
+    VIEWS.iter().enumerate().flat_map(|(index, view)| {
+        let is_own = move |signal: &Signal| index == 0 || signal.level != Level::Scheduled;
+        let all = view.interface.signals.iter().enumerate();
+        let own = all.filter(move |(_, signal)| signal.reference.is_some() && is_own(signal));
+        own.map(move |(place, signal)| (index, place, signal))
+    })
+}
+
+/// A part of the motion, as a table: its states and its signals, and what acts on it.
 #[derive(Debug)]
 pub struct View {
+    /// The motion, in words.
+    pub name: &'static str,
     /// The states of its linear models and its signals.
     pub interface: &'static Interface,
+    /// Its signals, in the order of the interface.
+    pub sensed: &'static [Sensed],
     /// Returns the states of the linear models of a vehicle, where signals at some places are tracked or measured.
     pub states: fn(&Vehicle, &dyn Fn(usize) -> bool) -> States,
     /// Whether surge, heave and pitch are none of its states, and an axis alone flies while they are held at their
     /// trim.
     pub is_level_held: bool,
-    /// Returns the signals, SI, in the order of the interface; angles are not wrapped.
-    pub measured: fn(&State) -> Each<f64>,
-    /// Returns the signals in level trim, SI.
-    pub level: fn(&Trim) -> Each<f64>,
-    /// Adds an offset, SI, to each signal of a state; an offset of 0 changes no bit.
-    pub displaced: fn(State, Each<f64>) -> State,
+    /// Whether an axis of this view commands an actuator.
+    pub acts: fn(&Actuator) -> bool,
+    /// What such an actuator does, for messages.
+    pub needs: &'static str,
+    /// The index in a [`Load`](crate::Load) of the moment that turns the vehicle in this view.
+    pub moment: usize,
 }
 
-/// Surge, heave and pitch. What is measured is the rate of pitch, not that about the axis of the body.
+/// Surge, heave and pitch.
 pub static LONGITUDINAL: View = View {
+    name: "surge, heave and pitch",
     interface: &longitudinal::INTERFACE,
-    states: |vehicle, uses| vehicle.coefficients.surge.states(uses(longitudinal::DEPTH)),
+    sensed: &longitudinal::SENSED,
+    states: |vehicle, uses| {
+        let z = [longitudinal::DEPTH, longitudinal::ALTITUDE].into_iter().any(uses);
+        vehicle.coefficients.surge.states(z)
+    },
     is_level_held: false,
-    measured: |State { motion, depth, .. }| {
-        measured([motion.u, motion.w, motion.turning()[1], motion.theta, *depth])
-    },
-    level: |trim| measured([trim.forward_speed, trim.heave, 0.0, trim.pitch, trim.depth]),
-    displaced: |state, by| {
-        let State { motion: Motion { u, w, q, theta, .. }, depth, .. } = state;
-        let mut motion = [u, w, q, theta, depth];
-        for (value, by) in motion.iter_mut().zip(state_of(by)).filter(|(_, by)| *by != 0.0) {
-            *value += by;
-        }
-        let [u, w, q, theta, depth] = motion;
-        State { motion: Motion::in_plane(u, w, q, theta), depth, ..state }
-    },
+    acts: Actuator::acts_in_plane,
+    needs: "moves the vehicle in the vertical plane: give it a thruster, or stern planes (M_uu_delta)",
+    moment: 4,
 };
 
 /// Sway, roll and yaw.
 pub static LATERAL: View = View {
+    name: "sway, roll and yaw",
     interface: &lateral::INTERFACE,
+    sensed: &lateral::SENSED,
     states: |_, uses| lateral::states(uses(lateral::ROLL)),
     is_level_held: true,
-    measured: |State { motion, heading, .. }| lateral::measured(motion, *heading),
-    level: |trim| lateral::level(trim.forward_speed),
-    displaced: |mut state, by| {
-        let [heading, _, rate, roll, sway] = by;
-        state.heading += heading;
-        let motion = &mut state.motion;
-        motion.phi += roll;
-        motion.v += sway;
-        // The rate of pitch is 0, that of heading r cos(phi)/cos(theta).
-        motion.r += rate * motion.theta.cos() / motion.phi.cos();
-        state
-    },
+    acts: Actuator::yaws_alone,
+    needs: "yaws the vehicle and does nothing in the vertical plane: give it a rudder (N_uu_delta), or a group of \
+            thrusters with N_T",
+    moment: 5,
+};
+
+/// Roll, by what rolls alone.
+pub static ROLL: View = View {
+    name: "roll",
+    interface: &roll::INTERFACE,
+    sensed: &roll::SENSED,
+    states: |_, _| &roll::STATES,
+    is_level_held: true,
+    acts: Actuator::rolls_alone,
+    needs: "rolls the vehicle and does nothing else: give it fins that are deflected against one another \
+            (K_uu_delta), or a group of thrusters with K_T",
+    moment: 3,
 };
 
 /// Each view.
-pub static VIEWS: [&View; 2] = [&LONGITUDINAL, &LATERAL];
+pub static VIEWS: [&View; 3] = [&LONGITUDINAL, &LATERAL, &ROLL];
 
 impl View {
-    /// Returns the view of some states of linear models; the first if there is none, as of another vehicle's.
+    /// Returns the view of some states of linear models, the smallest that has them all; the first if there is none, as
+    /// of another vehicle's.
     pub fn of_states(states: States) -> &'static Self {
         let has_all = |view: &&&Self| states.iter().all(|state| view.interface.states.contains(state));
-        VIEWS.iter().find(has_all).copied().unwrap_or(&LONGITUDINAL)
+        let own = VIEWS.iter().filter(has_all).min_by_key(|view| view.interface.states.len());
+        own.copied().unwrap_or(&LONGITUDINAL)
     }
 
-    /// Returns that of the axis for which a vehicle was prepared: one that leaves the vertical plane is flown in
-    /// heading.
-    pub fn of(vehicle: &Vehicle) -> &'static Self {
-        if vehicle.coefficients.leaves_plane() { &LATERAL } else { &LONGITUDINAL }
+    /// Returns the view whose signals have these names; the first if there is none.
+    pub fn of_signals<'a>(names: impl Iterator<Item = &'a str> + Clone) -> &'static Self {
+        let has = |view: &&&Self| names.clone().eq(view.interface.signals.iter().map(|one| one.name));
+        VIEWS.iter().find(has).copied().unwrap_or(&LONGITUDINAL)
+    }
+
+    /// Returns the signals in a state, SI, in the order of the interface.
+    pub fn measured(&self, state: &State) -> Each<f64> {
+        let mut all = [0.0; MOST_SIGNALS];
+        all.iter_mut().zip(self.sensed).for_each(|(value, one)| *value = (one.value)(state));
+        all
+    }
+
+    /// Returns a state with an offset, SI, of each signal; an offset of 0 changes no bit.
+    #[must_use]
+    pub fn displaced(&self, mut state: State, by: Each<f64>) -> State {
+        let moved = self.sensed.iter().zip(by).filter(|(_, by)| *by != 0.0);
+        moved.for_each(|(one, by)| (one.displace)(&mut state, by));
+        state
+    }
+
+    /// Returns the vehicle as an axis of this view has it: in the vertical plane alone, or with the actuators that act
+    /// in this view; what is left over keeps level flight.
+    #[must_use]
+    pub fn vehicle(&self, whole: &Vehicle) -> Vehicle {
+        if !self.is_level_held {
+            return whole.in_plane();
+        }
+        let (actuators, rest): (Vec<_>, Vec<_>) =
+            whole.actuators.iter().cloned().partition(|one| (self.acts)(one));
+        let others = whole.others.iter().cloned().chain(rest).collect();
+        Vehicle { actuators, others, ..whole.clone() }
     }
 
     /// Returns the signal from whose value at the start its references count, in a state: the depth, or the heading.
     pub fn origin(&self, start: &State) -> f64 {
-        let place = self.interface.signals.iter().position(|signal| signal.level == Level::Start);
-        place.map_or(0.0, |place| (self.measured)(start)[place])
+        let own = self.sensed.iter().find(|one| one.signal.level == Level::Start);
+        own.map_or(0.0, |one| (one.value)(start))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::dynamics::Motion;
 
-    /// A state that is displaced is measured so, in both views.
-    #[test]
-    fn an_offset_is_measured() {
-        let state = State {
+    fn somewhere() -> State {
+        State {
             motion: Motion::in_plane(1.5, 0.1, 0.0, -0.05),
             x: 1.0,
             depth: 8.0,
             heading: 0.4,
             east: 2.0,
-        };
-        let by = [0.01, 0.0, 0.02, 0.03, 0.04];
-        for view in [&LONGITUDINAL, &LATERAL] {
-            let (before, after) = ((view.measured)(&state), (view.measured)(&(view.displaced)(state, by)));
-            for ((before, after), by) in before.iter().zip(after).zip(by) {
-                assert!((after - before - by).abs() < 1e-15, "{before} {after} {by}");
-            }
-            assert_eq!((view.displaced)(state, [0.0; 5]), state);
+            bottom: 60.0,
         }
-        assert_eq!((LONGITUDINAL.origin(&state), LATERAL.origin(&state)), (8.0, 0.4));
+    }
+
+    /// A signal that is displaced is measured so, in each view, and no other moves by more than their coupling.
+    #[test]
+    fn an_offset_is_measured() {
+        let state = somewhere();
+        for view in VIEWS {
+            for place in 0..view.sensed.len() {
+                let mut by = [0.0; MOST_SIGNALS];
+                by[place] = 0.03;
+                let (before, after) = (view.measured(&state), view.measured(&view.displaced(state, by)));
+                let name = view.sensed[place].signal.name;
+                assert!((after[place] - before[place] - 0.03).abs() < 1e-15, "{name}: {before:?} {after:?}");
+            }
+            assert_eq!(view.displaced(state, [0.0; MOST_SIGNALS]), state);
+        }
+        assert_eq!(VIEWS.map(|view| view.origin(&state)), [8.0, 0.4, 0.0]);
+    }
+
+    #[test]
+    fn a_reference_is_of_one_view() {
+        let names: Vec<_> = references().map(|(.., signal)| signal.name).collect();
+        assert_eq!(names, ["pitch", "speed", "depth", "heading", "roll"]);
+        assert_eq!(names.len(), REFERENCES);
+    }
+
+    /// The output equation `y = C x` of each view has the slopes of its signals about straight flight.
+    #[test]
+    fn signals_follow_their_states() {
+        let start = somewhere();
+        let step = 1e-6;
+        for view in VIEWS {
+            for state in view.interface.states {
+                // In straight flight psi' is r/cos(theta), of which the state r of an axis is the value.
+                let cos = start.motion.theta.cos();
+                let moved = |by: f64| {
+                    let mut to = start;
+                    let motion = &mut to.motion;
+                    match state.symbol {
+                        "u" => motion.u += by,
+                        "w" => motion.w += by,
+                        "q" => motion.q += by,
+                        "theta" => motion.theta += by,
+                        "z" => to.depth += by,
+                        "p" => motion.p += by,
+                        "phi" => motion.phi += by,
+                        "v" => motion.v += by,
+                        "r" => motion.r += by * cos,
+                        "psi" => to.heading += by,
+                        other => panic!("{other}"),
+                    }
+                    view.measured(&to)
+                };
+                let (high, low) = (moved(step), moved(-step));
+                for (place, signal) in view.interface.signals.iter().enumerate() {
+                    let slope = (high[place] - low[place]) / (2.0 * step);
+                    let row = signal.output(state);
+                    assert!((slope - row).abs() < 1e-8, "{} by {}: {slope}", signal.name, state.symbol);
+                }
+            }
+        }
     }
 }

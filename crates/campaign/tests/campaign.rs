@@ -140,7 +140,7 @@ fn flights_start_off_trim() {
     assert_eq!(names[3..5], ["pitch_off_trim", "heave_off_trim"]);
     let began = |flight: &Option<WholeFlight>| flight.as_ref().unwrap().axes[0].rows[0].signals.measured;
     let trim = began(&in_trim.fly(5).unwrap().1);
-    let [pitch, speed, _, pitch_rate, heave] = began(&flight);
+    let [pitch, speed, _, pitch_rate, heave, _] = began(&flight);
     assert!((pitch - trim[0] - row.drawn[3]).abs() < 1e-15 && row.drawn[3].abs() > 1e-3);
     assert!((heave - trim[4] - row.drawn[4]).abs() < 1e-15 && row.drawn[4].abs() > 1e-3);
     assert_eq!([speed, pitch_rate], [trim[1], trim[3]]);

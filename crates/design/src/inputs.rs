@@ -11,7 +11,7 @@ use crate::error::InputError;
 use crate::inputs::design_file::{BANDWIDTH, DesignFile, UncertainParameter, relative_weight};
 use crate::linearise::{LevelFlight, TRIM_ROWS};
 use auv::longitudinal::SPEED;
-use auv::{Pitch, Vehicle};
+use auv::{Pitch, VIEWS, Vehicle, View};
 use base::files::read;
 use pid::Pid;
 use scheduled::InputHashes;
@@ -158,12 +158,12 @@ impl Inputs {
     ) -> Result<Vec<Self>, InputError> {
         actuator_names::check(&whole, files[0])?;
         let plane = whole.in_plane();
-        let own = |design: &DesignFile| match design.view().is_level_held {
-            true if design.controller.is_some() => {
-                Err(InputError::ControllerOfHeading { file: files[1].to_owned() })
+        let own = |design: &DesignFile| {
+            let view = design.view();
+            if view.is_level_held && design.controller.is_some() {
+                return Err(InputError::ControllerOfHeading { file: files[1].to_owned() });
             }
-            true => yawing(&whole, files),
-            false => Ok(plane.clone()),
+            of_view(&whole, view, files)
         };
         let vehicles: Vec<Vehicle> = designs.iter().map(own).collect::<Result<_, _>>()?;
         together::check(&designs, &vehicles, files[1])?;
@@ -207,7 +207,7 @@ impl Inputs {
         design.pitch =
             Pitch::over(plane, design.depth, &design.spread(TRIM_ROWS), design.pitch_asked.as_ref());
         if let (Some(section), Some(_)) = (&mut design.uncertainty, design.axis) {
-            section.leave_out_of(vehicle, &[plane.clone(), whole.yawing()]);
+            section.leave_out_of(vehicle, &VIEWS.map(|view| view.vehicle(whole)));
         }
         let uncertain = design.uncertainty.as_ref().map(|section| section.resolve(vehicle, file));
         Ok(Self {
@@ -254,20 +254,24 @@ impl Inputs {
     }
 }
 
-/// The vehicle as an axis of heading has it; the names of its file and of the design's are for messages.
+/// The vehicle as an axis of a view has it; the names of its file and of the design's are for messages.
 ///
 /// # Errors
-/// [`InputError::NoLateral`], [`InputError::NothingYaws`].
-pub fn yawing(whole: &Vehicle, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
-    let file = |file: &str| file.to_owned();
+/// [`InputError::NoLateral`], [`InputError::NothingActs`].
+pub fn of_view(whole: &Vehicle, view: &View, [vehicle, design]: [&str; 2]) -> Result<Vehicle, InputError> {
+    let own = view.vehicle(whole);
+    if !view.is_level_held {
+        return Ok(own);
+    }
+    let (design, vehicle) = (design.to_owned(), vehicle.to_owned());
+    let tracked = view.interface.signals[0].name;
     if !whole.coefficients.leaves_plane() {
-        return Err(InputError::NoLateral { design: file(design), vehicle: file(vehicle) });
+        return Err(InputError::NoLateral { design, tracked, vehicle });
     }
-    let yawing = whole.yawing();
-    if yawing.actuators.is_empty() {
-        return Err(InputError::NothingYaws { design: file(design), vehicle: file(vehicle) });
+    if own.actuators.is_empty() {
+        return Err(InputError::NothingActs { design, tracked, vehicle, needs: view.needs });
     }
-    Ok(yawing)
+    Ok(own)
 }
 
 /// Checks that the tracked, measured and required signals depend on the states of the vehicle; `file` is for messages.

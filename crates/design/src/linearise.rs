@@ -8,8 +8,8 @@ use crate::axis::{Linearisation, OperatingPoint, VehicleModel};
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, UncertainParameter};
 use auv::{
-    Actuator, Dynamics, Pitch, Speed, Status, Trim, Vehicle, View, linearise, linearise_with, trim_with,
-    trims,
+    Actuator, Dynamics, Pitch, Speed, State, Status, Trim, Vehicle, View, linearise, linearise_with,
+    trim_with, trims,
 };
 use lpv::matrix::{Mat, block, to_rows};
 use scheduled::{ReferenceLimits, Sensor};
@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 /// The number of speeds of a trim table, evenly spaced over the range of a design; its trims lie on one branch.
 pub const TRIM_ROWS: usize = 101;
 
-/// A vehicle in the level flight of a design file, as one axis: surge, heave and pitch, or sway and yaw.
+/// A vehicle in the level flight of a design file, as one axis has it.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelFlight<'a> {
     /// The vehicle as the axis has it.
@@ -54,7 +54,7 @@ impl VehicleModel for LevelFlight<'_> {
         &self.vehicle.actuators
     }
 
-    /// The axis of heading takes the speed as the other one makes it.
+    /// An axis beside level flight takes the speed as the other one makes it.
     fn speed_given(&self) -> bool {
         self.file.view().is_level_held || self.vehicle.coefficients.surge.is_given()
     }
@@ -73,8 +73,10 @@ impl VehicleModel for LevelFlight<'_> {
 
     fn envelope(&self, speeds: &[f64]) -> Result<BTreeMap<String, ReferenceLimits>, ModelError> {
         let trims = self.level(speeds)?;
-        if self.file.view().is_level_held {
+        if self.file.tracks("heading").is_some() {
             turning::envelope(self.vehicle, self.file, self.uncertain, &trims)
+        } else if self.file.view().is_level_held {
+            Ok(BTreeMap::new())
         } else {
             envelope::envelope(self.vehicle, self.file, &trims)
         }
@@ -109,7 +111,7 @@ impl LevelFlight<'_> {
         Ok(found.into_iter().map(|trim| self.own(trim)).collect())
     }
 
-    /// A trim with the outputs of the axis: those that yaw are at 0 in straight flight.
+    /// A trim with the outputs of the axis: those beside level flight are at 0 in it.
     fn own(&self, trim: Trim) -> Trim {
         if self.file.view().is_level_held {
             Trim { actuators: vec![0.0; self.vehicle.actuators.len()], ..trim }
@@ -153,8 +155,9 @@ impl Linearisation {
 
 fn operating_point(trim: &Trim, states: States) -> OperatingPoint {
     let view = View::of_states(states);
-    let signals = (view.level)(trim);
-    OperatingPoint { speed: trim.speed, signals: signals.to_vec(), actuators: trim.actuators.clone() }
+    let level = State::in_plane(trim.motion(), 0.0, trim.depth);
+    let signals = view.sensed.iter().map(|one| (one.value)(&level)).collect();
+    OperatingPoint { speed: trim.speed, signals, actuators: trim.actuators.clone() }
 }
 
 fn column(vector: &nalgebra::DVector<f64>) -> Mat {

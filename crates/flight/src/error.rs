@@ -40,6 +40,9 @@ pub enum Error {
     /// An autopilot of another vehicle.
     #[error("the autopilot commands {name}, which the vehicle does not have")]
     NoSuchActuator { name: String },
+    /// An autopilot of signals that no view of the motion has.
+    #[error("the autopilot of {signals} is of no axis that a vehicle has")]
+    NoSuchView { signals: String },
     /// Autopilots that do not share a clock.
     #[error("the autopilots of one flight must have the same sample time; they have {one} and {other} s")]
     OtherSampleTime { one: f64, other: f64 },

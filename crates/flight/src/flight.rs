@@ -5,7 +5,7 @@ use crate::held_level::HeldLevel;
 use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
-use auv::longitudinal::{Each, EachTracked, SIGNALS, TRACKED};
+use auv::longitudinal::{Each, EachTracked, TRACKED};
 use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
@@ -94,9 +94,8 @@ pub struct LawOutput {
 /// Simulates the vehicle under its autopilot in still water, from level trim at a depth \[m\] with a rule for its
 /// pitch.
 ///
-/// A vehicle that leaves the vertical plane, [`Vehicle::yawing`], is flown by an autopilot of heading: surge, heave and
-/// pitch are held at the level trim of the wanted speed, as by an autopilot that keeps them; sway, roll and yaw are
-/// free.
+/// In a view in which level flight is held, surge, heave and pitch are at the level trim of the wanted speed, as by an
+/// autopilot that keeps them; sway, roll and yaw are free.
 ///
 /// # Errors
 /// As [`fly_course`]; [`Error::Manoeuvre`], [`Error::ControllerDesign`], [`Error::Tick`].
@@ -208,13 +207,13 @@ pub fn fly_varied(
     let mut autopilot = Autopilot::new(design)?;
     let trims = autopilot.trim().clone();
     let mut started = false;
-    let view = View::of(vehicle);
+    let view = View::of_signals(design.signals.iter().map(|port| port.name.as_str()));
     let demand = |time| {
         let disturbance = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
         Demand { disturbance, ..Demand::of_axis(manoeuvre, view, time) }
     };
     let course = Course { duration: manoeuvre.duration, demand };
-    let start = Start::new(vehicle, level, course.initial_speed(), conditions, off_trim)?;
+    let start = Start::new(vehicle, view, level, course.initial_speed(), conditions, off_trim)?;
     start.fly(course, &Sampling { sample_time, trims: &trims }, |measured| {
         if !std::mem::replace(&mut started, true) {
             autopilot.initialise(0.0, measured)?;
@@ -251,7 +250,10 @@ impl Demand {
     fn of_axis(manoeuvre: &Manoeuvre, view: &View, time: f64) -> Self {
         Self {
             speed: manoeuvre.speed_reference(time),
-            above_trim: from_fn(|place| manoeuvre.above_trim(time, view.interface.signals[place].name)),
+            above_trim: from_fn(|place| {
+                let signal = view.interface.signals.get(place);
+                signal.map_or(0.0, |signal| manoeuvre.above_trim(time, signal.name))
+            }),
             disturbance: Disturbance::default(),
         }
     }
@@ -289,12 +291,13 @@ pub struct Sampling<'a> {
 /// [`Error::Trim`], [`Error::Coefficient`], [`Error::Simulation`], and the errors of the law.
 pub fn fly_course(
     vehicle: &Vehicle,
+    view: &'static View,
     level: (f64, &Pitch),
     course: Course<impl Fn(f64) -> Demand>,
     sampling: &Sampling<'_>,
     law: impl FnMut(&Inputs) -> Result<LawOutput, Error>,
 ) -> Result<Flight, Error> {
-    let start = Start::new(vehicle, level, course.initial_speed(), None, Each::default())?;
+    let start = Start::new(vehicle, view, level, course.initial_speed(), None, Each::default())?;
     start.fly(course, sampling, law)
 }
 
@@ -315,12 +318,12 @@ impl Start {
     /// each signal.
     fn new(
         vehicle: &Vehicle,
+        view: &'static View,
         (depth, pitch): (f64, &Pitch),
         speed: f64,
         conditions: Option<Conditions>,
         off_trim: Each<f64>,
     ) -> Result<Self, Error> {
-        let view = View::of(vehicle);
         let plane = if view.is_level_held { Cow::Owned(vehicle.in_plane()) } else { Cow::Borrowed(vehicle) };
         let mut trim = trim_with(&plane, Speed::Path(speed), depth, pitch)
             .map_err(|reason| Error::Trim { speed, reason })?;
@@ -333,7 +336,7 @@ impl Start {
         }
         plant.start(0.0, &trim)?;
         let origin = view.origin(&plant.state());
-        plant.set_state(&(view.displaced)(plant.state(), off_trim));
+        plant.set_state(&view.displaced(plant.state(), off_trim));
         let level = view.is_level_held.then(|| HeldLevel::new(plane.into_owned(), pitch.clone(), trim));
         Ok(Self { view, plant, origin, depth, conditions, level })
     }
@@ -348,7 +351,8 @@ impl Start {
         let Course { duration, demand } = course;
         let steps = (duration / sample_time).round() as usize;
         let mut flight = Flight { rows: Vec::with_capacity(steps + 1), surfacing: None, sea: Vec::new() };
-        let mut inputs = Inputs { measured: vec![0.0; SIGNALS.len()], references: vec![0.0; TRACKED] };
+        let signals = view.interface.signals.len();
+        let mut inputs = Inputs { measured: vec![0.0; signals], references: vec![0.0; signals.min(TRACKED)] };
         let outside = |time: f64, plant: &mut Plant| {
             let Demand { speed, above_trim, disturbance: Disturbance { current, load } } = demand(time);
             let forward_speed = trims.forward_speed(speed);
@@ -357,20 +361,22 @@ impl Start {
             if let Some(level) = &mut level {
                 plant.hold_level(level.at(speed)?);
             }
-            let wanted: EachTracked<f64> =
-                from_fn(|place| trims.signal(forward_speed, place, origin) + above_trim[place]);
+            let mut wanted = above_trim;
+            for (place, value) in wanted.iter_mut().enumerate().take(view.interface.signals.len()) {
+                *value = trims.signal(forward_speed, place, origin) + *value;
+            }
             Ok((current, wanted))
         };
         let tick = |Tick { time, state, plant, conditions }: Tick<'_>, references| {
-            let signals = Signals { measured: (view.measured)(&state), references };
+            let signals = Signals { measured: view.measured(&state), references };
             let mut read = signals.measured;
             if let Some(sea) = conditions {
                 read = sea.read(&signals.measured);
                 let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
                 flight.sea.push(SeaRow { elevation, water: plant.flow(), read });
             }
-            inputs.measured.copy_from_slice(&read);
-            inputs.references.copy_from_slice(&references);
+            inputs.measured.iter_mut().zip(read).for_each(|(to, from)| *to = from);
+            inputs.references.iter_mut().zip(references).for_each(|(to, from)| *to = from);
             let LawOutput { commands, references, rho, out_of_range } = law(&inputs)?;
             for (i, command) in commands.iter().enumerate() {
                 plant.set_command(i, *command)?;
@@ -405,24 +411,26 @@ pub struct ActuatorStep {
     pub height: f64,
 }
 
-/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and pitch from trim, or heading
-/// (rad), until the vehicle reaches the surface, if it does.
+/// The open-loop response to a step of one actuator, from trim at a speed: time (s) and the first signal of a view, an
+/// angle from trim (rad), until the vehicle reaches the surface, if it does.
 ///
 /// # Errors
 /// [`Error::Trim`], [`Error::Simulation`].
 pub fn fly_open_loop(
     vehicle: &Vehicle,
+    view: &'static View,
     level: (f64, &Pitch),
     speed: f64,
     step: ActuatorStep,
     interval: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let Start { mut plant, level: held, .. } = Start::new(vehicle, level, speed, None, Each::default())?;
+    let Start { mut plant, level: held, .. } =
+        Start::new(vehicle, view, level, speed, None, Each::default())?;
     if let Some(held) = &held {
         plant.hold_level(held.trim());
     }
-    let angle = |state: &State| if held.is_some() { state.heading } else { state.motion.theta };
+    let angle = |state: &State| (view.sensed[0].value)(state);
     let start = angle(&plant.state());
     let trimmed = plant.outputs()[step.actuator];
     plant.set_command(step.actuator, trimmed + step.height)?;

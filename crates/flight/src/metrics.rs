@@ -172,8 +172,10 @@ mod tests {
         let row = |i: u32| {
             let time = step * f64::from(i);
             let (pitch, reference) = at(time);
-            let signals =
-                Signals { measured: [pitch, 1.0, 0.0, 0.0, 0.0], references: [reference, 1.25, 0.0] };
+            let signals = Signals {
+                measured: std::array::from_fn(|place| [pitch, 1.0].get(place).copied().unwrap_or_default()),
+                references: [reference, 1.25, 0.0],
+            };
             Row {
                 time,
                 signals,

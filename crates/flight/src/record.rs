@@ -126,8 +126,11 @@ impl Record {
                 for (place, signal) in
                     design.signals.iter().enumerate().filter(|(place, _)| is_own(axis, *place))
                 {
-                    let read = flown.sea.iter().map(|row| row.read[place]).collect();
-                    columns.push((format!("{}_read [{}]", signal.name, signal.unit), read));
+                    let heading = format!("{}_read [{}]", signal.name, signal.unit);
+                    // A signal that several axes have has one sensor.
+                    if columns.iter().all(|(other, _)| *other != heading) {
+                        columns.push((heading, flown.sea.iter().map(|row| row.read[place]).collect()));
+                    }
                 }
             }
         }

@@ -1,11 +1,10 @@
 //! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
-use auv::longitudinal::{Each, SIGNALS, SPEED};
-use auv::{Current, Surroundings, Vehicle, Water, lateral};
+use auv::longitudinal::Each;
+use auv::{Bottom, Current, Surroundings, VIEWS, Vehicle, View, Water};
 use signals::Signal;
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
-use std::array::from_fn;
 use std::sync::Arc;
 
 /// The environment as its file describes it; nothing random is drawn yet.
@@ -25,6 +24,8 @@ pub struct Sea {
     pub gauss_markov: Option<Wandering>,
     /// The errors of each sensor, in the order of [`sensed`].
     pub sensors: Vec<SensorErrors>,
+    /// The bottom.
+    pub bottom: Bottom,
 }
 
 /// Parameters from which the waves are drawn.
@@ -44,6 +45,9 @@ pub(crate) struct Conditions {
     water: Arc<Surroundings>,
     gauss_markov: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
+    /// See [`places`].
+    places: Vec<(usize, usize, usize)>,
+    bottom: Bottom,
 }
 
 impl Sea {
@@ -60,6 +64,7 @@ impl Sea {
             vertical: 0.0,
             gauss_markov: None,
             sensors: perfect(),
+            bottom: Bottom::default(),
         })
     }
 
@@ -130,6 +135,8 @@ impl Sea {
             water: Arc::new(water),
             gauss_markov: gauss_markov.transpose()?,
             sensors: (0..).zip(&self.sensors).map(sensor).collect::<Result<_, _>>()?,
+            places: places(),
+            bottom: self.bottom,
         })
     }
 }
@@ -138,6 +145,11 @@ impl Conditions {
     /// The water, as a plant needs it.
     pub(crate) fn water(&self) -> Arc<dyn Water> {
         self.water.clone()
+    }
+
+    /// The bottom.
+    pub(crate) fn bottom(&self) -> Bottom {
+        self.bottom
     }
 
     /// The present Gauss-Markov part of the current.
@@ -151,22 +163,27 @@ impl Conditions {
         self.gauss_markov.iter_mut().for_each(|process| process.advance(step));
     }
 
-    /// The sensor readings, at the next tick, of the signals of surge, heave and pitch.
-    pub(crate) fn read(&mut self, level: &Each<f64>) -> Each<f64> {
-        let mut read = *level;
-        read.iter_mut().zip(&mut self.sensors).for_each(|(value, sensor)| *value = sensor.read(*value));
+    /// The sensor readings, at the next tick, of the signals of the first of [`VIEWS`].
+    pub(crate) fn read(&mut self, measured: &Each<f64>) -> Each<f64> {
+        let mut read = *measured;
+        let own = self.sensors.iter_mut().take(VIEWS[0].sensed.len());
+        read.iter_mut().zip(own).for_each(|(value, sensor)| *value = sensor.read(*value));
         read
     }
 
-    /// The sensor readings, at the next tick, of the signals of both axes; the sensor of the speed is one.
-    pub(crate) fn read_both(&mut self, [level, lateral]: &[Each<f64>; 2]) -> [Each<f64>; 2] {
-        let level = self.read(level);
-        let mut others = self.sensors[SIGNALS.len()..].iter_mut();
-        let lateral = from_fn(|place| match place {
-            SPEED => level[SPEED],
-            _ => others.next().map_or(f64::NAN, |sensor| sensor.read(lateral[place])),
-        });
-        [level, lateral]
+    /// The sensor readings, at the next tick, of the signals of each of [`VIEWS`]; a signal that several have has one
+    /// sensor.
+    pub(crate) fn read_all(&mut self, measured: &[Each<f64>; VIEWS.len()]) -> [Each<f64>; VIEWS.len()] {
+        let mut read = *measured;
+        for (index, sensor) in self.sensors.iter_mut().enumerate() {
+            let mut value = None;
+            let own = self.places.iter().filter(|(of, ..)| *of == index);
+            for (_, view, place) in own {
+                let one = &mut read[*view][*place];
+                *one = *value.get_or_insert_with(|| sensor.read(*one));
+            }
+        }
+        read
     }
 
     /// The waves and the layers of the current.
@@ -175,10 +192,23 @@ impl Conditions {
     }
 }
 
-/// The signals that have a sensor: those of surge, heave and pitch, then those that only the axis of heading has.
+/// The signals that have a sensor: those of each of [`VIEWS`] that no view before it has.
 pub fn sensed() -> impl Iterator<Item = &'static Signal> {
-    let turning = lateral::SIGNALS.iter().enumerate().filter(|(place, _)| *place != SPEED);
-    SIGNALS.iter().chain(turning.map(|(_, signal)| signal))
+    VIEWS.iter().enumerate().flat_map(|(index, view)| {
+        let before = &VIEWS[..index];
+        let is_new = |one: &&Signal| before.iter().all(|other| other.interface.place(one.name).is_none());
+        view.interface.signals.iter().filter(is_new)
+    })
+}
+
+/// The sensor of each signal of each view: the index of the sensor, of the view, and of the signal in it.
+fn places() -> Vec<(usize, usize, usize)> {
+    let of = |(sensor, signal): (usize, &'static Signal)| {
+        let place =
+            move |(index, view): (usize, &&View)| Some((sensor, index, view.interface.place(signal.name)?));
+        VIEWS.iter().enumerate().filter_map(place).collect::<Vec<_>>()
+    };
+    sensed().enumerate().flat_map(of).collect()
 }
 
 /// No errors in any sensor.

@@ -1,6 +1,7 @@
 //! Reads a sea file (TOML); `vehicles/sea.toml` explains every key.
 
 use crate::sea::{Sea, WaveParameters, perfect, sensed};
+use auv::Bottom;
 use auv::number;
 use auv::toml_file::{Document, FileError, Table};
 use squid_sea::{Layers, SeaError, SensorErrors, Spectrum, Wandering, Waves};
@@ -23,13 +24,14 @@ impl Sea {
 }
 
 fn sea(root: &Table<'_>) -> Option<Sea> {
-    root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor"]);
+    root.allow_only(&["seed", "depth", "waves", "current", "gauss_markov", "sensor", "bottom"]);
     let seed = root.whole("seed", |_| true, "0 or above: another seed is another sea of the same kind");
     let depth = root.has("depth").then(|| root.number("depth", |depth| depth >= 0.0, DEPTH));
     let waves = root.table("waves").map(|table| WaveParameters::of(&table, &["components"]));
     let current = current(root.table("current").as_ref());
     let gauss_markov = root.table("gauss_markov").map(|table| gauss_markov(&table));
     let sensors = sensors(&root.tables("sensor"));
+    let bottom = root.table("bottom").map_or_else(|| Some(Bottom::default()), |table| bottom(&table));
     let (layers, vertical) = current?;
     Some(Sea {
         seed: seed? as u64,
@@ -39,8 +41,20 @@ fn sea(root: &Table<'_>) -> Option<Sea> {
         vertical,
         gauss_markov: unless_faulty(gauss_markov)?,
         sensors: sensors?,
+        bottom: bottom?,
     })
 }
+
+/// The bottom: its depth at the start, and its slopes.
+fn bottom(table: &Table<'_>) -> Option<Bottom> {
+    table.allow_only(&["depth", "slope_north", "slope_east"]);
+    let depth = required(table, "depth", "depth of the bottom where flights start (m)");
+    let slope = |key: &str| table.or(key, 0.0, |table, key| table.number(key, |v| v.abs() <= 1.0, SLOPES));
+    let (north, east) = (slope("slope_north"), slope("slope_east"));
+    Some(Bottom { depth: depth?, north: north?, east: east? })
+}
+
+const SLOPES: &str = "a number from -1 to 1, how much deeper the bottom is for each metre";
 
 /// An optional value, absent or read; `None` if it is present and faulty.
 fn unless_faulty<T>(found: Option<Option<T>>) -> Option<Option<T>> {

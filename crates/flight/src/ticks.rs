@@ -37,12 +37,14 @@ impl Ticks {
         mut law: impl FnMut(Tick<'_>, D) -> Result<(), Error>,
     ) -> Result<Option<Surfacing>, Error> {
         let Self { mut plant, mut conditions, sample_time, duration } = self;
+        let bottom = conditions.as_ref().map(Conditions::bottom).unwrap_or_default();
         for k in 0..=(duration / sample_time).round() as u64 {
             let time = k as f64 * sample_time;
             let (current, wanted) = outside(time, &mut plant)?;
             let gauss_markov = conditions.as_ref().map(Conditions::gauss_markov).unwrap_or_default();
             plant.set_current(current + gauss_markov)?;
             let state = plant.state();
+            let state = State { bottom: bottom.depth_at(state.x, state.east), ..state };
             let end = surfacing(conditions.as_ref(), time, &state);
             if end.is_some() {
                 return Ok(end);

@@ -42,13 +42,15 @@ impl Axis {
         let known = |one: &scheduled::Actuator| {
             place(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
         };
+        let names = || design.signals.iter().map(|port| port.name.as_str()).collect::<Vec<_>>();
+        let unknown = || Error::NoSuchView { signals: names().join(", ") };
         Ok(Self {
             autopilot: Autopilot::new(design)?,
             inputs: Inputs {
                 measured: vec![0.0; design.signals.len()],
                 references: vec![0.0; design.references().count()],
             },
-            view: VIEWS.iter().position(|view| is_of(design, view)).unwrap_or_default(),
+            view: VIEWS.iter().position(|view| is_of(design, view)).ok_or_else(unknown)?,
             actuators: design.actuators.iter().map(known).collect::<Result<_, _>>()?,
             flight: Flight { rows: Vec::with_capacity(ticks), surfacing: None, sea: Vec::new() },
         })
@@ -58,17 +60,19 @@ impl Axis {
     fn references(&self, start: &State, manoeuvre: &Manoeuvre, time: f64) -> EachTracked<f64> {
         let (view, trims) = (VIEWS[self.view], self.autopilot.trim());
         let forward = trims.forward_speed(manoeuvre.speed_reference(time));
-        let (origin, signals) = (view.origin(start), view.interface.signals);
-        std::array::from_fn(|place| {
-            let above = if place == SPEED { 0.0 } else { manoeuvre.above_trim(time, signals[place].name) };
-            trims.signal(forward, place, origin) + above
-        })
+        let origin = view.origin(start);
+        let mut all = EachTracked::default();
+        for (place, (value, signal)) in all.iter_mut().zip(view.interface.signals).enumerate() {
+            let above = if place == SPEED { 0.0 } else { manoeuvre.above_trim(time, signal.name) };
+            *value = trims.signal(forward, place, origin) + above;
+        }
+        all
     }
 
     /// Runs a tick on what the sensors of the vehicle read.
     fn tick(&mut self, read: &Each<f64>, signals: Signals, (time, depth): (f64, f64)) -> Result<(), Error> {
         let Self { autopilot, inputs, flight, .. } = self;
-        inputs.measured.copy_from_slice(read);
+        inputs.measured.iter_mut().zip(read).for_each(|(to, from)| *to = *from);
         inputs.references.iter_mut().zip(signals.references).for_each(|(to, from)| *to = from);
         if flight.rows.is_empty() {
             autopilot.initialise(0.0, inputs)?;
@@ -126,7 +130,7 @@ pub fn fly_whole(
     plant.set_current(first.current)?;
     plant.start(0.0, &auv::Trim { actuators: actuators.clone(), ..level })?;
     let start = plant.state();
-    plant.set_state(&(LONGITUDINAL.displaced)(start, off_trim));
+    plant.set_state(&LONGITUDINAL.displaced(start, off_trim));
     let mut states = Vec::with_capacity(ticks);
     let outside = |time: f64, plant: &mut Plant| {
         let now = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
@@ -137,10 +141,10 @@ pub fn fly_whole(
         Ok((now.current, ()))
     };
     let tick = |Tick { time, state, plant, conditions }: Tick<'_>, ()| {
-        let measured = VIEWS.map(|view| (view.measured)(&state));
+        let measured = VIEWS.map(|view| view.measured(&state));
         let mut read = measured;
         if let Some(sea) = conditions {
-            read = sea.read_both(&measured);
+            read = sea.read_all(&measured);
             let elevation = sea.surroundings().elevation(time, [state.x, state.east]);
             for axis in &mut axes {
                 axis.flight.sea.push(SeaRow { elevation, water: plant.flow(), read: read[axis.view] });

@@ -19,8 +19,7 @@ use crate::error::Error;
 use crate::fmu::{Packed, zipped};
 use crate::kind::Kind;
 use crate::ssp::types::{connected, connectors, of_connectors, units};
-use auv::TrimPoint;
-use auv::{lateral, longitudinal};
+use auv::{Motion, State, TrimPoint, VIEWS};
 use model_description::element::{NONE, Xml, document, leaf, parent};
 use model_description::{Causality, ModelDescription, ScalarVariable};
 use scheduled::Manoeuvre;
@@ -112,13 +111,16 @@ fn start_values(
             ("given_speed", at.forward_speed),
         ],
         _ => {
-            let level = longitudinal::measured([at.forward_speed, at.heave, 0.0, at.pitch, depth]);
-            let mut values = wanted(&longitudinal::SIGNALS, &level, manoeuvre);
-            // The speed is among both.
-            let of_heading = wanted(&lateral::SIGNALS, &lateral::level(at.forward_speed), manoeuvre);
-            let is_new = |(name, _): &(&str, f64)| values.iter().all(|(other, _)| other != name);
-            let new: Vec<_> = of_heading.into_iter().filter(is_new).collect();
-            values.extend(new);
+            let level =
+                State::in_plane(Motion::in_plane(at.forward_speed, at.heave, 0.0, at.pitch), 0.0, depth);
+            let mut values: Vec<(&str, f64)> = Vec::new();
+            for view in VIEWS {
+                // The speed is among each.
+                let is_new = |(name, _): &(&str, f64)| values.iter().all(|(other, _)| other != name);
+                let new = wanted(view.interface.signals, &view.measured(&level), manoeuvre);
+                let new: Vec<_> = new.into_iter().filter(is_new).collect();
+                values.extend(new);
+            }
             values
         }
     };

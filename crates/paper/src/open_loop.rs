@@ -87,7 +87,15 @@ fn claim(pairs: &[(f64, f64)]) -> Claim {
 fn alone(subject: &Subject, speed: f64, index: usize, step: f64) -> Result<Vec<(f64, f64)>, Error> {
     let (interval, level) = (subject.stored.controller.sample_time, subject.inputs.design.level());
     let step = ActuatorStep { actuator: index, height: step };
-    let rows = fly_open_loop(&subject.inputs.vehicle, level, speed, step, interval, FLOWN)?;
+    let rows = fly_open_loop(
+        &subject.inputs.vehicle,
+        subject.inputs.design.view(),
+        level,
+        speed,
+        step,
+        interval,
+        FLOWN,
+    )?;
     Ok(rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect())
 }
 

@@ -335,12 +335,17 @@ mod tests {
         assert!(bandwidth.because.contains("1.20 rad/s") && bandwidth.because.contains("0.90 rad/s"));
     }
 
+    /// The first signals; the others are 0.
+    fn signals_of(first: [f64; 2]) -> auv::longitudinal::Each<f64> {
+        std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
+    }
+
     fn row(time: f64, error: f64) -> Row {
         Row {
             time,
             used: [0.0, 1.0, 0.0],
             signals: squid_flight::flight::Signals {
-                measured: [-error, 1.0, 0.0, 0.0, 0.0],
+                measured: signals_of([-error, 1.0]),
                 references: [0.0, 1.0, 0.0],
             },
             depth: 0.0,

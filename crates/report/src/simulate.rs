@@ -147,7 +147,7 @@ fn open_loop(inputs: &Inputs, stored: &Stored) -> Result<(String, Panel), Error>
     let mut lines = Vec::new();
     for speed in inputs.design.spread(STEP_SPEEDS).into_iter().take(3) {
         let (level, interval) = (inputs.design.level(), stored.controller.sample_time);
-        let rows = fly_open_loop(&inputs.vehicle, level, speed, step, interval, FLOWN)?;
+        let rows = fly_open_loop(&inputs.vehicle, inputs.design.view(), level, speed, step, interval, FLOWN)?;
         let points = rows.iter().map(|(t, pitch)| (*t, pitch.to_degrees())).collect();
         lines.push(line(inputs, speed, points));
     }

@@ -25,7 +25,7 @@ use std::path::Path;
 /// The number of speeds.
 const SPEEDS: usize = 6;
 
-/// When the steps of both axes come, and how long a flight lasts after them (s).
+/// When the steps of all axes come, and how long a flight lasts after them (s).
 const STEP_TIME: f64 = 10.0;
 const FLOWN: f64 = 90.0;
 
@@ -63,7 +63,7 @@ pub struct Turned {
 pub struct Turns {
     /// The turns, at increasing speeds.
     pub turned: Vec<Turned>,
-    /// What is proved of both axes together; `None` if no bound was found.
+    /// What is proved of two axes together; `None` if no bound was found, or of more axes.
     pub coupling: Option<Coupling>,
     /// The turn, rad.
     turn: f64,
@@ -74,32 +74,43 @@ pub struct Turns {
     has_waves: bool,
 }
 
-/// The two designs, each with its inputs: of pitch or depth, and of heading.
+/// The axes of a vehicle, each with its stored design; one of them is of pitch or depth, and one of heading.
 #[derive(Debug, Clone, Copy)]
-pub struct Both<'a> {
-    /// The design of pitch or depth.
-    pub level: (&'a Inputs, &'a Stored),
-    /// The design of heading.
-    pub heading: (&'a Inputs, &'a Stored),
+pub struct Axes<'a> {
+    all: &'a [(&'a Inputs, &'a Stored)],
+    /// The place of that of heading; that of pitch or depth is the first.
+    heading: usize,
 }
 
-impl<'a> Both<'a> {
-    fn turning(&self) -> Result<Turning<'a>, Error> {
-        let (inputs, stored) = self.level;
-        let designs = [&stored.controller, &self.heading.1.controller];
-        Ok(Turning::new(&inputs.whole, inputs.design.level(), designs)?)
+impl<'a> Axes<'a> {
+    /// The axes of an autopilot; `None` if it does not steer pitch or depth and heading.
+    pub fn of(all: &'a [(&'a Inputs, &'a Stored)]) -> Option<Self> {
+        let heading = all.iter().position(|(inputs, _)| inputs.design.tracks("heading").is_some())?;
+        (!all[0].0.design.view().is_level_held).then_some(Self { all, heading })
+    }
+
+    fn level(&self) -> (&'a Inputs, &'a Stored) {
+        self.all[0]
+    }
+
+    /// The linear motion in turns under two axes; `None` of more, of which nothing is proved together.
+    fn turning(&self) -> Result<Option<Turning<'a>>, Error> {
+        let [(inputs, level), (_, heading)] = self.all else { return Ok(None) };
+        let designs = [&level.controller, &heading.controller];
+        Ok(Some(Turning::new(&inputs.whole, inputs.design.level(), designs)?))
     }
 
     /// The record of a flight.
     fn record(&self, flight: &WholeFlight) -> Record {
-        let axes = [self.level, self.heading];
-        let axes = axes.map(|(inputs, stored)| (&inputs.vehicle.actuators[..], &stored.controller));
-        Record::of_whole(flight, &self.level.0.whole.actuators, &axes)
+        let axes = self.all.iter();
+        let axes: Vec<_> =
+            axes.map(|(inputs, stored)| (&inputs.vehicle.actuators[..], &stored.controller)).collect();
+        Record::of_whole(flight, &self.level().0.whole.actuators, &axes)
     }
 
     /// What each axis is called.
-    fn names(&self) -> [String; 2] {
-        [self.level.1, self.heading.1].map(|stored| stored.controller.steered())
+    fn names(&self) -> Vec<String> {
+        self.all.iter().map(|(_, stored)| stored.controller.steered()).collect()
     }
 }
 
@@ -108,15 +119,15 @@ impl<'a> Both<'a> {
 ///
 /// # Errors
 /// [`Error::Flight`].
-pub fn turns(both: Both<'_>, turn: f64, water: Around<'_>) -> Result<Turns, Error> {
-    let each = in_parallel(common(both).iter(), |speed| at(both, *speed, turn, water));
+pub fn turns(axes: Axes<'_>, turn: f64, water: Around<'_>) -> Result<Turns, Error> {
+    let each = in_parallel(common(axes).iter(), |speed| at(axes, *speed, turn, water));
     let turned: Vec<Turned> = each.into_iter().collect::<Result<_, Error>>()?;
-    let flight = fly(both, &flown(both, None, turn), water)?;
+    let flight = fly(axes, &flown(axes, None, turn), water)?;
     Ok(Turns {
         turned,
-        coupling: coupling(&both.turning()?)?,
+        coupling: axes.turning()?.map(|turning| coupling(&turning)).transpose()?.flatten(),
         turn,
-        record: both.record(&flight),
+        record: axes.record(&flight),
         surfacing: flight.surfacing(),
         is_at_sea: water.1.is_some(),
         has_waves: water.1.is_some_and(|sea| sea.waves.is_some()),
@@ -129,8 +140,8 @@ impl Turns {
     ///
     /// # Errors
     /// [`Error::Plot`], those of the files.
-    pub fn save(&self, both: Both<'_>, directory: &Path) -> Result<String, Error> {
-        let inputs = both.level.0;
+    pub fn save(&self, axes: Axes<'_>, directory: &Path) -> Result<String, Error> {
+        let inputs = axes.level().0;
         let title = format!(
             "{}, {}: in six degrees of freedom{}",
             inputs.vehicle.name,
@@ -150,18 +161,18 @@ impl Turns {
         }
         files.save(directory)?;
         let files = directory.join("{turn.csv,turn.svg}").display().to_string();
-        Ok(format!("{}Record and plot: {files}\n", self.words(both)))
+        Ok(format!("{}Record and plot: {files}\n", self.words(axes)))
     }
 
     /// The section of a report.
-    pub fn section(&self, both: Both<'_>) -> Section {
+    pub fn section(&self, axes: Axes<'_>) -> Section {
         let mut table = Table::new(HEAD);
         table.rows = self.turned.iter().map(|one| one.cells().to_vec()).collect();
         let mut words = self.remarks();
-        words.insert(0, format!("{}. {NOTES}", self.title(both)));
+        words.insert(0, format!("{}. {NOTES}", self.title(axes)));
         let mut parts: Vec<Part> = vec![Part::Table(table)];
         parts.extend(words.into_iter().map(Part::Words));
-        parts.push(Part::Words(self.proved(both)));
+        parts.push(Part::Words(self.proved(axes)));
         let curve = |name: &str, factor: f64, key: usize| {
             let values = self.record.get("time").into_iter().flatten().zip(self.record.get(name)?);
             Some(Curve { key, points: values.map(|(time, value)| (*time, factor * value)).collect() })
@@ -199,8 +210,9 @@ impl Turns {
     }
 
     /// The title of the table.
-    fn title(&self, both: Both<'_>) -> String {
-        let steps: Vec<String> = both.level.1.manoeuvre.steps.keys().cloned().collect();
+    fn title(&self, axes: Axes<'_>) -> String {
+        let all = axes.all.iter().flat_map(|(_, stored)| stored.manoeuvre.steps.keys());
+        let steps: Vec<&str> = all.map(String::as_str).filter(|name| *name != "heading").collect();
         format!(
             "Turns by {} deg in six degrees of freedom{}, each with the default step of {}",
             auv::rounded(self.turn.to_degrees()),
@@ -225,22 +237,22 @@ impl Turns {
         out
     }
 
-    /// The text on what is proved of both axes.
-    fn proved(&self, both: Both<'_>) -> String {
-        let names = both.names();
-        match &self.coupling {
-            Some(found) => format!("PROVED: {}", found.words(names.each_ref().map(String::as_str))),
-            None => "Nothing is proved of both axes together in turns.".to_owned(),
+    /// The text on what is proved of the axes together.
+    fn proved(&self, axes: Axes<'_>) -> String {
+        let names = axes.names();
+        match (&self.coupling, &names[..]) {
+            (Some(found), [level, heading]) => format!("PROVED: {}.", found.words([level, heading])),
+            _ => "Nothing is proved of the axes together in turns.".to_owned(),
         }
     }
 
-    fn words(&self, both: Both<'_>) -> String {
+    fn words(&self, axes: Axes<'_>) -> String {
         let mut out: String = self.remarks().iter().map(|line| format!("{line}\n")).collect();
         out += &format!(
             "{}\n\n\
              \x20 speed   settled (2 %)   overshoot   depth moved   speed lost    roll       travel   stable to\n\
              \x20   m/s               s           %             m          m/s     deg   % of reach       deg/s\n",
-            self.title(both)
+            self.title(axes)
         );
         for one in &self.turned {
             let [speed, settled, overshoot, depth, lost, roll, travel, stable] = one.cells();
@@ -249,7 +261,7 @@ impl Turns {
                  {stable:>9}\n"
             );
         }
-        out + &format!("\n{NOTES}\n{}\n", self.proved(both))
+        out + &format!("\n{NOTES}\n{}\n", self.proved(axes))
     }
 }
 
@@ -291,17 +303,18 @@ const NOTES: &str = "Depth moved and speed lost are against the same flight with
 pub type Around<'a> = (Current, Option<&'a Sea>);
 
 /// Speeds in the range of both designs.
-fn common(both: Both<'_>) -> Vec<f64> {
-    let [low, high] = common_speeds([both.level.0, both.heading.0].map(|inputs| &inputs.design));
+fn common(axes: Axes<'_>) -> Vec<f64> {
+    let [low, high] = common_speeds(axes.all.iter().map(|(inputs, _)| &inputs.design));
     (0..SPEEDS).map(|i| low + (high - low) * i as f64 / (SPEEDS - 1) as f64).collect()
 }
 
-/// The flight with the steps of both axes: at a constant speed, or on the ramp of the default flight.
-fn flown(both: Both<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
-    let own = &both.level.1.manoeuvre;
+/// The flight with the steps of all axes: at a constant speed, or on the ramp of the default flight.
+fn flown(axes: Axes<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
+    let own = &axes.level().1.manoeuvre;
     let mut steps = own.steps.clone();
+    axes.all.iter().for_each(|(_, stored)| steps.extend(stored.manoeuvre.steps.clone()));
     steps.insert("heading".into(), turn);
-    let common = common(both);
+    let common = common(axes);
     let within = |speed: f64| speed.clamp(common[0], common[common.len() - 1]);
     let ends = speed.map_or([own.speed_from, own.speed_to].map(within), |speed| [speed; 2]);
     let [speed_from, speed_to] = ends;
@@ -319,18 +332,18 @@ fn flown(both: Both<'_>, speed: Option<f64>, turn: f64) -> Manoeuvre {
     }
 }
 
-fn fly(both: Both<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<WholeFlight, Error> {
-    let (inputs, stored) = both.level;
-    let designs = [&stored.controller, &both.heading.1.controller];
+fn fly(axes: Axes<'_>, manoeuvre: &Manoeuvre, (current, sea): Around<'_>) -> Result<WholeFlight, Error> {
+    let (inputs, _) = axes.level();
+    let designs: Vec<_> = axes.all.iter().map(|(_, stored)| &stored.controller).collect();
     let varied = Variations { sea, disturbance: Some(Spell::steady(current)), ..Variations::default() };
     Ok(fly_whole(&inputs.whole, &designs, inputs.design.level(), manoeuvre, &varied)?)
 }
 
-fn at(both: Both<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {
-    let turning = fly(both, &flown(both, Some(speed), turn), water)?;
-    let other = fly(both, &flown(both, Some(speed), 0.0), water)?;
+fn at(axes: Axes<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned, Error> {
+    let turning = fly(axes, &flown(axes, Some(speed), turn), water)?;
+    let other = fly(axes, &flown(axes, Some(speed), 0.0), water)?;
     let surfacing = turning.surfacing().or(other.surfacing()).map(|surfacing| surfacing.time);
-    let (turned, straight, steered) = (&turning.states, &other.states, &turning.axes[1].rows);
+    let (turned, straight, steered) = (&turning.states, &other.states, &turning.axes[axes.heading].rows);
     let start = turned.first().map_or(0.0, |state| state.heading);
     let off = |state: &State| (state.heading - start) / turn - 1.0;
     let late = turned.iter().rposition(|state| off(state).abs() > SETTLED);
@@ -338,12 +351,12 @@ fn at(both: Both<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned
     let settling_time = late.filter(to_the_end).map(|last| steered[last].time - STEP_TIME);
     let pairs = || turned.iter().zip(straight);
     let most = |of: &dyn Fn(&State, &State) -> f64| pairs().map(|(a, b)| of(a, b)).fold(0.0, f64::max);
-    let actuators = &both.heading.0.vehicle.actuators;
+    let actuators = &axes.all[axes.heading].0.vehicle.actuators;
     let moved = |pair: &[Row]| -> f64 {
         let commands = pair[0].commands.iter().zip(&pair[1].commands).zip(actuators);
         commands.map(|((from, to), actuator)| (to - from).abs() / actuator.reach()).sum()
     };
-    let (stable_to, fastest) = stable(both, speed)?;
+    let (stable_to, fastest) = stable(axes, speed)?;
     Ok(Turned {
         speed,
         settling_time,
@@ -359,8 +372,8 @@ fn at(both: Both<'_>, speed: f64, turn: f64, water: Around<'_>) -> Result<Turned
 }
 
 /// Up to which rate of turn the linear loop is stable, and the largest rate of the reference, at a speed.
-fn stable(both: Both<'_>, speed: f64) -> Result<(f64, f64), Error> {
-    let turning = both.turning()?;
+fn stable(axes: Axes<'_>, speed: f64) -> Result<(f64, f64), Error> {
+    let Some(turning) = axes.turning()? else { return Ok((f64::NAN, f64::NAN)) };
     let fastest = turning.fastest(speed);
     let is_stable = |rate: f64| -> Result<bool, Error> {
         Ok(largest_real_part(&turning, speed, rate)?.is_some_and(|largest| largest < 0.0))

@@ -116,8 +116,9 @@ pub struct Signal {
     pub measured: &'static str,
     /// Its reference, if it can be tracked.
     pub reference: Option<Reference>,
-    /// The symbol of its state: the output equation is `y = x`.
-    pub state: &'static str,
+    /// Its row of the output equation `y = C x`: the entries that are not 0, by the symbols of their states. First comes
+    /// the state that it is named after.
+    pub row: &'static [(&'static str, f64)],
     /// Its value in trim.
     pub level: Level,
     /// The values that it can take; any without.
@@ -133,14 +134,19 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Its row of the output equation `y = C x`: 1 at its own state.
+    /// The entry of a state in its row of the output equation.
     pub fn output(&self, state: &State) -> f64 {
-        if self.state == state.symbol { 1.0 } else { 0.0 }
+        self.row.iter().find(|(symbol, _)| *symbol == state.symbol).map_or(0.0, |(_, entry)| *entry)
+    }
+
+    /// The symbol of the first state of its row.
+    pub fn state(&self) -> &'static str {
+        self.row.first().map_or("", |(symbol, _)| symbol)
     }
 
     /// Whether it follows from the states of a linear model.
     pub fn is_among(&self, states: States) -> bool {
-        states.iter().any(|state| state.symbol == self.state)
+        self.row.iter().all(|(symbol, _)| states.iter().any(|state| state.symbol == *symbol))
     }
 }
 

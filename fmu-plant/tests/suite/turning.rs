@@ -91,7 +91,7 @@ fn flies_as_the_vehicle_does() {
     plant.set_load([0.5, -0.7, 0.6, 0.05, 0.2, -0.3]).unwrap();
     plant.set_current(Current { horizontal: 0.1, east: 0.3, vertical: 0.05 }).unwrap();
     plant.advance(10.0).unwrap();
-    let State { motion, x, depth, heading, east } = plant.state();
+    let State { motion, x, depth, heading, east, .. } = plant.state();
     let [_, pitch_rate, heading_rate] = motion.turning();
     let names = ["speed", "sway", "heave", "angular_velocity_x", "angular_velocity_y", "angular_velocity_z"];
     close(&all(&mut flight, &names), &[motion.u, motion.v, motion.w, motion.p, motion.q, motion.r], 1e-9);

@@ -4,10 +4,9 @@
 use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
-use auv::Actuator;
-use auv::lateral;
-use auv::longitudinal::{self, DEPTH, Each, PITCH, TRACKED};
+use auv::longitudinal::{DEPTH, PITCH, TRACKED};
 use auv::toml_file::cited;
+use auv::{Actuator, VIEWS};
 use base::files::{read, write};
 use base::numbers::decimals;
 use serde_json::{Value, json};
@@ -80,20 +79,16 @@ const HEADING_USED: &str = "heading_reference_used";
 
 /// The record of a flight as an axis with these signals has it, a row for each time; commands are those of the
 /// actuators that are given.
-pub(super) fn rows(
-    record: &Record,
-    actuators: &[Actuator],
-    signals: &Each<Signal>,
-) -> Result<Vec<Row>, String> {
+pub(super) fn rows(record: &Record, actuators: &[Actuator], signals: &[Signal]) -> Result<Vec<Row>, String> {
     let column = |name: &str| record.get(name).ok_or_else(|| format!("there is no column '{name}'"));
     let tracked = || signals.iter().filter_map(|signal| Some((signal, signal.reference?)));
     for (signal, _) in tracked() {
         column(signal.name)?;
     }
-    let measured = signals.each_ref().map(|signal| record.get(signal.name));
+    let measured: Vec<Option<&[f64]>> = signals.iter().map(|signal| record.get(signal.name)).collect();
     let mut used: Vec<Option<&[f64]>> =
         tracked().map(|(_, wanted)| record.get(&format!("{}_used", wanted.name))).collect();
-    used.resize(TRACKED, None);
+    used.resize(TRACKED.min(signals.len()), None);
     // What was asked is not in the record.
     let asked = signals.iter().zip(&used).map(|(signal, used)| {
         let used = (*used)?;
@@ -106,10 +101,10 @@ pub(super) fn rows(
     let at = |column: Option<&[f64]>, k: usize| column.map_or(f64::NAN, |column| column[k]);
     let row = |k: usize| Row {
         time: time[k],
-        used: from_fn(|place| at(used[place], k)),
+        used: from_fn(|place| at(used.get(place).copied().flatten(), k)),
         signals: Signals {
-            measured: measured.map(|column| at(column, k)),
-            references: from_fn(|place| at(asked[place].as_deref(), k)),
+            measured: from_fn(|place| at(measured.get(place).copied().flatten(), k)),
+            references: from_fn(|place| at(asked.get(place).and_then(Option::as_deref), k)),
         },
         depth: depth[k],
         rho: f64::NAN,
@@ -151,10 +146,12 @@ fn figures(
     };
     let used = |signal: &Signal| signal.reference.map(|wanted| format!("{}_used", wanted.name));
     let has = |signal: &Signal| used(signal).is_some_and(|name| record.get(&name).is_some());
-    let level = &longitudinal::SIGNALS;
-    let axes = [(level, [PITCH, DEPTH].as_slice()), (&lateral::SIGNALS, &[lateral::HEADING])];
-    let axes = axes.map(|(signals, places)| {
-        (signals, places.iter().copied().filter(|place| has(&signals[*place])).collect::<Vec<_>>())
+    let level = VIEWS[0].interface.signals;
+    let axes = VIEWS.map(|view| {
+        let signals = view.interface.signals;
+        let steered =
+            |(place, one): (usize, &Signal)| (one.level != Level::Scheduled && has(one)).then_some(place);
+        (signals, signals.iter().enumerate().filter_map(steered).collect::<Vec<usize>>())
     });
     if axes.iter().all(|(_, places)| places.is_empty()) {
         let wanted = [PITCH, DEPTH].map(|place| used(&level[place]).unwrap_or_default());

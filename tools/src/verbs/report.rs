@@ -10,7 +10,6 @@ use auv::Current;
 use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::json;
-use squid_design::axis::several::level_and_heading;
 use squid_design::inputs::Inputs;
 use squid_design::store::{Stored, default_directory};
 use squid_report::error::Error as ReportError;
@@ -18,7 +17,7 @@ use squid_report::peers::beside::check;
 use squid_report::rendered::rendered;
 use squid_report::report::{Report, report};
 use squid_report::subject::Subject;
-use squid_report::turning::{Both, turns};
+use squid_report::turning::{Axes, turns};
 use std::path::{Path, PathBuf};
 
 /// Writes the report on a design, all its axes on one page, with the paper's sections and claims if `paper`, flown at
@@ -58,12 +57,12 @@ pub fn run(which: &Which, paper: bool, sea: Option<&Path>, beside: &[String]) ->
             let made = if paper { squid_paper::report(&subject) } else { report(&subject) };
             reports.push((inputs.design.steered(), made));
         }
-        let turned = level_and_heading(&all).map(|[level, heading]| {
-            let both = Both { level: (level, &stored[0]), heading: (heading, &stored[1]) };
+        let designs: Vec<(&Inputs, &Stored)> = all.iter().copied().zip(&stored).collect();
+        let turned = Axes::of(&designs).map(|turning| {
             let around = (Current::default(), sea.as_ref().map(|(sea, _)| sea));
             let found =
-                progress.timed("turns", "flying turns", || turns(both, TURN.to_radians(), around)).0?;
-            Ok::<_, ReportError>(found.section(both))
+                progress.timed("turns", "flying turns", || turns(turning, TURN.to_radians(), around)).0?;
+            Ok::<_, ReportError>(found.section(turning))
         });
         let sections = turned.transpose()?.into_iter().collect();
         Report::together(reports, sections).ok_or(ReportError::NoAxis)

@@ -15,7 +15,7 @@ use squid_flight::metrics::StepFigures;
 use squid_flight::sea::Sea;
 use squid_report::at_sea::{self, Figures};
 use squid_report::simulate;
-use squid_report::turning::{Both, Turns, turns};
+use squid_report::turning::{Axes, Turns, turns};
 use std::path::Path;
 
 /// Flies each axis of a design, at sea if a file says one, and writes records and plots; with one of heading beside one
@@ -63,15 +63,15 @@ pub fn run(
         return Ok(answer(one)?);
     }
     let mut answered = json!({ "directory": directory, "axes": found });
-    if let Some([level, heading]) = both {
+    let designs: Vec<_> = axes.iter().map(|(inputs, _)| inputs).zip(&stored).collect();
+    if let Some(turning) = Axes::of(&designs) {
         let [north, east] = current.unwrap_or_default();
         let current = Current { horizontal: north, east, ..Current::default() };
         let running = Progress::new(&show).begin("simulate", "flying");
-        let both = Both { level: (level, &stored[0]), heading: (heading, &stored[1]) };
         let around = (current, sea.as_ref().map(|(sea, _)| sea));
         let turn = turn.unwrap_or(TURN).to_radians();
-        let turns = turns(both, turn, around)?;
-        let words = turns.save(both, &directory)?;
+        let turns = turns(turning, turn, around)?;
+        let words = turns.save(turning, &directory)?;
         drop(running);
         say(words.trim_end());
         let Turns { turned, coupling, .. } = turns;

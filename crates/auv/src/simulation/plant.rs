@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::motion::trim::Trim;
 use crate::scalar::Scalar;
+use crate::simulation::bottom::Bottom;
 use crate::simulation::current::Current;
 use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::flow::{Flow, Model};
@@ -43,18 +44,20 @@ pub struct State {
     pub heading: f64,
     /// Way made east \[m\].
     pub east: f64,
+    /// Depth of the bottom under the vehicle \[m\]. A plant knows of no bottom, and gives the default one.
+    pub bottom: f64,
 }
 
 impl State {
     /// Where the vehicle is and how it lies.
     pub fn pose(&self) -> Pose {
-        let Self { motion: Motion { phi, theta, .. }, x, depth, heading, east } = *self;
+        let Self { motion: Motion { phi, theta, .. }, x, depth, heading, east, .. } = *self;
         Pose { north: x, east, depth, roll: phi, pitch: theta, heading }
     }
 
     /// In the vertical plane.
     pub fn in_plane(motion: Motion, x: f64, depth: f64) -> Self {
-        Self { motion, x, depth, heading: 0.0, east: 0.0 }
+        Self { motion, x, depth, heading: 0.0, east: 0.0, bottom: Bottom::default().depth_at(x, 0.0) }
     }
 }
 
@@ -425,7 +428,8 @@ impl Plant {
     pub fn state(&self) -> State {
         let [_, _, _, _, x, depth] = self.body;
         let (motion, heading) = motion_of(&joined(self.body, self.side.unwrap_or_default()));
-        State { motion, x, depth, heading, east: self.side.map_or(0.0, |side| side[5]) }
+        let east = self.side.map_or(0.0, |side| side[5]);
+        State { motion, x, depth, heading, east, bottom: Bottom::default().depth_at(x, east) }
     }
 
     /// The actuators.

@@ -148,7 +148,7 @@ impl Actuator {
 impl Plant {
     /// The motion at this instant, with velocities over ground, and what acts on it.
     pub fn instant(&self) -> Instant {
-        let State { motion, x, depth, heading, east } = self.state();
+        let State { motion, x, depth, heading, east, .. } = self.state();
         let [surge, sway, heave] = self.velocity_over_ground();
         let Motion { p, q, r, phi, theta, .. } = motion;
         Instant {
@@ -165,11 +165,11 @@ impl Plant {
     pub fn set_motion_over_ground(&mut self, instant: &Instant) {
         let [.., heading, x, east, depth] = instant.state;
         let over_ground = instant.over_ground();
-        self.set_state(&State { motion: over_ground, x, depth, heading, east });
+        self.set_state(&State { motion: over_ground, x, depth, heading, east, ..self.state() });
         let [u_c, v_c, w_c] = over_ground.along_body(heading, self.flow().in_earth());
         let Motion { u, v, w, .. } = over_ground;
         let motion = Motion { u: u - u_c, v: v - v_c, w: w - w_c, ..over_ground };
-        self.set_state(&State { motion, x, depth, heading, east });
+        self.set_state(&State { motion, x, depth, heading, east, ..self.state() });
     }
 
     /// Goes to a time \[s\] as it moves over ground, for an integrator that moves it.

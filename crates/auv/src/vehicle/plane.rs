@@ -41,16 +41,6 @@ impl Vehicle {
         self.actuators.iter().map(output).collect()
     }
 
-    /// Returns the vehicle as an axis of heading has it: its actuators are those that yaw it and do nothing in the
-    /// vertical plane. What is left over keeps level flight.
-    #[must_use]
-    pub fn yawing(&self) -> Self {
-        let (actuators, rest): (Vec<_>, Vec<_>) =
-            self.actuators.iter().cloned().partition(Actuator::yaws_alone);
-        let others = self.others.iter().cloned().chain(rest).collect();
-        Self { actuators, others, ..self.clone() }
-    }
-
     /// Returns the lateral coefficients that the vehicle file does not say, and that are those of an axisymmetric hull
     /// or zero, with their values; none of a vehicle that stays in the vertical plane.
     pub fn supposed(&self) -> Vec<(&'static str, f64)> {
@@ -78,6 +68,12 @@ impl Actuator {
     /// Returns whether it yaws the vehicle and does nothing in the vertical plane.
     pub(crate) fn yaws_alone(&self) -> bool {
         !self.acts_in_plane() && self.lateral_force(1.0, 1.0)[2] != 0.0
+    }
+
+    /// Returns whether it rolls the vehicle and does nothing else.
+    pub(crate) fn rolls_alone(&self) -> bool {
+        let [sway, roll, yaw] = self.lateral_force(1.0, 1.0);
+        !self.acts_in_plane() && roll != 0.0 && sway == 0.0 && yaw == 0.0
     }
 
     fn in_plane(&self) -> Self {

@@ -2,8 +2,8 @@
 
 use crate::common::{remus100, squid, whole};
 use auv::{
-    Descriptor, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, View, lateral, linearise_with, longitudinal,
-    trim,
+    Descriptor, LATERAL, Lateral, Parameter, Pitch, Speed, Trim, Vehicle, View, lateral, linearise_with,
+    longitudinal, trim,
 };
 use nalgebra::DMatrix;
 use signals::States;
@@ -21,7 +21,7 @@ fn trimmed() -> Vec<(Vehicle, Trim, States)> {
     for roll in [false, true] {
         let level = trim(&remus100().in_plane(), Speed::Path(1.5), 20.0).unwrap();
         let level = Trim { actuators: vec![0.0], ..level };
-        all.push((whole("remus100").yawing(), level, lateral::states(roll)));
+        all.push((LATERAL.vehicle(&whole("remus100")), level, lateral::states(roll)));
     }
     all
 }
@@ -52,7 +52,7 @@ fn heading_is_the_lateral_motion_of_straight_flight() {
     let rudder = whole.actuators.iter().position(|one| one.name == "rudder").unwrap();
     let of_axis = |roll: bool| {
         let trim = Trim { actuators: vec![0.0], ..level.clone() };
-        linearise_with(&whole.yawing(), &trim, lateral::states(roll)).unwrap()
+        linearise_with(&LATERAL.vehicle(&whole), &trim, lateral::states(roll)).unwrap()
     };
     let (rolling, held) = (of_axis(true), of_axis(false));
     let cos = level.pitch.cos();

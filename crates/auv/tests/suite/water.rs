@@ -67,7 +67,7 @@ fn started(vehicle: &Vehicle, water: Option<Linear>) -> Plant {
 
 /// The velocities through the water, and the rest.
 fn numbers(state: State) -> [f64; 12] {
-    let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east } = state;
+    let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east, .. } = state;
     [u, w, v, q, theta, x, depth, p, r, phi, heading, east]
 }
 

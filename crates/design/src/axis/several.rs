@@ -5,14 +5,11 @@ use crate::inputs::together::common_speeds;
 use auv::Vehicle;
 use scheduled::Manoeuvre;
 
-/// An axis of pitch or depth and one of heading; `None` of other axes.
+/// The axes of pitch or depth and of heading among some; `None` without one of both.
 pub fn level_and_heading<'a>(axes: &[&'a Inputs]) -> Option<[&'a Inputs; 2]> {
-    match axes {
-        [one, other] if !one.design.view().is_level_held && other.design.view().is_level_held => {
-            Some([*one, *other])
-        }
-        _ => None,
-    }
+    let level = axes.iter().find(|one| !one.design.view().is_level_held)?;
+    let heading = axes.iter().find(|one| one.design.tracks("heading").is_some())?;
+    Some([*level, *heading])
 }
 
 /// That the axes are proved at different speeds, and whether the default manoeuvre leaves those that they have in

@@ -78,8 +78,8 @@ impl Flown {
         let (tracked, m, time) = (&sampling.design.tracked, sampling.actuators.len(), sampling.sample_time);
         let measurements = sampling.design.fed_back().len();
         let turned = ["pitch", "heading"].into_iter().find_map(|name| sampling.design.tracks(name));
-        let across = if sampling.design.view().is_level_held { "v" } else { "w" };
-        let across = sampling.design.states.iter().position(|state| state.symbol == across).unwrap_or(0);
+        let across =
+            sampling.design.states.iter().position(|state| ["v", "w"].contains(&state.symbol)).unwrap_or(0);
         Some(Self {
             at_measurements: (0..measurements).map(|i| opened.margins(i)).collect(),
             at_commands: (0..m).map(|j| opened.margins(measurements + j)).collect(),

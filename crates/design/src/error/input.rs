@@ -77,14 +77,11 @@ pub enum InputError {
     GivenSpeed { file: String, key: String },
     /// A design of heading for a vehicle that does not turn.
     #[error(
-        "{design} tracks heading, but the vehicle of {vehicle} moves in the vertical plane alone: give it 'mass.I_xx' \
-         and the numbers of sway, roll and yaw that a message then asks for"
+        "{design} tracks {tracked}, but the vehicle of {vehicle} moves in the vertical plane alone: give it \
+         'mass.I_xx' and the numbers of sway, roll and yaw that a message then asks for"
     )]
-    NoLateral { design: String, vehicle: String },
-    /// A design of heading for a vehicle on which nothing yaws.
-    #[error(
-        "{design} tracks heading, but {vehicle} has no actuator that yaws the vehicle and does nothing in the vertical \
-         plane: give it a rudder (N_uu_delta), or a group of thrusters with N_T"
-    )]
-    NothingYaws { design: String, vehicle: String },
+    NoLateral { design: String, tracked: &'static str, vehicle: String },
+    /// An axis for a vehicle without an actuator of it.
+    #[error("{design} tracks {tracked}, but {vehicle} has no actuator that {needs}")]
+    NothingActs { design: String, tracked: &'static str, vehicle: String, needs: &'static str },
 }

@@ -8,7 +8,7 @@ use crate::axis::Linearisation;
 use crate::fit::Model;
 use crate::inputs::design_file::{DesignFile, Tracked};
 use crate::numbers::{readable, rounded_down};
-use auv::longitudinal::turning;
+use auv::longitudinal::{turn_rate, turning};
 use auv::{Actuator, Pitch, rounded};
 use lpv::matrix::Mat;
 use lpv::weights::ReferenceModel;
@@ -124,7 +124,7 @@ fn too_fast(actuators: &[Actuator], file: &DesignFile, tracked: &Tracked, model:
 /// The largest acceleration of an output with every actuator at its reach \[SI/s2 or SI/s\]; for pitch, that of its
 /// rate.
 fn available(actuators: &[Actuator], tracked: &Tracked, l: &Linearisation) -> f64 {
-    let [_, rate, _] = turning(l.states);
+    let rate = turn_rate(l.states);
     let own = l.states.iter().position(|state| tracked.signal.output(state) == 1.0);
     let driven = if tracked.signal.unit == "rad" { rate } else { own.unwrap_or_default() };
     actuators.iter().enumerate().map(|(j, a)| (l.b[(driven, j)] * a.reach()).abs()).sum()

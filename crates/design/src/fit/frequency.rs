@@ -5,8 +5,7 @@ use crate::inputs::design_file::Tracked;
 use crate::linearise::{split, stacked};
 use auv::Actuator;
 use auv::View;
-use auv::lateral::{self, HEADING};
-use auv::longitudinal::{PITCH, SIGNALS, SPEED, turning};
+use auv::longitudinal::{SIGNALS, SPEED, turn_rate};
 use lpv::matrix::{Mat, largest_complex_singular_value as largest};
 use lpv::polynomial::MatrixPolynomial;
 use lpv::state_space::StateSpace;
@@ -31,18 +30,15 @@ fn to(ab: &Mat, c: Mat) -> StateSpace {
     StateSpace { a, b, c, d }
 }
 
-/// The outputs of [`system`]: speed and pitch, or heading; the angle last.
+/// The outputs of [`system`]: speed and pitch, heading, or roll; the angle last.
 pub fn outputs(states: States) -> Vec<&'static Signal> {
-    if View::of_states(states).is_level_held {
-        vec![&lateral::SIGNALS[HEADING]]
-    } else {
-        vec![&SIGNALS[SPEED], &SIGNALS[PITCH]]
-    }
+    let view = View::of_states(states);
+    if view.is_level_held { vec![angle(states)] } else { vec![&SIGNALS[SPEED], angle(states)] }
 }
 
-/// The angle of [`outputs`].
+/// The angle of [`outputs`], the first signal of its view.
 pub fn angle(states: States) -> &'static Signal {
-    if View::of_states(states).is_level_held { &lateral::SIGNALS[HEADING] } else { &SIGNALS[PITCH] }
+    &View::of_states(states).interface.signals[0]
 }
 
 /// The largest errors of the fit of one order over the speeds of the grid and the frequencies.
@@ -65,10 +61,10 @@ impl Errors {
     }
 }
 
-/// The actuator with the largest effect on pitch, or heading, at its reach, at the lowest speed of the model.
+/// The actuator with the largest effect on the [`angle`], at its reach, at the lowest speed of the model.
 pub fn turning_actuator(actuators: &[Actuator], model: &Model) -> usize {
     let effect = |j: usize| {
-        model.grid.first().map_or(0.0, |(_, l)| l.b[(turning(l.states)[1], j)].abs() * actuators[j].reach())
+        model.grid.first().map_or(0.0, |(_, l)| l.b[(turn_rate(l.states), j)].abs() * actuators[j].reach())
     };
     let most = (0..actuators.len()).max_by(|i, j| effect(*i).total_cmp(&effect(*j)).then(j.cmp(i)));
     most.unwrap_or(0)
@@ -125,6 +121,7 @@ mod tests {
     use super::*;
     use crate::inputs::Inputs;
     use crate::inputs::tests::shipped;
+    use auv::longitudinal::PITCH;
 
     /// Other scales of the design do not change the errors of the channels, only the scaled error. The channel of the
     /// paper's Fig. 4 has a much larger error than speed and pitch together in SI units, where speed dominates.

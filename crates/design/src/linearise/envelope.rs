@@ -13,7 +13,7 @@
 use crate::error::ModelError;
 use crate::inputs::design_file::{DesignFile, Envelope};
 use crate::numbers::decimals;
-use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turning};
+use auv::longitudinal::{DEPTH, PITCH, SIGNALS, SPEED, turn_rate};
 use auv::{Actuator, Trim, Vehicle, climb, linearise};
 use lpv::matrix::{Mat, pseudo_inverse};
 use rayon::prelude::*;
@@ -83,6 +83,9 @@ pub fn words(controller: &ControllerDesign) -> String {
         let each = rows.map(|row| format!("{} to {}", shown(least.at(row)), shown(most.at(row))));
         format!("{signal}{what}: {} {unit}", each.join(", "))
     };
+    if controller.envelope.is_empty() {
+        return "references are not limited, but to the ranges of their signals".to_owned();
+    }
     let mut lines = vec![format!(
         "what references are limited to, at {} m/s:",
         rows.map(|row| decimals(speeds[row], 2)).join(", ")
@@ -225,7 +228,7 @@ fn farthest(vehicle: &Vehicle, level: &Trim, end: f64, allowed: &dyn Fn(&Trim) -
 /// The least and the largest V' that actuators give without turning, in outputs of least effort, m/s^2.
 fn acceleration(vehicle: &Vehicle, trim: &Trim) -> Result<[f64; 2], ModelError> {
     let l = linearise(vehicle, trim)?;
-    let rate = turning(l.states)[1];
+    let rate = turn_rate(l.states);
     let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
     let effect = Mat::from_fn(2, reach.len(), |i, j| l.b[([0, rate][i], j)] * reach[j]);
     let push = pseudo_inverse(&effect, RANK).column(0).into_owned();

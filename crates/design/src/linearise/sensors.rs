@@ -68,7 +68,7 @@ pub fn sensors(
     };
     let fastest = trims.iter().map(|trim| trim.speed.abs()).fold(0.0, f64::max);
     let named = |state: &str| {
-        let rate = file.interface.signals.iter().find(|signal| signal.state == state)?;
+        let rate = file.interface.signals.iter().find(|signal| signal.state() == state)?;
         Some(Source::Rate(rate.name.to_owned()))
     };
     let by_thrust = all[..trims.len()].last().and_then(|linear| {
@@ -78,29 +78,32 @@ pub fn sensors(
         (time > 0.0).then_some(Source::Commands { gains, time })
     });
     let sensor = |signal: &signals::Signal| {
-        let rate = match signal.state {
+        let rate = match signal.state() {
             "theta" => given("q"),
             "psi" => given("r"),
             "phi" => given("p"),
             "z" => fastest,
             symbol => given(symbol),
         };
-        let from = match signal.state {
+        // What is reckoned is a state itself: an altitude is no depth.
+        let reckoned = signal.row.first().is_some_and(|(_, entry)| *entry == 1.0);
+        let from = match signal.state() {
+            _ if !reckoned => None,
             "theta" => named("q"),
             "psi" => named("r"),
             "z" => Some(Source::Path(SIGNALS[PITCH].name.to_owned())),
             "u" => by_thrust.clone(),
             _ => None,
         };
-        let drift = match (signal.state, &from) {
-            ("z", _) => LEVEL * fastest,
+        let drift = match (signal.state(), &from) {
+            ("z", Some(_)) => LEVEL * fastest,
             ("u", _) => CREEP * fastest,
             (_, Some(_)) => BIAS,
             (_, None) => rate,
         };
         // Without anything to say that a value should have moved, its noise is taken to change it.
         // Thrust alone does not show a log that is stuck: on Squid at 0.75 m/s a step of pitch cost 65 % of the speed.
-        let is_reckoned = from.is_some() && signal.state != "u";
+        let is_reckoned = from.is_some() && signal.state() != "u";
         let resolution = if is_reckoned { RESOLUTION * signal.error } else { 0.0 };
         let sensor = Sensor { error: signal.error, rate, drift, resolution, period: 0.0, from };
         (signal.name.to_owned(), sensor)

@@ -8,7 +8,7 @@ use crate::inputs::design_file::{DesignFile, Safe, SensorKeys};
 use crate::linearise::TRIM_ROWS;
 use crate::synthesise::given;
 use auv::LpvModel;
-use auv::longitudinal::turning;
+use auv::longitudinal::turn_rate;
 use lpv::synthesis::Design;
 use scheduled::{
     Actuator, CONTROLLER_FORMAT, ControllerDesign, ControllerInput, Failsafe, Gamma, InputHashes, Kind,
@@ -213,7 +213,8 @@ const STEERS: f64 = 0.1;
 /// least [`STEERS`] of the largest acceleration across the hull, or of the largest about it, of all actuators.
 fn steering(vehicle: &dyn VehicleModel, file: &DesignFile) -> Result<Vec<bool>, Error> {
     let linear = vehicle.linearise(file.scheduling().0)?;
-    let rows = turning(linear.states).into_iter().take(2).filter(|row| *row < linear.b.nrows());
+    let across = linear.states.iter().position(|state| ["w", "v"].contains(&state.symbol));
+    let rows = across.into_iter().chain([turn_rate(linear.states)]);
     let reaches: Vec<f64> = vehicle.actuators().iter().map(|one| one.reach()).collect();
     let mut all = vec![false; reaches.len()];
     for row in rows {

@@ -109,7 +109,6 @@ mod tests {
     use super::*;
     use crate::inputs::tests::shipped;
     use crate::uncertain::frozen::at_speed;
-    use auv::longitudinal::state_of;
     use auv::{Dynamics, Motion, actuator_force};
 
     const SPEED: f64 = 1.3;
@@ -144,7 +143,7 @@ mod tests {
         by_hand.drag_area *= 1.3;
         let dynamics = Dynamics::new(&by_hand).unwrap();
         let trim = &found.trim;
-        let [u, w, q, theta, depth] = state_of(std::array::from_fn(|place| trim.signals[place]));
+        let [theta, u, depth, q, w] = std::array::from_fn(|place| trim.signals[place]);
         let start = [u, w, q, theta];
         let start: Vec<f64> = start.into_iter().chain(trim.actuators.iter().copied()).collect();
         let rate = |at: &[f64]| {

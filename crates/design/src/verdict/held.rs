@@ -21,7 +21,6 @@ const RIGHTED: f64 = 0.5;
 
 /// Indices of moments in a load.
 const M: usize = 4;
-const N: usize = 5;
 
 /// A force, or moment about an arm of a metre, of this part of the weight is none.
 const NONE: f64 = 1e-9;
@@ -181,7 +180,7 @@ impl Back {
 /// which the actuators hold from trim at an unchanged force along the hull. Of a pitching moment at most half of the
 /// righting moment of the hull is not held; where the actuators have none, that is the load. `None` without either.
 pub fn load(inputs: &Inputs, trims: &Trim, forward: f64, sign: f64) -> Option<(usize, Load)> {
-    let axis = if inputs.design.view().is_level_held { N } else { M };
+    let axis = inputs.design.view().moment;
     let held = largest(inputs, trims, forward, (axis, -sign));
     let held = if held > NONE * inputs.vehicle.coefficients.weight { held } else { 0.0 };
     let mut load = Load::default();

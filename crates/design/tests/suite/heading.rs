@@ -595,5 +595,5 @@ fn what_has_no_heading_says_so() {
     assert!(fast.contains("'envelope.turn_rate' is 800; it must be above 0, at most 90 deg"), "{fast}");
     let sea = "[sea]\nspectrum = \"jonswap\"\nheight = 1.0\nperiod = 6.0\ngamma = 3.3\nheading = 180.0\ndepth = 3.0\n";
     let sea = refused(&vehicle, &(design + sea));
-    assert!(sea.contains("'sea' is given; it must be left out of a design of heading"), "{sea}");
+    assert!(sea.contains("'sea' is given; it must be left out of an axis of sway"), "{sea}");
 }

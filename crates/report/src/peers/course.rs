@@ -141,13 +141,18 @@ pub fn fly_ramp(subject: &Subject, law: &dyn Law) -> (Step, f64) {
 mod tests {
     use super::*;
 
+    /// The first signals; the others are 0.
+    fn signals_of(first: [f64; 2]) -> auv::longitudinal::Each<f64> {
+        std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
+    }
+
     /// An error of exp(-t) has an ITAE of 1 and is within 2 % after ln 50.
     #[test]
     fn figures_of_a_known_response() {
         let row = |i: u32| {
             let time = 1e-3 * f64::from(i);
             let signals = squid_flight::flight::Signals {
-                measured: [0.2 * (1.0 - (-time).exp()), 1.0, 0.0, 0.0, 0.0],
+                measured: signals_of([0.2 * (1.0 - (-time).exp()), 1.0]),
                 references: [0.2, 1.0, 0.0],
             };
             Row {

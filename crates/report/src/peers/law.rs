@@ -148,7 +148,14 @@ pub fn fly(
         Ok(LawOutput { commands, references, rho, out_of_range })
     };
     let sampling = Sampling { sample_time: design.sample_time, trims: &table };
-    Ok(fly_course(vehicle, subject.inputs.design.level(), course, &sampling, tick)?)
+    Ok(fly_course(
+        vehicle,
+        subject.inputs.design.view(),
+        subject.inputs.design.level(),
+        course,
+        &sampling,
+        tick,
+    )?)
 }
 
 #[cfg(test)]

@@ -14,12 +14,12 @@ use crate::error::Error;
 use crate::knob::three_digits;
 use crate::range::{ACCELERATION_FRACTION, DEPTH, FREQUENCY_TIMES_LAG, range};
 use crate::start::{DELAY_MARGIN_IF_UNSTABLE, ROLL_OFF, SHORT_LAG, UNSTABLE};
-use auv::{Lateral, Pitch, Vehicle};
+use auv::{LATERAL, Lateral, Pitch, Vehicle};
 use scheduled::OverSpeed;
 use squid_design::axis::VehicleModel;
 use squid_design::check::flown::GUST;
 use squid_design::inputs::design_file::DesignFile;
-use squid_design::inputs::{Inputs, yawing};
+use squid_design::inputs::{Inputs, of_view};
 use std::f64::consts::E;
 
 /// The step and the scale of heading, deg.
@@ -57,7 +57,7 @@ pub struct Beside {
 /// A vehicle without sway, roll and yaw, or on which nothing yaws; [`Error::NoRange`], [`Error::NoAuthority`],
 /// [`Error::NoStraightFlight`].
 pub fn start_heading(vehicle: &Vehicle, files: [&str; 2], beside: Option<Beside>) -> Result<String, Error> {
-    let yawing = yawing(vehicle, files)?;
+    let yawing = of_view(vehicle, &LATERAL, files)?;
     let [low, high] = match beside {
         Some(beside) => beside.speeds,
         None => {

@@ -143,7 +143,8 @@ impl Reader<'_> {
     /// A surface needs force and moment in one of the two planes, those of the other are 0 unless they are given.
     fn control_surface(self, sources: &mut Sources) -> Option<Actuator> {
         let steers = ["Y_uu_delta", "N_uu_delta"].iter().any(|key| self.table.has(key));
-        let dives = !steers || ["Z_uu_delta", "M_uu_delta"].iter().any(|key| self.table.has(key));
+        let rolls = self.table.has("K_uu_delta");
+        let dives = !(steers || rolls) || ["Z_uu_delta", "M_uu_delta"].iter().any(|key| self.table.has(key));
         let mut number = |key: &str, unit: &str, meaning: &str, needed: bool| {
             let there = !needed || self.table.requires(key, meaning);
             there.then(|| self.optional(key, &[unit], sources)).flatten()

@@ -156,7 +156,7 @@ fn with_level_flight_held_heading_moves_by_its_linear_model() {
     let vehicle = whole("remus100");
     let level = auv::trim(&vehicle.in_plane(), auv::Speed::Path(1.54), DEPTH).unwrap();
     let level = auv::Trim { actuators: vec![0.0], ..level };
-    let mut yawing = vehicle.yawing();
+    let mut yawing = auv::LATERAL.vehicle(&vehicle);
     yawing.actuators[0].lag = 0.0;
     let mut plant = Plant::new(&yawing).unwrap();
     plant.start(0.0, &level).unwrap();

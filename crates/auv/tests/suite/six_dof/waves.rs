@@ -33,7 +33,7 @@ fn flown(vehicle: &Vehicle, waves: f64, heading: f64, rudder: f64) -> State {
 
 /// \[u w q theta depth\], \[v p r phi\], and the way north and east with the heading.
 fn parts(state: State) -> ([f64; 5], [f64; 4], [f64; 3]) {
-    let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east } = state;
+    let State { motion: Motion { u, v, w, p, q, r, phi, theta }, x, depth, heading, east, .. } = state;
     ([u, w, q, theta, depth], [v, p, r, phi], [x, east, heading])
 }
 

@@ -1,7 +1,7 @@
 //! The linear motion about a steady turn, as two axes have it.
 
 use crate::error::Error;
-use auv::{Dual64, Motion, Pitch, TrimError, Vehicle, lateral, linearise_turn};
+use auv::{Dual64, Motion, Pitch, TrimError, VIEWS, Vehicle, lateral, linearise_turn};
 use lpv::matrix::Mat;
 use scheduled::{Autopilot, ControllerDesign, Kind, Trim};
 
@@ -98,8 +98,9 @@ impl Turning<'_> {
     /// The states x of both axes.
     fn states(&self) -> Vec<&'static str> {
         // A depth that nothing holds integrates, and is no state; nor is a speed that is given.
-        let holds =
-            |design: &&ControllerDesign| design.controller_inputs.iter().any(|one| one.signal == "depth");
+        let holds = |design: &&ControllerDesign| {
+            design.controller_inputs.iter().any(|one| ["depth", "altitude"].contains(&one.signal.as_str()))
+        };
         let is_held = self.designs.iter().any(holds);
         let is_given = self.whole.coefficients.surge.is_given();
         let level = LEVEL.into_iter().filter(|one| (*one != "z" || is_held) && (*one != "u" || !is_given));
@@ -163,11 +164,14 @@ impl Turning<'_> {
                     Kind::Measurement => 1.0,
                     Kind::Error => -1.0,
                 };
-                let state = state_of(&one.signal);
+                let entries = row_of(&one.signal);
+                let entry = |state: &str| entries.iter().find(|(symbol, _)| *symbol == state);
                 let row = match one.signal.as_str() {
                     "pitch_rate" => over(&pitch_rate),
                     "heading_rate" => over(&heading_rate),
-                    _ => Mat::from_fn(1, n + m, |_, j| f64::from(states.get(j) == Some(&state))),
+                    _ => Mat::from_fn(1, n + m, |_, j| {
+                        states.get(j).and_then(|state| entry(state)).map_or(0.0, |(_, entry)| *entry)
+                    }),
                 };
                 row * (sign / one.scale)
             }))
@@ -176,10 +180,10 @@ impl Turning<'_> {
     }
 }
 
-/// The state that a signal is, where it is one.
-fn state_of(signal: &str) -> &'static str {
-    let all = auv::longitudinal::SIGNALS.iter().chain(&auv::lateral::SIGNALS);
-    all.filter(|one| one.name == signal).map(|one| one.state).next().unwrap_or_default()
+/// The row of a signal in the output equation of its view.
+fn row_of(signal: &str) -> &'static [(&'static str, f64)] {
+    let mut all = VIEWS.iter().flat_map(|view| view.interface.signals);
+    all.find(|one| one.name == signal).map_or(&[], |one| one.row)
 }
 
 /// How theta', psi' and z' change with the states of [`linearise_turn`], 1 x 8 each.

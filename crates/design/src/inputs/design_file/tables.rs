@@ -115,16 +115,16 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the first view that has most of what it tracks and measures besides the
-/// speed.
+/// The states and signals of an axis: those of the first view that has most of what it tracks besides the speed, and of
+/// what it measures.
 fn interface(document: &Document<'_>) -> &'static Interface {
     let root = document.root();
     let count = |view: &View| {
-        let own = view.interface.signals.iter().filter(|one| one.level != Level::Scheduled);
+        let own = || view.interface.signals.iter().filter(|one| one.level != Level::Scheduled);
         let tracked =
-            |signal: &Signal| signal.reference.is_some() && root.has_among("track", "output", signal.name);
-        let measured = |signal: &Signal| root.has_among("measure", "signal", signal.name);
-        own.filter(|signal| tracked(signal) || measured(signal)).count()
+            |signal: &&Signal| signal.reference.is_some() && root.has_among("track", "output", signal.name);
+        let measured = |signal: &&Signal| root.has_among("measure", "signal", signal.name);
+        (own().filter(tracked).count(), own().filter(measured).count())
     };
     VIEWS.iter().rev().max_by_key(|view| count(view)).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
@@ -184,11 +184,16 @@ fn design(
     let autopilot = root.required_table("autopilot", "sample_time, one tick each (s)");
     let autopilot = autopilot.as_ref().map(Autopilot::of);
     let sample_time = autopilot.as_ref().and_then(|autopilot| autopilot.sample_time);
-    let of_heading = View::of_states(interface.states).is_level_held;
-    if of_heading && root.has("sea") {
-        root.not_allowed("sea", "given", "left out of a design of heading: it is for surge, heave and pitch");
+    let view = View::of_states(interface.states);
+    if view.is_level_held && root.has("sea") {
+        let only = format!("left out of an axis of {}: it is for {}", view.name, LONGITUDINAL.name);
+        root.not_allowed("sea", "given", only);
     }
-    let read = |table| if of_heading { Envelope::of_heading(&table) } else { Envelope::of(&table) };
+    let turns = interface.place("heading").is_some();
+    if view.is_level_held && !turns && root.has("envelope") {
+        root.not_allowed("envelope", "given", format!("left out of an axis of {}", view.name));
+    }
+    let read = |table| if turns { Envelope::of_heading(&table) } else { Envelope::of(&table) };
     let envelope = root.table("envelope").map_or_else(|| Some(Envelope::default()), read);
     let is_measured = |signal: &Signal| match (&tracked, &measured) {
         (Some(tracked), Some(measured)) => {

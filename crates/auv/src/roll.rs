@@ -1,0 +1,52 @@
+//! The vehicle in roll alone: its states and its signals. Sway and yaw are those of another axis, or of nobody.
+
+use crate::lateral;
+use crate::longitudinal::SPEED_SENSED;
+use crate::view::{Sensed, signals_of};
+use signals::{Interface, LargestStep, Level, Reference, Signal, State, Unit};
+use std::f64::consts::PI;
+
+const DEGREE: f64 = PI / 180.0;
+
+/// The states of the linear model, x = \[p phi\]: the first of [`lateral::STATES`].
+pub static STATES: [State; 2] = [lateral::STATES[0], lateral::STATES[1]];
+
+const ROLL: Sensed = lateral::SENSED[lateral::ROLL];
+
+/// Every signal that an axis of roll can have.
+pub(crate) const SENSED: [Sensed; 3] = [
+    Sensed {
+        signal: Signal {
+            reference: Some(Reference { name: "roll_reference", wanted: "wanted roll angle" }),
+            range: Some([-PI / 2.0, PI / 2.0]),
+            largest_step: LargestStep::Of(PI / 6.0),
+            ..ROLL.signal
+        },
+        ..ROLL
+    },
+    SPEED_SENSED,
+    Sensed {
+        signal: Signal {
+            name: "roll_rate",
+            unit: "rad/s",
+            units: &[Unit { name: "deg/s", factor: DEGREE }, Unit { name: "rad/s", factor: 1.0 }],
+            measured: "rate of roll",
+            reference: None,
+            row: &[("p", 1.0)],
+            level: Level::Zero,
+            range: None,
+            circular: false,
+            largest_step: LargestStep::Range,
+            nominal: 0.1,
+            error: 20.0 * DEGREE,
+        },
+        value: |state| state.motion.turning()[0],
+        displace: |state, by| state.motion.p += by,
+    },
+];
+
+/// The signals of [`SENSED`], in their order.
+pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
+
+/// The interface of an axis of roll.
+pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
