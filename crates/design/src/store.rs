@@ -63,6 +63,12 @@ pub fn axis_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
     inputs.design.axis.map_or_else(|| directory.to_owned(), |_| directory.join(inputs.design.steered()))
 }
 
+/// The directory of the source of an axis, in C, whose design is stored in a directory.
+pub fn source_directory(directory: &Path, inputs: &Inputs) -> PathBuf {
+    let autopilot = inputs.design.axis.and_then(|_| directory.parent()).unwrap_or(directory);
+    axis_directory(&autopilot.join("c"), inputs)
+}
+
 /// The frozen files of a design.
 #[derive(Debug, Clone)]
 pub struct Stored {

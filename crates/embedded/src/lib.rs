@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! frozen design -> export -> NAME.h, NAME.c        source and design -> compare
+//! those of several axes -> together -> NAME.h, NAME.c
 //! ```
 //!
 //! The source has the numbers of [`scheduled::Autopilot`] and does its operations in its order, so that the results are
@@ -21,11 +22,13 @@ mod source;
 mod tables;
 mod template;
 mod tokens;
+mod whole;
 
 pub use compare::compare;
 pub use error::{ExportError, SourceError};
 pub use header::Standing;
 pub use real::Real;
+pub use whole::together;
 
 use crate::header::header;
 use crate::source::source;

@@ -3,11 +3,12 @@
 use crate::error::Error;
 use base::files::{Files, read};
 use certificate::Theorem;
-use scheduled::ControllerDesign;
+use fmi2::model_description::identifier;
+use scheduled::{ControllerDesign, DEFAULT_DESIGN};
 use squid_design::certify::claims;
-use squid_design::inputs::sha256;
+use squid_design::inputs::{Inputs, sha256};
 use squid_design::store::Stored;
-use squid_embedded::{Real, Source, Standing, export};
+use squid_embedded::{Real, Source, Standing, export, together};
 use std::path::{Path, PathBuf};
 
 /// The design beside a source.
@@ -15,7 +16,38 @@ pub const CONTROLLER: &str = "controller.json";
 /// The certificate beside a source.
 pub const CERTIFICATE: &str = "certificate.json";
 
-/// The files of a controller for a directory, and their paths.
+/// The files of a controller for a directory.
+#[derive(Debug)]
+pub struct Packed {
+    /// All of them.
+    pub files: Files,
+    /// The paths of header and source.
+    pub paths: Vec<PathBuf>,
+    /// Header and source.
+    pub source: Source,
+}
+
+/// Header and source of an autopilot of several axes for a directory, in which each has its own in a folder of its
+/// name; and their paths.
+pub fn whole(
+    inputs: &Inputs,
+    axes: &[(&str, ControllerDesign, Source)],
+    directory: &Path,
+) -> (Files, Vec<PathBuf>) {
+    let of_design = &inputs.design.autopilot;
+    let of_design = if of_design == DEFAULT_DESIGN { "" } else { of_design };
+    let name = identifier(&format!("{} {of_design}", inputs.whole.name));
+    let all: Vec<_> = axes.iter().map(|(called, design, source)| (*called, design, source)).collect();
+    let Source { name, header, source } = together(&name, &all);
+    let paths = [format!("{name}.h"), format!("{name}.c")].map(|name| directory.join(name));
+    let mut files = Files::default();
+    for (path, text) in paths.iter().zip([header, source]) {
+        files.add(path.clone(), text);
+    }
+    (files, paths.into())
+}
+
+/// The files of a controller for a directory.
 ///
 /// # Errors
 /// [`Error::Export`], those of the design.
@@ -24,7 +56,7 @@ pub fn pack(
     proof: &Result<Theorem, String>,
     real: Real,
     directory: &Path,
-) -> Result<(Files, Vec<PathBuf>), Error> {
+) -> Result<Packed, Error> {
     let design = &stored.controller;
     let certificate = stored.certificate.as_ref().ok().filter(|_| proof.is_ok());
     let claims = match proof {
@@ -36,7 +68,7 @@ pub fn pack(
         Err(reason) => vec![format!("UNCERTIFIED: {reason}")],
     };
     let certificate_sha256 = certificate.map(|text| sha256(text));
-    let Source { name, header, source } = export(design, &Standing { claims, certificate_sha256 }, real)?;
+    let source = export(design, &Standing { claims, certificate_sha256 }, real)?;
     let to = |name: &str| directory.join(name);
     let mut files = Files::default();
     match certificate {
@@ -44,11 +76,10 @@ pub fn pack(
         None => files.remove(to(CERTIFICATE)),
     }
     files.add(to(CONTROLLER), design.to_json()?);
-    let paths = [format!("{name}.h"), format!("{name}.c")].map(|name| to(&name));
-    let [of_header, of_source] = paths.clone();
-    files.add(of_header, header);
-    files.add(of_source, source);
-    Ok((files, paths.into()))
+    let paths = ["h", "c"].map(|ending| to(&format!("{}.{ending}", source.name)));
+    files.add(paths[0].clone(), source.header.as_str());
+    files.add(paths[1].clone(), source.source.as_str());
+    Ok(Packed { files, paths: paths.into(), source })
 }
 
 /// What no claim of a certificate covers.

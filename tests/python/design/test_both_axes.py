@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import re
 import shutil
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 from claims import claim
 from conftest import REMUS100, Run, heading_alone, kept, rewritten
-from embedded import call
+from embedded import STRICT, call, gcc
 from fly.master import Slave
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -129,6 +130,74 @@ def test_it_is_legal_and_commands_as_each_does_alone(made: Made) -> None:
                     assert both.get(name) == slave.get(name), (tick, name)
                     largest[name] = max(largest.get(name, 0.0), abs(slave.get(name)))
     assert all(value > 0.0 for value in largest.values()), largest
+
+
+class Source:
+    """The exported autopilot of all axes, compiled."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        library = folder / "all.so"
+        sources = [folder / f"{name}.c", *sorted(folder.glob("*/*.c"))]
+        call(*gcc(), "-O2", *STRICT, "-shared", "-fPIC", f"-I{folder}", "-o", library, *sources)
+        header = (folder / f"{name}.h").read_text(encoding="utf-8")
+        self.library, self.name = ctypes.CDLL(str(library)), name
+        self.inputs, self.outputs = (self.struct(header, of)() for of in ("inputs", "outputs"))
+        self.state = (ctypes.c_double * 4096)()
+
+    def struct(self, header: str, of: str) -> type[ctypes.Structure]:
+        """Return a struct of the header."""
+        text = header.split(f"}} {self.name}_{of};")[0].rsplit("typedef struct {", 1)[1]
+        kinds = {f"{self.name}_real": ctypes.c_double, "unsigned": ctypes.c_uint}
+        fields = [(name, kinds[kind]) for kind, name in re.findall(r"^    (\w+) (\w+);", text, re.MULTILINE)]
+        return type(of, (ctypes.Structure,), {"_fields_": fields})
+
+    def call(self, name: str) -> int:
+        """Call `reset` or `step`; return what it returns."""
+        arguments = [ctypes.byref(one) for one in (self.state, self.inputs, self.outputs)]
+        return getattr(self.library, f"{self.name}_{name}")(*arguments)
+
+
+def test_its_source_is_one_autopilot(run_squid: Run, made: Made, tmp_path: Path) -> None:
+    """It commands as the FMU, to the bit; an axis that refuses its reference does not stop the other."""
+    done = run_squid("export", REMUS100, "--to", tmp_path, cwd=made.build.parent)
+    assert done.returncode == 0, done.stderr
+    source = Source(tmp_path, "remus100")
+    level = {"depth": 20.0, "depth_reference": 20.0, "speed": 1.8, "speed_reference": 1.8}
+    random = np.random.default_rng(7)
+    moved = (
+        "pitch",
+        "pitch_rate",
+        "depth",
+        "depth_reference",
+        "heading",
+        "heading_rate",
+        "heading_reference",
+    )
+    given = [name for name, kind in source.outputs._fields_ if kind is ctypes.c_double]
+    with Slave(made.both, "both") as both:
+        both.begin(level)
+        both.ready()
+        for name, _ in source.inputs._fields_:
+            setattr(source.inputs, name, both.get(name) if name in both.variables else 0.0)
+        for tick in range(1, 301):
+            values = {name: level.get(name, 0.0) + 0.02 * random.normal() for name in moved}
+            values["speed"] = 1.8 + 0.3 * np.sin(0.01 * tick)
+            for name, value in values.items():
+                setattr(source.inputs, name, value)
+                both.set(name, value)
+            # The FMU takes its bearings from the inputs of its first tick.
+            assert tick > 1 or source.call("reset") == 0
+            assert source.call("step") == 0
+            both.step_to(0.02 * tick)
+            for name in given:
+                assert getattr(source.outputs, name) == both.get(name), (tick, name)
+    before = source.outputs.rudder, source.outputs.stern_planes
+    source.inputs.heading_reference = float("nan")
+    source.inputs.pitch = 0.2
+    assert source.call("step") == 1
+    assert source.outputs.rudder == before[0] and source.outputs.stern_planes != before[1]
+    before = bytes(source.state), bytes(source.outputs)
+    assert source.call("reset") == 1 and (bytes(source.state), bytes(source.outputs)) == before
 
 
 def test_both_are_proved_again(run_squid: Run, made: Made) -> None:

@@ -18,7 +18,7 @@ use squid_design::inputs::Inputs;
 use squid_design::numbers::above;
 use squid_design::run::{Finished, run_with};
 use squid_design::store::place::{check_owner, is_source_outdated, outdated};
-use squid_design::store::{self, Stored};
+use squid_design::store::{self, Stored, source_directory};
 use squid_design::synthesise::ladder;
 use squid_design::synthesise::robust::stored::CERTIFICATE;
 use squid_design::verdict::row::Row;
@@ -214,17 +214,15 @@ fn designed(
     check_owner(directory, inputs)?;
     let mut finished = run_with(inputs, progress, asked.robust)?;
     let outdated = outdated(directory, inputs, &finished)?;
-    let source = is_source_outdated(directory, &finished)?;
+    let source = source_directory(directory, inputs);
+    let is_outdated = is_source_outdated(&source, &finished)?;
     store::save(directory, inputs, &finished)?;
     progress.done("freeze", &format!("{}", directory.display()));
     for path in outdated {
         progress.done("removed", &format!("{}: it was of an earlier design", path.display()));
     }
-    if source {
-        let words = format!(
-            "{} is of an earlier design; `squid export` writes it again",
-            directory.join("c").display()
-        );
+    if is_outdated {
+        let words = format!("{} is of an earlier design; `squid export` writes it again", source.display());
         progress.done("outdated", &words);
     }
     // No weight changes a given controller.

@@ -7,9 +7,9 @@ use crate::progress::show;
 use base::files::check_directory;
 use base::progress::Progress;
 use serde_json::json;
-use squid_design::store::{self, axis_directory};
+use squid_design::store::{self, axis_directory, source_directory};
 use squid_package::axes::said;
-use squid_package::c::pack;
+use squid_package::c::{Packed, pack, whole};
 use squid_package::fmu::{lines, require_proof, standing};
 
 /// Writes the controller of a design.
@@ -22,15 +22,15 @@ pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
         Real::Double => squid_embedded::Real::Double,
         Real::Float => squid_embedded::Real::Float,
     };
-    let Asked { axes, .. } = which.read()?;
+    let Asked { axes, directory: of_all } = which.read()?;
     let several = axes.len() > 1;
-    let (mut made, mut objects) = (vec![], vec![]);
+    let (mut made, mut objects, mut sources) = (vec![], vec![], vec![]);
     // All are made before any is written.
     for (inputs, directory) in &axes {
         let mut stored = store::load(directory, inputs)?;
         let to = match &to {
             Some(to) => axis_directory(to, inputs),
-            None => directory.join("c"),
+            None => source_directory(directory, inputs),
         };
         check_directory(&to)?;
         let prove = || require_proof(inputs, &mut stored, directory, allow_uncertified);
@@ -41,13 +41,22 @@ pub fn run(which: &Which, asked: Export) -> Result<(), Error> {
         if verbose {
             say(&standing);
         }
-        let (files, paths) = pack(&stored, &proof, real, &to)?;
+        let Packed { files, paths, source } = pack(&stored, &proof, real, &to)?;
         let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
         let mut object = json!({ "proof": standing, "claims": claims, "files": paths });
         if several {
             object["axis"] = json!(inputs.design.steered());
         }
         objects.push(object);
+        sources.push((inputs.design.steered(), stored.controller, source));
+        made.push((files, to, paths));
+    }
+    if several {
+        let to = to.clone().unwrap_or_else(|| of_all.join("c"));
+        check_directory(&to)?;
+        let (files, paths) = whole(&axes[0].0, &sources, &to);
+        let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        objects.push(json!({ "files": paths }));
         made.push((files, to, paths));
     }
     for (files, to, paths) in made {

@@ -73,8 +73,8 @@ pub fn outdated(directory: &Path, inputs: &Inputs, finished: &Finished) -> Resul
 ///
 /// # Errors
 /// The errors of the files.
-pub fn is_source_outdated(directory: &Path, finished: &Finished) -> Result<bool, Error> {
-    let path = directory.join("c/controller.json");
+pub fn is_source_outdated(source: &Path, finished: &Finished) -> Result<bool, Error> {
+    let path = source.join("controller.json");
     Ok(path.is_file() && !is_written(&path, finished)?)
 }
 

@@ -1,0 +1,154 @@
+//! Several axes as one autopilot: a header and a source that call those of each axis.
+//!
+//! An input that several axes take has one name, and so has an actuator; what else comes out of another axis than the
+//! first begins with the name of that axis, as in the FMU.
+
+use crate::Source;
+use crate::template::{fill, lines, paragraph, plain};
+use scheduled::ControllerDesign;
+
+/// An axis: what it is called, its design, and its own source.
+pub type Axis<'a> = (&'a str, &'a ControllerDesign, &'a Source);
+
+/// A member of a struct of an axis, and of that of the autopilot.
+struct Member {
+    own: String,
+    whole: String,
+    /// Its lines in the header of the axis.
+    lines: String,
+}
+
+/// Writes the header and the source of an autopilot `name`. Those of its axes are in a folder of the name of each,
+/// beside it.
+pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
+    let vehicle = axes.first().map_or("", |(_, design, _)| &design.vehicle.name);
+    let names: Vec<&str> = axes.iter().map(|(called, ..)| *called).collect();
+    let each = |of: &dyn Fn(&Axis<'_>) -> String| lines(axes.iter().map(of));
+    let call =
+        |words: &str| each(&|(called, ..)| format!("    note(&result, {});", words.replace("AXIS", called)));
+    let is_safe = axes.iter().all(|(_, design, _)| design.failsafe.is_some());
+    let safe = "/* What the actuators get where a sensor is lost that nothing replaces. */\n\
+                void @prefix@_safe(@prefix@_commands *out);";
+    let parts: Vec<String> = axes.iter().enumerate().map(|(place, axis)| of_axis(place, axis)).collect();
+    let fields = [
+        ("title", plain(&format!("The autopilot of {vehicle}: {}.", names.join(", ")))),
+        ("about", about(&names, axes)),
+        ("includes", each(&|(called, _, source)| format!("#include \"{called}/{}.h\"", source.name))),
+        ("real", axes.first().map_or_else(String::new, |(.., source)| format!("{}_real", source.name))),
+        (
+            "sample_time",
+            axes.first().map_or_else(String::new, |(_, one, _)| format!("{:?}", one.sample_time)),
+        ),
+        ("inputs", union(axes, "inputs")),
+        ("outputs", union(axes, "outputs")),
+        ("commands", union(axes, "commands")),
+        ("states", each(&|(called, _, source)| format!("    {}_state {called};", source.name))),
+        ("parts", parts.join("\n")),
+        ("init", call("begin_AXIS(&fresh.AXIS, 0, &first)")),
+        ("reset", call("reset_AXIS(&fresh.AXIS, in, &first)")),
+        ("step", call("step_AXIS(&state->AXIS, in, out)")),
+        ("follow", call("follow_AXIS(&state->AXIS, in, applied)")),
+        ("feed_back", call("feed_back_AXIS(&state->AXIS, applied)")),
+        ("safe", if is_safe { safe.to_owned() } else { String::new() }),
+        ("safe_of_each", if is_safe { safe_of_each(axes) } else { String::new() }),
+        ("prefix", name.to_owned()),
+        ("PREFIX", name.to_ascii_uppercase()),
+    ];
+    Source {
+        name: name.to_owned(),
+        header: fill(include_str!("template/whole.h"), &fields),
+        source: fill(include_str!("template/whole.c"), &fields),
+    }
+}
+
+/// What a reader of the header has to know.
+fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
+    let sources: Vec<String> =
+        axes.iter().map(|(called, _, source)| format!("{called}/{}.c", source.name)).collect();
+    let headers = sources.iter().map(|one| one.replace(".c", ".h")).collect::<Vec<_>>().join(", ");
+    let paragraphs = [
+        format!(
+            "Use: init once, reset where a flight begins, then step each tick with the newest inputs. To be compiled \
+             with {}, each of which is an axis by itself. What is refused, what is proved, and what the bits of each \
+             status are, is in {headers}.",
+            sources.join(", ")
+        ),
+        format!(
+            "The axes of {} share their inputs, and nothing else: with any other than OK the axis that returned it \
+             has missed the tick, its last commands hold, and the other axes went on.",
+            names.join(", ")
+        ),
+    ];
+    paragraphs.iter().map(|words| paragraph(words)).collect::<Vec<_>>().join(" *\n")
+}
+
+/// The members of all axes in a struct, each once.
+fn union(axes: &[Axis<'_>], of: &str) -> String {
+    let mut all: Vec<Member> = Vec::new();
+    for (place, axis) in axes.iter().enumerate() {
+        for member in members(place, axis, of) {
+            if all.iter().all(|other| other.whole != member.whole) {
+                all.push(member);
+            }
+        }
+    }
+    lines(
+        all.into_iter().map(|Member { own, whole, lines }| {
+            lines.replacen(&format!(" {own};"), &format!(" {whole};"), 1)
+        }),
+    )
+}
+
+/// The members of a struct in the header of an axis.
+fn members(place: usize, (called, design, source): &Axis<'_>, of: &str) -> Vec<Member> {
+    let (before, _) = source.header.split_once(&format!("}} {}_{of};", source.name)).unwrap_or_default();
+    let (_, inside) = before.rsplit_once("typedef struct {\n").unwrap_or_default();
+    let (mut all, mut kept) = (Vec::new(), String::new());
+    for line in inside.lines() {
+        let line = line
+            .replace(&format!("{}_real ", source.name), "@prefix@_real ")
+            .replace("the bits below", &format!("the bits in {called}/{}.h", source.name));
+        let Some(own) = line.split_once(';').and_then(|(declared, _)| declared.split_whitespace().last())
+        else {
+            // A comment above its member.
+            kept += &format!("{line}\n");
+            continue;
+        };
+        let is_shared = of != "outputs" || design.actuators.iter().any(|one| one.name == own);
+        let whole = match own {
+            _ if place == 0 || is_shared => own.to_owned(),
+            own if own.starts_with(&format!("{called}_")) => own.to_owned(),
+            own => format!("{called}_{own}"),
+        };
+        all.push(Member { own: own.to_owned(), whole, lines: std::mem::take(&mut kept) + &line });
+    }
+    all
+}
+
+/// The functions of an axis.
+fn of_axis(place: usize, axis: &Axis<'_>) -> String {
+    let (called, _, source) = axis;
+    let each = |of: &str, line: &dyn Fn(&Member) -> String| lines(members(place, axis, of).iter().map(line));
+    let take = |one: &Member| format!("    to.{} = from->{};", one.own, one.whole);
+    let put = |one: &Member| format!("    to->{} = from->{};", one.whole, one.own);
+    let fields = [
+        ("take", each("inputs", &take)),
+        ("apply", each("commands", &take)),
+        ("put", each("outputs", &put)),
+        ("axis", (*called).to_owned()),
+        ("own", source.name.clone()),
+        ("OWN", source.name.to_ascii_uppercase()),
+    ];
+    fill(include_str!("template/whole_axis.c"), &fields)
+}
+
+/// The function that says what the safe commands of all axes are.
+fn safe_of_each(axes: &[Axis<'_>]) -> String {
+    let each = lines(axes.iter().enumerate().map(|(place, axis)| {
+        let (called, _, source) = axis;
+        let own = members(place, axis, "commands");
+        let put = lines(own.iter().map(|one| format!("    out->{} = {called}.{};", one.whole, one.own)));
+        format!("    {0}_commands {called};\n    {0}_safe(&{called});\n{put}", source.name)
+    }));
+    format!("\nvoid @prefix@_safe(@prefix@_commands *out)\n{{\n{each}\n}}\n")
+}
