@@ -1,16 +1,17 @@
 //! The names of actuators, which must differ from those of the FMUs' other variables.
 
 use crate::error::InputError;
-use auv::{COEFFICIENTS, Vehicle};
+use auv::{COEFFICIENTS, VIEWS, Vehicle};
 use std::collections::BTreeSet;
 
-/// Variables that the three FMUs may have for any vehicle, besides its coefficients, and the first column of every
-/// record.
-const RESERVED: [&str; 51] = [
+/// Variables that the three FMUs may have for any vehicle, besides its signals and coefficients, and the first column of
+/// every record.
+const RESERVED: [&str; 40] = [
     "applied_given",
+    "bottom_depth",
+    "bottom_slope_north",
     "current_horizontal",
     "current_vertical",
-    "depth",
     "distance",
     "engaged",
     "external_force_x",
@@ -19,32 +20,20 @@ const RESERVED: [&str; 51] = [
     "fidelity",
     "gamma",
     "gamma_certified",
-    "heave",
     "heave_over_ground",
     "initial_depth",
     "initial_speed",
     "manual",
     "operating_speed",
     "path_speed",
-    "pitch",
-    "pitch_rate",
-    "pitch_rate_valid",
-    "pitch_reference",
-    "pitch_reference_used",
-    "pitch_step",
-    "pitch_valid",
     "ramp_duration",
     "ramp_start",
     "reference_limited",
     "sample_time",
     "scheduling_parameter",
-    "speed",
     "speed_from",
     "speed_out_of_range",
-    "speed_reference",
-    "speed_reference_used",
     "speed_to",
-    "speed_valid",
     "stale_after",
     "status",
     "step_end",
@@ -63,9 +52,31 @@ const RESERVED: [&str; 51] = [
 /// A variable of plants of vehicles with a given speed.
 const GIVEN: &str = "given_speed";
 
-/// Variables of the FMUs of designs that track or measure depth or heave.
-const OF_OTHERS: [&str; 5] =
-    ["depth_reference", "depth_reference_used", "depth_step", "depth_valid", "heave_valid"];
+/// Variables of plants in six degrees of freedom.
+const OF_TURNING: [&str; 14] = [
+    "angular_velocity_x",
+    "angular_velocity_y",
+    "angular_velocity_z",
+    "bottom_slope_east",
+    "current_east",
+    "current_north",
+    "east",
+    "external_force_y",
+    "external_moment_x",
+    "external_moment_y",
+    "external_moment_z",
+    "initial_heading",
+    "north",
+    "sway_over_ground",
+];
+
+/// The variables that the FMUs have of a signal that is measured or tracked.
+fn of_signals() -> impl Iterator<Item = String> {
+    let names = VIEWS.iter().flat_map(|view| view.interface.signals).map(|signal| signal.name);
+    let of =
+        |name| ["", "_valid", "_reference", "_reference_used", "_step"].map(|end| format!("{name}{end}"));
+    names.flat_map(of)
+}
 
 /// The variables of an actuator.
 fn variables_of(name: &str) -> [String; 5] {
@@ -80,8 +91,8 @@ fn variables_of(name: &str) -> [String; 5] {
 pub fn check(vehicle: &Vehicle, file: &str) -> Result<(), InputError> {
     let given = vehicle.coefficients.surge.is_given().then_some(GIVEN);
     let reserved =
-        RESERVED.into_iter().chain(OF_OTHERS).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
-    let mut taken: BTreeSet<String> = reserved.map(str::to_owned).collect();
+        RESERVED.into_iter().chain(OF_TURNING).chain(given).chain(COEFFICIENTS.iter().map(|spec| spec.key));
+    let mut taken: BTreeSet<String> = reserved.map(str::to_owned).chain(of_signals()).collect();
     for actuator in &vehicle.actuators {
         for name in variables_of(&actuator.name) {
             if !taken.insert(name.clone()) {
@@ -124,6 +135,8 @@ mod tests {
         for spec in COEFFICIENTS.iter().filter(|spec| !spec.acts_out_of_plane()) {
             assert!(found.remove(spec.key), "{}", spec.key);
         }
+        let signals: BTreeSet<String> = of_signals().collect();
+        found.retain(|name| !signals.contains(name));
         assert_eq!(found, RESERVED.map(str::to_owned).into());
     }
 
@@ -135,6 +148,8 @@ mod tests {
         for (name, taken) in [
             ("pitch", "pitch"),
             ("time", "time"),
+            ("heading_rate", "heading_rate"),
+            ("north", "north"),
             ("depth_step", "depth_step"),
             ("mass", "mass"),
             ("upper_port_output", "upper_port_output"),
