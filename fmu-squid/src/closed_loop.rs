@@ -63,7 +63,7 @@ fn fits(
     let mut open: Vec<&View> = VIEWS.to_vec();
     open.retain(|view| before.iter().all(|other| other.name != view.name));
     open.truncate(if index == 0 { 1 } else { VIEWS.len() });
-    let Some(view) = open.iter().find(|view| names(view) == found) else {
+    let Some(view) = open.iter().find(|view| view.has_signals(found.iter().map(String::as_str))) else {
         let expected = open.iter().map(|view| names(view).join(", ")).collect();
         return Err(ClosedLoopError::OtherSignals { file: of_axis(RESOURCE, index), found, expected });
     };

@@ -144,10 +144,10 @@ impl View {
         own.copied().unwrap_or(&LONGITUDINAL)
     }
 
-    /// Returns the view whose signals have these names; the first if there is none.
-    pub fn of_signals<'a>(names: impl Iterator<Item = &'a str> + Clone) -> &'static Self {
-        let has = |view: &&&Self| names.clone().eq(view.interface.signals.iter().map(|one| one.name));
-        VIEWS.iter().find(has).copied().unwrap_or(&LONGITUDINAL)
+    /// Returns whether its first signals have these names: those of a design that was made before it had more.
+    pub fn has_signals<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> bool {
+        let own = self.interface.signals.iter().map(|one| Some(one.name)).chain(std::iter::repeat(None));
+        names.into_iter().map(Some).zip(own).all(|(name, own)| name == own)
     }
 
     /// Returns the signals in a state, SI, in the order of the interface.
@@ -216,6 +216,19 @@ mod tests {
             assert_eq!(view.displaced(state, [0.0; MOST_SIGNALS]), state);
         }
         assert_eq!(VIEWS.map(|view| view.origin(&state)), [8.0, 0.4, 0.0]);
+    }
+
+    /// Signals that a view has more than a design are its last.
+    #[test]
+    fn a_design_knows_its_view() {
+        assert!(LONGITUDINAL.has_signals(["pitch", "speed", "depth"]) && ROLL.has_signals(["roll"]));
+        assert!(
+            !LONGITUDINAL.has_signals(["speed"]) && !ROLL.has_signals(["roll", "speed", "roll_rate", "sway"])
+        );
+        for (place, view) in VIEWS.iter().enumerate() {
+            let names = || view.interface.signals.iter().map(|one| one.name);
+            assert_eq!(VIEWS.iter().position(|other| other.has_signals(names())), Some(place));
+        }
     }
 
     #[test]

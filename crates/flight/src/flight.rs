@@ -6,7 +6,7 @@ use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, EachTracked, TRACKED};
-use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, Vehicle, View, trim_with};
+use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, VIEWS, Vehicle, View, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
 use std::borrow::Cow;
@@ -207,7 +207,10 @@ pub fn fly_varied(
     let mut autopilot = Autopilot::new(design)?;
     let trims = autopilot.trim().clone();
     let mut started = false;
-    let view = View::of_signals(design.signals.iter().map(|port| port.name.as_str()));
+    let names = || design.signals.iter().map(|port| port.name.as_str());
+    let has = |view: &&&'static View| view.has_signals(names());
+    let unknown = || Error::NoSuchView { signals: names().collect::<Vec<_>>().join(", ") };
+    let view = VIEWS.iter().find(has).ok_or_else(unknown)?;
     let demand = |time| {
         let disturbance = disturbance.map(|spell| spell.at(time)).unwrap_or_default();
         Demand { disturbance, ..Demand::of_axis(manoeuvre, view, time) }
@@ -351,7 +354,7 @@ impl Start {
         let Course { duration, demand } = course;
         let steps = (duration / sample_time).round() as usize;
         let mut flight = Flight { rows: Vec::with_capacity(steps + 1), surfacing: None, sea: Vec::new() };
-        let signals = view.interface.signals.len();
+        let signals = trims.signals();
         let mut inputs = Inputs { measured: vec![0.0; signals], references: vec![0.0; signals.min(TRACKED)] };
         let outside = |time: f64, plant: &mut Plant| {
             let Demand { speed, above_trim, disturbance: Disturbance { current, load } } = demand(time);

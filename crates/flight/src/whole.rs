@@ -5,7 +5,7 @@ use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
 use auv::longitudinal::{Each, EachTracked, SPEED};
-use auv::{LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, View, trim_with};
+use auv::{LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// A flight from trim to the end of its manoeuvre, or to the surface.
@@ -42,15 +42,15 @@ impl Axis {
         let known = |one: &scheduled::Actuator| {
             place(&one.name).ok_or_else(|| Error::NoSuchActuator { name: one.name.clone() })
         };
-        let names = || design.signals.iter().map(|port| port.name.as_str()).collect::<Vec<_>>();
-        let unknown = || Error::NoSuchView { signals: names().join(", ") };
+        let names = || design.signals.iter().map(|port| port.name.as_str());
+        let unknown = || Error::NoSuchView { signals: names().collect::<Vec<_>>().join(", ") };
         Ok(Self {
             autopilot: Autopilot::new(design)?,
             inputs: Inputs {
                 measured: vec![0.0; design.signals.len()],
                 references: vec![0.0; design.references().count()],
             },
-            view: VIEWS.iter().position(|view| is_of(design, view)).ok_or_else(unknown)?,
+            view: VIEWS.iter().position(|view| view.has_signals(names())).ok_or_else(unknown)?,
             actuators: design.actuators.iter().map(known).collect::<Result<_, _>>()?,
             flight: Flight { rows: Vec::with_capacity(ticks), surfacing: None, sea: Vec::new() },
         })
@@ -83,11 +83,6 @@ impl Axis {
         flight.rows.push(Row { time, signals, used, depth, rho, out_of_range, commands });
         Ok(())
     }
-}
-
-/// Whether a design is of an axis of a view, by the names of its signals.
-fn is_of(design: &ControllerDesign, view: &View) -> bool {
-    design.signals.iter().map(|port| port.name.as_str()).eq(view.interface.signals.iter().map(|one| one.name))
 }
 
 /// Simulates a vehicle in six degrees of freedom under the autopilots of its axes, from level trim through the water at

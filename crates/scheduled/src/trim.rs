@@ -60,6 +60,11 @@ impl Trim {
         self.at(forward_speed).signal(signal, start)
     }
 
+    /// The number of signals of the design.
+    pub fn signals(&self) -> usize {
+        self.signals.len()
+    }
+
     /// Command of one actuator at forward speed u in m/s; constant beyond the table.
     pub fn command(&self, forward_speed: f64, actuator: usize) -> f64 {
         self.at(forward_speed).command(actuator)
