@@ -191,10 +191,9 @@ fn motion(model: &ClosedLoop) -> impl Iterator<Item = Variable> {
     fmu_plant::outputs(&model.plant).into_iter().filter(open).map(of_plant).map(here).map(move |one| {
         match one.name() {
             // Their first values depend on the same variables as in the plant, too.
-            "depth" | "distance" | "pitch_rate" | "north" | "east" | "heading" | "heading_rate" | "roll"
-            | "sway" | "roll_rate" | "angular_velocity_x" | "angular_velocity_y" | "angular_velocity_z" => {
-                one
-            }
+            "depth" | "altitude" | "distance" | "pitch_rate" | "north" | "east" | "heading"
+            | "heading_rate" | "roll" | "sway" | "roll_rate" | "angular_velocity_x"
+            | "angular_velocity_y" | "angular_velocity_z" => one,
             name if at_once.iter().any(|output| output == name) => {
                 one.initially_depends_on(&knowns_of_first_tick(model))
             }

@@ -106,6 +106,7 @@ fn outputs_hang_on_states_and_on_the_current_alone() {
                 assert_eq!(on, [&current[..], &["pitch", "depth", "distance", "surge_over_ground"]].concat());
             }
             "heave" | "path_speed" => assert_eq!(on[..2], current),
+            "altitude" => assert_eq!(on, ["depth", "distance"]),
             constant if constant.starts_with("trim_") => assert!(on.is_empty()),
             state => assert_eq!(on, [state]),
         }
@@ -116,6 +117,7 @@ fn outputs_hang_on_states_and_on_the_current_alone() {
             unknown.dependencies.as_ref().unwrap().iter().map(|&(index, _)| name(index)).collect();
         match name(unknown.index) {
             "depth" => assert_eq!(on, ["initial_depth"]),
+            "altitude" => assert_eq!(on, ["initial_depth", "bottom_depth"]),
             "distance" | "pitch_rate" => assert!(on.is_empty()),
             "surge_over_ground" => {
                 assert!(
@@ -125,7 +127,7 @@ fn outputs_hang_on_states_and_on_the_current_alone() {
             _ => assert!(on.contains(&"initial_speed") && on.contains(&"Z_uw") && !on.contains(&"lower")),
         }
     }
-    assert_eq!(structure.outputs.len(), 7 + 3 + 3 + 1);
+    assert_eq!(structure.outputs.len(), 8 + 3 + 3 + 1);
     assert_eq!(structure.derivatives.len(), 6 + 3);
     assert_eq!(structure.initial_unknowns.len(), structure.outputs.len() + 2 + structure.derivatives.len());
 }

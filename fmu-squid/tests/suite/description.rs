@@ -55,6 +55,7 @@ fn describes_itself_from_the_files() {
         "heave",
         "path_speed",
         "depth",
+        "altitude",
         "distance",
         "lower_output",
         "upper_port_output",
