@@ -1,4 +1,4 @@
-"""Time a step of the controllers of pitch and of heading in one FMU through the C ABI, over that of pitch alone.
+"""Time a step of the controllers of depth and of heading in one FMU through the C ABI, over that of depth alone.
 
 Run `python3 run.py fly` first, which builds the command and the binaries. Writes a line to docs/benchmarks.md.
 """
@@ -15,7 +15,6 @@ from abi_peers import COUNT, HERE, TURNS, compiled_driver, from_fmu
 from page import ROOT, in_environment, put, squid
 
 VEHICLE = ROOT / "vehicles" / "lauv"
-BOTH_AXES = ("--design", "heading")
 STEP = 0.02
 ONE, BOTH = ("propeller", "stern_planes"), ("propeller", "stern_planes", "rudder")
 
@@ -26,11 +25,11 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.chdir(folder)
-        squid("design", VEHICLE, *BOTH_AXES)
-        made = folder / "build" / VEHICLE.name / "heading"
+        squid("design", VEHICLE)
+        made = folder / "build" / VEHICLE.name / "design"
         found = []
-        for title, outputs, more, there in (("one", ONE, ["--axis", "pitch"], "pitch"), ("both", BOTH, [], "")):
-            squid("package", VEHICLE, *BOTH_AXES, *more)
+        for title, outputs, more, there in (("one", ONE, ["--axis", "depth"], "depth"), ("both", BOTH, [], "")):
+            squid("package", VEHICLE, *more)
             fmu = made / there / f"{VEHICLE.name}_controller.fmu"
             found.append(from_fmu(title, fmu, folder / title, list(outputs), COUNT))
         driver = compiled_driver(folder)
@@ -38,7 +37,7 @@ def main() -> int:
         one, both = (statistics.median(turn[i] for turn in turns) for i in (0, 1))
         ratio = statistics.median(turn[1] / turn[0] for turn in turns)
         os.chdir(ROOT)
-    words = f"LAUV: pitch {one:.0f} ns a step; pitch and heading in one FMU {both:.0f} ns, {ratio:.2f} times that."
+    words = f"LAUV: depth {one:.0f} ns a step; depth and heading in one FMU {both:.0f} ns, {ratio:.2f} times that."
     put("abi axes", [words])
     return 0
 

@@ -27,8 +27,8 @@ pub enum ClosedLoopError {
     Manoeuvre(#[from] ManoeuvreError),
     /// A vehicle that turns without an axis beside level flight, or such an axis of one in the vertical plane.
     #[error(
-        "a vehicle with coefficients of sway, roll and yaw needs a design of another axis in resources/{}, and one without \
-         has none",
+        "a vehicle with coefficients of sway, roll and yaw needs a design of another axis in resources/{}, and one \
+         without has none",
         of_axis(CONTROLLER_RESOURCE, 1)
     )]
     OtherAxes,

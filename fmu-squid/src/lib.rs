@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The loop gives the same flight as a master that steps the controller's FMU and then the plant's at every sample
-//! time. A vehicle with sway, roll and yaw has several axes: one of pitch or depth, and those of other views. Without connections
-//! it flies its manoeuvre; with the input `manual` it follows the external references.
+//! time. A vehicle with sway, roll and yaw has several axes: one of pitch or depth, and those of other views. Without
+//! connections it flies its manoeuvre; with the input `manual` it follows the external references.
 //!
 //! The crate contains no vehicle and no manoeuvre. The C symbols are in `library`.
 

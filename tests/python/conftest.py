@@ -45,24 +45,24 @@ UNBROKEN = "100000"
 SQUID = ROOT / "vehicles" / "squid"
 REMUS100 = ROOT / "vehicles" / "remus100"
 """With an autopilot of depth, speed and heading: two axes."""
-PITCHING = KEPT / "vehicles" / "remus100"
-"""REMUS 100 with its design of pitch alone as the default; see `remus_in_pitch`."""
 ERRORS_ALONE = ROOT / "tests" / "designs" / "errors_alone.toml"
 
 
-def remus_in_pitch() -> Path:
-    """Write the folder of REMUS 100 with its design of pitch as the default, and return it."""
-    PITCHING.mkdir(parents=True, exist_ok=True)
-    with FileLock(PITCHING.with_suffix(".lock")):
+def in_pitch(vehicle: Path) -> Path:
+    """Write the folder of a vehicle with its design of pitch as the default, and return it."""
+    to = KEPT / "vehicles" / vehicle.name
+    to.mkdir(parents=True, exist_ok=True)
+    with FileLock(to.with_suffix(".lock")):
         for name, source in (("vehicle", "vehicle"), ("design", "pitch")):
-            text = (REMUS100 / f"{source}.toml").read_text(encoding="utf-8")
-            path = PITCHING / f"{name}.toml"
+            text = (vehicle / f"{source}.toml").read_text(encoding="utf-8")
+            path = to / f"{name}.toml"
             if not path.is_file() or path.read_text(encoding="utf-8") != text:
                 path.write_text(text, encoding="utf-8")
-    return PITCHING
+    return to
 
 
-remus_in_pitch()
+PITCHING = in_pitch(REMUS100)
+"""REMUS 100 with its design of pitch alone as the default."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

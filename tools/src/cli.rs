@@ -129,10 +129,10 @@ pub enum Verb {
     },
     /// Write the controller of a design as source for the computer of a vehicle
     ///
-    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, of several axes beside a folder with those of each:
-    /// C99 that needs only the mathematical library (-lm), and that only if a thruster has `T_nn` or heave is measured;
-    /// the header says so. Writes
-    /// controller.json and certificate.json, too, for `squid verify --c`. Refuses what `squid package` refuses.
+    /// Reads the output of `squid design`. Writes NAME.h and NAME.c, of several axes beside a folder with those of
+    /// each: C99 that needs only the mathematical library (-lm), and that only if a thruster has `T_nn` or heave is
+    /// measured; the header says so. Writes controller.json and certificate.json, too, for `squid verify --c`. Refuses
+    /// what `squid package` refuses.
     Export {
         #[command(flatten)]
         which: Which,

@@ -37,17 +37,17 @@
 //!
 //! Units are SI, angles are radians. This crate contains no control design and no co-simulation.
 
-pub mod lateral;
-pub mod longitudinal;
+mod bottom;
 mod motion;
-pub mod roll;
 mod scalar;
 mod simulation;
+mod states;
 pub mod toml_file;
 mod vehicle;
 mod view;
 mod words;
 
+pub use bottom::Bottom;
 pub use motion::branch::trims;
 pub use motion::descriptor::Descriptor;
 pub use motion::dynamics::{Dynamics, LEAST_REYNOLDS_NUMBER, Motion, actuator_force, lateral_actuator_force};
@@ -63,7 +63,6 @@ pub use num_dual::Dual64;
 pub use scalar::Scalar;
 /// The curve of a thruster, and how well a vehicle is known.
 pub use signals::{Curve, Status};
-pub use simulation::bottom::Bottom;
 pub use simulation::current::Current;
 pub use simulation::error::SimulationError;
 pub use simulation::integrator::IntegrationError;
@@ -88,5 +87,8 @@ pub use vehicle::hull::Hull;
 pub use vehicle::json::{JsonProblem, VEHICLE_FORMAT, VehicleJsonError};
 pub use vehicle::surge::Surge;
 pub use vehicle::{PublishedLinearModel, Vehicle};
-pub use view::{LATERAL, LONGITUDINAL, MOST_SIGNALS, REFERENCES, ROLL, Sensed, VIEWS, View, references};
+pub use view::{
+    Each, EachTracked, LATERAL, LONGITUDINAL, MOST_SIGNALS, REFERENCES, ROLL, Sensed, TRACKED, VIEWS, View,
+    lateral, longitudinal, only, references, roll,
+};
 pub use words::{number, readable, rounded};

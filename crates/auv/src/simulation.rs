@@ -1,6 +1,5 @@
 //! A vehicle in motion over time.
 
-pub(crate) mod bottom;
 pub(crate) mod current;
 pub(crate) mod error;
 mod flow;

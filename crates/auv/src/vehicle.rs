@@ -35,7 +35,8 @@ pub struct Vehicle {
     pub coefficients: Coefficients,
     /// Its actuators, thrusters first, each kind in the order of the file.
     pub actuators: Vec<Actuator>,
-    /// Those that another autopilot has, which keeps level flight beside an axis; see [`View::vehicle`](crate::View::vehicle).
+    /// Those that another autopilot has, which keeps level flight beside an axis; see
+    /// [`View::vehicle`](crate::View::vehicle).
     pub others: Vec<Actuator>,
     /// The size of its hull, if the file says it.
     pub geometry: Option<Geometry>,

@@ -1,33 +1,15 @@
 //! The motion of a vehicle as an axis of an autopilot has it.
 
-use crate::longitudinal::{self, Each};
+pub mod lateral;
+pub mod longitudinal;
+pub mod roll;
+pub(crate) mod sensed;
+
 use crate::simulation::plant::State;
 use crate::vehicle::Vehicle;
 use crate::vehicle::actuator::Actuator;
-use crate::{lateral, roll};
+pub use sensed::Sensed;
 use signals::{Interface, Level, Signal, States};
-
-/// A signal of a view, and how it follows from the motion.
-#[derive(Clone, Copy, Debug)]
-pub struct Sensed {
-    /// Its names, its unit and its state.
-    pub signal: Signal,
-    /// Returns its value, SI; angles are not wrapped.
-    pub value: fn(&State) -> f64,
-    /// Adds to it, SI, in a state in which the rate of pitch is 0.
-    pub displace: fn(&mut State, f64),
-}
-
-/// Returns the signals of a table.
-pub(crate) const fn signals_of<const N: usize>(table: &[Sensed; N]) -> [Signal; N] {
-    let mut all = [table[0].signal; N];
-    let mut place = 1;
-    while place < N {
-        all[place] = table[place].signal;
-        place += 1;
-    }
-    all
-}
 
 /// The number of signals of the view that has most.
 pub const MOST_SIGNALS: usize = {
@@ -41,6 +23,20 @@ pub const MOST_SIGNALS: usize = {
     }
     most
 };
+
+/// How many signals can be tracked; they are the first of [`longitudinal::SIGNALS`].
+pub const TRACKED: usize = 3;
+
+/// A value for each signal of an axis, in the order of its view; the rest of one with fewer signals is not used.
+pub type Each<T> = [T; MOST_SIGNALS];
+
+/// A value for each row of [`longitudinal::SIGNALS`] that can be tracked.
+pub type EachTracked<T> = [T; TRACKED];
+
+/// A value for the signal at a place in [`longitudinal::SIGNALS`], and 0 for the others that can be tracked.
+pub fn only(place: usize, value: f64) -> EachTracked<f64> {
+    std::array::from_fn(|one| if one == place { value } else { 0.0 })
+}
 
 /// The number of [`references`].
 pub const REFERENCES: usize = {

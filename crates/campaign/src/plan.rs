@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::starts::Starts;
-use auv::longitudinal::Each;
+use auv::Each;
 use auv::{Parameter, Speed, Vehicle, trim_with};
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};

@@ -1,6 +1,7 @@
 //! Initial deviations from trim.
 
-use auv::longitudinal::{Each, SIGNALS};
+use auv::Each;
+use auv::longitudinal::SIGNALS;
 use serde::{Deserialize, Serialize};
 use signals::Signal;
 use std::fmt::{Display, Formatter};

@@ -1,8 +1,10 @@
 //! Whether a source is that of a design.
 
+mod tokens;
+
 use crate::error::SourceError;
 use crate::real::parse;
-use crate::tokens::{Token, tokens};
+use tokens::{Token, tokens};
 
 /// Reads a source back, and compares every number of its tables and every other token with those of another, which was
 /// written for the design that it should be of. Comments, spaces and the way in which a number is written do not count.

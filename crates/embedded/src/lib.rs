@@ -21,7 +21,6 @@ mod references;
 mod source;
 mod tables;
 mod template;
-mod tokens;
 mod whole;
 
 pub use compare::compare;

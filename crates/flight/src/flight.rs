@@ -5,8 +5,10 @@ use crate::held_level::HeldLevel;
 use crate::sea::{Conditions, Sea};
 pub use crate::surfacing::{Surfacing, out_of_water};
 use crate::ticks::{Tick, Ticks};
-use auv::longitudinal::{Each, EachTracked, TRACKED};
-use auv::{Current, LONGITUDINAL, Load, Pitch, Plant, Speed, State, VIEWS, Vehicle, View, trim_with};
+use auv::{
+    Current, Each, EachTracked, LONGITUDINAL, Load, Pitch, Plant, Speed, State, TRACKED, VIEWS, Vehicle,
+    View, trim_with,
+};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs, Trim};
 use std::array::from_fn;
 use std::borrow::Cow;

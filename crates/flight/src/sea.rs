@@ -1,8 +1,7 @@
 //! The environment of a flight: waves, current and sensor errors.
 
 use crate::error::Error;
-use auv::longitudinal::Each;
-use auv::{Bottom, Current, Surroundings, VIEWS, Vehicle, View, Water};
+use auv::{Bottom, Current, Each, Surroundings, VIEWS, Vehicle, View, Water};
 use signals::Signal;
 use squid_sea::{GaussMarkov, Layers, Sensor, SensorErrors, Spectrum, Wandering, Waves};
 use std::sync::Arc;

@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::flight::{Flight, Row, SeaRow, Signals, Variations, used};
 use crate::surfacing::Surfacing;
 use crate::ticks::{Tick, Ticks};
-use auv::longitudinal::{Each, EachTracked, SPEED};
-use auv::{LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
+use auv::longitudinal::SPEED;
+use auv::{Each, EachTracked, LONGITUDINAL, Pitch, Plant, Speed, State, VIEWS, Vehicle, trim_with};
 use scheduled::{Autopilot, ControllerDesign, Inputs, Manoeuvre, Outputs};
 
 /// A flight from trim to the end of its manoeuvre, or to the surface.

@@ -336,7 +336,7 @@ mod tests {
     }
 
     /// The first signals; the others are 0.
-    fn signals_of(first: [f64; 2]) -> auv::longitudinal::Each<f64> {
+    fn signals_of(first: [f64; 2]) -> auv::Each<f64> {
         std::array::from_fn(|place| first.get(place).copied().unwrap_or_default())
     }
 

@@ -289,10 +289,7 @@ pub(crate) mod tests {
             let fly = |law: &dyn Law| {
                 let demand = |time: f64| squid_flight::flight::Demand {
                     speed: subject.speeds[2],
-                    above_trim: auv::longitudinal::only(
-                        auv::longitudinal::PITCH,
-                        if time < 1.0 { 0.0 } else { 0.01 },
-                    ),
+                    above_trim: auv::only(auv::longitudinal::PITCH, if time < 1.0 { 0.0 } else { 0.01 }),
                     disturbance: squid_flight::flight::Disturbance::default(),
                 };
                 let course = squid_flight::flight::Course { duration: 6.0, demand };

@@ -116,8 +116,8 @@ pub struct Signal {
     pub measured: &'static str,
     /// Its reference, if it can be tracked.
     pub reference: Option<Reference>,
-    /// Its row of the output equation `y = C x`: the entries that are not 0, by the symbols of their states. First comes
-    /// the state that it is named after.
+    /// Its row of the output equation `y = C x`: the entries that are not 0, by the symbols of their states. First
+    /// comes the state that it is named after.
     pub row: &'static [(&'static str, f64)],
     /// Its value in trim.
     pub level: Level,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import reference_plant as reference
 from compare_plant import PITCH_TOLERANCE, differences
-from conftest import PITCHING, SQUID, Run, designed, kept
+from conftest import PITCHING, SQUID, Run, designed, in_pitch, kept
 from flights import TEN_DEGREES, figures_of, fly_alone, limits, pitch_step, sample_time
 from fly.package import Packages
 from fly.stages import ROOT
@@ -28,7 +28,8 @@ SPREAD = 0.01
 @pytest.fixture(scope="module", params=VEHICLES)
 def shipped(request: pytest.FixtureRequest, run_squid: Run) -> Packages:
     """Return the FMUs of each vehicle in turn, designed and packaged in some 10 s."""
-    return kept(run_squid, ROOT / "vehicles" / request.param)
+    vehicle = ROOT / "vehicles" / request.param
+    return kept(run_squid, in_pitch(vehicle) if (vehicle / "pitch.toml").is_file() else vehicle)
 
 
 def load(packages: Packages, name: str) -> dict:

@@ -52,8 +52,8 @@ impl Like {
         match self {
             Self::Squid => template!("squid", "heading.toml" of "pitch, speed and heading"),
             Self::Remus100 => template!("remus100", "pitch.toml" of "pitch"),
-            Self::Lauv => template!("lauv", "heading.toml" of "pitch, speed and heading"),
-            Self::Tethys => template!("tethys", "heading.toml" of "pitch, speed and heading"),
+            Self::Lauv => template!("lauv", "pitch.toml" of "pitch and speed"),
+            Self::Tethys => template!("tethys", "pitch.toml" of "pitch and speed"),
             Self::Sparus2 => template!("sparus2"),
             Self::Bluerov2Heavy => template!("bluerov2_heavy"),
         }

@@ -4,9 +4,9 @@
 use crate::cli::read_vehicle;
 use crate::error::Error;
 use crate::output::{answer, is_for_programs, say, say_path};
-use auv::longitudinal::{DEPTH, PITCH, TRACKED};
+use auv::longitudinal::{DEPTH, PITCH};
 use auv::toml_file::cited;
-use auv::{Actuator, VIEWS};
+use auv::{Actuator, TRACKED, VIEWS};
 use base::files::{read, write};
 use base::numbers::decimals;
 use serde_json::{Value, json};

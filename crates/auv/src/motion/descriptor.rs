@@ -3,8 +3,7 @@
 //!
 //! Dual numbers of second and third order differentiate the code that simulates; there are no finite differences.
 
-use crate::lateral::are_states;
-use crate::{lateral, longitudinal};
+use crate::states::{LATERAL, LONGITUDINAL, are_lateral};
 use nalgebra::DMatrix;
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 use signals::States;
@@ -76,9 +75,9 @@ fn differentiate<D: Scalar>(
     mass_part: impl Fn(&D) -> f64,
     part: impl Fn(&D) -> f64,
 ) -> Descriptor {
-    let lateral = are_states(states);
+    let lateral = are_lateral(states);
     let point = Point::new(vehicle, trim, lateral, seeds);
-    let all: States = if lateral { &lateral::STATES } else { &longitudinal::STATES };
+    let all: States = if lateral { &LATERAL } else { &LONGITUDINAL };
     // The states of a model lie side by side among all.
     let first = all.iter().position(|state| Some(state) == states.first()).unwrap_or_default();
     let (n, inputs) = (states.len(), point.outputs.len());
@@ -97,7 +96,7 @@ fn differentiate<D: Scalar>(
 }
 
 /// The number of all states of a plane.
-const ALL: usize = longitudinal::STATES.len();
+const ALL: usize = LONGITUDINAL.len();
 
 /// A vehicle and its trim over scalars that carry derivatives.
 struct Point<D> {

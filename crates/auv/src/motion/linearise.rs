@@ -1,7 +1,6 @@
 //! Linearisation about a trim, by dual numbers: exact derivatives of the code that simulates.
 
-use crate::lateral::are_states;
-use crate::longitudinal::{STATES, turning};
+use crate::states::{LONGITUDINAL as STATES, are_lateral, turning};
 use nalgebra::{Complex, DMatrix, DVector};
 use num_dual::Dual64;
 use signals::States;
@@ -144,7 +143,7 @@ pub fn linearise_with(
     states: States,
 ) -> Result<Linearisation, CoefficientError> {
     let dynamics = Dynamics::new(&vehicle.coefficients)?.lifted();
-    if are_states(states) {
+    if are_lateral(states) {
         return Ok(lateral(vehicle, trim, states));
     }
     let inputs = vehicle.actuators.len();

@@ -1,6 +1,6 @@
 //! The LPV model of a vehicle: A and B as polynomials in speed, with the trim table.
 
-use crate::longitudinal::states;
+use crate::states::longitudinal as states;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

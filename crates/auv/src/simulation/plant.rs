@@ -3,10 +3,10 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::bottom::Bottom;
 use crate::motion::dynamics::{Dynamics, Motion};
 use crate::motion::trim::Trim;
 use crate::scalar::Scalar;
-use crate::simulation::bottom::Bottom;
 use crate::simulation::current::Current;
 use crate::simulation::error::{SimulationError, finite};
 use crate::simulation::flow::{Flow, Model};

@@ -1,7 +1,7 @@
 //! What moves the vehicle forward: thrust and drag, or a speed that is given from outside.
 
-use crate::longitudinal::states;
 use crate::scalar::Scalar;
+use crate::states::longitudinal;
 use signals::States;
 
 /// Where the surge velocity comes from.
@@ -46,7 +46,7 @@ impl Surge {
 
     /// Returns the states of the linear model, without or with the depth.
     pub fn states(self, depth: bool) -> States {
-        states(self.is_given(), depth)
+        longitudinal(self.is_given(), depth)
     }
 
     /// Returns whether a number of a vehicle acts on its motion, by its key in the vehicle file: forces along the hull

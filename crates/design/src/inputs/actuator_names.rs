@@ -4,8 +4,8 @@ use crate::error::InputError;
 use auv::{COEFFICIENTS, VIEWS, Vehicle};
 use std::collections::BTreeSet;
 
-/// Variables that the three FMUs may have for any vehicle, besides its signals and coefficients, and the first column of
-/// every record.
+/// Variables that the three FMUs may have for any vehicle, besides its signals and coefficients, and the first column
+/// of every record.
 const RESERVED: [&str; 40] = [
     "applied_given",
     "bottom_depth",

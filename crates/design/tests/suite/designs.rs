@@ -58,7 +58,9 @@ impl Made {
 
 /// The input files of a vehicle with a design of pitch.
 pub fn inputs(name: &str) -> Inputs {
-    read(name, if name == "remus100" { "pitch" } else { "design" })
+    let pitch =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vehicles")).join(name).join("pitch.toml");
+    read(name, if pitch.exists() { "pitch" } else { "design" })
 }
 
 /// The input files of one of its designs.

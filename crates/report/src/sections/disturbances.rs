@@ -9,7 +9,7 @@ use crate::peers::law::{Scheduled, fly};
 use crate::sections::steps;
 use crate::subject::{SHOWN, STEP_TIME, Subject};
 use auv::Current;
-use auv::longitudinal::EachTracked;
+use auv::EachTracked;
 use lpv::matrix::largest_complex_singular_value;
 use lpv::state_space::StateSpace;
 use nalgebra::Complex;

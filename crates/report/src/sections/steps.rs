@@ -9,7 +9,8 @@ use crate::peers::course::speed_step;
 use crate::peers::law::{Scheduled, fly};
 use crate::sections::envelope::Envelope;
 use crate::subject::{FLOWN, STEP_TIME, Subject, shown};
-use auv::longitudinal::{EachTracked, SPEED};
+use auv::EachTracked;
+use auv::longitudinal::SPEED;
 use squid_design::numbers::readable;
 use squid_flight::flight::{Course, Demand, Disturbance, Flight, Row};
 

@@ -1,8 +1,8 @@
 //! The vehicle in roll alone: its states and its signals. Sway and yaw are those of another axis, or of nobody.
 
-use crate::lateral;
-use crate::longitudinal::SPEED_SENSED;
-use crate::view::{Sensed, signals_of};
+use crate::view::lateral;
+use crate::view::longitudinal::SPEED_SENSED;
+use crate::view::sensed::{Sensed, signals_of};
 use signals::{Interface, LargestStep, Level, Reference, Signal, State, Unit};
 use std::f64::consts::PI;
 

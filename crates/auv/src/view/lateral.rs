@@ -1,63 +1,13 @@
 //! The vehicle in sway, roll and yaw: its states, its signals, and its linear model as an axis of an autopilot has it.
 
-use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
+use signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
 use std::f64::consts::PI;
 
-use crate::longitudinal::SPEED_SENSED;
-use crate::view::{Sensed, signals_of};
+pub use crate::states::{LATERAL as STATES, lateral as states};
+use crate::view::longitudinal::SPEED_SENSED;
+use crate::view::sensed::{Sensed, signals_of};
 
 const DEGREE: f64 = PI / 180.0;
-
-/// The states of the linear model, x = \[p phi v r psi\], in their order. The r of an axis is the rate of heading,
-/// `psi' = r/cos(theta)` at the pitch of the trim.
-pub const STATES: [State; 5] = [
-    State {
-        symbol: "p",
-        unit: "rad/s",
-        name: "roll rate",
-        acts: "fins or thrusters that roll, or damping (K_up, K_p)",
-        shows: "measure 'roll'",
-    },
-    State {
-        symbol: "phi",
-        unit: "rad",
-        name: "roll",
-        acts: "fins or thrusters that roll, or a centre of gravity farther below that of buoyancy (z_G)",
-        shows: "measure 'roll'",
-    },
-    State {
-        symbol: "v",
-        unit: "m/s",
-        name: "sway speed",
-        acts: "a thruster that pushes sideways, or damping (Y_v, Y_uv)",
-        shows: "measure 'sway', or give the vehicle damping (Y_v, Y_uv)",
-    },
-    State {
-        symbol: "r",
-        unit: "rad/s",
-        name: "rate of heading",
-        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
-        shows: "measure 'heading_rate' or 'heading'",
-    },
-    State {
-        symbol: "psi",
-        unit: "rad",
-        name: "heading",
-        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
-        shows: "measure 'heading'",
-    },
-];
-
-/// The states of the linear model of an axis: \[v r psi\], with p and phi before them for one that measures roll.
-pub fn states(roll: bool) -> States {
-    static ALL: [State; 5] = STATES;
-    if roll { &ALL } else { &ALL[2..] }
-}
-
-/// Whether states are those of sway, roll and yaw.
-pub(crate) fn are_states(states: States) -> bool {
-    states.iter().all(|state| STATES.contains(state))
-}
 
 /// The index of heading in [`SIGNALS`].
 pub const HEADING: usize = 0;
@@ -161,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_table_fits_together() {
-        assert_eq!(INTERFACE.scheduled(), Some(crate::longitudinal::SPEED));
+        assert_eq!(INTERFACE.scheduled(), Some(crate::view::longitudinal::SPEED));
         assert_eq!(
             ["heading", "heading_rate", "roll"].map(|name| INTERFACE.place(name)),
             [Some(HEADING), Some(HEADING_RATE), Some(ROLL)]
@@ -172,6 +122,6 @@ mod tests {
             assert_eq!(signal.is_among(states(false)), signal.name != "roll", "{}", signal.name);
             assert!(signal.is_among(states(true)));
         }
-        assert!(are_states(states(false)) && !are_states(crate::longitudinal::states(false, true)));
+        assert!(crate::states::are_lateral(states(false)));
     }
 }

@@ -1,63 +1,11 @@
 //! The longitudinal vehicle: its states, its signals, and its linear model as an axis of an autopilot has it.
 
-use crate::view::{Sensed, signals_of};
-use signals::{Interface, LargestStep, Level, Reference, Signal, State, States, Unit};
+pub use crate::states::{LONGITUDINAL as STATES, longitudinal as states, turn_rate, turning};
+use crate::view::sensed::{Sensed, signals_of};
+use signals::{Interface, LargestStep, Level, Reference, Signal, Unit};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const DEGREE: f64 = PI / 180.0;
-
-/// The states of the linear model, x = \[u w q theta z\], in their order.
-pub const STATES: [State; 5] = [
-    State {
-        symbol: "u",
-        unit: "m/s",
-        name: "surge speed",
-        acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
-        shows: "measure 'speed'",
-    },
-    State {
-        symbol: "w",
-        unit: "m/s",
-        name: "heave speed",
-        acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
-        shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
-    },
-    State {
-        symbol: "q",
-        unit: "rad/s",
-        name: "pitch rate",
-        acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
-        shows: "measure 'pitch_rate' or 'pitch'",
-    },
-    State {
-        symbol: "theta",
-        unit: "rad",
-        name: "pitch",
-        acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
-               a centre of gravity farther below that of buoyancy (z_G)",
-        shows: "measure 'pitch'",
-    },
-    State { symbol: "z", unit: "m", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
-];
-
-/// The states of the linear model of a vehicle: \[w q theta\], with u unless its speed is given from outside, and with
-/// the depth z for a design that has to do with it.
-pub fn states(speed_given: bool, depth: bool) -> States {
-    static ALL: [State; 5] = STATES;
-    &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
-}
-
-/// The places of w, q and theta among states, or of v, r and psi: these stand one after the other.
-pub fn turning(states: States) -> [usize; 3] {
-    let across = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
-    [across, across + 1, across + 2]
-}
-
-/// The place among states of the rate of turn of an axis: q, r, or p of roll alone.
-pub fn turn_rate(states: States) -> usize {
-    let place = |symbol| states.iter().position(|state| state.symbol == symbol);
-    ["q", "r", "p"].into_iter().find_map(place).unwrap_or(0)
-}
 
 /// The index of pitch in [`SIGNALS`].
 pub const PITCH: usize = 0;
@@ -199,20 +147,6 @@ pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 /// The interface of the longitudinal vehicle.
 pub static INTERFACE: Interface = Interface { states: &STATES, signals: &SIGNALS };
 
-/// How many signals can be tracked; they are the first of [`SIGNALS`].
-pub const TRACKED: usize = 3;
-
-/// A value for each signal of an axis, in the order of its view; the rest of one with fewer signals is not used.
-pub type Each<T> = [T; crate::view::MOST_SIGNALS];
-
-/// A value for each row of [`SIGNALS`] that can be tracked.
-pub type EachTracked<T> = [T; TRACKED];
-
-/// A value for the signal at a place in [`SIGNALS`], and 0 for the others that can be tracked.
-pub fn only(place: usize, value: f64) -> EachTracked<f64> {
-    std::array::from_fn(|one| if one == place { value } else { 0.0 })
-}
-
 /// The index of a signal in [`SIGNALS`].
 pub fn place(name: &str) -> Option<usize> {
     INTERFACE.place(name)
@@ -235,7 +169,7 @@ mod tests {
         );
         assert_eq!(INTERFACE.scheduled(), Some(SPEED));
         for (place, signal) in SIGNALS.iter().enumerate() {
-            assert_eq!(signal.reference.is_some(), place < TRACKED, "{}", signal.name);
+            assert_eq!(signal.reference.is_some(), place < 3, "{}", signal.name);
             let state = STATES.iter().find(|state| state.symbol == signal.state()).unwrap();
             assert_eq!(state.unit, signal.unit, "{}", signal.name);
             assert!(signal.units.iter().any(|unit| unit.name == signal.unit && unit.factor == 1.0));

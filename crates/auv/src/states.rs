@@ -1,0 +1,107 @@
+//! The states of the linear models of a vehicle.
+
+use signals::{State, States};
+
+/// The states of the linear model, x = \[u w q theta z\], in their order.
+pub const LONGITUDINAL: [State; 5] = [
+    State {
+        symbol: "u",
+        unit: "m/s",
+        name: "surge speed",
+        acts: "a thruster that pushes along the hull, or drag (X_uu, drag_area)",
+        shows: "measure 'speed'",
+    },
+    State {
+        symbol: "w",
+        unit: "m/s",
+        name: "heave speed",
+        acts: "a thruster that pushes vertically, or damping (Z_w, Z_uw)",
+        shows: "measure 'heave', or give the vehicle damping (Z_w, Z_uw)",
+    },
+    State {
+        symbol: "q",
+        unit: "rad/s",
+        name: "pitch rate",
+        acts: "an actuator with a pitching moment, or damping (M_q, M_uq)",
+        shows: "measure 'pitch_rate' or 'pitch'",
+    },
+    State {
+        symbol: "theta",
+        unit: "rad",
+        name: "pitch",
+        acts: "an actuator with a pitching moment (control surfaces have none at rest: a higher model.speed_min), or \
+               a centre of gravity farther below that of buoyancy (z_G)",
+        shows: "measure 'pitch'",
+    },
+    State { symbol: "z", unit: "m", name: "depth", acts: "a speed other than 0", shows: "measure 'depth'" },
+];
+
+/// The states of the linear model of a vehicle: \[w q theta\], with u unless its speed is given from outside, and with
+/// the depth z for a design that has to do with it.
+pub fn longitudinal(speed_given: bool, depth: bool) -> States {
+    static ALL: [State; 5] = LONGITUDINAL;
+    &ALL[usize::from(speed_given)..ALL.len() - usize::from(!depth)]
+}
+
+/// The places of w, q and theta among states, or of v, r and psi: these stand one after the other.
+pub fn turning(states: States) -> [usize; 3] {
+    let across = states.iter().position(|state| ["w", "v"].contains(&state.symbol)).unwrap_or(0);
+    [across, across + 1, across + 2]
+}
+
+/// The place among states of the rate of turn of an axis: q, r, or p of roll alone.
+pub fn turn_rate(states: States) -> usize {
+    let place = |symbol| states.iter().position(|state| state.symbol == symbol);
+    ["q", "r", "p"].into_iter().find_map(place).unwrap_or(0)
+}
+
+/// The states of the linear model, x = \[p phi v r psi\], in their order. The r of an axis is the rate of heading,
+/// `psi' = r/cos(theta)` at the pitch of the trim.
+pub const LATERAL: [State; 5] = [
+    State {
+        symbol: "p",
+        unit: "rad/s",
+        name: "roll rate",
+        acts: "fins or thrusters that roll, or damping (K_up, K_p)",
+        shows: "measure 'roll'",
+    },
+    State {
+        symbol: "phi",
+        unit: "rad",
+        name: "roll",
+        acts: "fins or thrusters that roll, or a centre of gravity farther below that of buoyancy (z_G)",
+        shows: "measure 'roll'",
+    },
+    State {
+        symbol: "v",
+        unit: "m/s",
+        name: "sway speed",
+        acts: "a thruster that pushes sideways, or damping (Y_v, Y_uv)",
+        shows: "measure 'sway', or give the vehicle damping (Y_v, Y_uv)",
+    },
+    State {
+        symbol: "r",
+        unit: "rad/s",
+        name: "rate of heading",
+        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
+        shows: "measure 'heading_rate' or 'heading'",
+    },
+    State {
+        symbol: "psi",
+        unit: "rad",
+        name: "heading",
+        acts: "a rudder (none at rest: a higher model.speed_min), or thrusters that yaw",
+        shows: "measure 'heading'",
+    },
+];
+
+/// The states of the linear model of an axis: \[v r psi\], with p and phi before them for one that measures roll.
+pub fn lateral(roll: bool) -> States {
+    static ALL: [State; 5] = LATERAL;
+    if roll { &ALL } else { &ALL[2..] }
+}
+
+/// Whether states are those of sway, roll and yaw.
+pub(crate) fn are_lateral(states: States) -> bool {
+    states.iter().all(|state| LATERAL.contains(state))
+}

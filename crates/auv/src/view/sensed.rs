@@ -1,0 +1,26 @@
+//! A signal of a view, and how it follows from the motion.
+
+use crate::simulation::plant::State;
+use signals::Signal;
+
+/// A signal of a view, and how it follows from the motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensed {
+    /// Its names, its unit and its state.
+    pub signal: Signal,
+    /// Returns its value, SI; angles are not wrapped.
+    pub value: fn(&State) -> f64,
+    /// Adds to it, SI, in a state in which the rate of pitch is 0.
+    pub displace: fn(&mut State, f64),
+}
+
+/// Returns the signals of a table.
+pub(crate) const fn signals_of<const N: usize>(table: &[Sensed; N]) -> [Signal; N] {
+    let mut all = [table[0].signal; N];
+    let mut place = 1;
+    while place < N {
+        all[place] = table[place].signal;
+        place += 1;
+    }
+    all
+}
