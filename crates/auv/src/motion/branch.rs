@@ -13,7 +13,7 @@ use crate::motion::linearise::linearise;
 use crate::motion::trim::{Trim, trim_with};
 use crate::motion::trim_error::TrimError;
 use crate::vehicle::Vehicle;
-use crate::vehicle::actuator::{Actuator, Effect};
+use crate::vehicle::actuator::Actuator;
 use crate::words::readable;
 
 /// A step of the pitch \[rad\], or of an output in units of its reach, that is small: 0.6 deg, or 1 %.
@@ -60,7 +60,7 @@ pub fn trims(vehicle: &Vehicle, depth: f64, speeds: &[f64], pitch: &Pitch) -> Re
 /// Whether the vehicle without its control surfaces, whose forces vanish with the speed, trims at pitch zero.
 fn thrusters_hold_level(vehicle: &Vehicle, depth: f64, speeds: &[f64]) -> bool {
     let mut bare = vehicle.clone();
-    bare.actuators.retain(|actuator| !matches!(actuator.effect, Effect::ControlSurface { .. }));
+    bare.actuators.retain(|actuator| actuator.effect.works_at_rest());
     let holds = |speed: &f64| trim_with(&bare, Speed::Path(*speed), depth, &Pitch::Held(0.0)).is_ok();
     !bare.actuators.is_empty() && speeds.iter().all(holds)
 }

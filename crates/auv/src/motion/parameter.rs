@@ -96,14 +96,7 @@ impl Parameter {
     pub fn unit(self, vehicle: &Vehicle) -> &'static str {
         match self {
             Self::Coefficient(key) => COEFFICIENTS.iter().find(|s| s.key == key).map_or("", |s| s.unit),
-            Self::Effect { key, .. } => match key {
-                "x" | "y" | "z" | "torque" | "K_T" | "M_T" | "N_T" => "m",
-                "X_T" | "Y_T" | "Z_T" => "1",
-                "Y_uu_delta" | "Z_uu_delta" => "kg/(m.rad)",
-                "K_uu_delta" | "M_uu_delta" | "N_uu_delta" => "kg/rad",
-                "X_uu_delta2" => "kg/(m.rad2)",
-                _ => "rad",
-            },
+            Self::Effect { key, .. } => Effect::unit_of(key),
             Self::Incidence => "rad",
             Self::Output(actuator) => vehicle.actuators[actuator].unit(),
         }

@@ -267,6 +267,29 @@ fn axis<D: Scalar>(direction: D, azimuth: D) -> [D; 3] {
     [cos * ahead, cos * to_starboard, sin]
 }
 
+/// The numbers of all kinds by their keys in a vehicle file, with their SI units, and whether they act in sway, roll and
+/// yaw alone.
+const NUMBERS: [(&str, &str, bool); 18] = [
+    ("x", "m", false),
+    ("y", "m", true),
+    ("z", "m", false),
+    ("direction", "rad", false),
+    ("azimuth", "rad", true),
+    ("torque", "m", true),
+    ("X_T", "1", false),
+    ("Y_T", "1", true),
+    ("Z_T", "1", false),
+    ("K_T", "m", true),
+    ("M_T", "m", false),
+    ("N_T", "m", true),
+    ("Z_uu_delta", "kg/(m.rad)", false),
+    ("M_uu_delta", "kg/rad", false),
+    ("X_uu_delta2", "kg/(m.rad2)", false),
+    ("Y_uu_delta", "kg/(m.rad)", true),
+    ("K_uu_delta", "kg/rad", true),
+    ("N_uu_delta", "kg/rad", true),
+];
+
 impl Effect {
     /// A thruster in the vertical plane.
     pub const fn thruster(x: f64, z: f64, direction: f64) -> Self {
@@ -295,9 +318,25 @@ impl Effect {
 
     /// Returns whether a number acts in sway, roll and yaw alone, by its key in a vehicle file.
     pub(crate) fn acts_out_of_plane(key: &str) -> bool {
-        const LATERAL: [&str; 9] =
-            ["y", "azimuth", "torque", "Y_T", "K_T", "N_T", "Y_uu_delta", "K_uu_delta", "N_uu_delta"];
-        LATERAL.contains(&key)
+        NUMBERS.iter().any(|(one, _, sideways)| *one == key && *sideways)
+    }
+
+    /// Returns the SI unit of a number, by its key in a vehicle file.
+    pub(crate) fn unit_of(key: &str) -> &'static str {
+        NUMBERS.iter().find(|(one, ..)| *one == key).map_or("1", |(_, unit, _)| unit)
+    }
+
+    /// Returns whether its force does not depend on the speed: that of a thruster.
+    pub(crate) fn works_at_rest(&self) -> bool {
+        !matches!(self, Self::ControlSurface { .. })
+    }
+
+    /// Returns whether it pushes or brakes along the hull.
+    pub(crate) fn acts_along(&self) -> bool {
+        match self {
+            Self::ControlSurface { X_uu_delta2, .. } => *X_uu_delta2 != 0.0,
+            Self::Thruster { .. } | Self::ThrusterGroup { .. } => true,
+        }
     }
 
     /// Its name in a vehicle file.

@@ -42,7 +42,8 @@ impl Vehicle {
     pub fn parse(text: &str, file: &str) -> Result<Self, FileError> {
         let document = Document::parse(text, file)?;
         let root = document.root();
-        let mut sections = vec!["vehicle", "thruster", "thruster_group", "control_surface"];
+        let mut sections = vec!["vehicle"];
+        sections.extend(actuator_tables::kinds());
         sections.extend([published_model::SECTION, non_dimensional::SECTION, surge_table::SECTION]);
         sections.push(geometry_table::SECTION);
         sections.extend(COEFFICIENTS.iter().map(|spec| spec.section));

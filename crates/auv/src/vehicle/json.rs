@@ -173,11 +173,7 @@ fn vehicle(file: File) -> Result<Vehicle, JsonProblem> {
         if !Allowed::Positive.contains(lag) {
             return Err(not_allowed("given_speed_lag", lag.to_string(), Allowed::Positive.describe()));
         }
-        let pushes = |one: &&Actuator| match one.effect {
-            Effect::ControlSurface { X_uu_delta2, .. } => X_uu_delta2 != 0.0,
-            Effect::Thruster { .. } | Effect::ThrusterGroup { .. } => true,
-        };
-        if let Some(one) = actuators.iter().find(pushes) {
+        if let Some(one) = actuators.iter().find(|one| one.effect.acts_along()) {
             let allowed = "a control_surface without drag, at a given speed";
             return Err(not_allowed(&one.name, one.effect.kind().to_owned(), allowed));
         }
@@ -274,7 +270,7 @@ fn actuator(row: Row) -> Result<Actuator, JsonProblem> {
 /// Whether a curve is that of a thruster with these limits.
 fn within(curve: &Curve, min: f64, max: f64, effect: &Effect) -> bool {
     let [least, most] = curve.ends();
-    least <= min && max <= most && !matches!(effect, Effect::ControlSurface { .. })
+    least <= min && max <= most && effect.works_at_rest()
 }
 
 fn not_allowed(key: &str, found: String, allowed: &'static str) -> JsonProblem {

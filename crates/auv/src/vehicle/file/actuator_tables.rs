@@ -46,6 +46,11 @@ const KINDS: [(&str, &[&str], Read); 3] = [
     ("control_surface", &CONTROL_SURFACE, |reader, sources| reader.control_surface(sources)),
 ];
 
+/// The names of the kinds of actuators, which are those of their tables.
+pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|(kind, ..)| *kind)
+}
+
 /// Reads all actuators in the order of [`KINDS`]; those that cannot be read are omitted.
 pub(super) fn read(root: &Table<'_>, units: &Units<'_>, sources: &mut Sources) -> Vec<Actuator> {
     let mut actuators: Vec<Actuator> = Vec::new();
