@@ -9,7 +9,6 @@ use auv::longitudinal::{DEPTH, PITCH, SPEED};
 use auv::{REFERENCES, VIEWS, View, references};
 use scheduled::{Manoeuvre, ManoeuvreError, Trim};
 use signals::{Curve, Level, Signal};
-use std::collections::BTreeMap;
 
 /// External references, held between two steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,16 +117,9 @@ impl ClosedLoop {
     /// trims for flight ahead only.
     fn check(&self) -> Result<(), ManoeuvreError> {
         self.manoeuvre.check()?;
-        let mut level = self.manoeuvre.clone();
-        for (axis, taken) in self.axes.iter().zip(&self.taken).skip(1) {
-            let mut own = Manoeuvre { steps: BTreeMap::new(), ..self.manoeuvre.clone() };
-            for signal in taken.iter().filter(|place| **place != SPEED).filter_map(|place| signal(*place)) {
-                own.steps.extend(level.steps.remove_entry(signal.name));
-            }
-            own.check_steps(axis.design())?;
-        }
-        level.check_steps(self.axes[0].design())?;
-        if self.plant.only_ahead() { level.check_ahead() } else { Ok(()) }
+        let designs: Vec<_> = self.axes.iter().map(Axis::design).collect();
+        self.manoeuvre.check_steps_of(&designs)?;
+        if self.plant.only_ahead() { self.manoeuvre.check_ahead() } else { Ok(()) }
     }
 
     /// Whether there are axes beside that of level flight.

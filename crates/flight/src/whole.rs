@@ -92,7 +92,7 @@ impl Axis {
 /// surface, since the equations of motion hold in deep water only.
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Simulation`]; those of the autopilots and of the sea; [`Error::NoSuchActuator`];
+/// [`Error::Trim`], [`Error::Simulation`], [`Error::Manoeuvre`]; those of the autopilots and of the sea; [`Error::NoSuchActuator`];
 /// [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
 pub fn fly_whole(
     vehicle: &Vehicle,
@@ -105,6 +105,7 @@ pub fn fly_whole(
     if let Some(design) = designs.iter().find(|design| design.sample_time != sample_time) {
         return Err(Error::OtherSampleTime { one: sample_time, other: design.sample_time });
     }
+    manoeuvre.check_steps_of(designs)?;
     let conditions = sea.map(|sea| sea.draw(vehicle, sample_time)).transpose()?;
     let depth = sea.and_then(|sea| sea.depth).unwrap_or(depth);
     let speed = manoeuvre.speed_reference(0.0);

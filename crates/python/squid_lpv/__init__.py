@@ -22,9 +22,10 @@ from squid_lpv.synthesis import (
     musyn,
 )
 from squid_lpv.systems import StateSpace
-from squid_lpv.vehicles import Design, Flight, Linearisation, Trim, Vehicle
+from squid_lpv.vehicles import Autopilot, Design, Flight, Linearisation, Trim, Vehicle
 
 __all__ = [
+    "Autopilot",
     "Certificate",
     "Design",
     "Flight",

@@ -81,6 +81,11 @@ class Vehicle:
         return self._core.name
 
     @property
+    def axis(self) -> str:
+        """What the axis steers, by which it is called."""
+        return self._core.axis
+
+    @property
     def actuators(self) -> list[str]:
         """Names of its actuators."""
         return self._core.actuators
@@ -213,19 +218,8 @@ class Design:
             NumericalError: the flight failed.
 
         """
-
-        def is_step(key: str) -> bool:
-            return key.endswith("_step")
-
-        wanted = None
-        if manoeuvre is not None:
-            default = self._json("manoeuvre.json")
-            given = {key: value for key, value in manoeuvre.items() if not is_step(key)}
-            steps = {key.removesuffix("_step"): value for key, value in manoeuvre.items() if is_step(key)}
-            wanted = json.dumps(default | given | {"steps": default["steps"] | steps})
-        columns, surfacing = self.vehicle._core.simulate(str(self.directory), wanted, sea)
-        values = {name: np.array(column) for name, _, column in columns}
-        return Flight(values, {name: unit for name, unit, _ in columns}, surfacing)
+        wanted = None if manoeuvre is None else _changed(self._json("manoeuvre.json"), manoeuvre)
+        return _flight(self.vehicle._core.simulate(str(self.directory), wanted, sea))
 
     def savemat(self, path: str | Path, speeds: Sequence[float]) -> None:
         """Write the frozen controller on a grid of speeds to a .mat file.
@@ -237,3 +231,93 @@ class Design:
         frozen = [systems.of(self.controller(speed)) for speed in speeds]
         stacked = {key.lower(): np.stack([getattr(k, key) for k in frozen], axis=2) for key in "ABCD"}
         write(path, {"K": stacked, "speeds": np.asarray(speeds, dtype=float), "gam": self.gamma})
+
+
+@dataclass(frozen=True)
+class Autopilot:
+    """All axes of a design file: its designs, by what each axis steers, in one vehicle."""
+
+    axes: dict[str, Design]
+
+    @classmethod
+    def design(
+        cls,
+        vehicle: str | Path,
+        design: str = "design",
+        *,
+        directory: str | Path,
+        progress: Progress | None = None,
+    ) -> Autopilot:
+        """Design each axis of a design file, and return them with their proofs.
+
+        Args:
+            vehicle: the directory of `vehicle.toml` and the design file.
+            design: the name of the design file, without `.toml`.
+            directory: where the files go, those of each axis in a folder of its name, as of `squid design --out`.
+            progress: called back.
+
+        Raises:
+            InfeasibleError: there is no controller.
+            NumericalError: none was found.
+
+        """
+        axes = cls._vehicles(vehicle, design)
+        folders = cls._folders(axes, Path(directory))
+        return cls({name: axes[name].design(folders[name], progress=progress) for name in axes})
+
+    @classmethod
+    def read(cls, vehicle: str | Path, directory: str | Path, design: str = "design") -> Autopilot:
+        """Return what `squid design` or `Autopilot.design` wrote into a directory.
+
+        Raises:
+            InputError: an axis has no design there.
+
+        """
+        axes = cls._vehicles(vehicle, design)
+        folders = cls._folders(axes, Path(directory))
+        return cls({name: Design.read(axes[name], folders[name]) for name in axes})
+
+    @staticmethod
+    def _vehicles(vehicle: str | Path, design: str) -> dict[str, Vehicle]:
+        return {one.axis: Vehicle(one) for one in _core.Vehicle.axes(str(vehicle), design)}
+
+    @staticmethod
+    def _folders(axes: dict[str, Vehicle], directory: Path) -> dict[str, Path]:
+        return {name: directory / name if len(axes) > 1 else directory for name in axes}
+
+    def simulate(self, manoeuvre: dict[str, float] | None = None, *, sea: str | None = None) -> Flight:
+        """Fly all axes of the nonlinear vehicle in six degrees of freedom.
+
+        Args:
+            manoeuvre: what differs from the default, as for `Design.simulate`, with the steps of all axes.
+            sea: the text of a sea file.
+
+        Raises:
+            InputError: the manoeuvre or the sea is wrong.
+            NumericalError: the flight failed.
+
+        """
+        defaults = [axis._json("manoeuvre.json") for axis in self.axes.values()]
+        steps = {name: height for one in defaults for name, height in one["steps"].items()}
+        wanted = _changed(defaults[0] | {"steps": steps}, manoeuvre or {})
+        axes = list(self.axes.values())
+        cores, folders = [axis.vehicle._core for axis in axes], [str(axis.directory) for axis in axes]
+        return _flight(_core.Vehicle.simulate_all(cores, folders, wanted, sea))
+
+
+def _changed(default: dict[str, Any], manoeuvre: dict[str, float]) -> str:
+    """Return the text of a manoeuvre with other values; a key NAME_step is the step of NAME."""
+
+    def is_step(key: str) -> bool:
+        return key.endswith("_step")
+
+    given = {key: value for key, value in manoeuvre.items() if not is_step(key)}
+    steps = {key.removesuffix("_step"): value for key, value in manoeuvre.items() if is_step(key)}
+    return json.dumps(default | given | {"steps": default["steps"] | steps})
+
+
+def _flight(flown: tuple[list[tuple[str, str, list[float]]], str | None]) -> Flight:
+    """Return the record of a flight."""
+    columns, surfacing = flown
+    values = {name: np.array(column) for name, _, column in columns}
+    return Flight(values, {name: unit for name, unit, _ in columns}, surfacing)

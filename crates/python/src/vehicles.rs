@@ -3,15 +3,16 @@
 use crate::failure::{InputError, NumericalError, of_design};
 use crate::job;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, pyclass, pymethods};
-use scheduled::Manoeuvre;
+use scheduled::{ControllerDesign, Manoeuvre};
 use squid_design::inputs::Inputs;
 use squid_design::linearise::to_json;
 use squid_design::run::run_with;
-use squid_design::store;
+use squid_design::store::{self, Stored};
 use squid_flight::error::Error as FlightError;
-use squid_flight::flight::{fly, fly_at_sea};
+use squid_flight::flight::{Variations, fly, fly_at_sea};
 use squid_flight::record::Record;
 use squid_flight::sea::Sea;
+use squid_flight::whole::fly_whole;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -36,6 +37,13 @@ impl Vehicle {
         Ok(Self(Arc::new(Inputs::read_axis(&directory, design, axis).map_err(wrong)?)))
     }
 
+    /// Reads the same, all axes.
+    #[staticmethod]
+    fn axes(directory: PathBuf, design: &str) -> PyResult<Vec<Self>> {
+        let axes = Inputs::read_axes(&directory, design).map_err(wrong)?;
+        Ok(axes.into_iter().map(|inputs| Self(Arc::new(inputs))).collect())
+    }
+
     /// The same from the texts of both files.
     #[staticmethod]
     fn of(vehicle: &str, design: &str) -> PyResult<Self> {
@@ -46,6 +54,12 @@ impl Vehicle {
     #[getter]
     fn name(&self) -> &str {
         &self.0.vehicle.name
+    }
+
+    /// What the axis steers, by which it is called.
+    #[getter]
+    fn axis(&self) -> &str {
+        self.0.design.steered()
     }
 
     /// Names of its actuators.
@@ -104,13 +118,51 @@ impl Vehicle {
             Some(sea) => fly_at_sea(vehicle, &stored.controller, level, &manoeuvre, sea),
             None => fly(vehicle, &stored.controller, level, &manoeuvre),
         });
-        let flight = flown.map_err(|error| match error {
-            FlightError::Manoeuvre(_) => wrong(error),
-            _ => NumericalError::new_err(error.to_string()),
-        })?;
+        let flight = flown.map_err(of_flight)?;
         let record = Record::of(&flight, &vehicle.actuators, &stored.controller);
-        let column =
-            |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
-        Ok((record.columns().map(column).collect(), flight.surfacing.map(|surfacing| surfacing.to_string())))
+        Ok((columns(&record), flight.surfacing.map(|surfacing| surfacing.to_string())))
     }
+
+    /// Flies the designs of all axes, each in its directory, in six degrees of freedom, as [`Vehicle::simulate`] one.
+    #[staticmethod]
+    fn simulate_all(
+        python: Python<'_>,
+        axes: Vec<Py<Self>>,
+        directories: Vec<PathBuf>,
+        manoeuvre: &str,
+        sea: Option<&str>,
+    ) -> PyResult<Flown> {
+        let axes: Vec<Arc<Inputs>> = axes.iter().map(|axis| Arc::clone(&axis.get().0)).collect();
+        let load = |(inputs, directory): (&Arc<Inputs>, &PathBuf)| store::load(directory, inputs);
+        let stored: Vec<Stored> =
+            axes.iter().zip(&directories).map(load).collect::<Result<_, _>>().map_err(|e| of_design(&e))?;
+        let first = axes.first().ok_or_else(|| wrong("there is no axis"))?;
+        let manoeuvre = Manoeuvre::from_json(manoeuvre).map_err(wrong)?;
+        let sea = sea.map(|text| Sea::parse(text, "sea")).transpose().map_err(wrong)?;
+        sea.iter().try_for_each(|sea| sea.check_geometry(&first.whole)).map_err(wrong)?;
+        let designs: Vec<&ControllerDesign> = stored.iter().map(|stored| &stored.controller).collect();
+        let varied = Variations { sea: sea.as_ref(), ..Variations::default() };
+        let flown = python
+            .detach(|| fly_whole(&first.whole, &designs, first.design.level(), &manoeuvre, &varied))
+            .map_err(of_flight)?;
+        let own = axes.iter().zip(&designs);
+        let own: Vec<_> = own.map(|(inputs, design)| (&inputs.vehicle.actuators[..], *design)).collect();
+        let record = Record::of_whole(&flown, &first.whole.actuators, &own);
+        Ok((columns(&record), flown.surfacing().map(|surfacing| surfacing.to_string())))
+    }
+}
+
+/// What is wrong with a manoeuvre is an error of the input, what a flight meets one of numbers.
+fn of_flight(error: FlightError) -> PyErr {
+    match error {
+        FlightError::Manoeuvre(_) => wrong(error),
+        _ => NumericalError::new_err(error.to_string()),
+    }
+}
+
+/// The columns of a record.
+fn columns(record: &Record) -> Vec<(String, String, Vec<f64>)> {
+    let column =
+        |(name, unit, values): (&str, &str, &[f64])| (name.to_owned(), unit.to_owned(), values.to_vec());
+    record.columns().map(column).collect()
 }

@@ -140,10 +140,21 @@ impl Manoeuvre {
     /// [`ManoeuvreError::BadNumber`].
     #[inline]
     pub fn check_steps(&self, design: &ControllerDesign) -> Result<(), ManoeuvreError> {
+        self.check_steps_of(&[design])
+    }
+
+    /// As [`check_steps`](Self::check_steps), of the autopilots of several axes, one of which has each reference.
+    ///
+    /// # Errors
+    /// [`ManoeuvreError::BadNumber`].
+    pub fn check_steps_of(&self, designs: &[&ControllerDesign]) -> Result<(), ManoeuvreError> {
         for (name, height) in self.steps.iter().filter(|(_, height)| **height != 0.0) {
             let key = format!("{name}_step");
-            let place = design.place(name).filter(|place| design.has_reference(*place));
-            let Some(signal) = place.map(|place| &design.signals[place]) else {
+            let signal = designs.iter().find_map(|design| {
+                let place = design.place(name).filter(|place| design.has_reference(*place))?;
+                Some(&design.signals[place])
+            });
+            let Some(signal) = signal else {
                 return check_number(&key, *height, false, "0: the autopilot has no reference of it");
             };
             let turn = if signal.circular { PI } else { f64::INFINITY };

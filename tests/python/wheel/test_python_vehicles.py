@@ -67,6 +67,27 @@ def test_heading(sq: ModuleType, turning: Packages) -> None:
         design.simulate(sea=(ROOT / "vehicles" / "sea.toml").read_text(encoding="utf-8"))
 
 
+def test_all_axes_fly_together(sq: ModuleType, run_squid: Run, turning: Packages, tmp_path: Path) -> None:
+    """In six degrees of freedom, to the bit as the command flies them; a step of what no axis tracks is refused."""
+    assert turning.controller.is_file()
+    autopilot = sq.Autopilot.read(REMUS100, Design(REMUS100, "design").folder)
+    assert list(autopilot.axes) == ["depth", "heading"]
+    assert all(axis.certificate.verify().gamma == axis.gamma for axis in autopilot.axes.values())
+    flight = autopilot.simulate({"heading_step": 0.5})
+    assert flight["heading"][-1] == pytest.approx(0.5, abs=1e-3)
+    assert flight["depth"][-1] == pytest.approx(21.0, abs=1e-2) and flight.units["roll"] == "rad"
+    assert np.abs(flight["roll"]).max() > 1e-3
+    with pytest.raises(sq.InputError, match="pitch_step is .*: the autopilot has no reference of it"):
+        autopilot.simulate({"pitch_step": 0.1})
+    with pytest.raises(sq.InputError, match="heading_step is 4"):
+        autopilot.simulate({"heading_step": 4.0})
+    sea = (ROOT / "vehicles" / "sea.toml").read_text(encoding="utf-8")
+    wet = autopilot.simulate({"duration": 20.0}, sea=sea)
+    assert {"wave_elevation", "altitude_read"} <= set(wet.columns)
+    with pytest.raises(sq.InputError, match=r"has no controller.json"):
+        sq.Autopilot.read(REMUS100, tmp_path)
+
+
 def test_a_design_of_the_command(sq: ModuleType, run_squid: Run, squid: Packages, tmp_path: Path) -> None:
     """It is read, proved, frozen and flown: to the bit as by the command."""
     design = sq.Design.read(sq.Vehicle.read(SQUID), squid.folder)
