@@ -77,7 +77,7 @@ def test_all_axes_fly_together(sq: ModuleType, run_squid: Run, turning: Packages
     assert flight["heading"][-1] == pytest.approx(0.5, abs=1e-3)
     assert flight["depth"][-1] == pytest.approx(21.0, abs=1e-2) and flight.units["roll"] == "rad"
     assert np.abs(flight["roll"]).max() > 1e-3
-    with pytest.raises(sq.InputError, match="pitch_step is .*: the autopilot has no reference of it"):
+    with pytest.raises(sq.InputError, match=r"pitch_step is .*: the autopilot has no reference of it"):
         autopilot.simulate({"pitch_step": 0.1})
     with pytest.raises(sq.InputError, match="heading_step is 4"):
         autopilot.simulate({"heading_step": 4.0})
