@@ -62,7 +62,7 @@ pub enum Verb {
         #[command(flatten)]
         asked: Design,
     },
-    /// Prove a given controller of pitch or depth, a PID with gains over speed, on the weights of a design
+    /// Prove a given controller of an axis, a PID with gains over speed, on the weights of a design
     ///
     /// Prints the growth and the gain of the frozen loops, the gain that is proved for any trajectory of the speed, the
     /// sampled gain, margins, mu, noise, flights of the declared uncertainty, what a controller of full order reaches

@@ -158,13 +158,7 @@ impl Inputs {
     ) -> Result<Vec<Self>, InputError> {
         actuator_names::check(&whole, files[0])?;
         let plane = whole.in_plane();
-        let own = |design: &DesignFile| {
-            let view = design.view();
-            if view.is_level_held && design.controller.is_some() {
-                return Err(InputError::ControllerOfHeading { file: files[1].to_owned() });
-            }
-            of_view(&whole, view, files)
-        };
+        let own = |design: &DesignFile| of_view(&whole, design.view(), files);
         let vehicles: Vec<Vehicle> = designs.iter().map(own).collect::<Result<_, _>>()?;
         together::check(&designs, &vehicles, files[1])?;
         let one = |(design, vehicle): (DesignFile, &Vehicle)| {

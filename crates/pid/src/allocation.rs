@@ -1,4 +1,4 @@
-//! Which actuators carry out a command of pitch or of speed, and in which unit the command is.
+//! Which actuators carry out a command of an angle or of speed, and in which unit the command is.
 
 use crate::file::{Pid, Shares};
 use crate::gain::{Role, Unit, of_deflection, of_force, of_moment};
@@ -12,7 +12,7 @@ use lpv::matrix::{Mat, pseudo_inverse};
 pub enum Drive {
     /// A deflection of control surfaces, rad.
     Deflection,
-    /// A pitching moment of thrusters, N m.
+    /// A moment of thrusters, N m.
     Moment,
     /// A force of thrusters along the hull, N.
     Force,
@@ -36,7 +36,7 @@ pub struct Allocation {
     pub drive: Drive,
     /// The output of each actuator per command, N or rad.
     pub outputs: Vec<f64>,
-    /// 1 if a positive command raises the bow or speeds the vehicle up, -1 if it does the opposite.
+    /// 1 if a positive command raises the angle or speeds the vehicle up, -1 if it does the opposite.
     pub sign: f64,
     /// Whether the file states it.
     pub stated: bool,
@@ -45,7 +45,7 @@ pub struct Allocation {
 /// A smaller share of the largest, in units of reach, is rounding.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// The commands of the cascade: that of pitch, and that of speed unless it is given from outside.
+/// The commands of the cascade: that of the angle, and that of speed unless it is given from outside.
 ///
 /// Without shares in the file they are the least outputs, in units of reach, for a moment without force along the hull
 /// and for such a force without moment, ahead at `speed` \[m/s\].
@@ -57,14 +57,20 @@ pub(crate) fn allocations(
 ) -> Result<Vec<Allocation>, FileError> {
     let force = |j: usize| actuators[j].force(speed, 1.0);
     let m = actuators.len();
-    let moments: Vec<f64> = (0..m).map(|j| force(j)[2]).collect();
+    let angle = pid.turn.angle;
+    let moment = |j: usize| match angle {
+        "heading" => actuators[j].lateral_force(speed, 1.0)[2],
+        "roll" => actuators[j].lateral_force(speed, 1.0)[1],
+        _ => force(j)[2],
+    };
+    let moments: Vec<f64> = (0..m).map(moment).collect();
     let forces: Vec<f64> =
         (0..m).map(|j| if is_surface(&actuators[j]) { 0.0 } else { force(j)[0] }).collect();
     let rows: Vec<&Vec<f64>> = if speed_given { vec![&moments] } else { vec![&moments, &forces] };
     let reach: Vec<f64> = actuators.iter().map(Actuator::reach).collect();
     let least = pseudo_inverse(&Mat::from_fn(rows.len(), m, |i, j| rows[i][j] * reach[j]), 1e-9);
-    let stated = [&pid.pitch_shares, &pid.speed_shares];
-    let names = ["pitch", "speed"];
+    let stated = [&pid.turn_shares, &pid.speed_shares];
+    let names = [angle, "speed"];
     let mut all = vec![];
     for axis in 0..rows.len() {
         let outputs = match stated[axis] {
@@ -97,7 +103,8 @@ fn command(
     let refuse = |found: &str, allowed: &str| Err(not_allowed(&pid.file, line, &key, found, allowed));
     let used = || actuators.iter().zip(&outputs).filter(|(_, output)| **output != 0.0).map(|(a, _)| a);
     let effect: f64 = outputs.iter().zip(effects).map(|(output, effect)| output * effect).sum();
-    let does = ["turns the vehicle in pitch", "pushes the vehicle along its hull"][axis];
+    let turns = format!("turns the vehicle in {}", pid.turn.angle);
+    let does = [turns.as_str(), "pushes the vehicle along its hull"][axis];
     if effect == 0.0 || !effect.is_finite() {
         return refuse("without effect", &format!("of actuators of which one {does}"));
     }

@@ -11,23 +11,25 @@ pub struct Pid {
     pub file: String,
     /// The line of the table.
     pub line: usize,
-    /// The pitch loop.
-    pub pitch: PitchLoop,
+    /// The loop of an angle: of pitch, of heading or of roll.
+    pub turn: TurnLoop,
     /// Depth over pitch.
     pub depth: Option<DepthLoop>,
     /// The speed loop.
     pub speed: Option<SpeedLoop>,
-    /// The actuators of the pitch command, if given.
-    pub pitch_shares: Option<Shares>,
+    /// The actuators of the command of the angle, if given.
+    pub turn_shares: Option<Shares>,
     /// The actuators of the speed command, if given.
     pub speed_shares: Option<Shares>,
     /// The time in which an integral gives way to a command at its limit, s; `kp/ki` of its loop if not given.
     pub tracking_time: Option<f64>,
 }
 
-/// PID of pitch.
+/// PID of an angle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PitchLoop {
+pub struct TurnLoop {
+    /// The angle, the name of its signal and of its table; its rate is `ANGLE_rate`.
+    pub angle: &'static str,
     /// The line of the table.
     pub line: usize,
     /// On the error.
@@ -38,7 +40,7 @@ pub struct PitchLoop {
     pub kd: Option<Given>,
     /// The weight b of the reference in the proportional term.
     pub reference_weight: f64,
-    /// The model that pitch follows instead of the reference itself.
+    /// The model that the angle follows instead of the reference itself.
     pub model: Option<ReferenceModel>,
     /// On the acceleration of the model.
     pub feedforward: Option<Given>,
@@ -84,6 +86,9 @@ pub struct Shares {
 /// Time constants and times, s.
 const LONGEST: f64 = 1e3;
 
+/// The angles that a loop can be of.
+const ANGLES: [&str; 3] = ["pitch", "heading", "roll"];
+
 /// The forms of the integrator.
 const FORMS: [&str; 2] = ["scheduled output", "scheduled input"];
 
@@ -113,7 +118,10 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
         table.allow_only(&["kind"]);
         return Some(None);
     }
-    table.allow_only(&["kind", "pitch", "depth", "speed", "allocation", "integrator", "tracking_time"]);
+    let angle = ANGLES.into_iter().find(|angle| table.has(angle)).unwrap_or(ANGLES[0]);
+    let steered = if angle == ANGLES[0] { vec!["depth", "speed"] } else { vec![] };
+    let keys = ["kind", "allocation", "integrator", "tracking_time"];
+    table.allow_only(&[&keys[..], &[angle], &steered].concat());
     let form = table.or("integrator", 0, |table, key| table.one_of(key, &FORMS));
     if form == Some(1) {
         table.not_allowed(
@@ -124,20 +132,21 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
              there, which costs a factor of a hundred in the proved gain",
         );
     }
-    let pitch = table
-        .required_table("pitch", "kp, ki and kd of pitch, each { value = ..., unit = \"...\" }")
-        .and_then(|table| pitch(&table));
+    let turn = table
+        .required_table(angle, "kp, ki and kd of the angle, each { value = ..., unit = \"...\" }")
+        .and_then(|table| turn(&table, angle));
     let depth = optional(table, "depth", depth);
     let speed = optional(table, "speed", speed);
     let shares = table.table("allocation");
     if let Some(shares) = &shares {
-        shares.allow_only(&["pitch", "speed"]);
+        let own = [angle, "speed"];
+        shares.allow_only(if steered.is_empty() { &own[..1] } else { &own });
     }
     let of = |key: &str| match &shares {
         Some(table) => optional(table, key, self::shares),
         None => Some(None),
     };
-    let (pitch_shares, speed_shares) = (of("pitch"), of("speed"));
+    let (turn_shares, speed_shares) = (of(angle), of("speed"));
     let tracking_time = table.or("tracking_time", None, |table, key| {
         table.number(key, |v| v > 0.0 && v <= LONGEST, "above 0, at most 1000 (s)").map(Some)
     });
@@ -145,10 +154,10 @@ pub fn read(table: &Table<'_>, file: &str) -> Option<Option<Pid>> {
     Some(Some(Pid {
         file: file.to_owned(),
         line: table.line(),
-        pitch: pitch?,
+        turn: turn?,
         depth: depth?,
         speed: speed?,
-        pitch_shares: pitch_shares?,
+        turn_shares: turn_shares?,
         speed_shares: speed_shares?,
         tracking_time: tracking_time?,
     }))
@@ -162,7 +171,7 @@ fn optional<T>(
     table.or(key, None, |table, key| read(&table.table(key)?).map(Some))
 }
 
-fn pitch(table: &Table<'_>) -> Option<PitchLoop> {
+fn turn(table: &Table<'_>, angle: &'static str) -> Option<TurnLoop> {
     let mut keys = vec!["kp", "ki", "kd", "rolloff", "model", "reference_weight"];
     let model = optional(table, "model", model);
     let follows = table.has("model");
@@ -174,7 +183,8 @@ fn pitch(table: &Table<'_>) -> Option<PitchLoop> {
     let (kp, ki, kd) = (gain(table, "kp"), optional_gain(table, "ki"), optional_gain(table, "kd"));
     let feedforward = if follows { optional_gain(table, "feedforward") } else { Some(None) };
     let (weight, rolloff) = (reference_weight(table, 1.0), rolloff(table));
-    Some(PitchLoop {
+    Some(TurnLoop {
+        angle,
         line: table.line(),
         kp: kp?,
         ki: ki?,

@@ -1,4 +1,4 @@
-//! A PID cascade of pitch and speed, with gains over speed, as a controller K(rho) whose matrices are affine in the
+//! A PID cascade of pitch and speed, or of heading or roll, with gains over speed, as a controller K(rho) whose matrices are affine in the
 //! gains.
 //!
 //! ```text
@@ -8,6 +8,7 @@
 //! ```text
 //! pitch:  v = kp (b r - theta) + ki I - kd q,                                I' = r - theta
 //!         v = ka theta_m'' + kp (theta_m - theta) + ki I + kd (theta_m' - q),   I' = theta_m - theta
+//!         so with heading and its rate, or roll, in the place of pitch and q
 //! depth:  r = -kz (z_r - z) - kzi I_z,                                       I_z' = z_r - z
 //! speed:  v = kp (b a - u) + ki I,                                           I' = -u
 //! commands = allocation v
@@ -29,6 +30,6 @@ mod refusal;
 mod structure;
 
 pub use allocation::{Allocation, Drive};
-pub use file::{DepthLoop, Pid, PitchLoop, Shares, SpeedLoop, read, read_file};
+pub use file::{DepthLoop, Pid, Shares, SpeedLoop, TurnLoop, read, read_file};
 pub use gain::{Given, Law, Misfit};
 pub use structure::{Affine, Direction, Gain, Layout, Port, Structure, Vehicle};

@@ -1,7 +1,7 @@
 //! The cascade for a vehicle: states, signals, gains, and the controller whose matrices are affine in the gains.
 
 use crate::allocation::{Allocation, allocations};
-use crate::file::Pid;
+use crate::file::{Pid, TurnLoop};
 use crate::gain::{Given, Misfit, Role, Unit, of_pitch, value};
 use crate::refusal::not_allowed;
 use auv::Actuator;
@@ -157,8 +157,6 @@ impl Structure {
     /// [`FileError`] with the first value that does not fit: an unknown unit, a gain of the wrong sign, an integrator
     /// without gain, a signal that the design does not have.
     pub fn new(pid: &Pid, vehicle: Vehicle<'_>) -> Result<Self, FileError> {
-        let (centre, _) = vehicle.scheduling;
-        let allocations = allocations(pid, vehicle.actuators, centre, vehicle.speed_given)?;
         let y = vehicle.layout.references.len() + vehicle.layout.measurements.len();
         let mut builder = Builder {
             pid,
@@ -170,7 +168,11 @@ impl Structure {
             integrators: vec![],
             misfits: vec![],
         };
-        builder.pitch(&allocations[0])?;
+        let TurnLoop { angle, line, .. } = pid.turn;
+        builder.measured(angle, line, &format!("controller.{angle}"))?;
+        let (centre, _) = vehicle.scheduling;
+        let allocations = allocations(pid, vehicle.actuators, centre, vehicle.speed_given)?;
+        builder.turn(&allocations[0])?;
         builder.speed(allocations.get(1))?;
         let Builder { states, rates, width: [n, y], gains, integrators, misfits, .. } = builder;
         let reach: Vec<f64> = vehicle.actuators.iter().map(Actuator::reach).collect();
@@ -248,9 +250,9 @@ impl Structure {
 
 /// The number of states of a cascade.
 fn count_states(pid: &Pid) -> usize {
-    let pitch = usize::from(pid.pitch.ki.is_some())
-        + usize::from(pid.pitch.rolloff > 0.0)
-        + 2 * usize::from(pid.pitch.model.is_some());
+    let pitch = usize::from(pid.turn.ki.is_some())
+        + usize::from(pid.turn.rolloff > 0.0)
+        + 2 * usize::from(pid.turn.model.is_some());
     let depth = pid.depth.as_ref().is_some_and(|depth| depth.ki.is_some());
     let speed = pid.speed.as_ref().map_or(0, |s| usize::from(s.ki.is_some()) + usize::from(s.rolloff > 0.0));
     pitch + usize::from(depth) + speed
@@ -368,15 +370,15 @@ impl Builder<'_> {
         (at, row * scale)
     }
 
-    /// The reference of pitch in SI, with its unit: its own, or the output of the depth loop.
-    fn pitch_reference(&mut self, scale: f64) -> Result<(Mat, f64), FileError> {
+    /// The reference of the angle in SI, with its unit: its own, or that of pitch by the depth loop.
+    fn turn_reference(&mut self, scale: f64) -> Result<(Mat, f64), FileError> {
         let pid = self.pid;
         let Some(depth) = &pid.depth else {
             if self.vehicle.layout.references.iter().any(|port| port.signal == "depth") {
                 let words = format!("there: {} tracks depth", self.vehicle.design);
                 return self.refuse(pid.line, "controller.depth", "left out", &words);
             }
-            return self.reference("pitch", pid.pitch.line, "controller.pitch");
+            return self.reference(pid.turn.angle, pid.turn.line, &format!("controller.{}", pid.turn.angle));
         };
         let (wanted, unit) = self.reference("depth", depth.line, "controller.depth")?;
         let (found, _) = self.measured("depth", depth.line, "controller.depth")?;
@@ -393,32 +395,35 @@ impl Builder<'_> {
         Ok((reference, scale))
     }
 
-    fn pitch(&mut self, allocation: &Allocation) -> Result<(), FileError> {
-        let asked = &self.pid.pitch;
+    fn turn(&mut self, allocation: &Allocation) -> Result<(), FileError> {
+        let asked = &self.pid.turn;
+        let angle = asked.angle;
+        let key = format!("controller.{angle}");
         let axis = (0, allocation.sign);
         let units = |role| allocation.drive.units(role);
-        let (pitch, scale) = self.measured("pitch", asked.line, "controller.pitch")?;
-        let (reference, scale) = self.pitch_reference(scale)?;
+        let (turned, scale) = self.measured(angle, asked.line, &key)?;
+        let (reference, scale) = self.turn_reference(scale)?;
         let rate = match asked.kd.as_ref() {
-            Some(kd) => Some(self.measured("pitch_rate", kd.line, &kd.key)?),
+            Some(kd) => Some(self.measured(&format!("{angle}_rate"), kd.line, &kd.key)?),
             None => None,
         };
         let model = asked.model.map(|model| self.follow(model, &reference, scale));
         let [target, target_rate, target_acceleration] =
             model.unwrap_or_else(|| [reference.clone(), &reference * 0.0, &reference * 0.0]);
         let weighted = if asked.model.is_some() { target.clone() } else { &target * asked.reference_weight };
-        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, weighted - &pitch)?;
+        let kp = self.gain(&asked.kp, &units(Role::Proportional), axis, weighted - &turned)?;
         if let Some(ki) = &asked.ki {
-            let (state, integral) = self.integral("integral of the pitch error", &(target - &pitch), scale);
+            let (state, integral) =
+                self.integral(&format!("integral of the {angle} error"), &(target - &turned), scale);
             let ki = self.gain(ki, &units(Role::Integral), axis, integral)?;
             self.integrators.push(Integrator { state, axis: 0, scale, kp, ki });
         }
         if let Some((kd, (rate, unit))) = asked.kd.as_ref().zip(rate) {
-            let rate = self.filtered("filtered pitch rate", rate, unit, asked.rolloff);
+            let rate = self.filtered(&format!("filtered {angle} rate"), rate, unit, asked.rolloff);
             self.gain(kd, &units(Role::Derivative), axis, target_rate - rate)?;
         } else if asked.rolloff > 0.0 {
             let words = "left out: without kd there is no rate to filter";
-            return self.refuse(asked.line, "controller.pitch.rolloff", "given", words);
+            return self.refuse(asked.line, &format!("{key}.rolloff"), "given", words);
         }
         if let Some(feedforward) = &asked.feedforward {
             self.gain(feedforward, &units(Role::Feedforward), axis, target_acceleration)?;
@@ -432,7 +437,7 @@ impl Builder<'_> {
         let at = self.states.len();
         let [output, rate] = [at, at + 1].map(|at| self.unit_row(at));
         let acceleration = (reference / scale - &output) * (w * w) - &rate * (2.0 * damping * w);
-        self.state("reference model of pitch", rate.clone());
+        self.state(&format!("reference model of {}", self.pid.turn.angle), rate.clone());
         self.state("its rate", acceleration.clone());
         [output * scale, rate * scale, acceleration * scale]
     }

@@ -21,7 +21,7 @@ use squid_design::inputs::Inputs;
 use squid_design::numbers::decimals;
 use squid_design::run::{Finished, run};
 use squid_design::synthesise::given::structure;
-use toml_edit::DocumentMut;
+use toml_edit::{DocumentMut, Item};
 
 /// A tuned PID.
 #[derive(Debug)]
@@ -148,9 +148,18 @@ fn with_section(text: &str, table: &str, axis: Option<usize>) -> Option<String> 
     let added: DocumentMut = table.parse().ok()?;
     let own = document.get_mut("axis")?.as_array_of_tables_mut()?.get_mut(place)?;
     for (key, item) in added.iter() {
-        own.insert(key, item.clone());
+        let mut item = item.clone();
+        unplace(&mut item);
+        own.insert(key, item);
     }
     Some(document.to_string())
+}
+
+/// Lets tables from another text stand where they are put, and not where they stood there.
+fn unplace(item: &mut Item) {
+    let Some(table) = item.as_table_mut() else { return };
+    table.set_position(None);
+    table.iter_mut().for_each(|(_, item)| unplace(item));
 }
 
 /// A table of gains of 1.
@@ -160,8 +169,10 @@ fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
     let mut out =
         "\n# The gains were tuned by `squid tune --controller pid`.\n[controller]\nkind = \"pid\"\n"
             .to_owned();
-    out += &format!("\n[controller.pitch]\n{}{}", gain("kp", kp), gain("ki", ki));
-    if design.measured.iter().any(|measure| measure.signal.name == "pitch_rate") {
+    let angle = ["pitch", "heading", "roll"].into_iter().find(|angle| design.tracks(angle).is_some());
+    let angle = angle.unwrap_or("pitch");
+    out += &format!("\n[controller.{angle}]\n{}{}", gain("kp", kp), gain("ki", ki));
+    if design.measured.iter().any(|measure| measure.signal.name == format!("{angle}_rate")) {
         out += &gain("kd", kd);
     }
     if design.tracked.iter().any(|track| track.signal.name == "speed") {
@@ -173,7 +184,7 @@ fn first(inputs: &Inputs, [kp, ki, kd]: [&str; 3]) -> String {
 /// The gains and their design.
 type Found = (Vec<TunedGain>, TunedDesign);
 
-/// The weights of the references of pitch and speed, where they are free.
+/// The weights of the references of the angle and of the speed, where they are free.
 type Weights = [Option<f64>; 2];
 
 struct Tuning<'a> {
@@ -190,9 +201,9 @@ impl Tuning<'_> {
             weights = inside;
             (gains, found) = self.fixed(weights, degree, &gains)?;
         }
-        let names = ["pitch.reference_weight", "speed.reference_weight"];
-        for (name, weight) in names.iter().zip(weights) {
-            let one = |w| TunedGain { name: (*name).into(), unit: "1".into(), coefficients: vec![w] };
+        for (of, weight) in [self.pid.turn.angle, "speed"].into_iter().zip(weights) {
+            let name = format!("{of}.reference_weight");
+            let one = |w| TunedGain { name: name.clone(), unit: "1".into(), coefficients: vec![w] };
             gains.extend(weight.map(one));
         }
         Ok((gains, found))
@@ -201,13 +212,13 @@ impl Tuning<'_> {
     /// The cascade with weights of the references and gains of a degree: its matrices, not its gains, matter.
     fn affine(&self, weights: [f64; 2], degree: usize) -> Result<Affine, InputError> {
         let mut pid = self.pid.clone();
-        if pid.pitch.model.is_none() {
-            pid.pitch.reference_weight = weights[0];
+        if pid.turn.model.is_none() {
+            pid.turn.reference_weight = weights[0];
         }
         pid.speed.iter_mut().for_each(|speed| speed.reference_weight = weights[1]);
         let signs = structure(&self.inputs.vehicle.actuators, &self.inputs.design, self.pid)?;
         let sign = |axis: usize| signs.allocations.get(axis).map_or(1.0, |allocation| allocation.sign);
-        let (pitch, speed) = (&mut pid.pitch, &mut pid.speed);
+        let (pitch, speed) = (&mut pid.turn, &mut pid.speed);
         let of_pitch =
             [Some(&mut pitch.kp), pitch.ki.as_mut(), pitch.kd.as_mut(), pitch.feedforward.as_mut()];
         of_pitch.into_iter().flatten().for_each(|gain| constant(gain, sign(0), degree));
@@ -237,7 +248,7 @@ impl Tuning<'_> {
             let of_axis = |(i, _): &&(usize, usize)| without.directions[*i].name.starts_with(axis);
             weighted.iter().find(of_axis).map(|(i, j)| values[*j] / values[*i])
         };
-        Ok(([weight("pitch"), weight("speed")], (gains(&without, &values), found)))
+        Ok(([weight(self.pid.turn.angle), weight("speed")], (gains(&without, &values), found)))
     }
 
     /// Gains of a degree with given weights of the references, from known gains.

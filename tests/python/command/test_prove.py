@@ -45,6 +45,34 @@ def given(vehicle: Path, text: str) -> Path:
     return path
 
 
+HEADING = """[controller]
+kind = "pid"
+[controller.heading]
+kp = { value = KP, unit = "rad/rad" }
+ki = { value = 0.0864, unit = "rad/(rad.s)" }
+kd = { value = 2.07, unit = "rad.s/rad" }
+reference_weight = 0.75
+"""
+"""Gains that `squid tune --axis heading --controller pid` found."""
+
+
+def test_gains_of_heading_are_proved(run_squid: Run, tmp_path: Path) -> None:
+    """On the axis of heading, whose requirements they meet; with the other sign, or on another axis, refused."""
+    gains = tmp_path / "gains.toml"
+    gains.write_text(HEADING.replace("KP", "0.81"), encoding="utf-8")
+    words = ["prove", REMUS100, "--axis", "heading", "--controller", gains, "--json", "--strict"]
+    done = run_squid(*words)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["status"] == "proved" and found["frozen_growth"] < 0.0
+    assert 0.9 < found["gain"] < 1.2 < 5.0 * found["full_order_gain"]
+    done = run_squid("prove", REMUS100, "--axis", "depth", "--controller", gains)
+    assert done.returncode == 1 and "'controller.heading'" in done.stderr, done.stderr
+    gains.write_text(HEADING.replace("KP", "-0.81"), encoding="utf-8")
+    done = run_squid(*words)
+    assert done.returncode == 1 and "positive feedback" in done.stderr, done.stderr
+
+
 def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:
     done = run_squid("prove", vehicle, "--controller", given(vehicle, controller(PVS)), "--json")
     assert done.returncode == 0, done.stderr

@@ -91,10 +91,13 @@ def test_the_keys_are_those_that_are_read(run_squid: Run, tmp_path: Path, name: 
         # The keys of the other axes.
         for output in ("heading", "roll"):
             unknown["track"] = [{"output": output, "zzz": 0}]
+            unknown["controller"] = {"kind": "pid", output: {"zzz": 0}, "allocation": {"zzz": 0}, "zzz": 0}
             said += complaints(run_squid, tmp_path, name, unknown)
     read: dict[str, set[str]] = {}
     for path, allowed in re.findall(r"unknown key '([\w.]*zzz)'.*allowed here: (.*)", said):
         read.setdefault(path.rpartition(".")[0], set()).update(allowed.split(", "))
+    for angle in ("heading", "roll") if name == "design" else ():
+        assert read.pop(f"controller.{angle}") == read["controller.pitch"] - {"feedforward"}
     known = {path: set(table["properties"]) for path, table in tables(SCHEMAS[name])}
     assert read == known
 

@@ -32,9 +32,6 @@ const POINTS: usize = 10;
 /// Those of the files and of the stages; [`Error::Unproved`]; [`Error::Missed`] with `strict`.
 pub fn run(asked: &Prove) -> Result<(), Error> {
     let mut inputs = Inputs::read_axis(&asked.vehicle, &asked.design, asked.axis.as_deref())?;
-    if inputs.design.view().is_level_held {
-        return Err(InputError::ControllerOfHeading { file: format!("{}.toml", asked.design) }.into());
-    }
     if let Some(path) = &asked.controller {
         let (text, file) = (read(path)?, path.display().to_string());
         inputs = inputs.with_controller(pid::read_file(&text, &file)?, &text);
@@ -70,7 +67,7 @@ type Survivals = Vec<(f64, usize, Survival)>;
 
 /// The survivals at both ends and in the middle of the range; empty without declared uncertainty or a pitch reference.
 fn survivals(inputs: &Inputs, finished: &Finished) -> Result<Survivals, Error> {
-    if inputs.design.has_depth() || !inputs.is_uncertain() {
+    if inputs.design.tracks("pitch").is_none() || inputs.design.has_depth() || !inputs.is_uncertain() {
         return Ok(vec![]);
     }
     let stored = Stored::of(&finished.frozen, inputs);

@@ -41,12 +41,6 @@ pub enum InputError {
     /// There is no given controller.
     #[error("{file} has no [controller] of kind \"pid\"; give one there, or in a file by --controller")]
     NoController { file: String },
-    /// A given controller of heading.
-    #[error(
-        "{file} tracks heading, and a given controller ([controller], --controller) is of pitch or depth and speed; \
-         name a design of these"
-    )]
-    ControllerOfHeading { file: String },
     /// A request for another controller than the one that the design file gives.
     #[error(
         "{file}: [controller] gives the controller, so that {what}; leave [controller] out, or ask for nothing else"

@@ -111,7 +111,7 @@ fn controller_json(inputs: &Inputs) -> String {
 #[test]
 fn the_gains_of_the_file_are_those_that_are_proved() {
     let mut other = pid(MSS);
-    other.pitch.reference_weight = 0.5;
+    other.turn.reference_weight = 0.5;
     let inputs = remus(other);
     let model = Model::new(&inputs.axis(), &inputs.design).unwrap();
     let plant = augment(&inputs.vehicle.actuators, &inputs.design, model.linear()).unwrap();

@@ -168,7 +168,7 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
     let refuse = |key: &str, line: usize, found: String, allowed: String| {
         Err(not_allowed(&pid.file, line, &format!("controller.pitch.{key}"), found, allowed))
     };
-    let line = pid.pitch.line;
+    let line = pid.turn.line;
     if kd == 0.0 {
         return refuse(
             "kd",
@@ -183,12 +183,12 @@ pub(crate) fn export(pid: &Pid, text: &str, file: &str, missing: &Missing) -> Re
         let allowed = format!(
             "at most kp^2/(4 kd) = {most} N.m/(rad.s): a P loop around a PI of the rate has no more integral than that"
         );
-        return refuse("ki", pid.pitch.ki.as_ref().map_or(line, |ki| ki.line), found, allowed);
+        return refuse("ki", pid.turn.ki.as_ref().map_or(line, |ki| ki.line), found, allowed);
     }
     // The smaller solution by the product of both: a difference would lose its digits.
     let large = 0.5 * (1.0 + (1.0 - ratio).max(0.0).sqrt());
     let weights = [large, 0.25 * ratio / large];
-    let asked = pid.pitch.reference_weight;
+    let asked = pid.turn.reference_weight;
     let possible = &weights[..if ki > 0.0 { 2 } else { 1 }];
     let Some(weight) = possible.iter().find(|weight| (*weight - asked).abs() <= WEIGHT) else {
         let allowed: Vec<String> = possible.iter().map(|weight| format!("{weight:.6}")).collect();

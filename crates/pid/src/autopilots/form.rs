@@ -207,12 +207,17 @@ pub(crate) struct Plain {
 impl Plain {
     /// The gains, if they are of a form that autopilots have: numbers, and no model, filter or feedforward in pitch.
     pub(crate) fn of(pid: &Pid) -> Result<Self, FileError> {
-        let asked = &pid.pitch;
+        let asked = &pid.turn;
         let refuse = |key: &str| {
             let key = format!("controller.pitch.{key}");
             let allowed = "left out: the autopilot has nothing to write it to";
             Err(not_allowed(&pid.file, asked.line, &key, "given", allowed))
         };
+        if asked.angle != "pitch" {
+            let (key, found) = (format!("controller.{}", asked.angle), "given");
+            let allowed = "controller.pitch: the formats of autopilots are written with gains of pitch alone";
+            return Err(not_allowed(&pid.file, asked.line, &key, found, allowed));
+        }
         if asked.model.is_some() {
             return refuse("model");
         }
@@ -241,7 +246,7 @@ impl Plain {
         if self.drive == drive {
             return Ok(());
         }
-        let given = &pid.pitch.kp;
+        let given = &pid.turn.kp;
         let found = format!("in \"{}\"", given.unit);
         let allowed = format!("in {}: {what}", drive.units(Role::Proportional)[0].0);
         Err(not_allowed(&pid.file, given.line, &given.key, found, allowed))
@@ -250,12 +255,12 @@ impl Plain {
 
 /// Refuses a weight of the pitch reference, which most autopilots do not have.
 pub(crate) fn no_weight(pid: &Pid) -> Result<(), FileError> {
-    let (weight, key) = (pid.pitch.reference_weight, "controller.pitch.reference_weight");
+    let (weight, key) = (pid.turn.reference_weight, "controller.pitch.reference_weight");
     if weight == 1.0 {
         return Ok(());
     }
     let allowed = "1, or left out: kp of this autopilot acts on the error itself";
-    Err(not_allowed(&pid.file, pid.pitch.line, key, auv::number(weight), allowed))
+    Err(not_allowed(&pid.file, pid.turn.line, key, auv::number(weight), allowed))
 }
 
 /// Refuses a depth loop.
@@ -271,7 +276,7 @@ pub(crate) fn not_written(pid: &Pid, speed: bool) -> Vec<String> {
         (!speed && pid.speed.is_some(), "[controller.speed]: the file has no gains from speed to thrust"),
         (pid.tracking_time.is_some(), "tracking_time: the autopilot limits its integral in its own way"),
         (
-            pid.pitch_shares.is_some() || pid.speed_shares.is_some(),
+            pid.turn_shares.is_some() || pid.speed_shares.is_some(),
             "[controller.allocation]: the autopilot has its own",
         ),
     ];
