@@ -337,7 +337,13 @@ mod tests {
         controller: &Packed,
         designs: Designs<'_>,
     ) -> impl FnMut(&str) -> String + use<> {
-        let (_, system) = crate::ssp::pack("system", plant, controller, designs, Path::new("")).unwrap();
+        let (_, system) = crate::ssp::pack(
+            "system",
+            &[(Kind::Plant, plant), (Kind::Controller, controller)],
+            designs,
+            Path::new(""),
+        )
+        .unwrap();
         let mut system = zip::ZipArchive::new(Cursor::new(system)).unwrap();
         move |name| std::io::read_to_string(system.by_name(name).unwrap()).unwrap()
     }

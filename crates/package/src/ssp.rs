@@ -41,21 +41,22 @@ const OMS: &str = "https://raw.githubusercontent.com/OpenModelica/OMSimulator/ma
 const UNUSED_TOLERANCE: &str = "0.0001";
 const TOOL: &str = concat!("squid ", env!("CARGO_PKG_VERSION"));
 
-/// Packs the system of a packed plant and a packed controller, in memory, and returns the path in `directory` that it
-/// belongs to.
+/// A block of the system: what it is, and its FMU.
+pub type Component<'a> = (Kind, &'a Packed);
+
+/// Packs the system of some components, in memory, and returns the path in `directory` that it belongs to. Each output
+/// of one is wired to the inputs of its name of the others.
 ///
 /// # Errors
 /// [`Error::Zip`], [`Error::Ssp`].
 pub fn pack(
     name: &str,
-    plant: &Packed,
-    controller: &Packed,
+    components: &[Component<'_>],
     designs: Designs<'_>,
     directory: &Path,
 ) -> Result<(PathBuf, Vec<u8>), Error> {
     let path = directory.join(format!("{name}.ssp"));
     let failed = |reason| Error::Ssp { path: path.display().to_string(), reason };
-    let components = [(Kind::Plant, plant), (Kind::Controller, controller)];
     let mut entries: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     for (_, packed) in components {
         entries.insert(source(packed), packed.bytes.clone());
@@ -78,9 +79,9 @@ pub fn pack(
         let file = if is_default { "SystemStructure" } else { &variant };
         entries.insert(format!("{file}.ssd"), system.description().map_err(failed)?);
         for (kind, packed) in components {
-            let values = start_values(kind, packed, (point, model.depth), &manoeuvre);
+            let values = start_values(*kind, packed, (point, model.depth), &manoeuvre);
             let set = parameter_set(&variant, &packed.description, &values).map_err(failed)?;
-            entries.insert(values_file(kind, &variant), set);
+            entries.insert(values_file(*kind, &variant), set);
         }
     }
     let packed =
@@ -157,7 +158,7 @@ fn component(kind: Kind) -> &'static str {
 struct System<'a> {
     name: &'a str,
     variant: &'a str,
-    components: [(Kind, &'a Packed); 2],
+    components: &'a [Component<'a>],
     duration: f64,
     sample_time: f64,
 }
@@ -193,9 +194,9 @@ impl System<'_> {
             self.components.iter().try_for_each(|(kind, packed)| self.component(xml, *kind, packed))
         })?;
         parent(xml, "ssd:Connections", NONE, |xml| {
-            let [plant, controller] = self.components;
-            connections(xml, plant, controller)?;
-            connections(xml, controller, plant)
+            let pairs =
+                self.components.iter().flat_map(|from| self.components.iter().map(move |to| (from, to)));
+            pairs.filter(|(from, to)| from.0 != to.0).try_for_each(|(from, to)| connections(xml, *from, *to))
         })?;
         self.master(xml)
     }
@@ -236,7 +237,7 @@ impl System<'_> {
 }
 
 /// Wires each output of one component to the input of that name of the other (section 5.3.3).
-fn connections(xml: &mut Xml, from: (Kind, &Packed), to: (Kind, &Packed)) -> io::Result<()> {
+fn connections(xml: &mut Xml, from: Component<'_>, to: Component<'_>) -> io::Result<()> {
     for one in connected(&from.1.description).filter(|one| one.causality == Causality::Output) {
         let name = one.name.as_str();
         let takes = |other: &ScalarVariable| other.name == name && other.causality == Causality::Input;

@@ -108,7 +108,12 @@ pub fn run(which: &Which, asked: Packing) -> Result<(), Error> {
             let system = match &fmus[..] {
                 [plant, controller, whole] => {
                     let name = &whole.description.model_identifier;
-                    Some(ssp::pack(name, plant, controller, designs, &directory)?)
+                    Some(ssp::pack(
+                        name,
+                        &[(Kind::Plant, plant), (Kind::Controller, controller)],
+                        designs,
+                        &directory,
+                    )?)
                 }
                 _ => None,
             };
