@@ -368,7 +368,7 @@ impl Start {
             }
             let mut wanted = above_trim;
             for (place, value) in wanted.iter_mut().enumerate().take(view.interface.signals.len()) {
-                *value = trims.signal(forward_speed, place, origin) + *value;
+                *value += trims.signal(forward_speed, place, origin);
             }
             Ok((current, wanted))
         };

@@ -99,7 +99,7 @@ pub(crate) const SENSED: [Sensed; 5] = [
     },
 ];
 
-/// The signals of [`SENSED`], in their order.
+/// The signals of the view, in their order.
 pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
 /// The interface of the axis of heading.

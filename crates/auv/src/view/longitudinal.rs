@@ -141,7 +141,7 @@ pub(crate) const SENSED: [Sensed; 6] = [
     },
 ];
 
-/// The signals of [`SENSED`], in their order.
+/// The signals of the view, in their order.
 pub static SIGNALS: [Signal; SENSED.len()] = signals_of(&SENSED);
 
 /// The interface of the longitudinal vehicle.
