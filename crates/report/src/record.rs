@@ -28,12 +28,16 @@ pub fn panels(record: &Record, actuators: &[Actuator]) -> Vec<Panel> {
         line("reference", "heading_reference_used", deg, Kind::Reference),
         line("heading", "heading", deg, Kind::Own),
     ];
+    let roll = vec![
+        line("reference", "roll_reference_used", deg, Kind::Reference),
+        line("roll", "roll", deg, Kind::Own),
+    ];
     let speed_reference = line("reference", "speed_reference_used", 1.0, Kind::Reference);
     let speed = vec![speed_reference, line("forward speed", "speed", 1.0, Kind::Own)];
     let panels = [
         panel("pitch (deg)", pitch),
         panel("heading (deg)", heading),
-        panel("roll (deg)", vec![line("roll", "roll", deg, Kind::Own)]),
+        panel("roll (deg)", roll),
         panel("speed (m/s)", speed),
         panel("thrust (N)", commands("N", 1.0)),
         panel("deflection (deg)", commands("rad", deg)),
