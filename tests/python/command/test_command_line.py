@@ -199,7 +199,11 @@ def test_all_mistakes_of_a_file_in_one_run(run_squid: Run, copied_vehicle: Path,
             'depth = "deep"',
             "'model.depth' is the text \"deep\"; it must be a number, 0 or more",
         ),
-        ('output = "speed"', 'output = "roll"', '\'track.output\' is "roll"; it must be "pitch" or "speed"'),
+        (
+            'output = "speed"',
+            'output = "roll"',
+            "'track.output' is \"roll\"; it must be in an [[axis]] of its own",
+        ),
         ("back_off = *", "backoff = 0.1", "unknown key 'synthesis.backoff' (did you mean 'back_off'?)"),
         ("speed_to = 2.9", "speed_to = 3.5", "'manoeuvre.speed_to' is 3.5; it must be from 0.5 to 3 (m/s)"),
     ):

@@ -188,8 +188,8 @@ def test_every_verb_takes_a_design_of_heading(run_squid: Run, tmp_path: Path) ->
             (copy / path.name).write_bytes(path.read_bytes())
         done = run_squid(*verb, REMUS100, "--out", copy.parent, *HEADING, timeout=900.0)
         assert done.returncode == 0, done.stderr
-    assert (tmp_path / "export" / "heading" / "c" / "remus100_heading.c").is_file()
-    header = (tmp_path / "export" / "heading" / "c" / "remus100_heading.h").read_text(encoding="utf-8")
+    assert (tmp_path / "export" / "c" / "heading" / "remus100_heading.c").is_file()
+    header = (tmp_path / "export" / "c" / "heading" / "remus100_heading.h").read_text(encoding="utf-8")
     assert "positive deflection, ahead, pushes to starboard and turns the bow to port" in header
     columns = (tmp_path / "simulate" / "heading" / "flight.csv").read_text(encoding="utf-8").splitlines()[0]
     assert columns.startswith("time [s],heading [rad],heading_reference_used [rad],speed [m/s]")

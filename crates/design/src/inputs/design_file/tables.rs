@@ -115,7 +115,7 @@ impl DesignFile {
     }
 }
 
-/// The states and signals of an axis: those of the first view that has most of what it tracks besides the speed, and of
+/// The states and signals of an axis: those of the first view that has most of what it tracks besides the speed and of
 /// what it measures.
 fn interface(document: &Document<'_>) -> &'static Interface {
     let root = document.root();
@@ -124,7 +124,7 @@ fn interface(document: &Document<'_>) -> &'static Interface {
         let tracked =
             |signal: &&Signal| signal.reference.is_some() && root.has_among("track", "output", signal.name);
         let measured = |signal: &&Signal| root.has_among("measure", "signal", signal.name);
-        (own().filter(tracked).count(), own().filter(measured).count())
+        own().filter(tracked).count() + own().filter(measured).count()
     };
     VIEWS.iter().rev().max_by_key(|view| count(view)).map_or(LONGITUDINAL.interface, |view| view.interface)
 }
