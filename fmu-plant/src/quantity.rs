@@ -27,7 +27,9 @@ pub enum Quantity {
     Heave,
     #[allow(missing_docs)]
     PathSpeed,
-    /// theta' and psi' of a vehicle that leaves the vertical plane; in it theta' is the state q.
+    /// phi', theta' and psi' of a vehicle that leaves the vertical plane; in it theta' is the state q.
+    RollRate,
+    #[allow(missing_docs)]
     PitchRate,
     #[allow(missing_docs)]
     HeadingRate,
@@ -38,7 +40,7 @@ pub enum Quantity {
 const CURRENT: usize = 3;
 const LOAD: usize = 6;
 /// Quantities that do not belong to an actuator; every actuator adds three.
-const FIXED: usize = CURRENT + LOAD + 2 * STATES + 10;
+const FIXED: usize = CURRENT + LOAD + 2 * STATES + 11;
 
 impl Quantity {
     /// Number of quantities of a vehicle with a number of actuators.
@@ -64,6 +66,7 @@ impl Quantity {
             Self::PitchRate => others + 7,
             Self::HeadingRate => others + 8,
             Self::Altitude => others + 9,
+            Self::RollRate => others + 10,
         }
     }
 

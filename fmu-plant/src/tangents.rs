@@ -28,11 +28,12 @@ impl PlantModel {
         for (place, rate) in rates.into_iter().enumerate() {
             tangents[Q::Rate(place).number()] = rate.eps;
         }
-        let [_, pitch_rate, heading_rate] = motion.turning();
+        let [roll_rate, pitch_rate, heading_rate] = motion.turning();
         for (quantity, value) in [
             (Q::Speed, u),
             (Q::Sway, v),
             (Q::Heave, w),
+            (Q::RollRate, roll_rate),
             (Q::PitchRate, pitch_rate),
             (Q::HeadingRate, heading_rate),
         ] {

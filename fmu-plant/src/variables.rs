@@ -271,6 +271,9 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
         output("heading_rate", "rate of heading, psi'", "rad/s", |m| m.state().motion.turning()[2])
             .depends_on(&["roll", "pitch", "angular_velocity_y", "angular_velocity_z"])
             .quantity(Quantity::HeadingRate.number());
+    let roll_rate = output("roll_rate", "rate of roll, phi'", "rad/s", |m| m.state().motion.turning()[0])
+        .depends_on(&["roll", "pitch", "angular_velocity_x", "angular_velocity_y", "angular_velocity_z"])
+        .quantity(Quantity::RollRate.number());
     let sway = through_water(model, sway.nominal(0.1), Quantity::Sway, &["sway_over_ground"]);
     let of = |name, what, unit, place, get: fn(&PlantModel) -> f64| {
         state(name, what, unit, place, get).nominal(0.1).initially_depends_on(&[])
@@ -283,6 +286,7 @@ fn out_of_plane(model: &PlantModel) -> Vec<Variable> {
         .initially_depends_on(&["initial_heading"]),
         heading_rate.nominal(0.1).initially_depends_on(&[]),
         of("roll", "roll angle, positive starboard down", "rad", place::ROLL, |m| m.state().motion.phi),
+        roll_rate.nominal(0.1).initially_depends_on(&[]),
         sway.initially_depends_on(&[]),
         of("angular_velocity_x", "angular velocity about the body's x axis (p)", "rad/s", place::P, |m| {
             m.state().motion.p

@@ -1,6 +1,7 @@
 //! What the loop says of itself, and which files it refuses.
 
-use crate::example::{Flight, design, manoeuvre, resources, with};
+use crate::example::{Flight, design, manoeuvre, resources, turning, with};
+use auv::VIEWS;
 use auv::longitudinal::SIGNALS;
 use fmi2::model_description::{Causality, Kind};
 use fmi2::{Described, Experiment, Instance, Model, Resources, Silent};
@@ -8,11 +9,13 @@ use fmu_squid::describe;
 use scheduled::MANOEUVRE_RESOURCE;
 use signals::Curve;
 
-/// What the controller measures, the plant puts out by the same name and in the same unit.
+/// What a controller of any view measures, the plant puts out by the same name and in the same unit.
 #[test]
 fn every_signal_is_an_output_of_the_plant() {
-    let plant = fmu_plant::describe(&resources()).unwrap().description;
-    for signal in &SIGNALS {
+    let [plane, whole] =
+        [resources(), turning()].map(|files| fmu_plant::describe(&files).unwrap().description);
+    let all = VIEWS.iter().flat_map(|view| view.interface.signals).map(|signal| (signal, &whole));
+    for (signal, plant) in SIGNALS.iter().map(|signal| (signal, &plane)).chain(all) {
         let output = plant.variables.iter().find(|one| one.name == signal.name).unwrap();
         assert_eq!(
             (output.causality, output.unit()),

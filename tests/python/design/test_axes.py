@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import REMUS100, Packages, Run, kept, package
+from fly.master import Slave, couple, shared
 from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
@@ -100,6 +101,25 @@ def test_a_third_axis_is_a_section_of_a_file(run_squid: Run, rolling: tuple[Path
     assert done.returncode == 0, done.stderr
     proved = re.findall(r"^(\w+): PROVED: gain of the weighted loop", done.stdout, re.MULTILINE)
     assert sorted(set(proved)) == ["depth", "heading", "roll"]
+
+
+def test_plant_and_controller_fly_apart(rolling: tuple[Path, Packages]) -> None:
+    """The plant has an output for each signal that any axis measures, and a master wires them by their names."""
+    _, packed = rolling
+    speed = 1.8
+    wanted = {
+        "depth_reference": 20.5,
+        "heading_reference": 0.3,
+        "roll_reference": 0.04,
+        "speed_reference": speed,
+    }
+    with Slave(packed.plant, "plant") as plant, Slave(packed.controller, "controller") as controller:
+        assert set(shared(plant, controller)) >= {"roll", "roll_rate", "heading_rate", "pitch_rate", "depth"}
+        plant.begin({"initial_speed": speed})
+        controller.begin()
+        flown = couple(plant, controller, lambda _k, _t: wanted, 60.0, 0.02)
+    for name in ("depth", "heading", "roll"):
+        assert flown[name][-1] == pytest.approx(wanted[f"{name}_reference"], abs=2e-3), name
 
 
 def test_a_third_axis_turns_with_the_others(run_squid: Run, rolling: tuple[Path, Packages]) -> None:
