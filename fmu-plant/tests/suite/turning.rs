@@ -95,7 +95,8 @@ fn flies_as_the_vehicle_does() {
     let [roll_rate, pitch_rate, heading_rate] = motion.turning();
     let names = ["speed", "sway", "heave", "angular_velocity_x", "angular_velocity_y", "angular_velocity_z"];
     close(&all(&mut flight, &names), &[motion.u, motion.v, motion.w, motion.p, motion.q, motion.r], 1e-9);
-    let names = ["roll", "pitch", "heading", "north", "east", "depth", "roll_rate", "pitch_rate", "heading_rate"];
+    let names =
+        ["roll", "pitch", "heading", "north", "east", "depth", "roll_rate", "pitch_rate", "heading_rate"];
     let expected = [motion.phi, motion.theta, heading, x, east, depth, roll_rate, pitch_rate, heading_rate];
     close(&all(&mut flight, &names), &expected, 1e-9);
     assert!((heading - 0.4).abs() > 0.2 && motion.phi.abs() > 1e-3, "it turned and rolled");
