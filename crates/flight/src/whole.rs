@@ -92,8 +92,8 @@ impl Axis {
 /// surface, since the equations of motion hold in deep water only.
 ///
 /// # Errors
-/// [`Error::Trim`], [`Error::Simulation`], [`Error::Manoeuvre`]; those of the autopilots and of the sea; [`Error::NoSuchActuator`];
-/// [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
+/// [`Error::Trim`], [`Error::Simulation`], [`Error::Manoeuvre`]; those of the autopilots and of the sea;
+/// [`Error::NoSuchActuator`]; [`Error::OtherSampleTime`]; [`Error::AtTheSurface`].
 pub fn fly_whole(
     vehicle: &Vehicle,
     designs: &[&ControllerDesign],

@@ -1,5 +1,5 @@
-//! A PID cascade of pitch and speed, or of heading or roll, with gains over speed, as a controller K(rho) whose matrices are affine in the
-//! gains.
+//! A PID cascade of pitch and speed, or of heading or roll, with gains over speed, as a controller K(rho) whose
+//! matrices are affine in the gains.
 //!
 //! ```text
 //! [controller] of a file -> Pid -> Structure::new(pid, vehicle and signals) -> base + sum g_i K_i -> lpv Controller

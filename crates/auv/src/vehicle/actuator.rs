@@ -267,8 +267,8 @@ fn axis<D: Scalar>(direction: D, azimuth: D) -> [D; 3] {
     [cos * ahead, cos * to_starboard, sin]
 }
 
-/// The numbers of all kinds by their keys in a vehicle file, with their SI units, and whether they act in sway, roll and
-/// yaw alone.
+/// The numbers of all kinds by their keys in a vehicle file, with their SI units, and whether they act in sway, roll
+/// and yaw alone.
 const NUMBERS: [(&str, &str, bool); 18] = [
     ("x", "m", false),
     ("y", "m", true),
