@@ -15,7 +15,7 @@ use signals::{Curve, Level, Signal};
 pub struct Override {
     /// Whether they replace the manoeuvre.
     pub manual: bool,
-    /// Of each of [`references`], absolute, SI; the speed along the body axis, through the water.
+    /// The value of each of [`references`], absolute, SI; the speed along the body axis, through the water.
     pub references: [f64; REFERENCES],
     /// The rates of the references \[SI per s\]; [`ClosedLoop::advance`] advances the references.
     pub slopes: [f64; REFERENCES],
@@ -122,7 +122,7 @@ impl ClosedLoop {
         if self.plant.only_ahead() { self.manoeuvre.check_ahead() } else { Ok(()) }
     }
 
-    /// Whether there are axes beside that of level flight.
+    /// Returns whether there are axes beside that of level flight.
     pub(crate) fn turns(&self) -> bool {
         self.axes.len() > 1
     }

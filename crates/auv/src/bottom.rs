@@ -1,13 +1,13 @@
 //! The bottom of the sea.
 
-/// A plane bottom, that rises or falls.
+/// A plane bottom, level or sloping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bottom {
     /// Its depth where north and east are 0 \[m\].
     pub depth: f64,
-    /// How much deeper it is for each metre to the north \[1\], or ahead in the vertical plane.
+    /// Its slope to the north \[1\], or ahead in the vertical plane: positive where it gets deeper.
     pub north: f64,
-    /// How much deeper it is for each metre to the east \[1\].
+    /// Its slope to the east \[1\].
     pub east: f64,
 }
 

@@ -101,7 +101,7 @@ pub fn lateral(roll: bool) -> States {
     if roll { &ALL } else { &ALL[2..] }
 }
 
-/// Whether states are those of sway, roll and yaw.
+/// Returns whether states are those of sway, roll and yaw.
 pub(crate) fn are_lateral(states: States) -> bool {
     states.iter().all(|state| LATERAL.contains(state))
 }

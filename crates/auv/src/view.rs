@@ -24,7 +24,7 @@ pub const MOST_SIGNALS: usize = {
     most
 };
 
-/// How many signals can be tracked; they are the first of [`longitudinal::SIGNALS`].
+/// The number of signals that can be tracked; they are the first of [`longitudinal::SIGNALS`].
 pub const TRACKED: usize = 3;
 
 /// A value for each signal of an axis, in the order of its view; the rest of one with fewer signals is not used.
@@ -79,9 +79,9 @@ pub struct View {
     /// Whether surge, heave and pitch are none of its states, and an axis alone flies while they are held at their
     /// trim.
     pub is_level_held: bool,
-    /// Whether an axis of this view commands an actuator.
+    /// Returns whether an axis of this view commands an actuator.
     pub acts: fn(&Actuator) -> bool,
-    /// What such an actuator does, for messages.
+    /// The words for an actuator that is missing: what it would do, and how the file gives it.
     pub needs: &'static str,
     /// The index in a [`Load`](crate::Load) of the moment that turns the vehicle in this view.
     pub moment: usize,

@@ -61,7 +61,7 @@ pub fn together(name: &str, axes: &[Axis<'_>]) -> Source {
     }
 }
 
-/// What a reader of the header has to know.
+/// Returns the comment at the head of the header: how to use it, and what the axes share.
 fn about(names: &[&str], axes: &[Axis<'_>]) -> String {
     let sources: Vec<String> =
         axes.iter().map(|(called, _, source)| format!("{called}/{}.c", source.name)).collect();

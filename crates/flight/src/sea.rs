@@ -44,7 +44,7 @@ pub(crate) struct Conditions {
     water: Arc<Surroundings>,
     gauss_markov: Option<GaussMarkov>,
     sensors: Vec<Sensor>,
-    /// See [`places`].
+    /// The sensor of each signal of each view, as [`places`] returns them.
     places: Vec<(usize, usize, usize)>,
     bottom: Bottom,
 }

@@ -152,7 +152,7 @@ impl Vehicle {
     }
 }
 
-/// What is wrong with a manoeuvre is an error of the input, what a flight meets one of numbers.
+/// Returns the exception of a flight: a wrong manoeuvre is an error of the input, a flight that fails one of numbers.
 fn of_flight(error: FlightError) -> PyErr {
     match error {
         FlightError::Manoeuvre(_) => wrong(error),

@@ -25,7 +25,7 @@ use std::path::Path;
 /// The number of speeds.
 const SPEEDS: usize = 6;
 
-/// When the steps of all axes come, and how long a flight lasts after them (s).
+/// The time at which the steps of all axes come, and how long a flight lasts after them (s).
 const STEP_TIME: f64 = 10.0;
 const FLOWN: f64 = 90.0;
 
@@ -63,7 +63,7 @@ pub struct Turned {
 pub struct Turns {
     /// The turns, at increasing speeds.
     pub turned: Vec<Turned>,
-    /// What is proved of two axes together; `None` if no bound was found, or of more axes.
+    /// The proof of two axes together; `None` if no bound was found, or of more axes.
     pub coupling: Option<Coupling>,
     /// The turn, rad.
     turn: f64,

@@ -70,7 +70,7 @@ def test_gains_of_heading_are_proved(run_squid: Run, tmp_path: Path) -> None:
     assert done.returncode == 1 and "'controller.heading'" in done.stderr, done.stderr
     gains.write_text(HEADING.replace("KP", "-0.81"), encoding="utf-8")
     done = run_squid(*words)
-    assert done.returncode == 1 and "positive feedback" in done.stderr, done.stderr
+    assert done.returncode == 1 and f"{gains}:4: 'controller.heading.kp' is -0.81" in done.stderr, done.stderr
 
 
 def test_published_gains_are_proved(run_squid: Run, vehicle: Path) -> None:

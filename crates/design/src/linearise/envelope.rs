@@ -84,7 +84,7 @@ pub fn words(controller: &ControllerDesign) -> String {
         format!("{signal}{what}: {} {unit}", each.join(", "))
     };
     if controller.envelope.is_empty() {
-        return "references are not limited, but to the ranges of their signals".to_owned();
+        return "references are not limited: this axis has no envelope".to_owned();
     }
     let mut lines = vec![format!(
         "what references are limited to, at {} m/s:",
