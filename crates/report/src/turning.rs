@@ -242,7 +242,9 @@ impl Turns {
         let names = axes.names();
         match (&self.coupling, &names[..]) {
             (Some(found), [level, heading]) => format!("PROVED: {}.", found.words([level, heading])),
-            _ => "Nothing is proved of the axes together in turns.".to_owned(),
+            (_, [_, _]) => "Nothing is proved of the axes together in turns.".to_owned(),
+            _ => "Of more than two axes nothing is proved together in turns, nor how fast a turn is stable computed."
+                .to_owned(),
         }
     }
 
